@@ -1,0 +1,1 @@
+//! Messages to the user: the place, what is wrong there, and what would be right.

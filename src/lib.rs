@@ -1,0 +1,7 @@
+//! Look inside a hydraulic circuit through its records.
+
+pub mod complaint;
+pub mod fit;
+pub mod numeric;
+pub mod record;
+pub mod units;

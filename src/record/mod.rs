@@ -1,0 +1,1 @@
+//! Measured series: what a logger wrote.
