@@ -1,1 +1,214 @@
 //! Messages to the user: the place, what is wrong there, and what would be right.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// What sort of mistake a complaint is about, for programs and tests; people read the text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// A file or folder does not exist.
+    Missing,
+    /// A file exists but cannot be read.
+    Unreadable,
+    /// A file cannot be written.
+    Unwritable,
+    /// The bytes of a file are not UTF-8 text.
+    Encoding,
+    /// A file, table or list holds nothing.
+    Empty,
+    /// A text breaks the rules of its format.
+    Syntax,
+    /// A name that is not known where it stands.
+    UnknownName,
+    /// Something that must be given is not.
+    MissingEntry,
+    /// A name that stands twice.
+    Duplicate,
+    /// A unit that is not known, or none where one is needed.
+    Unit,
+    /// A quantity of another dimension than the one asked for.
+    Dimension,
+    /// A text that is no finite number.
+    Number,
+    /// A value outside its bounds.
+    Bounds,
+    /// A row or list of the wrong length.
+    Shape,
+    /// Rows out of order.
+    Order,
+    /// Two entries that cannot both hold.
+    Contradiction,
+    /// A computation that came to no result.
+    Computation,
+}
+
+/// A place in a file, written `rig.toml:14:3`.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Place {
+    /// As the user named it.
+    pub file: PathBuf,
+    /// Counted from 1.
+    pub line: Option<usize>,
+    /// Characters from the start of the line, counted from 1.
+    pub column: Option<usize>,
+}
+
+impl Place {
+    /// A whole file.
+    pub fn file(file: impl Into<PathBuf>) -> Self {
+        Self {
+            file: file.into(),
+            line: None,
+            column: None,
+        }
+    }
+
+    /// A line of a file, counted from 1.
+    pub fn line(file: impl Into<PathBuf>, line: usize) -> Self {
+        Self {
+            file: file.into(),
+            line: Some(line),
+            column: None,
+        }
+    }
+
+    /// The line and column, both counted from 1, of a byte of `text`, the content of the file.
+    pub fn of_byte(file: impl Into<PathBuf>, text: &str, byte: usize) -> Self {
+        let before = text.get(..byte).unwrap_or(text);
+        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+        let line = before.matches('\n').count() + 1;
+        let column = before.chars().count() - before[..line_start].chars().count() + 1;
+        Self::line(file, line).at_column(column)
+    }
+
+    /// The same line, at a column counted from 1.
+    pub fn at_column(mut self, column: usize) -> Self {
+        self.column = Some(column);
+        self
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+            if let Some(column) = self.column {
+                write!(f, ":{column}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A message to the user. `Display` writes it whole, with its `error:` and `help:`, without a final line break.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Complaint {
+    /// What sort of mistake it is.
+    pub kind: Kind,
+    /// Where; two where two places disagree.
+    pub places: Vec<Place>,
+    /// What is wrong.
+    pub what: String,
+    /// What would be right.
+    pub help: Option<String>,
+}
+
+impl Complaint {
+    /// A complaint without place and help; add them with [`at`](Self::at) and [`help`](Self::help).
+    pub fn new(kind: Kind, what: impl Into<String>) -> Self {
+        Self {
+            kind,
+            places: Vec::new(),
+            what: what.into(),
+            help: None,
+        }
+    }
+
+    /// Adds a place, behind those already there.
+    pub fn at(mut self, place: Place) -> Self {
+        self.places.push(place);
+        self
+    }
+
+    /// Adds a whole file as place.
+    pub fn in_file(self, file: &Path) -> Self {
+        self.at(Place::file(file))
+    }
+
+    /// Says what would be right.
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+impl fmt::Display for Complaint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("error: ")?;
+        for (index, place) in self.places.iter().enumerate() {
+            if index > 0 {
+                f.write_str(" and ")?;
+            }
+            write!(f, "{place}")?;
+        }
+        if !self.places.is_empty() {
+            f.write_str(": ")?;
+        }
+        f.write_str(&self.what)?;
+        if let Some(help) = &self.help {
+            write!(f, "\n  help: {}", help.replace('\n', "\n        "))?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Complaint {}
+
+/// The candidate nearest to a mistyped word, the first one of equals; `None` where none is near. Case does not count.
+pub fn did_you_mean<'a>(
+    word: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    let lower = word.to_lowercase();
+    // One slip in a short word, one per three letters in a long one.
+    let allowed = (lower.chars().count() / 3).max(1);
+    candidates
+        .into_iter()
+        .map(|candidate| {
+            let distance = strsim::osa_distance(&lower, &candidate.to_lowercase());
+            (distance, candidate)
+        })
+        // A slip in a word of one letter leaves nothing of it.
+        .filter(|(distance, candidate)| {
+            *distance <= allowed && *distance < candidate.chars().count().max(1)
+        })
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, candidate)| candidate)
+}
+
+/// Help for a name that is not known: the near miss, if any, and every name there is.
+/// `what` names them in the plural, such as `component kinds`.
+pub fn help_with_names<'a>(
+    word: &str,
+    what: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> String {
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    let quoted: Vec<String> = candidates.iter().map(|name| format!("`{name}`")).collect();
+    let all = match quoted.is_empty() {
+        true => format!("there are no {what}"),
+        false => format!("known {what}: {}", quoted.join(", ")),
+    };
+    match did_you_mean(word, candidates) {
+        Some(near) => format!("did you mean `{near}`? {}", capitalised(&all)),
+        None => all,
+    }
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
