@@ -1,1 +1,143 @@
-//! Measured series: what a logger wrote.
+//! Measured series: what a logger wrote, in SI.
+
+mod header;
+mod read;
+mod sampling;
+mod table;
+mod write;
+
+use std::path::{Path, PathBuf};
+
+use crate::complaint::{Complaint, Kind, Place, help_with_names};
+use crate::units::{Dimension, Unit, UnitError};
+
+pub use sampling::Sampling;
+
+/// Series over one common time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// The file, as the user named it; messages quote it.
+    pub path: PathBuf,
+    /// Seconds, rising from row to row.
+    pub time: Vec<f64>,
+    /// Decimals with which the time is written; `None` writes as many as each value needs.
+    pub time_decimals: Option<usize>,
+    /// Every column but the time, in the order of the file.
+    pub channels: Vec<Channel>,
+    /// The line of the column names, which messages about columns point to.
+    pub header_line: usize,
+}
+
+/// One column of a record.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// The name in the header, without the unit.
+    pub name: String,
+    /// The unit in which the file has it.
+    pub unit: Unit,
+    /// In SI, one for each time.
+    pub values: Vec<f64>,
+    /// Decimals with which it is written; `None` writes as many as each value needs.
+    pub decimals: Option<usize>,
+}
+
+impl Channel {
+    /// A channel of SI values, written with as many decimals as each value needs.
+    pub fn new(name: impl Into<String>, unit: Unit, values: Vec<f64>) -> Self {
+        Self {
+            name: name.into(),
+            unit,
+            values,
+            decimals: None,
+        }
+    }
+
+    /// The same channel, written with this number of decimals in its unit.
+    pub fn with_decimals(mut self, decimals: usize) -> Self {
+        self.decimals = Some(decimals);
+        self
+    }
+}
+
+impl Record {
+    /// A record that comes from no file, such as a simulated one; `path` is the name that messages give it.
+    pub fn new(path: impl Into<PathBuf>, time: Vec<f64>, channels: Vec<Channel>) -> Self {
+        Self {
+            path: path.into(),
+            time,
+            time_decimals: None,
+            channels,
+            header_line: 1,
+        }
+    }
+
+    /// Reads a table of columns `name [unit]`, the first of them `time`, separated by commas, semicolons or tabs.
+    ///
+    /// Lines that start with `#`, blank lines, quoted names, a byte-order mark and any line ends are accepted; so are
+    /// decimal commas where the columns are separated by another sign or the numbers quoted. A column keeps the number of its decimals where all of its
+    /// values have as many, so that writing gives back what was read.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is no UTF-8 text; a missing time column; a column without name or unit, with an
+    /// unknown unit, or twice; a row that is too short or too long; a text that is no finite number; a time that repeats
+    /// or runs backwards; a file that ends in the middle of a row, or has no rows. The first mistake is told, with its line.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, Complaint> {
+        read::read(path.as_ref())
+    }
+
+    /// Writes the table, with the path of the record unchanged; what it gives, [`read`](Self::read) takes.
+    ///
+    /// # Errors
+    /// Those of [`write_atomically`](crate::files::write_atomically), and a record that could not be read back: a channel of
+    /// another length than the time, a value that is not finite, a time that does not rise, a name that stands twice.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Complaint> {
+        write::write(self, path.as_ref())
+    }
+
+    /// The channel of this name.
+    pub fn channel(&self, name: &str) -> Option<&Channel> {
+        self.channels.iter().find(|channel| channel.name == name)
+    }
+
+    /// The channel of this name, which must measure `dimension`; `asked_from` is the place that needs it.
+    ///
+    /// # Errors
+    /// No such channel, or one of another dimension: both places, the near miss, and what the record has.
+    pub fn require(
+        &self,
+        name: &str,
+        dimension: Dimension,
+        asked_from: Place,
+    ) -> Result<&Channel, Complaint> {
+        let header = Place::line(&self.path, self.header_line);
+        let Some(channel) = self.channel(name) else {
+            let names = self.channels.iter().map(|channel| channel.name.as_str());
+            return Err(Complaint::new(
+                Kind::UnknownName,
+                format!("the record has no column `{name}`"),
+            )
+            .at(asked_from)
+            .at(header)
+            .help(help_with_names(name, "columns", names)));
+        };
+        if channel.unit.dimension == dimension {
+            return Ok(channel);
+        }
+        let error = UnitError::WrongDimension {
+            unit: channel.unit.symbol.clone(),
+            found: channel.unit.dimension,
+            wanted: dimension,
+        };
+        Err(
+            Complaint::new(Kind::Dimension, format!("column `{name}`: {error}"))
+                .at(asked_from)
+                .at(header)
+                .help(error.help()),
+        )
+    }
+
+    /// How the rows follow each other; `None` with fewer than two rows.
+    pub fn sampling(&self) -> Option<Sampling> {
+        Sampling::of(&self.time, self.time_decimals)
+    }
+}

@@ -144,7 +144,7 @@ impl fmt::Display for Dimension {
 }
 
 const NAMES: [(Dimension, &str); 25] = [
-    (Dimension::NONE, "pure number"),
+    (Dimension::NONE, "pure numbers"),
     (Dimension::LENGTH, "length"),
     (Dimension::AREA, "area"),
     (Dimension::VOLUME, "volume"),

@@ -130,7 +130,7 @@ impl fmt::Display for UnitError {
                 wanted,
             } => write!(f, "`{unit}` is a unit of {found}, not of {wanted}"),
             Self::MissingUnit { number, wanted } => {
-                write!(f, "`{number}` has no unit, but a {wanted} is asked for")
+                write!(f, "`{number}` has no unit, but needs one of {wanted}")
             }
             Self::NotANumber { text } => write!(f, "`{text}` does not begin with a finite number"),
         }

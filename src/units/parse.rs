@@ -1,6 +1,6 @@
 //! Reads the text of a unit: products, quotients and integer powers of known words.
 
-use super::table::{ATOMS, Atom, SPELLINGS};
+use super::table::{ATOMS, Atom, MISTAKES, SPELLINGS};
 use super::{Dimension, Unit, UnitError};
 use crate::complaint::did_you_mean;
 
@@ -93,7 +93,11 @@ fn power(unit: &str, word: &str) -> Result<(Atom, i8), UnitError> {
         None => Err(UnitError::Unknown {
             unit: unit.to_owned(),
             word: base.to_owned(),
-            nearest: did_you_mean(base, ATOMS.iter().map(|atom| atom.symbol))
+            nearest: MISTAKES
+                .iter()
+                .find(|(mistake, _)| *mistake == base)
+                .map(|(_, better)| *better)
+                .or_else(|| did_you_mean(base, ATOMS.iter().map(|atom| atom.symbol)))
                 .map(|better| unit.replacen(base, better, 1)),
         }),
     }

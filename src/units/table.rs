@@ -89,6 +89,17 @@ pub(super) const SPELLINGS: &[(&str, &str)] = &[
     ("ccm", "cc"),
 ];
 
+/// Words that people write and that are too far from, or ambiguous beside, the right symbol to be found by their letters.
+pub(super) const MISTAKES: &[(&str, &str)] = &[
+    ("C", "degC"),
+    ("degree", "degC"),
+    ("barg", "bar"),
+    ("bara", "bar"),
+    ("lpm", "L/min"),
+    ("sec", "s"),
+    ("micron", "um"),
+];
+
 /// Compounds that lists of units name; any other product or quotient is read as well.
 pub(super) const COMPOUNDS: &[&str] = &[
     "mm2",

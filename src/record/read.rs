@@ -1,0 +1,123 @@
+//! From the text of a file to a record.
+
+use std::path::Path;
+
+use super::table::{Table, unclosed_quote};
+use super::{Record, header};
+use crate::complaint::{Complaint, Kind, Place};
+use crate::files;
+
+pub(super) fn read(path: &Path) -> Result<Record, Complaint> {
+    let text = files::read_text(path)?;
+    let mut lines = Lines::new(&text);
+    let Some(header_start) = lines.next_row(0) else {
+        return Err(Complaint::new(Kind::Empty, "the file is empty")
+            .in_file(path)
+            .help("the first row names the columns: `time [s],p_A [bar],...`"));
+    };
+    let header_line = lines.line;
+    let separator = header::separator(text.get(header_start..).unwrap_or_default());
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .comment(Some(b'#'))
+        .delimiter(separator)
+        .from_reader(text.as_bytes());
+
+    let mut row = csv::StringRecord::new();
+    next(&mut reader, &mut row, path)?;
+    let header_end = offset(&reader);
+    let header_place = Place::line(path, header_line);
+    let quotes = text
+        .get(header_start..header_end)
+        .map_or(0, |header| header.matches('"').count());
+    if quotes % 2 == 1 {
+        return Err(unclosed_quote(header_place));
+    }
+    let columns = header::parse(&row, &header_place)?;
+    let mut table = Table::new(path, separator, columns);
+
+    loop {
+        let before = offset(&reader);
+        if !next(&mut reader, &mut row, path)? {
+            break;
+        }
+        lines.next_row(before);
+        // A line of blanks is no row.
+        if row.len() == 1 && row.get(0).is_some_and(|field| field.trim().is_empty()) {
+            continue;
+        }
+        let last = text
+            .get(offset(&reader)..)
+            .unwrap_or_default()
+            .trim_start()
+            .is_empty();
+        let cut = last && !text.ends_with(['\n', '\r']);
+        table.push(&row, lines.line, cut, last)?;
+    }
+    table.finish(header_line)
+}
+
+fn offset(reader: &csv::Reader<&[u8]>) -> usize {
+    usize::try_from(reader.position().byte()).unwrap_or(usize::MAX)
+}
+
+fn next(
+    reader: &mut csv::Reader<&[u8]>,
+    row: &mut csv::StringRecord,
+    path: &Path,
+) -> Result<bool, Complaint> {
+    reader.read_record(row).map_err(|error| {
+        Complaint::new(
+            Kind::Syntax,
+            format!("cannot be split into columns: {error}"),
+        )
+        .in_file(path)
+    })
+}
+
+/// Finds the line of each row. The positions of the csv crate are those before the comments and blank lines that it
+/// skips, so the lines are counted here.
+struct Lines<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    line: usize,
+}
+
+impl<'a> Lines<'a> {
+    fn new(text: &'a str) -> Self {
+        Self {
+            bytes: text.as_bytes(),
+            at: 0,
+            line: 1,
+        }
+    }
+
+    /// Moves on to byte `from`, then over blank lines and comments; gives where the row starts, if there is one.
+    fn next_row(&mut self, from: usize) -> Option<usize> {
+        while self.at < from {
+            self.step();
+        }
+        loop {
+            match self.bytes.get(self.at)? {
+                b'\n' | b'\r' => self.step(),
+                b'#' => {
+                    while !matches!(self.bytes.get(self.at)?, b'\n' | b'\r') {
+                        self.step();
+                    }
+                }
+                _ => return Some(self.at),
+            }
+        }
+    }
+
+    fn step(&mut self) {
+        let here = self.bytes.get(self.at);
+        let next = self.bytes.get(self.at + 1);
+        // Of a carriage return with a line feed, the line feed ends the line.
+        if here == Some(&b'\n') || (here == Some(&b'\r') && next != Some(&b'\n')) {
+            self.line += 1;
+        }
+        self.at += 1;
+    }
+}

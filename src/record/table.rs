@@ -1,0 +1,303 @@
+//! The rows of a record, checked one by one.
+
+use std::path::Path;
+
+use super::header::Column;
+use super::{Channel, Record};
+use crate::complaint::{Complaint, Kind, Place};
+use crate::units::Unit;
+
+/// Rows from which the number of decimals of the last column is taken as a rule.
+const ROWS_FOR_A_RULE: usize = 10;
+
+pub(super) fn unclosed_quote(place: Place) -> Complaint {
+    Complaint::new(Kind::Syntax, "a quotation mark opens and is not closed")
+        .at(place)
+        .help("close it, or remove it")
+}
+
+/// How many decimals the numbers of a column have, as long as all have as many.
+#[derive(Clone, Copy)]
+enum Decimals {
+    Unknown,
+    All(usize),
+    Mixed,
+}
+
+impl Decimals {
+    fn with(self, count: Option<usize>) -> Self {
+        match (self, count) {
+            (Self::Unknown, Some(count)) => Self::All(count),
+            (Self::All(before), Some(count)) if before == count => self,
+            _ => Self::Mixed,
+        }
+    }
+
+    fn known(self) -> Option<usize> {
+        match self {
+            Self::All(count) => Some(count),
+            Self::Unknown | Self::Mixed => None,
+        }
+    }
+}
+
+/// The rows read so far.
+pub(super) struct Table<'a> {
+    path: &'a Path,
+    separator: u8,
+    columns: Vec<Column>,
+    values: Vec<Vec<f64>>,
+    decimals: Vec<Decimals>,
+    /// The decimal mark of the first number that has one.
+    mark: Option<u8>,
+    last_line: usize,
+}
+
+impl<'a> Table<'a> {
+    pub(super) fn new(path: &'a Path, separator: u8, columns: Vec<Column>) -> Self {
+        let count = columns.len();
+        Self {
+            path,
+            separator,
+            columns,
+            values: vec![Vec::new(); count],
+            decimals: vec![Decimals::Unknown; count],
+            mark: None,
+            last_line: 0,
+        }
+    }
+
+    fn complain(&self, kind: Kind, line: usize, what: String) -> Complaint {
+        Complaint::new(kind, what).at(Place::line(self.path, line))
+    }
+
+    /// Takes a row; `cut` says that the file ends in it without a line end, `last` that it is the last one.
+    pub(super) fn push(
+        &mut self,
+        row: &csv::StringRecord,
+        line: usize,
+        cut: bool,
+        last: bool,
+    ) -> Result<(), Complaint> {
+        if row.iter().any(|field| field.contains('\n')) {
+            return Err(unclosed_quote(Place::line(self.path, line)));
+        }
+        if row.len() != self.columns.len() {
+            return Err(self.wrong_length(row, line, last));
+        }
+        for (index, field) in row.iter().enumerate() {
+            let field = field.trim();
+            let (written, decimals) = self.number(field, index, line, cut)?;
+            let is_last = index + 1 == self.columns.len();
+            if cut && is_last {
+                self.check_not_cut(field, index, decimals, line)?;
+            }
+            let (Some(column), Some(values), Some(rule)) = (
+                self.columns.get(index),
+                self.values.get_mut(index),
+                self.decimals.get_mut(index),
+            ) else {
+                continue;
+            };
+            let value = column.unit.to_si(written);
+            if index == 0
+                && let Some(before) = values.last().copied()
+                && value <= before
+            {
+                return Err(self.time_not_rising(field, value < before, line));
+            }
+            values.push(value);
+            *rule = rule.with(decimals);
+        }
+        self.last_line = line;
+        Ok(())
+    }
+
+    fn wrong_length(&self, row: &csv::StringRecord, line: usize, last: bool) -> Complaint {
+        let (found, wanted) = (row.len(), self.columns.len());
+        let fields = if found == 1 { "field" } else { "fields" };
+        if found < wanted && last {
+            return self
+                .complain(
+                    Kind::Shape,
+                    line,
+                    format!("the file ends in the middle of a row: {found} {fields} of {wanted}"),
+                )
+                .help("the writing broke off; remove the last line, or copy the file again");
+        }
+        let complaint = self.complain(
+            Kind::Shape,
+            line,
+            format!("the row has {found} {fields}, but the header names {wanted} columns"),
+        );
+        if found > wanted && self.separator == b',' {
+            complaint.help(
+                "one field for each column; where numbers have decimal commas, separate the columns with `;`",
+            )
+        } else {
+            complaint.help("one field for each column")
+        }
+    }
+
+    /// The number in a field, and its decimals where it is written without an exponent.
+    fn number(
+        &mut self,
+        field: &str,
+        index: usize,
+        line: usize,
+        cut: bool,
+    ) -> Result<(f64, Option<usize>), Complaint> {
+        let mark = field.bytes().find(|byte| matches!(byte, b',' | b'.'));
+        if let Some(mark) = mark {
+            match self.mark {
+                None => self.mark = Some(mark),
+                Some(before) if before != mark => {
+                    return Err(self.mixed_marks(field, before, index, line));
+                }
+                Some(_) => {}
+            }
+        }
+        let parsed = match mark {
+            Some(b',') => field.replacen(',', ".", 1).parse::<f64>(),
+            _ => field.parse::<f64>(),
+        };
+        match parsed {
+            Ok(value) if value.is_finite() => {
+                let decimals = match field.bytes().position(|byte| matches!(byte, b',' | b'.')) {
+                    _ if field.contains(['e', 'E']) => None,
+                    Some(at) => Some(field.len() - at - 1),
+                    None => Some(0),
+                };
+                Ok((value, decimals))
+            }
+            _ => Err(self.not_a_number(field, index, line, cut)),
+        }
+    }
+
+    fn name(&self, index: usize) -> &str {
+        self.columns
+            .get(index)
+            .map_or("", |column| column.name.as_str())
+    }
+
+    fn not_a_number(&self, field: &str, index: usize, line: usize, cut: bool) -> Complaint {
+        let name = self.name(index);
+        let is_last = index + 1 == self.columns.len();
+        if cut && is_last && (field.is_empty() || matches!(field, "-" | "+" | ".")) {
+            return self.cut_number(field, line);
+        }
+        if field.is_empty() {
+            return self
+                .complain(
+                    Kind::Number,
+                    line,
+                    format!("the field of `{name}` is empty"),
+                )
+                .help(
+                    "every field holds a number; remove rows with gaps, or split the record there",
+                );
+        }
+        let finite = field.parse::<f64>().is_err();
+        let what = if finite {
+            "a number"
+        } else {
+            "a finite number"
+        };
+        self.complain(
+            Kind::Number,
+            line,
+            format!("`{field}` in column `{name}` is not {what}"),
+        )
+        .help("every field holds a number such as `-1.5` or `2e-3`; remove rows with gaps, or split the record there")
+    }
+
+    fn mixed_marks(&self, field: &str, before: u8, index: usize, line: usize) -> Complaint {
+        let mark = if before == b',' { "comma" } else { "point" };
+        self.complain(
+            Kind::Number,
+            line,
+            format!(
+                "`{field}` in column `{}`: the decimal mark of this file is the {mark}",
+                self.name(index)
+            ),
+        )
+        .help("write all numbers with the same decimal mark and without separators of thousands")
+    }
+
+    /// A file cut within its last number still looks whole, but for the missing decimals.
+    fn check_not_cut(
+        &self,
+        field: &str,
+        index: usize,
+        decimals: Option<usize>,
+        line: usize,
+    ) -> Result<(), Complaint> {
+        let rows = self.values.get(index).map_or(0, Vec::len);
+        let rule = self.decimals.get(index).and_then(|rule| rule.known());
+        match (rule, decimals) {
+            (Some(rule), Some(found)) if rows >= ROWS_FOR_A_RULE && found < rule => {
+                Err(self.cut_number(field, line))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn cut_number(&self, field: &str, line: usize) -> Complaint {
+        self.complain(
+            Kind::Shape,
+            line,
+            format!("the file ends in the middle of a number: `{field}`"),
+        )
+        .help("the writing broke off; remove the last line, or copy the file again")
+    }
+
+    fn time_not_rising(&self, field: &str, backwards: bool, line: usize) -> Complaint {
+        let unit = self.columns.first().map_or("s", |time| &time.unit.symbol);
+        let what = if backwards {
+            format!("the time runs backwards to {field} {unit}")
+        } else {
+            format!("the time {field} {unit} repeats")
+        };
+        Complaint::new(Kind::Order, what)
+            .at(Place::line(self.path, self.last_line))
+            .at(Place::line(self.path, line))
+            .help("the time rises from row to row; remove the repeated rows, or split the record where the clock was set")
+    }
+
+    pub(super) fn finish(self, header_line: usize) -> Result<Record, Complaint> {
+        let mut decimals = self.decimals.into_iter().map(Decimals::known);
+        let mut columns = self.columns.into_iter().zip(self.values);
+        let (time_unit, time) = columns.next().map_or_else(
+            || (Unit::second(), Vec::new()),
+            |(column, values)| (column.unit, values),
+        );
+        if time.is_empty() {
+            return Err(
+                Complaint::new(Kind::Empty, "the record has no rows below its header")
+                    .at(Place::line(self.path, header_line))
+                    .help("one row of numbers for each time"),
+            );
+        }
+        // Decimals of milliseconds are not those of seconds.
+        let time_decimals = decimals
+            .next()
+            .flatten()
+            .filter(|_| time_unit.factor == 1.0);
+        let channels = columns
+            .zip(decimals)
+            .map(|((column, values), decimals)| Channel {
+                name: column.name,
+                unit: column.unit,
+                values,
+                decimals,
+            })
+            .collect();
+        Ok(Record {
+            path: self.path.to_path_buf(),
+            time,
+            time_decimals,
+            channels,
+            header_line,
+        })
+    }
+}

@@ -1,0 +1,61 @@
+//! The measured records that stand beside the project, where they are at hand.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use borescope::record::Record;
+
+const RECORDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/records");
+
+fn records() -> Vec<PathBuf> {
+    let Ok(folder) = fs::read_dir(RECORDS) else {
+        eprintln!("SKIPPED: there is no folder {RECORDS}");
+        return Vec::new();
+    };
+    let mut paths: Vec<PathBuf> = folder
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|ending| ending == "csv"))
+        .collect();
+    paths.sort();
+    paths
+}
+
+#[test]
+fn every_record_is_read_and_written_back_byte_for_byte() {
+    let folder = tempfile::tempdir().unwrap();
+    for path in records() {
+        let record = Record::read(&path).unwrap_or_else(|complaint| panic!("{complaint}"));
+        let rows = fs::read_to_string(&path).unwrap();
+        assert_eq!(record.time.len(), rows.lines().count() - 1, "{}", path.display());
+        assert!(record.sampling().unwrap().regular, "{}", path.display());
+        let copy = folder.path().join("copy.csv");
+        record.write(&copy).unwrap();
+        assert!(
+            fs::read_to_string(&copy).unwrap() == rows,
+            "{} comes back changed",
+            path.display()
+        );
+    }
+}
+
+#[test]
+fn ten_thousand_rows_are_read_in_well_below_fifty_milliseconds() {
+    let path = Path::new(RECORDS).join("series_1.csv");
+    if !path.exists() {
+        eprintln!("SKIPPED: there is no {}", path.display());
+        return;
+    }
+    // The best of several: the rest is other work on the machine.
+    let best = (0..7)
+        .map(|_| {
+            let start = Instant::now();
+            let record = Record::read(&path).unwrap();
+            assert_eq!(record.time.len(), 10_100);
+            start.elapsed()
+        })
+        .min()
+        .unwrap();
+    println!("10100 rows of 12 columns in {best:?}");
+    assert!(best < Duration::from_millis(50), "{best:?}");
+}
