@@ -1,0 +1,306 @@
+//! The equations of a circuit over one number type, as the integrator sees them.
+
+use super::layout::{Layout, Raw, Slot, Variable};
+use crate::numeric::{Dual, Real, Scalar, System};
+use crate::physics::component::{Answers, AnyLaw, INPUTS, Seen, VARIABLES};
+use crate::physics::fluid::{self, Fluid};
+use crate::physics::{ATMOSPHERE, GRAVITY};
+use crate::rig::Rig;
+
+/// Directions of a component's own derivatives: its variables, and time through its inputs.
+const LOCAL: usize = VARIABLES + 1;
+const TIME: usize = VARIABLES;
+
+/// Component-local derivatives of a scalar.
+type Local<S> = Dual<S, LOCAL>;
+
+/// Inputs that run straight from `from` at `start`, with `slope` per second.
+#[derive(Debug, Clone, Default)]
+pub struct Inputs {
+    pub start: f64,
+    pub from: Vec<f64>,
+    pub slope: Vec<f64>,
+}
+
+impl Inputs {
+    fn at(&self, input: usize, t: f64) -> f64 {
+        self.from[input] + self.slope[input] * (t - self.start)
+    }
+}
+
+/// The equations of one rig for one set of parameters.
+pub struct Assembly<'a, S> {
+    layout: &'a Layout,
+    laws: Vec<AnyLaw<S>>,
+    local_laws: Vec<AnyLaw<Local<S>>>,
+    held: Vec<S>,
+    /// Level per pressure, m/Pa.
+    level_per_pressure: S,
+    answers: Vec<Answers<S>>,
+    local: Vec<Answers<Local<S>>>,
+    pub inputs: Inputs,
+}
+
+impl<'a, S: Scalar> Assembly<'a, S> {
+    /// `parameters` are all of the rig's, SI.
+    pub fn new(rig: &Rig, layout: &'a Layout, parameters: &[S]) -> Self {
+        fn build<T: Real>(rig: &Rig, parameters: &[T]) -> Vec<AnyLaw<T>> {
+            let fluid = Fluid::new(&parameters[..fluid::CARD.parameters.len()]);
+            let law = |component: &crate::rig::Component| {
+                let own = &parameters[component.first_parameter..][..component.card.parameters.len()];
+                AnyLaw::new(component.card.kind, own, &fluid)
+            };
+            rig.components.iter().filter_map(law).collect()
+        }
+        let lifted: Vec<Local<S>> = parameters.iter().map(|&value| Local::lift(value)).collect();
+        let held = parameters.iter().map(|&value| value + ATMOSPHERE).collect();
+        Self {
+            layout,
+            laws: build(rig, parameters),
+            local_laws: build(rig, &lifted),
+            held,
+            level_per_pressure: S::one() / (parameters[0] * GRAVITY),
+            answers: vec![Answers::default(); rig.components.len()],
+            local: vec![Answers::default(); rig.components.len()],
+            inputs: Inputs::default(),
+        }
+    }
+
+    #[inline]
+    fn seen(&self, slot: &Slot, t: f64, y: &[S]) -> Seen<S> {
+        let z = slot.variables.map(|variable| match variable {
+            Variable::Unused => S::zero(),
+            Variable::State(state) => y[state],
+            Variable::Held(parameter) => self.held[parameter],
+        });
+        let u = slot.inputs.map(|input| input.map_or(S::zero(), |input| S::constant(self.inputs.at(input, t))));
+        Seen { z, u }
+    }
+
+    #[inline]
+    fn seen_locally(&self, slot: &Slot, t: f64, y: &[S]) -> Seen<Local<S>> {
+        let plain = self.seen(slot, t, y);
+        let mut z = [Local::zero(); VARIABLES];
+        for (index, (local, value)) in z.iter_mut().zip(plain.z).enumerate() {
+            *local = match slot.variables[index] {
+                Variable::State(_) => Local::variable(value, index),
+                _ => Local::lift(value),
+            };
+        }
+        let mut u = [Local::zero(); INPUTS];
+        for ((local, value), input) in u.iter_mut().zip(plain.u).zip(slot.inputs) {
+            *local = Local::lift(value);
+            if let Some(input) = input {
+                local.eps[TIME] = S::constant(self.inputs.slope[input]);
+            }
+        }
+        Seen { z, u }
+    }
+
+    fn evaluate(&mut self, t: f64, y: &[S]) {
+        for (index, (slot, law)) in self.layout.slots.iter().zip(&self.laws).enumerate() {
+            let seen = self.seen(slot, t, y);
+            let mut answers = Answers::default();
+            law.evaluate(&seen, &mut answers);
+            self.answers[index] = answers;
+        }
+    }
+
+    fn evaluate_locally(&mut self, t: f64, y: &[S]) {
+        for (index, (slot, law)) in self.layout.slots.iter().zip(&self.local_laws).enumerate() {
+            let seen = self.seen_locally(slot, t, y);
+            let mut answers = Answers::default();
+            law.evaluate(&seen, &mut answers);
+            self.local[index] = answers;
+        }
+    }
+
+    /// Sum of through and of capacity at a balance.
+    #[inline]
+    fn sums(&self, index: usize, through: impl Fn(usize, usize) -> (S, S)) -> (S, S) {
+        let (mut flow, mut capacity) = (S::zero(), S::zero());
+        for (component, slot) in self.layout.slots.iter().enumerate() {
+            for port in 0..slot.ports {
+                if slot.balances[port] == Some(index) {
+                    let (q, c) = through(component, port);
+                    flow += q;
+                    capacity += c;
+                }
+            }
+        }
+        (flow, capacity)
+    }
+
+    /// Net force in N on the body with this velocity state.
+    pub fn force(&mut self, velocity: usize, t: f64, y: &[S]) -> S {
+        self.evaluate(t, y);
+        let index = self.layout.balances.iter().position(|balance| balance.state == velocity).unwrap_or(0);
+        self.sums(index, |component, port| {
+            (self.answers[component].through[port], self.answers[component].capacity[port])
+        })
+        .0
+    }
+
+    /// Rate of a component's state and its slope by that state, for the search of a state that rests.
+    pub fn own_rate(&mut self, component: usize, state: usize, t: f64, y: &[S]) -> (S, S) {
+        let slot = &self.layout.slots[component];
+        let seen = self.seen_locally(slot, t, y);
+        let mut answers = Answers::default();
+        self.local_laws[component].evaluate(&seen, &mut answers);
+        let rate = answers.rate[state];
+        let own = slot.variables.iter().position(|v| *v == Variable::State(slot.first_state + state)).unwrap_or(0);
+        (rate.re, rate.eps[own])
+    }
+
+    /// The raw value of a sensor, SI, from the answers of the last evaluation.
+    #[inline]
+    fn raw(&self, sensor: usize, y: &[S]) -> S {
+        match self.layout.raw[sensor] {
+            Raw::Pressure(state) => y[state] - ATMOSPHERE,
+            Raw::HeldPressure(parameter) => self.held[parameter] - ATMOSPHERE,
+            Raw::Level(state) => (y[state] - ATMOSPHERE) * self.level_per_pressure,
+            Raw::State(state) => y[state],
+            Raw::Flow(component, port, sign) => self.answers[component].through[port] * sign,
+        }
+    }
+
+    /// Raw values of the sensors at `t`, SI, into `raw`.
+    pub fn raw_values(&mut self, t: f64, y: &[S], raw: &mut [S]) {
+        if self.layout.raw.iter().zip(&self.layout.filtered).any(|(raw, filtered)| filtered.is_none() && matches!(raw, Raw::Flow(..))) || t < 0.0 {
+            self.evaluate(t, y);
+        }
+        for (sensor, value) in raw.iter_mut().enumerate() {
+            *value = match self.layout.filtered[sensor] {
+                Some(state) => y[state],
+                None => self.raw(sensor, y),
+            };
+        }
+    }
+
+    /// Sets the states of the sensors' lags to what they read at rest.
+    pub fn settle_filters(&mut self, t: f64, y: &mut [S]) {
+        self.evaluate(t, y);
+        for filter in &self.layout.filters {
+            y[filter.state] = self.raw(filter.sensor, y);
+        }
+    }
+}
+
+impl<S: Scalar, const N: usize> System<S, N> for Assembly<'_, S> {
+    fn derivative(&mut self, t: f64, y: &[S; N], dydt: &mut [S; N]) {
+        self.evaluate(t, y);
+        let mut through = [S::zero(); N];
+        let mut capacity = [S::zero(); N];
+        for (slot, answers) in self.layout.slots.iter().zip(&self.answers) {
+            for port in 0..slot.ports {
+                if let Some(balance) = slot.balances[port] {
+                    through[balance] += answers.through[port];
+                    capacity[balance] += answers.capacity[port];
+                }
+            }
+            for state in 0..slot.states {
+                dydt[slot.first_state + state] = answers.rate[state];
+            }
+        }
+        for (index, balance) in self.layout.balances.iter().enumerate() {
+            dydt[balance.state] = through[index] * balance.sign / capacity[index];
+        }
+        for &(position, velocity) in &self.layout.bodies {
+            dydt[position] = y[velocity];
+        }
+        for filter in &self.layout.filters {
+            dydt[filter.state] = (self.raw(filter.sensor, y) - y[filter.state]) / filter.lag;
+        }
+        for rate in dydt.iter_mut().skip(self.layout.states) {
+            *rate = S::zero();
+        }
+    }
+
+    fn jacobian(&mut self, t: f64, y: &[S; N], j: &mut [[S; N]; N], dfdt: &mut [S; N]) {
+        let mut dydt = [S::zero(); N];
+        self.linearise(t, y, &mut dydt, j, dfdt);
+    }
+
+    fn linearise(&mut self, t: f64, y: &[S; N], dydt: &mut [S; N], j: &mut [[S; N]; N], dfdt: &mut [S; N]) {
+        self.evaluate_locally(t, y);
+        let mut through = [S::zero(); N];
+        let mut capacity = [S::zero(); N];
+        for (slot, answers) in self.layout.slots.iter().zip(&self.local) {
+            for port in 0..slot.ports {
+                if let Some(balance) = slot.balances[port] {
+                    through[balance] += answers.through[port].re;
+                    capacity[balance] += answers.capacity[port].re;
+                }
+            }
+        }
+        let mut per_capacity = [S::zero(); N];
+        let mut rate = [S::zero(); N];
+        for (index, balance) in self.layout.balances.iter().enumerate() {
+            per_capacity[index] = S::one() / capacity[index];
+            rate[index] = through[index] * balance.sign * per_capacity[index];
+            dydt[balance.state] = rate[index];
+        }
+        for (slot, answers) in self.layout.slots.iter().zip(&self.local) {
+            for port in 0..slot.ports {
+                let Some(index) = slot.balances[port] else { continue };
+                let balance = self.layout.balances[index];
+                let (q, c) = (&answers.through[port], &answers.capacity[port]);
+                let by = |direction: usize| {
+                    (q.eps[direction] * balance.sign - rate[index] * c.eps[direction]) * per_capacity[index]
+                };
+                for (direction, variable) in slot.variables.iter().enumerate() {
+                    if let Variable::State(column) = variable {
+                        j[balance.state][*column] += by(direction);
+                    }
+                }
+                if slot.inputs[0].is_some() {
+                    dfdt[balance.state] += by(TIME);
+                }
+            }
+            for state in 0..slot.states {
+                let row = slot.first_state + state;
+                dydt[row] = answers.rate[state].re;
+                for (direction, variable) in slot.variables.iter().enumerate() {
+                    if let Variable::State(column) = variable {
+                        j[row][*column] += answers.rate[state].eps[direction];
+                    }
+                }
+                dfdt[row] += answers.rate[state].eps[TIME];
+            }
+        }
+        for &(position, velocity) in &self.layout.bodies {
+            dydt[position] = y[velocity];
+            j[position][velocity] = S::one();
+        }
+        for filter in &self.layout.filters {
+            let per_lag = 1.0 / filter.lag;
+            let raw = match self.layout.raw[filter.sensor] {
+                Raw::Flow(component, port, sign) => {
+                    let flow = &self.local[component].through[port];
+                    let slot = &self.layout.slots[component];
+                    for (direction, variable) in slot.variables.iter().enumerate() {
+                        if let Variable::State(column) = variable {
+                            j[filter.state][*column] += flow.eps[direction] * (sign * per_lag);
+                        }
+                    }
+                    dfdt[filter.state] += flow.eps[TIME] * (sign * per_lag);
+                    flow.re * sign
+                }
+                Raw::Pressure(state) | Raw::State(state) => {
+                    j[filter.state][state] += S::constant(per_lag);
+                    self.raw(filter.sensor, y)
+                }
+                Raw::Level(state) => {
+                    j[filter.state][state] += self.level_per_pressure * per_lag;
+                    self.raw(filter.sensor, y)
+                }
+                Raw::HeldPressure(_) => self.raw(filter.sensor, y),
+            };
+            j[filter.state][filter.state] -= S::constant(per_lag);
+            dydt[filter.state] = (raw - y[filter.state]) * per_lag;
+        }
+        for rate in dydt.iter_mut().skip(self.layout.states) {
+            *rate = S::zero();
+        }
+    }
+}

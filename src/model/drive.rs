@@ -1,0 +1,253 @@
+//! What drives the circuit: the recorded commands and loads as pieces between which nothing jumps.
+
+use crate::complaint::{Complaint, Kind, Place};
+use crate::record::Record;
+use crate::rig::{Cycle, Hold, Input, Rig};
+
+/// Inputs that run straight over an interval.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Piece {
+    /// s.
+    pub start: f64,
+    /// s.
+    pub end: f64,
+    /// Value of each input at the start, SI.
+    pub from: Vec<f64>,
+    /// Value of each input at the end, SI.
+    pub to: Vec<f64>,
+    /// Whether an input jumps at the start.
+    pub jump: bool,
+}
+
+/// The pieces of a whole record, one after the other without gap.
+#[derive(Debug, Clone)]
+pub struct Drive {
+    pub pieces: Vec<Piece>,
+    /// First readings of the nodes' gauge pressures, Pa; 0 where nothing measures.
+    pub readings: Vec<f64>,
+}
+
+/// One input as a broken line: `value(t)` runs from `from` to `to` within each stretch, and may jump between them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stretch {
+    start: f64,
+    end: f64,
+    from: f64,
+    to: f64,
+}
+
+/// A jump between neighbouring rows is one of more than this many standard deviations of their difference:
+/// one false jump in 10^9 rows.
+const JUMP: f64 = 6.0;
+/// Largest excursion of the running sum of n misfits, in `sigma sqrt(n)`, that noise makes in 99 % of cases
+/// (Kolmogorov distribution).
+const EXCURSION: f64 = 1.63;
+
+impl Drive {
+    /// From the input columns of a record.
+    ///
+    /// # Errors
+    /// A column that is missing or of another dimension.
+    pub fn from_record(rig: &Rig, record: &Record) -> Result<Self, Complaint> {
+        let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
+        let mut lines = Vec::new();
+        for input in &rig.inputs {
+            let channel = record.require(&input.column, input.unit.dimension, input.place.clone())?;
+            lines.push(broken_line(input, &record.time, &channel.values, interval));
+        }
+        let (Some(&first), Some(&last)) = (record.time.first(), record.time.last()) else {
+            return Err(Complaint::new(Kind::Empty, "the record has no rows").at(Place::file(&record.path)));
+        };
+        // Where a row speaks of the interval before it, the first row begins one interval earlier.
+        let before = rig.inputs.iter().any(|input| input.hold == Hold::Before);
+        let start = if before { first - interval } else { first };
+        Ok(Self { pieces: merge(&lines, start, last), readings: readings(rig, record)? })
+    }
+
+    /// From the cycle of a rig file.
+    pub fn from_cycle(rig: &Rig, cycle: &Cycle) -> Self {
+        let mut start = 0.0;
+        let mut pieces: Vec<Piece> = Vec::new();
+        for phase in &cycle.phases {
+            let from: Vec<f64> = phase.inputs.iter().map(|profile| profile.from).collect();
+            let jump = pieces.last().is_none_or(|last| last.to != from);
+            let end = start + phase.duration;
+            pieces.push(Piece { start, end, from, to: phase.inputs.iter().map(|profile| profile.to).collect(), jump });
+            start = end;
+        }
+        Self { pieces, readings: vec![0.0; rig.nodes.len()] }
+    }
+
+    /// Value of an input at a time, SI; at a jump the value before it.
+    pub fn value(&self, input: usize, t: f64) -> f64 {
+        let index = self.pieces.partition_point(|piece| piece.end < t).min(self.pieces.len().saturating_sub(1));
+        let Some(piece) = self.pieces.get(index) else { return 0.0 };
+        let share = ((t - piece.start) / (piece.end - piece.start)).clamp(0.0, 1.0);
+        piece.from[input] + share * (piece.to[input] - piece.from[input])
+    }
+}
+
+/// Mean of the first few readings of each node's pressure sensor.
+fn readings(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint> {
+    const ROWS: usize = 3;
+    let mut readings = vec![0.0; rig.nodes.len()];
+    for sensor in &rig.sensors {
+        if let crate::rig::Target::Node(node) = sensor.target
+            && sensor.quantity == crate::rig::Quantity::Pressure
+        {
+            let channel = record.require(&sensor.column, sensor.quantity.dimension(), sensor.place.clone())?;
+            let rows = channel.values.len().clamp(1, ROWS);
+            readings[node] = channel.values.iter().take(rows).sum::<f64>() / rows as f64;
+        }
+    }
+    Ok(readings)
+}
+
+fn broken_line(input: &Input, time: &[f64], values: &[f64], interval: f64) -> Vec<Stretch> {
+    // Interval over which each row's value holds.
+    let holds = |row: usize| match input.hold {
+        Hold::Before => (if row == 0 { time[0] - interval } else { time[row - 1] }, time[row]),
+        Hold::After | Hold::Linear => (time[row], time.get(row + 1).copied().unwrap_or(time[row] + interval)),
+    };
+    if input.noise > 0.0 {
+        return smooth(input, time, values, holds);
+    }
+    let mut line: Vec<Stretch> = Vec::new();
+    for row in 0..values.len() {
+        let (start, end) = holds(row);
+        let (from, to) = match input.hold {
+            Hold::Linear => (values[row], values.get(row + 1).copied().unwrap_or(values[row])),
+            Hold::Before | Hold::After => (values[row], values[row]),
+        };
+        match line.last_mut() {
+            Some(last) if last.from == last.to && last.to == from && from == to => last.end = end,
+            _ => line.push(Stretch { start, end, from, to }),
+        }
+    }
+    line
+}
+
+/// A noisy input as broken lines between its jumps, with no more knots than the noise can tell from fewer.
+fn smooth(input: &Input, time: &[f64], values: &[f64], holds: impl Fn(usize) -> (f64, f64)) -> Vec<Stretch> {
+    let mut line = Vec::new();
+    let mut first = 0;
+    for row in 1..=values.len() {
+        let jumps = row == values.len()
+            || (values[row] - values[row - 1]).abs() > JUMP * std::f64::consts::SQRT_2 * input.noise;
+        if !jumps {
+            continue;
+        }
+        let rows = first..row;
+        // A held value stands for the middle of its interval.
+        let middle: Vec<f64> = rows
+            .clone()
+            .map(|row| match input.hold {
+                Hold::Linear => time[row],
+                Hold::Before | Hold::After => f64::midpoint(holds(row).0, holds(row).1),
+            })
+            .collect();
+        let (start, end) = (holds(first).0, holds(row - 1).1);
+        line.extend(fit_line(&middle, &values[rows], start, end, input.noise));
+        first = row;
+    }
+    line
+}
+
+/// Least-squares broken line through samples, halving intervals until the misfit looks like noise.
+fn fit_line(time: &[f64], values: &[f64], start: f64, end: f64, sigma: f64) -> Vec<Stretch> {
+    let mut knots = vec![start, end];
+    loop {
+        let heights = fit_heights(time, values, &knots);
+        let mut refined = vec![start];
+        for (pair, height) in knots.windows(2).zip(heights.windows(2)) {
+            let rows = time.partition_point(|&t| t < pair[0])..time.partition_point(|&t| t < pair[1]);
+            let (mut sum, mut largest) = (0.0_f64, 0.0_f64);
+            for row in rows.clone() {
+                let share = (time[row] - pair[0]) / (pair[1] - pair[0]);
+                sum += values[row] - height[0] - share * (height[1] - height[0]);
+                largest = largest.max(sum.abs());
+            }
+            if rows.len() >= 4 && largest > EXCURSION * sigma * (rows.len() as f64).sqrt() {
+                refined.push(f64::midpoint(pair[0], pair[1]));
+            }
+            refined.push(pair[1]);
+        }
+        if refined.len() == knots.len() {
+            let pairs = knots.windows(2).zip(heights.windows(2));
+            return pairs.map(|(t, y)| Stretch { start: t[0], end: t[1], from: y[0], to: y[1] }).collect();
+        }
+        knots = refined;
+    }
+}
+
+/// Heights at the knots of the continuous broken line nearest to the samples (tridiagonal normal equations).
+fn fit_heights(time: &[f64], values: &[f64], knots: &[f64]) -> Vec<f64> {
+    let n = knots.len();
+    let (mut diagonal, mut beside, mut right) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    let mut interval = 0;
+    for (&t, &value) in time.iter().zip(values) {
+        while interval + 2 < n && t > knots[interval + 1] {
+            interval += 1;
+        }
+        let share = (t - knots[interval]) / (knots[interval + 1] - knots[interval]);
+        let (low, high) = (1.0 - share, share);
+        diagonal[interval] += low * low;
+        diagonal[interval + 1] += high * high;
+        beside[interval] += low * high;
+        right[interval] += low * value;
+        right[interval + 1] += high * value;
+    }
+    // A little pull towards the neighbour keeps a knot without samples, or a stretch of one row, defined.
+    let pull = 1e-9 * diagonal.iter().sum::<f64>().max(1.0);
+    for k in 0..n - 1 {
+        diagonal[k] += pull;
+        diagonal[k + 1] += pull;
+        beside[k] -= pull;
+    }
+    for k in 1..n {
+        let factor = beside[k - 1] / diagonal[k - 1];
+        diagonal[k] -= factor * beside[k - 1];
+        right[k] -= factor * right[k - 1];
+    }
+    let mut heights = vec![0.0; n];
+    for k in (0..n).rev() {
+        let above = if k + 1 < n { beside[k] * heights[k + 1] } else { 0.0 };
+        heights[k] = (right[k] - above) / diagonal[k];
+    }
+    heights
+}
+
+/// Joins the broken lines of all inputs into pieces that end wherever one of them bends or jumps.
+fn merge(lines: &[Vec<Stretch>], start: f64, end: f64) -> Vec<Piece> {
+    let mut knots: Vec<f64> = lines.iter().flatten().map(|stretch| stretch.start).collect();
+    knots.push(start);
+    knots.push(end);
+    knots.retain(|knot| (start..=end).contains(knot));
+    knots.sort_by(f64::total_cmp);
+    // Knots of two inputs that differ by rounding only are one.
+    knots.dedup_by(|late, early| *late - *early < 1e-9 * (end - start));
+    let mut pieces: Vec<Piece> = Vec::new();
+    let mut at = vec![0; lines.len()];
+    for pair in knots.windows(2) {
+        let middle = f64::midpoint(pair[0], pair[1]);
+        let (mut from, mut to) = (Vec::new(), Vec::new());
+        for (line, at) in lines.iter().zip(&mut at) {
+            while *at + 1 < line.len() && line[*at].end <= middle {
+                *at += 1;
+            }
+            let Some(stretch) = line.get(*at) else { continue };
+            let value = |t: f64| {
+                let share = ((t - stretch.start) / (stretch.end - stretch.start)).clamp(0.0, 1.0);
+                stretch.from + share * (stretch.to - stretch.from)
+            };
+            from.push(value(pair[0]));
+            to.push(value(pair[1]));
+        }
+        let continuous = |last: &Piece| {
+            last.to.iter().zip(&from).all(|(a, b)| (a - b).abs() <= 1e-9 * (a.abs() + b.abs()))
+        };
+        let jump = !pieces.last().is_some_and(continuous);
+        pieces.push(Piece { start: pair[0], end: pair[1], from, to, jump });
+    }
+    pieces
+}

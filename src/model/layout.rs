@@ -1,0 +1,208 @@
+//! Who meets whom: the states of a rig and how components reach them. No numbers of the circuit.
+
+use crate::numeric::Real;
+use crate::physics::card::PortKind;
+use crate::physics::component::{Answers, AnyLaw, INPUTS, PORTS, Seen, VARIABLES};
+use crate::physics::fluid::{self, Fluid};
+use crate::rig::{NodeKind, Quantity, Rig, Target};
+
+/// Where a component's variable comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Variable {
+    Unused,
+    State(usize),
+    /// Pressure of a held node, by its index among the parameters.
+    Held(usize),
+}
+
+/// A component's place in the equations.
+#[derive(Debug, Clone, Copy)]
+pub struct Slot {
+    pub variables: [Variable; VARIABLES],
+    pub inputs: [Option<usize>; INPUTS],
+    /// Balance that each port takes part in; `None` at a held node.
+    pub balances: [Option<usize>; PORTS],
+    pub ports: usize,
+    pub first_state: usize,
+    pub states: usize,
+}
+
+/// One balance: `rate of state = sign * sum of through / sum of capacity`.
+#[derive(Debug, Clone, Copy)]
+pub struct Balance {
+    pub state: usize,
+    pub sign: f64,
+}
+
+/// A state that follows a raw measurement with a lag.
+#[derive(Debug, Clone, Copy)]
+pub struct Filter {
+    pub state: usize,
+    pub sensor: usize,
+    pub lag: f64,
+}
+
+/// Where the raw value of a sensor comes from.
+#[derive(Debug, Clone, Copy)]
+pub enum Raw {
+    /// Gauge pressure of this state.
+    Pressure(usize),
+    HeldPressure(usize),
+    /// Level over this state, per pressure by the fluid's density.
+    Level(usize),
+    State(usize),
+    /// Component, port, sign.
+    Flow(usize, usize, f64),
+}
+
+#[derive(Debug, Clone)]
+pub struct Layout {
+    pub states: usize,
+    /// Typical magnitude of each state, SI.
+    pub scales: Vec<f64>,
+    pub names: Vec<String>,
+    pub slots: Vec<Slot>,
+    pub balances: Vec<Balance>,
+    /// Position and velocity of each body.
+    pub bodies: Vec<(usize, usize)>,
+    /// First state of each node; `None` for a held one.
+    pub node_state: Vec<Option<usize>>,
+    pub filters: Vec<Filter>,
+    pub raw: Vec<Raw>,
+    /// State that each sensor reads, where it has a lag.
+    pub filtered: Vec<Option<usize>>,
+}
+
+/// Typical magnitudes for the integrator's absolute tolerance: 100 bar, 10 mm, 0.1 m/s.
+const PRESSURE: f64 = 1e7;
+const POSITION: f64 = 1e-2;
+const VELOCITY: f64 = 0.1;
+const FLOW: f64 = 1e-4;
+
+impl Layout {
+    /// The layout of a checked rig.
+    pub fn of(rig: &Rig) -> Self {
+        let mut layout = Layout {
+            states: 0,
+            scales: Vec::new(),
+            names: Vec::new(),
+            slots: Vec::new(),
+            balances: Vec::new(),
+            bodies: Vec::new(),
+            node_state: Vec::new(),
+            filters: Vec::new(),
+            raw: Vec::new(),
+            filtered: Vec::new(),
+        };
+        let mut node_balance = Vec::new();
+        for node in &rig.nodes {
+            let (state, balance) = match node.kind {
+                NodeKind::Held { .. } => (None, None),
+                NodeKind::Volume { .. } => {
+                    let state = layout.push(format!("pressure of {}", node.name), PRESSURE);
+                    layout.balances.push(Balance { state, sign: -1.0 });
+                    (Some(state), Some(layout.balances.len() - 1))
+                }
+                NodeKind::Body { .. } => {
+                    let position = layout.push(format!("position of {}", node.name), POSITION);
+                    let velocity = layout.push(format!("velocity of {}", node.name), VELOCITY);
+                    layout.bodies.push((position, velocity));
+                    layout.balances.push(Balance { state: velocity, sign: 1.0 });
+                    (Some(position), Some(layout.balances.len() - 1))
+                }
+            };
+            layout.node_state.push(state);
+            node_balance.push(balance);
+        }
+        for component in &rig.components {
+            let mut slot = Slot {
+                variables: [Variable::Unused; VARIABLES],
+                inputs: [None; INPUTS],
+                balances: [None; PORTS],
+                ports: component.card.ports.len(),
+                first_state: layout.states,
+                states: component.card.states.len(),
+            };
+            let mut seen = Vec::new();
+            for (index, (port, &node)) in component.card.ports.iter().zip(&component.ports).enumerate() {
+                match (layout.node_state[node], &rig.nodes[node].kind) {
+                    (Some(state), _) => seen.extend((0..port.kind.variables()).map(|k| Variable::State(state + k))),
+                    (None, NodeKind::Held { parameter }) => seen.push(Variable::Held(*parameter)),
+                    (None, _) => {}
+                }
+                slot.balances[index] = node_balance[node];
+            }
+            for state in component.card.states {
+                let scale = crate::units::Unit::parse(state.unit).map_or(1.0, |unit| unit.factor);
+                seen.push(Variable::State(layout.push(format!("{} of {}", state.name, component.name), state.scale * scale)));
+            }
+            slot.variables[..seen.len()].copy_from_slice(&seen);
+            for (own, &input) in slot.inputs.iter_mut().zip(&component.inputs) {
+                *own = Some(input);
+            }
+            layout.slots.push(slot);
+        }
+        for (index, sensor) in rig.sensors.iter().enumerate() {
+            let raw = layout.raw_of(rig, sensor);
+            layout.raw.push(raw);
+            layout.filtered.push((sensor.lag > 0.0).then(|| {
+                let scale = match sensor.quantity {
+                    Quantity::Pressure => PRESSURE,
+                    Quantity::Flow => FLOW,
+                    Quantity::Position | Quantity::Level => POSITION,
+                    Quantity::Velocity => VELOCITY,
+                };
+                let state = layout.push(format!("reading of {}", sensor.name), scale);
+                layout.filters.push(Filter { state, sensor: index, lag: sensor.lag });
+                state
+            }));
+        }
+        layout
+    }
+
+    fn push(&mut self, name: String, scale: f64) -> usize {
+        self.names.push(name);
+        self.scales.push(scale);
+        self.states += 1;
+        self.states - 1
+    }
+
+    fn raw_of(&self, rig: &Rig, sensor: &crate::rig::Sensor) -> Raw {
+        match sensor.target {
+            Target::Port(component, port) => Raw::Flow(component, port, sensor.sign),
+            Target::Node(node) => match (self.node_state[node], &rig.nodes[node].kind, sensor.quantity) {
+                (None, NodeKind::Held { parameter }, _) => Raw::HeldPressure(*parameter),
+                (Some(state), _, Quantity::Pressure) => Raw::Pressure(state),
+                (Some(state), _, Quantity::Level) => Raw::Level(state),
+                (Some(state), _, Quantity::Velocity) => Raw::State(state + 1),
+                (state, _, _) => Raw::State(state.unwrap_or(0)),
+            },
+        }
+    }
+}
+
+/// Whether any component gives the node capacity: a volume, or a mass.
+pub fn has_capacity(rig: &Rig, node: usize) -> bool {
+    let nominal = rig.nominal();
+    let fluid = Fluid::new(&nominal[..fluid::CARD.parameters.len()]);
+    let mut capacity = 0.0;
+    for component in &rig.components {
+        let parameters = &nominal[component.first_parameter..][..component.card.parameters.len()];
+        let Some(law) = AnyLaw::new(component.card.kind, parameters, &fluid) else { continue };
+        // At rest under atmospheric pressure; capacities are positive everywhere or nowhere.
+        let mut seen = Seen { z: [0.0; VARIABLES], u: [0.0; INPUTS] };
+        let mut next = 0;
+        for port in component.card.ports {
+            if port.kind == PortKind::Hydraulic {
+                seen.z[next] = crate::physics::ATMOSPHERE;
+            }
+            next += port.kind.variables();
+        }
+        let mut answers = Answers::default();
+        law.evaluate(&seen, &mut answers);
+        for (port, _) in component.ports.iter().enumerate().filter(|(_, at)| **at == node) {
+            capacity += answers.capacity[port].re();
+        }
+    }
+    capacity > 0.0
+}

@@ -1,0 +1,15 @@
+//! From a rig to equations: assembly, simulation, sensitivities.
+//!
+//! Every node balances what its components answer: `C p' = -sum of flows into ports` for a volume,
+//! `m v' = sum of forces` for a body. The states are the pressures of the volumes, position and velocity of the bodies,
+//! the components' own states, and one per sensor with a lag.
+
+mod assembly;
+mod drive;
+mod layout;
+mod simulate;
+mod start;
+
+pub use drive::{Drive, Piece};
+pub use layout::has_capacity;
+pub use simulate::{Effort, Model, Outputs, Sensitivities, SimulationError, Tolerance};

@@ -1,0 +1,74 @@
+//! The states at the beginning of a record.
+
+use super::assembly::Assembly;
+use super::layout::Layout;
+use crate::numeric::Scalar;
+use crate::physics::ATMOSPHERE;
+use crate::physics::card::PortKind;
+use crate::rig::{InitialPressure, NodeKind, Rig};
+use crate::units::Unit;
+
+/// Newton steps for a component's own state to come to rest; its rate is piecewise linear or nearly so.
+const REST_STEPS: usize = 30;
+
+/// Fills `y` (states beyond the layout's are left). `readings` holds each node's first measured gauge pressure, Pa.
+pub fn start<S: Scalar>(rig: &Rig, layout: &Layout, assembly: &mut Assembly<'_, S>, readings: &[f64], t: f64, y: &mut [S]) {
+    for (node, state) in layout.node_state.iter().enumerate() {
+        let Some(state) = *state else { continue };
+        match rig.nodes[node].kind {
+            NodeKind::Body { position, velocity } => {
+                y[state] = S::constant(position);
+                y[state + 1] = S::constant(velocity);
+            }
+            NodeKind::Volume { initial: InitialPressure::Given(gauge) } => y[state] = S::constant(gauge + ATMOSPHERE),
+            NodeKind::Volume { .. } => y[state] = S::constant(readings[node] + ATMOSPHERE),
+            NodeKind::Held { .. } => {}
+        }
+    }
+    for (component, own) in rig.components.iter().enumerate() {
+        let first = layout.slots[component].first_state;
+        for (state, (card, given)) in own.card.states.iter().zip(&own.initial).enumerate() {
+            let default = Unit::parse(card.unit).map_or(card.initial, |unit| unit.to_si(card.initial));
+            y[first + state] = S::constant(given.unwrap_or(default));
+        }
+    }
+    for (node, state) in layout.node_state.iter().enumerate() {
+        if let (Some(state), NodeKind::Volume { initial: InitialPressure::Balance }) = (*state, &rig.nodes[node].kind) {
+            balance(rig, layout, assembly, node, state, t, y);
+        }
+    }
+    for (component, own) in rig.components.iter().enumerate() {
+        for state in own.initial.iter().enumerate().filter_map(|(state, given)| given.is_none().then_some(state)) {
+            let index = layout.slots[component].first_state + state;
+            for _ in 0..REST_STEPS {
+                let (rate, slope) = assembly.own_rate(component, state, t, y);
+                if slope.re() == 0.0 || rate.re() == 0.0 {
+                    break;
+                }
+                y[index] -= rate / slope;
+            }
+        }
+    }
+    assembly.settle_filters(t, y);
+}
+
+/// Sets a pressure so that the body it acts on stays at rest: forces are linear in pressures, so one secant is exact.
+fn balance<S: Scalar>(rig: &Rig, layout: &Layout, assembly: &mut Assembly<'_, S>, node: usize, state: usize, t: f64, y: &mut [S]) {
+    let bodies = rig.components.iter().filter(|component| component.ports.contains(&node)).flat_map(|component| {
+        component.card.ports.iter().zip(&component.ports).filter(|(port, _)| port.kind == PortKind::Mechanical).map(|(_, &body)| body)
+    });
+    for body in bodies {
+        let Some(position) = layout.node_state[body] else { continue };
+        const PROBE: f64 = 1e5;
+        y[state] = S::constant(ATMOSPHERE);
+        let at_zero = assembly.force(position + 1, t, y);
+        y[state] = S::constant(ATMOSPHERE + PROBE);
+        let slope = (assembly.force(position + 1, t, y) - at_zero) / PROBE;
+        y[state] = if slope.re() == 0.0 {
+            S::constant(ATMOSPHERE)
+        } else {
+            // A chamber cannot pull: a load that would need it rests on the end stop instead.
+            (S::constant(ATMOSPHERE) - at_zero / slope).max(S::constant(ATMOSPHERE))
+        };
+    }
+}

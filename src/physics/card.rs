@@ -1,0 +1,171 @@
+//! What a component tells about itself: its parameters, ports, states and one worked number.
+
+/// One parameter of a component: the data from which the rig file is read and the reference is written.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    pub name: &'static str,
+    /// Symbol in formulas.
+    pub symbol: &'static str,
+    /// Unit in which the numbers of this entry are given; a rig file may use any unit of its dimension.
+    pub unit: &'static str,
+    /// Value where the rig file is silent; `None` where it has to speak.
+    pub default: Option<f64>,
+    /// Physical limits, in `unit`.
+    pub bounds: (f64, f64),
+    /// Relative standard uncertainty where the rig file states none; 0 for a data-sheet value taken as exact.
+    pub tolerance: f64,
+    pub meaning: &'static str,
+}
+
+impl Parameter {
+    /// A parameter that the rig file must give and that is never negative.
+    pub const fn required(
+        name: &'static str,
+        symbol: &'static str,
+        unit: &'static str,
+        meaning: &'static str,
+    ) -> Self {
+        Self { name, symbol, unit, default: None, bounds: (0.0, f64::INFINITY), tolerance: 0.0, meaning }
+    }
+
+    /// The same, with a default value in `unit`.
+    pub const fn or(mut self, default: f64) -> Self {
+        self.default = Some(default);
+        self
+    }
+
+    /// The same, with physical limits in `unit`.
+    pub const fn within(mut self, low: f64, high: f64) -> Self {
+        self.bounds = (low, high);
+        self
+    }
+
+    /// The same, uncertain by this fraction (one standard deviation) unless the rig file says otherwise.
+    pub const fn uncertain(mut self, fraction: f64) -> Self {
+        self.tolerance = fraction;
+        self
+    }
+}
+
+/// What meets at a port.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PortKind {
+    /// One variable, the pressure (Pa); the component answers with the flow into it (m³/s).
+    Hydraulic,
+    /// Two variables, position (m) and velocity (m/s); the component answers with a force on the body (N).
+    Mechanical,
+}
+
+impl PortKind {
+    /// How many variables the port brings to the component.
+    pub const fn variables(self) -> usize {
+        match self {
+            PortKind::Hydraulic => 1,
+            PortKind::Mechanical => 2,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+pub struct Port {
+    pub name: &'static str,
+    pub kind: PortKind,
+    pub meaning: &'static str,
+}
+
+impl Port {
+    pub const fn hydraulic(name: &'static str, meaning: &'static str) -> Self {
+        Self { name, kind: PortKind::Hydraulic, meaning }
+    }
+    pub const fn mechanical(name: &'static str, meaning: &'static str) -> Self {
+        Self { name, kind: PortKind::Mechanical, meaning }
+    }
+}
+
+/// A state that the component owns.
+#[derive(Debug, Clone, Copy)]
+pub struct State {
+    pub name: &'static str,
+    pub unit: &'static str,
+    /// Value at the start where the rig file is silent, in `unit`.
+    pub initial: f64,
+    /// Typical magnitude in `unit`; the integrator's absolute tolerance is relative to it.
+    pub scale: f64,
+    pub meaning: &'static str,
+}
+
+/// A signal that drives the component, named in the rig file and read from the record.
+#[derive(Debug, Clone, Copy)]
+pub struct Input {
+    pub name: &'static str,
+    pub unit: &'static str,
+    pub meaning: &'static str,
+}
+
+/// Which of a component's answers a worked number is about.
+#[derive(Debug, Clone, Copy)]
+pub enum Answer {
+    /// Flow into (m³/s) or force at (N) the port with this index.
+    Through(usize),
+    /// Capacity at the port: m³/Pa, or kg.
+    Capacity(usize),
+    /// Rate of the state with this index, per second.
+    Rate(usize),
+}
+
+/// One number worked by hand, which a test evaluates.
+#[derive(Debug, Clone, Copy)]
+pub struct Worked {
+    pub text: &'static str,
+    /// Parameters that differ from their defaults, in the units of their cards.
+    pub parameters: &'static [(&'static str, f64)],
+    /// Port variables in order, then states, SI.
+    pub at: &'static [f64],
+    /// Inputs, SI.
+    pub inputs: &'static [f64],
+    pub answer: Answer,
+    /// SI.
+    pub expect: f64,
+}
+
+/// The whole card of a component.
+#[derive(Debug, Clone, Copy)]
+pub struct Card {
+    /// Name in the rig file.
+    pub kind: &'static str,
+    pub meaning: &'static str,
+    /// The law as formulas.
+    pub law: &'static str,
+    pub source: &'static str,
+    /// Where the law holds and what it leaves out.
+    pub validity: &'static str,
+    pub parameters: &'static [Parameter],
+    pub ports: &'static [Port],
+    pub states: &'static [State],
+    pub inputs: &'static [Input],
+    /// Index of the parameter that fixes the pressure of port 0, for boundaries such as a tank.
+    pub fixes_pressure: Option<usize>,
+    pub worked: &'static [Worked],
+}
+
+impl Card {
+    /// An empty card to fill with struct update syntax.
+    pub const EMPTY: Card = Card {
+        kind: "",
+        meaning: "",
+        law: "",
+        source: "",
+        validity: "",
+        parameters: &[],
+        ports: &[],
+        states: &[],
+        inputs: &[],
+        fixes_pressure: None,
+        worked: &[],
+    };
+
+    /// Number of variables that the ports and states bring to one evaluation.
+    pub fn variables(&self) -> usize {
+        self.ports.iter().map(|port| port.kind.variables()).sum::<usize>() + self.states.len()
+    }
+}

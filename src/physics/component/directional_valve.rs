@@ -1,0 +1,121 @@
+//! Directional control valve: four ports, three positions.
+
+use super::orifice::TRANSITION;
+use super::{Answers, Law, Seen};
+use crate::numeric::Real;
+use crate::physics::card::{Answer, Card, Input, Parameter, Port, State, Worked};
+use crate::physics::fluid::Fluid;
+use crate::physics::law::root;
+
+const fn share(name: &'static str, symbol: &'static str, meaning: &'static str) -> Parameter {
+    Parameter::required(name, symbol, "-", meaning).or(1.0).within(0.0, 1.5)
+}
+
+const fn leak(name: &'static str, symbol: &'static str, meaning: &'static str) -> Parameter {
+    Parameter::required(name, symbol, "L/min/bar", meaning).or(0.0)
+}
+
+pub const CARD: Card = Card {
+    kind: "directional-valve",
+    meaning: "4/3 directional control valve, closed centre, with both internal leaks.",
+    law: "q_edge = alpha alpha_edge |s| q_r/sqrt(dp_r) root(dp);  s > 0: P-A, B-T;  s < 0: P-B, A-T;\n\
+          leaks G_AT (p_A - p_T), G_PB (p_P - p_B);  tau s' = u - s",
+    source: "paper, equations (11) to (19); (13) with the bracket under the root",
+    validity: "Zero lap, equal edges; leaks laminar. The opening coefficient is common or per path.",
+    parameters: &[
+        Parameter::required("rated_flow", "q_r", "L/min", "flow of one path, fully open, at the rated drop"),
+        Parameter::required("rated_drop", "dp_r", "bar", "rated pressure drop of one path"),
+        share("opening", "alpha", "opening coefficient common to all paths"),
+        share("opening_PA", "alpha_PA", "further opening coefficient of the path P to A"),
+        share("opening_PB", "alpha_PB", "further opening coefficient of the path P to B"),
+        share("opening_AT", "alpha_AT", "further opening coefficient of the path A to T"),
+        share("opening_BT", "alpha_BT", "further opening coefficient of the path B to T"),
+        leak("leak_AT", "G_AT", "internal leakage from A to T"),
+        leak("leak_PB", "G_PB", "internal leakage from P to B"),
+        Parameter::required("lag", "tau", "ms", "time constant with which the spool follows the command")
+            .or(8.0)
+            .uncertain(0.25),
+        TRANSITION,
+    ],
+    ports: &[
+        Port::hydraulic("P", "pressure"),
+        Port::hydraulic("T", "tank"),
+        Port::hydraulic("A", "consumer port A"),
+        Port::hydraulic("B", "consumer port B"),
+    ],
+    states: &[State { name: "spool", unit: "-", initial: 0.0, scale: 1.0, meaning: "spool position, -1 to 1" }],
+    inputs: &[Input { name: "command", unit: "-", meaning: "+1 connects P-A and B-T, -1 P-B and A-T, 0 closes all" }],
+    worked: &[
+        Worked {
+            text: "half open, a quarter of the rated drop: a quarter of 8 L/min into P",
+            parameters: &[("rated_flow", 8.0), ("rated_drop", 18.5), ("opening", 0.5), ("transition_pressure", 1e-4)],
+            at: &[1e5 + 4.625e5, 1e5, 1e5, 1e5, 1.0],
+            inputs: &[1.0],
+            answer: Answer::Through(0),
+            expect: 2e-3 / 60.0,
+        },
+        Worked {
+            text: "closed, 0.01 L/min/bar from A to T under 50 bar: 0.5 L/min into A",
+            parameters: &[("rated_flow", 8.0), ("rated_drop", 18.5), ("leak_AT", 0.01)],
+            at: &[1e5, 1e5, 51e5, 1e5, 0.0],
+            inputs: &[0.0],
+            answer: Answer::Through(2),
+            expect: 0.5e-3 / 60.0,
+        },
+    ],
+    ..Card::EMPTY
+};
+
+#[derive(Debug, Clone, Copy)]
+pub struct DirectionalValve<T> {
+    edge_pa: T,
+    edge_pb: T,
+    edge_at: T,
+    edge_bt: T,
+    leak_at: T,
+    leak_pb: T,
+    lag: T,
+    transition: T,
+}
+
+impl<T: Real> Law<T> for DirectionalValve<T> {
+    fn new(p: &[T], _fluid: &Fluid<T>) -> Self {
+        let common = p[2] * p[0] / p[1].sqrt();
+        Self {
+            edge_pa: common * p[3],
+            edge_pb: common * p[4],
+            edge_at: common * p[5],
+            edge_bt: common * p[6],
+            leak_at: p[7],
+            leak_pb: p[8],
+            lag: p[9],
+            transition: p[10],
+        }
+    }
+
+    #[inline]
+    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+        let [p_p, p_t, p_a, p_b, spool] = seen.z;
+        let leak_at = self.leak_at * (p_a - p_t);
+        let leak_pb = self.leak_pb * (p_p - p_b);
+        let (mut into_p, mut into_t) = (leak_pb, -leak_at);
+        let (mut into_a, mut into_b) = (leak_at, -leak_pb);
+        if spool.re() > 0.0 {
+            let pa = self.edge_pa * spool * root(p_p - p_a, self.transition);
+            let bt = self.edge_bt * spool * root(p_b - p_t, self.transition);
+            into_p += pa;
+            into_a -= pa;
+            into_b += bt;
+            into_t -= bt;
+        } else {
+            let pb = -(self.edge_pb * spool * root(p_p - p_b, self.transition));
+            let at = -(self.edge_at * spool * root(p_a - p_t, self.transition));
+            into_p += pb;
+            into_b -= pb;
+            into_a += at;
+            into_t -= at;
+        }
+        answers.through = [into_p, into_t, into_a, into_b];
+        answers.rate[0] = (seen.u[0] - spool) / self.lag;
+    }
+}

@@ -1,0 +1,44 @@
+//! Flow source: a pump whose flow follows a recorded signal.
+
+use super::{Answers, Law, Seen};
+use crate::numeric::Real;
+use crate::physics::card::{Answer, Card, Input, Parameter, Port, Worked};
+use crate::physics::fluid::Fluid;
+
+pub const CARD: Card = Card {
+    kind: "flow-source",
+    meaning: "Pump driven by a recorded voltage: its flow is proportional to it.",
+    law: "q = k max(u, 0)",
+    source: "linear characteristic",
+    validity: "No dead voltage, no dependence on pressure.",
+    parameters: &[Parameter::required("gain", "k", "L/min/V", "flow per volt")],
+    ports: &[Port::hydraulic("P", "outlet"), Port::hydraulic("T", "inlet")],
+    inputs: &[Input { name: "voltage", unit: "V", meaning: "drive signal" }],
+    worked: &[Worked {
+        text: "2 V at 3 L/min/V deliver 6 L/min out of port P",
+        parameters: &[("gain", 3.0)],
+        at: &[1e5, 1e5],
+        inputs: &[2.0],
+        answer: Answer::Through(0),
+        expect: -1e-4,
+    }],
+    ..Card::EMPTY
+};
+
+#[derive(Debug, Clone, Copy)]
+pub struct FlowSource<T> {
+    gain: T,
+}
+
+impl<T: Real> Law<T> for FlowSource<T> {
+    fn new(parameters: &[T], _fluid: &Fluid<T>) -> Self {
+        Self { gain: parameters[0] }
+    }
+
+    #[inline]
+    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+        let flow = self.gain * seen.u[0].max(T::zero());
+        answers.through[0] = -flow;
+        answers.through[1] = flow;
+    }
+}

@@ -1,0 +1,97 @@
+//! The components, one file each. A new one is its file and its line in [`components!`].
+
+use super::card::Card;
+use super::fluid::Fluid;
+use crate::numeric::Real;
+
+/// The largest number of port variables and states that one component may have.
+pub const VARIABLES: usize = 5;
+/// The largest number of ports.
+pub const PORTS: usize = 4;
+/// The largest number of states of one component.
+pub const STATES: usize = 2;
+/// The largest number of inputs of one component.
+pub const INPUTS: usize = 1;
+
+/// What a component sees: port variables in the order of its card, then its states; and its inputs.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen<T> {
+    pub z: [T; VARIABLES],
+    pub u: [T; INPUTS],
+}
+
+/// What a component answers.
+#[derive(Debug, Clone, Copy)]
+pub struct Answers<T> {
+    /// Per port: flow into it (m³/s), or force on the body (N).
+    pub through: [T; PORTS],
+    /// Per port: what the component adds to the node's capacity, m³/Pa or kg.
+    pub capacity: [T; PORTS],
+    /// Per state: its rate, per second.
+    pub rate: [T; STATES],
+}
+
+impl<T: Real> Default for Answers<T> {
+    fn default() -> Self {
+        let zero = T::zero();
+        Self { through: [zero; PORTS], capacity: [zero; PORTS], rate: [zero; STATES] }
+    }
+}
+
+/// The law of a component for one number type.
+pub trait Law<T: Real>: Sized {
+    /// From the parameters in the order of the card, SI.
+    fn new(parameters: &[T], fluid: &Fluid<T>) -> Self;
+
+    /// Answers to what is seen. Called in the innermost loop: no allocation, no branching on time.
+    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>);
+}
+
+macro_rules! components {
+    ($($module:ident :: $name:ident),+ $(,)?) => {
+        $(pub mod $module;)+
+
+        /// Every component that a rig file may name.
+        pub const CARDS: &[&Card] = &[$(&$module::CARD),+];
+
+        /// Any component's law, chosen by kind.
+        #[derive(Debug, Clone, Copy)]
+        pub enum AnyLaw<T> { $($name($module::$name<T>)),+ }
+
+        impl<T: Real> AnyLaw<T> {
+            /// The law of `kind`, or `None` for a kind that is not in [`CARDS`].
+            pub fn new(kind: &str, parameters: &[T], fluid: &Fluid<T>) -> Option<Self> {
+                $(if kind == $module::CARD.kind {
+                    return Some(AnyLaw::$name($module::$name::new(parameters, fluid)));
+                })+
+                None
+            }
+
+            #[inline]
+            pub fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+                match self { $(AnyLaw::$name(law) => law.evaluate(seen, answers)),+ }
+            }
+        }
+    };
+}
+
+components! {
+    check_valve::CheckValve,
+    cylinder::Cylinder,
+    directional_valve::DirectionalValve,
+    external_force::ExternalForce,
+    flow_control_valve::FlowControlValve,
+    flow_source::FlowSource,
+    line_volume::LineVolume,
+    orifice::Orifice,
+    pump::Pump,
+    relief_valve::ReliefValve,
+    reservoir::Reservoir,
+    restrictor::Restrictor,
+    tank::Tank,
+}
+
+/// The card of `kind`.
+pub fn card(kind: &str) -> Option<&'static Card> {
+    CARDS.iter().copied().find(|card| card.kind == kind)
+}

@@ -1,0 +1,46 @@
+//! Fixed-displacement pump.
+
+use super::{Answers, Law, Seen};
+use crate::numeric::Real;
+use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::fluid::Fluid;
+
+pub const CARD: Card = Card {
+    kind: "pump",
+    meaning: "Fixed-displacement pump at constant speed.",
+    law: "q = D n (1 - loss)",
+    source: "paper, table 1: 5.5 cc/rev at 1000 rev/min",
+    validity: "Below the relief pressure the slip is part of `loss`; no ripple, no cavitation.",
+    parameters: &[
+        Parameter::required("displacement", "D", "cc/rev", "volume per revolution"),
+        Parameter::required("speed", "n", "rev/min", "shaft speed"),
+        Parameter::required("loss", "l", "-", "share of the flow that does not arrive").or(0.0).within(0.0, 1.0),
+    ],
+    ports: &[Port::hydraulic("P", "outlet"), Port::hydraulic("T", "inlet")],
+    worked: &[Worked {
+        text: "5.5 cc/rev at 1000 rev/min deliver 5.5 L/min out of port P",
+        parameters: &[("displacement", 5.5), ("speed", 1000.0)],
+        at: &[1e7, 1e5],
+        inputs: &[],
+        answer: Answer::Through(0),
+        expect: -5.5e-3 / 60.0,
+    }],
+    ..Card::EMPTY
+};
+
+#[derive(Debug, Clone, Copy)]
+pub struct Pump<T> {
+    flow: T,
+}
+
+impl<T: Real> Law<T> for Pump<T> {
+    fn new(parameters: &[T], _fluid: &Fluid<T>) -> Self {
+        Self { flow: parameters[0] * parameters[1] * (T::constant(1.0) - parameters[2]) }
+    }
+
+    #[inline]
+    fn evaluate(&self, _seen: &Seen<T>, answers: &mut Answers<T>) {
+        answers.through[0] = -self.flow;
+        answers.through[1] = self.flow;
+    }
+}

@@ -1,0 +1,141 @@
+//! The rig file: nodes, components, sensors, inputs, faults, and the cycle that `simulate` runs.
+
+mod cycle;
+mod parse;
+mod sensor;
+mod source;
+mod validate;
+
+use std::path::{Path, PathBuf};
+
+use crate::complaint::{Complaint, Place};
+use crate::physics::card::Card;
+use crate::units::Unit;
+
+pub use cycle::{Cycle, Phase, Profile};
+pub use sensor::{Hold, Input, Quantity, Sensor, Target};
+
+/// A circuit as its file describes it, checked: every name resolves and every node has an equation.
+#[derive(Debug, Clone)]
+pub struct Rig {
+    pub path: PathBuf,
+    pub name: String,
+    pub nodes: Vec<Node>,
+    pub components: Vec<Component>,
+    pub sensors: Vec<Sensor>,
+    pub inputs: Vec<Input>,
+    /// Every parameter there is: the fluid's, then each component's in the order of its card, then each sensor's offset
+    /// and gain.
+    pub parameters: Vec<Parameter>,
+    pub faults: Vec<Fault>,
+    pub cycle: Option<Cycle>,
+}
+
+/// What a node is, by the ports that meet there.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NodeKind {
+    /// Hydraulic, its pressure a state.
+    Volume { initial: InitialPressure },
+    /// Hydraulic, its pressure kept by this parameter (gauge).
+    Held { parameter: usize },
+    /// A body: position (m) and velocity (m/s) are states.
+    Body { position: f64, velocity: f64 },
+}
+
+/// The pressure of a node before the record begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum InitialPressure {
+    /// Gauge, Pa.
+    Given(f64),
+    /// What balances the forces on the body that this node's pressure acts on.
+    Balance,
+    /// What the sensor at this node shows first.
+    Record,
+}
+
+#[derive(Debug, Clone)]
+pub struct Node {
+    pub name: String,
+    pub kind: NodeKind,
+    pub place: Place,
+}
+
+#[derive(Debug, Clone)]
+pub struct Component {
+    pub name: String,
+    pub card: &'static Card,
+    /// Node of each port, in the order of the card.
+    pub ports: Vec<usize>,
+    /// Input of each of the card's inputs.
+    pub inputs: Vec<usize>,
+    /// Index of its first parameter.
+    pub first_parameter: usize,
+    /// Start of each state, SI; `None` starts where the state would rest.
+    pub initial: Vec<Option<f64>>,
+    pub place: Place,
+}
+
+/// One number of the rig, with what is known about it.
+#[derive(Debug, Clone)]
+pub struct Parameter {
+    /// `component.parameter`.
+    pub id: String,
+    /// As the rig file writes it.
+    pub unit: Unit,
+    /// SI.
+    pub value: f64,
+    /// Physical limits, SI.
+    pub bounds: (f64, f64),
+    /// One standard deviation, SI; 0 for a value taken as exact.
+    pub sigma: f64,
+    pub meaning: String,
+    pub place: Place,
+}
+
+/// A fault: a parameter that may have left its healthy value.
+#[derive(Debug, Clone)]
+pub struct Fault {
+    pub parameter: usize,
+    /// SI.
+    pub healthy: f64,
+    /// Range searched, SI.
+    pub bounds: (f64, f64),
+    pub place: Place,
+}
+
+impl Rig {
+    /// Reads and checks a rig file.
+    ///
+    /// # Errors
+    /// One complaint about the first thing that is wrong, with its line.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, Complaint> {
+        let path = path.as_ref();
+        let text = crate::files::read_text(path)?;
+        Self::parse(path, text)
+    }
+
+    /// The same from a text; `path` is what messages call it.
+    ///
+    /// # Errors
+    /// As [`Rig::read`].
+    pub fn parse(path: impl Into<PathBuf>, text: String) -> Result<Self, Complaint> {
+        let rig = parse::parse(source::Source { path: path.into(), text })?;
+        validate::validate(&rig)?;
+        Ok(rig)
+    }
+
+    /// Index of the parameter with this id.
+    pub fn parameter(&self, id: &str) -> Option<usize> {
+        self.parameters.iter().position(|parameter| parameter.id == id)
+    }
+
+    /// Index of the node with this name.
+    pub fn node(&self, name: &str) -> Option<usize> {
+        self.nodes.iter().position(|node| node.name == name)
+    }
+
+    /// The values of all parameters as the file gives them, SI.
+    pub fn nominal(&self) -> Vec<f64> {
+        self.parameters.iter().map(|parameter| parameter.value).collect()
+    }
+}

@@ -1,0 +1,101 @@
+//! Sensors and inputs: what of the circuit a record shows, and what drives it.
+
+use crate::complaint::Place;
+use crate::units::Dimension;
+
+/// What a sensor measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Gauge pressure of a node.
+    Pressure,
+    /// Flow through a component's port.
+    Flow,
+    /// Position of a body.
+    Position,
+    /// Velocity of a body.
+    Velocity,
+    /// Level of the fluid over a node, `(p - p_atm)/(rho g)`.
+    Level,
+}
+
+impl Quantity {
+    /// Every quantity, by the name that the rig file uses.
+    pub const NAMED: &[(&str, Quantity)] = &[
+        ("pressure", Quantity::Pressure),
+        ("flow", Quantity::Flow),
+        ("position", Quantity::Position),
+        ("velocity", Quantity::Velocity),
+        ("level", Quantity::Level),
+    ];
+
+    pub fn dimension(self) -> Dimension {
+        match self {
+            Quantity::Pressure => Dimension::PRESSURE,
+            Quantity::Flow => Dimension::FLOW,
+            Quantity::Position | Quantity::Level => Dimension::LENGTH,
+            Quantity::Velocity => Dimension::VELOCITY,
+        }
+    }
+}
+
+/// Where a sensor sits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    Node(usize),
+    /// Component and port.
+    Port(usize, usize),
+}
+
+/// One measured column of a record.
+#[derive(Debug, Clone)]
+pub struct Sensor {
+    pub name: String,
+    pub column: String,
+    pub quantity: Quantity,
+    pub target: Target,
+    /// +1, or -1 for a flow counted out of the port.
+    pub sign: f64,
+    /// One standard deviation of the noise of a sample, SI.
+    pub noise: f64,
+    /// Step of the last digit, SI; 0 where it does not matter.
+    pub resolution: f64,
+    /// Time constant of the sensor, s; 0 without.
+    pub lag: f64,
+    /// Index of the parameter `sensor.NAME.offset`; the gain follows it.
+    pub first_parameter: usize,
+    pub place: Place,
+}
+
+impl Sensor {
+    /// Variance of one sample by noise and rounding, SI squared.
+    pub fn variance(&self) -> f64 {
+        self.noise * self.noise + self.resolution * self.resolution / 12.0
+    }
+}
+
+/// What a row of an input column says about the time around it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hold {
+    /// The value acted over the interval before the row.
+    Before,
+    /// The value acts from the row to the next.
+    After,
+    /// The value runs straight from row to row.
+    Linear,
+}
+
+impl Hold {
+    pub const NAMED: &[(&str, Hold)] = &[("before", Hold::Before), ("after", Hold::After), ("linear", Hold::Linear)];
+}
+
+/// A recorded signal that drives components.
+#[derive(Debug, Clone)]
+pub struct Input {
+    pub name: String,
+    pub column: String,
+    pub unit: crate::units::Unit,
+    pub hold: Hold,
+    /// One standard deviation of the noise of a sample, SI; 0 for a command.
+    pub noise: f64,
+    pub place: Place,
+}

@@ -1,0 +1,203 @@
+//! The text of a rig file with the place of every entry, so that a complaint can point at it.
+
+use std::cell::RefCell;
+use std::path::PathBuf;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::complaint::{Complaint, Kind, Place, help_with_names};
+use crate::units::{Dimension, Quantity, Unit, UnitError};
+
+/// A file and its text.
+pub struct Source {
+    pub path: PathBuf,
+    pub text: String,
+}
+
+impl Source {
+    /// The line of a byte of the text.
+    pub fn place(&self, byte: usize) -> Place {
+        let mut place = Place::of_byte(&self.path, &self.text, byte);
+        place.column = None;
+        place
+    }
+}
+
+/// A table that remembers which of its keys were asked for, so that the others can be complained about.
+pub struct Table<'a> {
+    source: &'a Source,
+    /// How messages call it, such as ``component `pump` ``.
+    pub what: String,
+    start: usize,
+    entries: &'a DeTable<'a>,
+    asked: RefCell<Vec<String>>,
+}
+
+impl<'a> Table<'a> {
+    pub fn new(source: &'a Source, what: impl Into<String>, start: usize, entries: &'a DeTable<'a>) -> Self {
+        Self { source, what: what.into(), start, entries, asked: RefCell::default() }
+    }
+
+    /// Where the table begins.
+    pub fn place(&self) -> Place {
+        self.source.place(self.start)
+    }
+
+    /// The value of a key, if it is there.
+    pub fn get(&self, key: &str) -> Option<Value<'a>> {
+        self.asked.borrow_mut().push(key.to_owned());
+        let (key, value) = self.entries.get_key_value(key)?;
+        Some(Value {
+            source: self.source,
+            what: format!("`{}` of {}", key.get_ref(), self.what),
+            start: key.span().start,
+            value,
+        })
+    }
+
+    /// The value of a key that must be there; `help` says what to write.
+    pub fn require(&self, key: &str, help: &str) -> Result<Value<'a>, Complaint> {
+        self.get(key).ok_or_else(|| {
+            Complaint::new(Kind::MissingEntry, format!("{} has no `{key}`", self.what)).at(self.place()).help(help)
+        })
+    }
+
+    /// Every entry, in the order of the file.
+    pub fn entries(&self) -> Vec<(&'a str, Value<'a>)> {
+        let mut entries: Vec<_> = self
+            .entries
+            .iter()
+            .map(|(key, value)| {
+                let name: &'a str = key.get_ref();
+                let what = format!("`{name}` of {}", self.what);
+                (name, Value { source: self.source, what, start: key.span().start, value })
+            })
+            .collect();
+        entries.sort_by_key(|(_, value)| value.start);
+        entries
+    }
+
+    /// Complains about the first key that nobody asked for.
+    pub fn finish(&self) -> Result<(), Complaint> {
+        let asked = self.asked.borrow();
+        let unknown = self.entries().into_iter().find(|(name, _)| !asked.iter().any(|key| key == name));
+        match unknown {
+            None => Ok(()),
+            Some((name, value)) => Err(Complaint::new(Kind::UnknownName, format!("{} has no key `{name}`", self.what))
+                .at(value.place())
+                .help(help_with_names(name, "keys", asked.iter().map(String::as_str)))),
+        }
+    }
+}
+
+/// A value with its place.
+pub struct Value<'a> {
+    source: &'a Source,
+    /// How messages call it.
+    pub what: String,
+    start: usize,
+    value: &'a Spanned<DeValue<'a>>,
+}
+
+/// A quantity, its unit as written, and its standard uncertainty in SI where one is stated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stated {
+    pub value: f64,
+    pub unit: Unit,
+    pub sigma: Option<f64>,
+}
+
+impl<'a> Value<'a> {
+    pub fn place(&self) -> Place {
+        self.source.place(self.start)
+    }
+
+    fn wrong(&self, kind: Kind, what: impl Into<String>) -> Complaint {
+        Complaint::new(kind, what).at(self.place())
+    }
+
+    fn wrong_type(&self, wanted: &str) -> Complaint {
+        self.wrong(Kind::Syntax, format!("{} is {} instead of {wanted}", self.what, type_name(self.value.get_ref())))
+            .help(format!("write {wanted}"))
+    }
+
+    pub fn text(&self) -> Result<&'a str, Complaint> {
+        self.value.get_ref().as_str().ok_or_else(|| self.wrong_type("a text in quotes"))
+    }
+
+    pub fn table(&self, what: impl Into<String>) -> Result<Table<'a>, Complaint> {
+        let entries = self.value.get_ref().as_table().ok_or_else(|| self.wrong_type("a table"))?;
+        Ok(Table::new(self.source, what, self.start, entries))
+    }
+
+    pub fn list(&self) -> Result<Vec<Value<'a>>, Complaint> {
+        let items = self.value.get_ref().as_array().ok_or_else(|| self.wrong_type("a list in brackets"))?;
+        Ok(items
+            .iter()
+            .map(|item| Value { source: self.source, what: self.what.clone(), start: item.span().start, value: item })
+            .collect())
+    }
+
+    /// Whether the value is a list.
+    pub fn is_list(&self) -> bool {
+        self.value.get_ref().is_array()
+    }
+
+    /// A quantity of this dimension, in SI.
+    pub fn quantity(&self, dimension: Dimension) -> Result<Quantity, Complaint> {
+        let number = match self.value.get_ref() {
+            DeValue::Integer(number) => number.as_str().to_owned(),
+            DeValue::Float(number) => number.as_str().to_owned(),
+            DeValue::String(text) => text.to_string(),
+            _ => return Err(self.wrong_type(&example(dimension))),
+        };
+        Quantity::parse_as(&number, dimension).map_err(|error| self.unit_error(&error))
+    }
+
+    /// A quantity with an optional uncertainty: `8 ms +- 2 ms`, `8 ms +- 25 %`.
+    pub fn stated(&self, dimension: Dimension) -> Result<Stated, Complaint> {
+        let text = self.value.get_ref().as_str().unwrap_or_default();
+        let Some((nominal, spread)) = text.split_once("+-").or_else(|| text.split_once('±')) else {
+            let quantity = self.quantity(dimension)?;
+            return Ok(Stated { value: quantity.value, unit: quantity.unit, sigma: None });
+        };
+        let nominal = Quantity::parse_as(nominal, dimension).map_err(|error| self.unit_error(&error))?;
+        let spread = spread.trim();
+        let sigma = if spread.ends_with('%') && nominal.unit.symbol != "%" {
+            let share = Quantity::parse_as(spread, Dimension::NONE).map_err(|error| self.unit_error(&error))?;
+            share.value * nominal.value.abs()
+        } else {
+            let spread = Quantity::parse_as(spread, dimension).map_err(|error| self.unit_error(&error))?;
+            spread.unit.difference_to_si(spread.in_unit())
+        };
+        if sigma < 0.0 {
+            return Err(self
+                .wrong(Kind::Bounds, format!("the uncertainty of {} is negative", self.what))
+                .help("write one standard deviation, 0 or more"));
+        }
+        Ok(Stated { value: nominal.value, unit: nominal.unit, sigma: Some(sigma) })
+    }
+
+    fn unit_error(&self, error: &UnitError) -> Complaint {
+        self.wrong(Kind::Unit, format!("{}: {error}", self.what)).help(error.help())
+    }
+}
+
+fn example(dimension: Dimension) -> String {
+    match Unit::known_for(dimension).first() {
+        Some(unit) if dimension != Dimension::NONE => format!("a {dimension} such as \"1 {unit}\""),
+        _ => "a number".to_owned(),
+    }
+}
+
+fn type_name(value: &DeValue<'_>) -> &'static str {
+    match value {
+        DeValue::String(_) => "a text",
+        DeValue::Integer(_) | DeValue::Float(_) => "a number",
+        DeValue::Boolean(_) => "true or false",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "a list",
+        DeValue::Table(_) => "a table",
+    }
+}

@@ -1,0 +1,33 @@
+//! What can be wrong with a rig whose every line is right.
+
+use super::{InitialPressure, NodeKind, Quantity, Rig, Target};
+use crate::complaint::{Complaint, Kind};
+
+pub fn validate(rig: &Rig) -> Result<(), Complaint> {
+    for (index, node) in rig.nodes.iter().enumerate() {
+        if !matches!(node.kind, NodeKind::Held { .. }) && !crate::model::has_capacity(rig, index) {
+            let (what, help) = match node.kind {
+                NodeKind::Body { .. } => ("mass", "join a component with a mass, such as a cylinder"),
+                _ => ("volume", "join a `line-volume` to it: without one its pressure has no equation"),
+            };
+            return Err(Complaint::new(Kind::MissingEntry, format!("node `{}` has no {what}", node.name))
+                .at(node.place.clone())
+                .help(help));
+        }
+        if node.kind == (NodeKind::Volume { initial: InitialPressure::Record }) && !measured(rig, index) {
+            return Err(Complaint::new(
+                Kind::MissingEntry,
+                format!("node `{}` has no `initial` pressure and no pressure sensor to take it from", node.name),
+            )
+            .at(node.place.clone())
+            .help("add `initial = \"0 bar\"` or the pressure that it starts with"));
+        }
+    }
+    Ok(())
+}
+
+fn measured(rig: &Rig, node: usize) -> bool {
+    rig.sensors.iter().any(|sensor| {
+        sensor.target == Target::Node(node) && matches!(sensor.quantity, Quantity::Pressure | Quantity::Level)
+    })
+}
