@@ -1,1 +1,18 @@
 //! Dual numbers and the stiff integrator.
+//!
+//! - [`Real`]: the number type that laws are written over; [`f64`] or a dual number.
+//! - [`Dual`]: values with derivatives, nestable; [`jacobian`] differentiates one function on the spot.
+//! - [`Rosenbrock`]: the stiff integrator Rodas5P over `f64`, or over `Dual<f64, P>` for sensitivities to `P` parameters.
+//!
+//! Nothing here knows a unit: times are called seconds throughout, states are what the caller makes them. Nothing
+//! allocates.
+
+mod dual;
+mod real;
+mod rosenbrock;
+
+pub use dual::{Dual, jacobian};
+pub use real::Real;
+pub use rosenbrock::{
+    Arrival, IntegrationError, Inverse, Options, Rosenbrock, Scalar, Stats, Step, System,
+};

@@ -1,0 +1,72 @@
+//! Why an integration stopped early.
+
+use std::fmt;
+
+/// Why an integration stopped early. Times are in s; a state is named by its index, the caller knows its name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum IntegrationError {
+    /// The accuracy asked for needs steps below the floor: mostly a jump inside the piece, or a law with an infinite slope.
+    StepTooSmall {
+        /// Time reached.
+        t: f64,
+        /// The step that was refused.
+        h: f64,
+        /// The state with the largest error in that step.
+        worst_state: usize,
+    },
+    /// The end was not reached within the allowed number of steps.
+    TooManySteps {
+        /// Time reached.
+        t: f64,
+        /// Steps tried.
+        steps: usize,
+        /// The state with the largest error in the last step tried.
+        worst_state: usize,
+    },
+    /// The start of a step already has a derivative, or an entry of the Jacobian, that is infinite or no number.
+    NotFinite {
+        /// Time of the state that cannot be continued.
+        t: f64,
+        /// The first state whose derivative or Jacobian row is not finite.
+        worst_state: usize,
+    },
+    /// The end lies before the start, or one of them is no number.
+    NoInterval {
+        /// Start.
+        t0: f64,
+        /// End.
+        t1: f64,
+    },
+}
+
+impl fmt::Display for IntegrationError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::StepTooSmall { t, h, worst_state } => write!(
+                f,
+                "at t = {t} s the step fell to {h:e} s without reaching the accuracy; state {worst_state} is the worst"
+            ),
+            Self::TooManySteps {
+                t,
+                steps,
+                worst_state,
+            } => write!(
+                f,
+                "{steps} steps reached only t = {t} s; state {worst_state} held the step down last"
+            ),
+            Self::NotFinite { t, worst_state } => write!(
+                f,
+                "at t = {t} s the derivative of state {worst_state}, or its Jacobian row, is not finite"
+            ),
+            Self::NoInterval { t0, t1 } => {
+                write!(
+                    f,
+                    "cannot integrate from t = {t0} s to t = {t1} s: time must run forward"
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for IntegrationError {}

@@ -1,0 +1,129 @@
+//! The stage equation `W k = b`, with one real inverse per step and a correction for derivatives.
+
+use crate::numeric::{Dual, Real};
+
+/// The inverse of a real `N` by `N` matrix.
+///
+/// An explicit inverse pays here: eight products per step, each without the serial dependence of a triangular solve.
+#[derive(Clone, Debug)]
+pub struct Inverse<const N: usize> {
+    /// `columns[c][r]` is the entry of row `r`, column `c`: a product runs along memory.
+    columns: [[f64; N]; N],
+}
+
+impl<const N: usize> Inverse<N> {
+    /// Inverts `W = diagonal I - J` from the real part of `j[row][column]`.
+    ///
+    /// `scale[i] > 0` is the size at which state `i` matters; pivots are compared in these units, so the choice does not
+    /// depend on whether a pressure is in Pa or MPa. Returns `None` if `W` is singular or not finite.
+    pub fn of_shifted<S: Real>(diagonal: f64, j: &[[S; N]; N], scale: &[f64; N]) -> Option<Self> {
+        // Held transposed throughout, since the inverse of the transpose is the transpose of the inverse.
+        let mut a = [[0.0; N]; N];
+        for (r, row) in j.iter().enumerate() {
+            for (c, value) in row.iter().enumerate() {
+                a[c][r] = -value.re();
+            }
+            a[r][r] += diagonal;
+        }
+
+        let mut swapped_with = [0; N];
+        for p in 0..N {
+            let mut best = p;
+            let mut size = a[p][p].abs() * scale[p];
+            for r in p + 1..N {
+                let candidate = a[r][p].abs() * scale[r];
+                if candidate > size {
+                    best = r;
+                    size = candidate;
+                }
+            }
+            let reciprocal = 1.0 / a[best][p];
+            if !(size > 0.0 && size.is_finite() && reciprocal.is_finite()) {
+                return None;
+            }
+            swapped_with[p] = best;
+            if best != p {
+                a.swap(p, best);
+            }
+            let mut pivot_row = a[p];
+            pivot_row[p] = 1.0;
+            pivot_row = pivot_row.map(|value| value * reciprocal);
+            for row in &mut a {
+                let factor = row[p];
+                // The matrices of circuits are sparse: most rows have nothing to eliminate.
+                if factor != 0.0 {
+                    row[p] = 0.0;
+                    for (value, pivot) in row.iter_mut().zip(&pivot_row) {
+                        *value -= factor * pivot;
+                    }
+                }
+            }
+            a[p] = pivot_row;
+        }
+        for p in (0..N).rev() {
+            let other = swapped_with[p];
+            if other != p {
+                for row in &mut a {
+                    row.swap(p, other);
+                }
+            }
+        }
+        Some(Self { columns: a })
+    }
+
+    /// The product of the inverse with `b`.
+    #[inline]
+    pub fn times(&self, b: &[f64; N]) -> [f64; N] {
+        let mut x = [0.0; N];
+        for (column, factor) in self.columns.iter().zip(b) {
+            for (sum, entry) in x.iter_mut().zip(column) {
+                *sum += entry * factor;
+            }
+        }
+        x
+    }
+}
+
+/// What the stage solver needs of a number type beyond [`Real`].
+///
+/// Implemented for `f64` and, for sensitivities, `Dual<f64, P>`.
+pub trait Scalar: Real {
+    /// Solves `W k = b` with `W = I/(gamma h) - J`, given the inverse of the real part of `W` and `j[row][column] = J`.
+    ///
+    /// For each direction of a dual number the equation reads `W0 k1 - J1 k0 = b1`, so only the right-hand side changes
+    /// and the real inverse serves all directions. The result is the exact derivative of the real solution.
+    fn solve<const N: usize>(inverse: &Inverse<N>, j: &[[Self; N]; N], b: &[Self; N]) -> [Self; N];
+}
+
+impl Scalar for f64 {
+    #[inline]
+    fn solve<const N: usize>(inverse: &Inverse<N>, _j: &[[f64; N]; N], b: &[f64; N]) -> [f64; N] {
+        inverse.times(b)
+    }
+}
+
+impl<const P: usize> Scalar for Dual<f64, P> {
+    #[inline]
+    fn solve<const N: usize>(inverse: &Inverse<N>, j: &[[Self; N]; N], b: &[Self; N]) -> [Self; N] {
+        let value = inverse.times(&b.map(|entry| entry.re));
+        let mut k = value.map(Self::lift);
+        let mut right = [[0.0; P]; N];
+        for ((right, row), entry) in right.iter_mut().zip(j).zip(b) {
+            let mut sum = entry.eps;
+            for (slope, factor) in row.iter().zip(&value) {
+                for (sum, slope) in sum.iter_mut().zip(&slope.eps) {
+                    *sum += slope * factor;
+                }
+            }
+            *right = sum;
+        }
+        for (column, right) in inverse.columns.iter().zip(&right) {
+            for (k, entry) in k.iter_mut().zip(column) {
+                for (sum, right) in k.eps.iter_mut().zip(right) {
+                    *sum += entry * right;
+                }
+            }
+        }
+        k
+    }
+}
