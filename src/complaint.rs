@@ -196,9 +196,10 @@ pub fn help_with_names<'a>(
 ) -> String {
     let candidates: Vec<&str> = candidates.into_iter().collect();
     let quoted: Vec<String> = candidates.iter().map(|name| format!("`{name}`")).collect();
-    let all = match quoted.is_empty() {
-        true => format!("there are no {what}"),
-        false => format!("known {what}: {}", quoted.join(", ")),
+    let all = if quoted.is_empty() {
+        format!("there are no {what}")
+    } else {
+        format!("known {what}: {}", quoted.join(", "))
     };
     match did_you_mean(word, candidates) {
         Some(near) => format!("did you mean `{near}`? {}", capitalised(&all)),

@@ -1,6 +1,6 @@
 //! Reads the text of a unit: products, quotients and integer powers of known words.
 
-use super::table::{ATOMS, Atom, MISTAKES, SPELLINGS};
+use super::table::{ATOMS, Atom, COMPOUNDS, MISTAKES, SPELLINGS};
 use super::{Dimension, Unit, UnitError};
 use crate::complaint::did_you_mean;
 
@@ -93,14 +93,24 @@ fn power(unit: &str, word: &str) -> Result<(Atom, i8), UnitError> {
         None => Err(UnitError::Unknown {
             unit: unit.to_owned(),
             word: base.to_owned(),
-            nearest: MISTAKES
-                .iter()
-                .find(|(mistake, _)| *mistake == base)
-                .map(|(_, better)| *better)
-                .or_else(|| did_you_mean(base, ATOMS.iter().map(|atom| atom.symbol)))
-                .map(|better| unit.replacen(base, better, 1)),
+            nearest: nearest(unit, base),
         }),
     }
+}
+
+/// The whole unit as it was probably meant.
+fn nearest(unit: &str, word: &str) -> Option<String> {
+    if let Some((_, better)) = MISTAKES.iter().find(|(mistake, _)| *mistake == word) {
+        return Some(unit.replacen(word, better, 1));
+    }
+    // `L/mn` is near `L/min` as a whole, while `mn` alone is as near to `mm`.
+    if unit != word
+        && let Some(compound) = did_you_mean(unit, COMPOUNDS.iter().copied())
+    {
+        return Some(compound.to_owned());
+    }
+    did_you_mean(word, ATOMS.iter().map(|atom| atom.symbol))
+        .map(|better| unit.replacen(word, better, 1))
 }
 
 fn find(word: &str) -> Option<Atom> {
