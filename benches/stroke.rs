@@ -68,11 +68,7 @@ fn pieces() {
         }
     });
     let ns = 1e6 / f64::from(rounds);
-    println!(
-        "derivative {:.0} ns, Jacobian {:.0} ns",
-        derivative * ns,
-        jacobian * ns
-    );
+    println!("derivative {:.0} ns, Jacobian {:.0} ns", derivative * ns, jacobian * ns);
 }
 
 fn main() {

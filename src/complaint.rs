@@ -56,20 +56,12 @@ pub struct Place {
 impl Place {
     /// A whole file.
     pub fn file(file: impl Into<PathBuf>) -> Self {
-        Self {
-            file: file.into(),
-            line: None,
-            column: None,
-        }
+        Self { file: file.into(), line: None, column: None }
     }
 
     /// A line of a file, counted from 1.
     pub fn line(file: impl Into<PathBuf>, line: usize) -> Self {
-        Self {
-            file: file.into(),
-            line: Some(line),
-            column: None,
-        }
+        Self { file: file.into(), line: Some(line), column: None }
     }
 
     /// The line and column, both counted from 1, of a byte of `text`, the content of the file.
@@ -117,12 +109,7 @@ pub struct Complaint {
 impl Complaint {
     /// A complaint without place and help; add them with [`at`](Self::at) and [`help`](Self::help).
     pub fn new(kind: Kind, what: impl Into<String>) -> Self {
-        Self {
-            kind,
-            places: Vec::new(),
-            what: what.into(),
-            help: None,
-        }
+        Self { kind, places: Vec::new(), what: what.into(), help: None }
     }
 
     /// Adds a place, behind those already there.
@@ -166,10 +153,7 @@ impl fmt::Display for Complaint {
 impl std::error::Error for Complaint {}
 
 /// The candidate nearest to a mistyped word, the first one of equals; `None` where none is near. Case does not count.
-pub fn did_you_mean<'a>(
-    word: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
+pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = word.to_lowercase();
     // One slip in a short word, one per three letters in a long one.
     let allowed = (lower.chars().count() / 3).max(1);
@@ -180,27 +164,18 @@ pub fn did_you_mean<'a>(
             (distance, candidate)
         })
         // A slip in a word of one letter leaves nothing of it.
-        .filter(|(distance, candidate)| {
-            *distance <= allowed && *distance < candidate.chars().count().max(1)
-        })
+        .filter(|(distance, candidate)| *distance <= allowed && *distance < candidate.chars().count().max(1))
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)
 }
 
 /// Help for a name that is not known: the near miss, if any, and every name there is.
 /// `what` names them in the plural, such as `component kinds`.
-pub fn help_with_names<'a>(
-    word: &str,
-    what: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> String {
+pub fn help_with_names<'a>(word: &str, what: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     let candidates: Vec<&str> = candidates.into_iter().collect();
     let quoted: Vec<String> = candidates.iter().map(|name| format!("`{name}`")).collect();
-    let all = if quoted.is_empty() {
-        format!("there are no {what}")
-    } else {
-        format!("known {what}: {}", quoted.join(", "))
-    };
+    let all =
+        if quoted.is_empty() { format!("there are no {what}") } else { format!("known {what}: {}", quoted.join(", ")) };
     match did_you_mean(word, candidates) {
         Some(near) => format!("did you mean `{near}`? {}", capitalised(&all)),
         None => all,
@@ -209,7 +184,5 @@ pub fn help_with_names<'a>(
 
 fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| {
-        first.to_uppercase().chain(letters).collect()
-    })
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

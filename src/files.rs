@@ -30,12 +30,9 @@ pub fn read_text(path: &Path) -> Result<String, Complaint> {
         let (before, bad) = error.as_bytes().split_at(good);
         let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
         let byte = bad.first().copied().unwrap_or_default();
-        Complaint::new(
-            Kind::Encoding,
-            format!("the byte 0x{byte:02X} is not UTF-8 text"),
-        )
-        .at(Place::line(path, line))
-        .help("save the file as UTF-8; write `degC` and `um` where the degree or micro sign is in the way")
+        Complaint::new(Kind::Encoding, format!("the byte 0x{byte:02X} is not UTF-8 text"))
+            .at(Place::line(path, line))
+            .help("save the file as UTF-8; write `degC` and `um` where the degree or micro sign is in the way")
     })
 }
 
@@ -44,13 +41,10 @@ fn not_read(path: &Path, error: &io::Error) -> Complaint {
         io::ErrorKind::NotFound => Complaint::new(Kind::Missing, "there is no such file")
             .help("check the path; it counts from the folder in which the command runs"),
         io::ErrorKind::IsADirectory => {
-            Complaint::new(Kind::Unreadable, "this is a folder, not a file")
-                .help("name one file in it")
+            Complaint::new(Kind::Unreadable, "this is a folder, not a file").help("name one file in it")
         }
-        io::ErrorKind::PermissionDenied => {
-            Complaint::new(Kind::Unreadable, "no permission to read the file")
-                .help("change its permissions, or read a copy")
-        }
+        io::ErrorKind::PermissionDenied => Complaint::new(Kind::Unreadable, "no permission to read the file")
+            .help("change its permissions, or read a copy"),
         _ => Complaint::new(Kind::Unreadable, format!("cannot be read: {error}")),
     };
     complaint.in_file(path)
@@ -62,46 +56,34 @@ fn not_read(path: &Path, error: &io::Error) -> Complaint {
 /// # Errors
 /// A parent folder that does not exist, a folder in the place of the file, and everything that goes wrong in writing;
 /// then `path` is as it was before.
-pub fn write_atomically(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), Complaint> {
+pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Complaint> {
     let failed = |error: &io::Error| not_written(path, error);
     // A link stays a link: the file behind it is replaced.
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     let before = fs::metadata(&target).ok();
     if let Some(there) = &before {
         if there.is_dir() {
-            return Err(
-                Complaint::new(Kind::Unwritable, "this is a folder, not a file")
-                    .in_file(path)
-                    .help("name a file in it"),
-            );
+            return Err(Complaint::new(Kind::Unwritable, "this is a folder, not a file")
+                .in_file(path)
+                .help("name a file in it"));
         }
         if !there.is_file() {
             let file = File::options().write(true).open(&target);
-            return fill(&file.map_err(|error| failed(&error))?, write)
-                .map_err(|error| failed(&error));
+            return fill(&file.map_err(|error| failed(&error))?, write).map_err(|error| failed(&error));
         }
     }
     let folder = folder_of(&target);
     if !folder.is_dir() {
-        return Err(Complaint::new(
-            Kind::Missing,
-            format!("there is no folder `{}` to write into", folder.display()),
-        )
-        .in_file(path)
-        .help("create the folder first, or name another one"));
+        return Err(Complaint::new(Kind::Missing, format!("there is no folder `{}` to write into", folder.display()))
+            .in_file(path)
+            .help("create the folder first, or name another one"));
     }
     let temporary = temporary_in(&folder).map_err(|error| failed(&error))?;
     fill(temporary.as_file(), write).map_err(|error| failed(&error))?;
     if let Some(there) = before {
-        fs::set_permissions(temporary.path(), there.permissions())
-            .map_err(|error| failed(&error))?;
+        fs::set_permissions(temporary.path(), there.permissions()).map_err(|error| failed(&error))?;
     }
-    temporary
-        .persist(&target)
-        .map_err(|error| failed(&error.error))?;
+    temporary.persist(&target).map_err(|error| failed(&error.error))?;
     Ok(())
 }
 
@@ -122,9 +104,7 @@ fn folder_of(target: &Path) -> PathBuf {
 fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
     use std::os::unix::fs::PermissionsExt;
     // A temporary file is private by default; a result is as readable as the user's mask lets any new file be.
-    Builder::new()
-        .permissions(fs::Permissions::from_mode(0o666))
-        .tempfile_in(folder)
+    Builder::new().permissions(fs::Permissions::from_mode(0o666)).tempfile_in(folder)
 }
 
 #[cfg(not(unix))]
@@ -134,10 +114,8 @@ fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
 
 fn not_written(path: &Path, error: &io::Error) -> Complaint {
     let complaint = match error.kind() {
-        io::ErrorKind::PermissionDenied => {
-            Complaint::new(Kind::Unwritable, "no permission to write the file")
-                .help("name a folder that you may write to")
-        }
+        io::ErrorKind::PermissionDenied => Complaint::new(Kind::Unwritable, "no permission to write the file")
+            .help("name a folder that you may write to"),
         _ => Complaint::new(Kind::Unwritable, format!("cannot be written: {error}")),
     };
     complaint.in_file(path)

@@ -3,6 +3,9 @@
 pub mod complaint;
 pub mod files;
 pub mod fit;
+pub mod model;
 pub mod numeric;
+pub mod physics;
 pub mod record;
+pub mod rig;
 pub mod units;

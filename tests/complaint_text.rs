@@ -25,14 +25,8 @@ fn a_message_shows_both_places_and_indents_further_lines_of_help() {
         .at(Place::line("rig.toml", 14).at_column(3))
         .at(Place::line("record.csv", 1))
         .help("one\ntwo");
-    assert_eq!(
-        complaint.to_string(),
-        "error: rig.toml:14:3 and record.csv:1: these differ\n  help: one\n        two"
-    );
-    assert_eq!(
-        Complaint::new(Kind::Computation, "no result").to_string(),
-        "error: no result"
-    );
+    assert_eq!(complaint.to_string(), "error: rig.toml:14:3 and record.csv:1: these differ\n  help: one\n        two");
+    assert_eq!(Complaint::new(Kind::Computation, "no result").to_string(), "error: no result");
 }
 
 #[test]
@@ -70,13 +64,7 @@ fn a_file_is_written_whole_or_stays_as_it_was() {
         Err(io::Error::other("the disk is full"))
     })
     .unwrap_err();
-    assert_eq!(
-        complaint.to_string(),
-        format!(
-            "error: {}: cannot be written: the disk is full",
-            path.display()
-        )
-    );
+    assert_eq!(complaint.to_string(), format!("error: {}: cannot be written: the disk is full", path.display()));
     assert_eq!(fs::read_to_string(&path).unwrap(), "first");
     let left: Vec<_> = fs::read_dir(folder.path()).unwrap().collect();
     assert_eq!(left.len(), 1, "{left:?}");
@@ -99,10 +87,7 @@ fn a_missing_folder_or_a_folder_in_the_way_is_told() {
     let complaint = write_atomically(folder.path(), |_| Ok(())).unwrap_err();
     assert_eq!(
         complaint.to_string(),
-        format!(
-            "error: {}: this is a folder, not a file\n  help: name a file in it",
-            folder.path().display()
-        )
+        format!("error: {}: this is a folder, not a file\n  help: name a file in it", folder.path().display())
     );
 }
 

@@ -23,9 +23,7 @@ fn read(text: &str) -> Record {
 fn written(record: &Record) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("record.csv");
-    record
-        .write(&path)
-        .unwrap_or_else(|complaint| panic!("{complaint}"));
+    record.write(&path).unwrap_or_else(|complaint| panic!("{complaint}"));
     fs::read_to_string(&path).unwrap()
 }
 
@@ -71,11 +69,7 @@ fn every_form_reads_as_the_same_record() {
 #[test]
 fn a_name_may_hold_brackets_and_separators() {
     let record = read("time [s],\"p (rod, B) [bar]\",a[1] [mm]\n0,1,2\n");
-    let names: Vec<&str> = record
-        .channels
-        .iter()
-        .map(|channel| channel.name.as_str())
-        .collect();
+    let names: Vec<&str> = record.channels.iter().map(|channel| channel.name.as_str()).collect();
     assert_eq!(names, ["p (rod, B)", "a[1]"]);
     let again = read(&written(&record));
     assert_eq!(again.channels, record.channels);
@@ -83,14 +77,10 @@ fn a_name_may_hold_brackets_and_separators() {
 
 #[test]
 fn any_values_come_back_to_the_last_digit_without_given_decimals() {
-    let units = [
-        "bar", "L/min", "mm", "degC", "-", "%", "um", "rev/min", "N.s/m", "cSt",
-    ];
+    let units = ["bar", "L/min", "mm", "degC", "-", "%", "um", "rev/min", "N.s/m", "cSt"];
     let mut state = 7_u64;
     let mut next = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         (state >> 11) as f64 / (1_u64 << 53) as f64
     };
     let rows = 500;
@@ -99,9 +89,7 @@ fn any_values_come_back_to_the_last_digit_without_given_decimals() {
         .iter()
         .map(|symbol| {
             let unit = Unit::parse(symbol).unwrap();
-            let values = (0..rows)
-                .map(|_| unit.to_si((next() - 0.5) * 10f64.powf(12.0 * next() - 6.0)))
-                .collect();
+            let values = (0..rows).map(|_| unit.to_si((next() - 0.5) * 10f64.powf(12.0 * next() - 6.0))).collect();
             Channel::new(format!("in {symbol}"), unit, values)
         })
         .collect();
@@ -113,11 +101,7 @@ fn any_values_come_back_to_the_last_digit_without_given_decimals() {
         for (value, expected) in channel.values.iter().zip(&before.values) {
             // An offset or an odd factor may cost the last digit, in the unit's own scale.
             let scale = expected.abs().max(before.unit.offset);
-            assert!(
-                (value - expected).abs() <= f64::EPSILON * scale,
-                "{}",
-                channel.name
-            );
+            assert!((value - expected).abs() <= f64::EPSILON * scale, "{}", channel.name);
         }
     }
 }
@@ -134,16 +118,10 @@ fn decimals_are_those_given_and_short_texts_stay_short() {
             Channel::new("x", mm, vec![0.3e-3, 1e-9, 170e-3]),
         ],
     );
-    assert_eq!(
-        written(&record),
-        "time [s],p [bar],x [mm]\n0,101.6,0.3\n0.1,-0.3,1e-6\n0.2,0.0,170\n"
-    );
+    assert_eq!(written(&record), "time [s],p [bar],x [mm]\n0,101.6,0.3\n0.1,-0.3,1e-6\n0.2,0.0,170\n");
     let mut coarse = record;
     coarse.time_decimals = Some(0);
-    assert!(
-        written(&coarse).contains("\n0.1,"),
-        "rounded times would repeat"
-    );
+    assert!(written(&coarse).contains("\n0.1,"), "rounded times would repeat");
 }
 
 #[test]
@@ -153,46 +131,14 @@ fn a_record_that_could_not_be_read_back_is_not_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("out.csv");
     for (time, channels, kind, what) in [
-        (
-            vec![],
-            vec![channel("x", &[])],
-            Kind::Empty,
-            "a record without rows or channels is not written",
-        ),
-        (
-            vec![0.0, 0.0],
-            vec![channel("x", &[1.0, 2.0])],
-            Kind::Order,
-            "the time does not rise to 0 s",
-        ),
-        (
-            vec![0.0, 1.0],
-            vec![channel("x", &[1.0])],
-            Kind::Shape,
-            "the column `x` has 1 values for 2 times",
-        ),
-        (
-            vec![0.0, 1.0],
-            vec![channel("x", &[1.0, f64::NAN])],
-            Kind::Number,
-            "the column `x` is NaN at 1 s",
-        ),
-        (
-            vec![0.0],
-            vec![channel("x", &[1.0]), channel("x", &[1.0])],
-            Kind::Duplicate,
-            "the column `x` stands twice",
-        ),
-        (
-            vec![0.0],
-            vec![channel(" ", &[1.0])],
-            Kind::MissingEntry,
-            "channel 1 has no name",
-        ),
+        (vec![], vec![channel("x", &[])], Kind::Empty, "a record without rows or channels is not written"),
+        (vec![0.0, 0.0], vec![channel("x", &[1.0, 2.0])], Kind::Order, "the time does not rise to 0 s"),
+        (vec![0.0, 1.0], vec![channel("x", &[1.0])], Kind::Shape, "the column `x` has 1 values for 2 times"),
+        (vec![0.0, 1.0], vec![channel("x", &[1.0, f64::NAN])], Kind::Number, "the column `x` is NaN at 1 s"),
+        (vec![0.0], vec![channel("x", &[1.0]), channel("x", &[1.0])], Kind::Duplicate, "the column `x` stands twice"),
+        (vec![0.0], vec![channel(" ", &[1.0])], Kind::MissingEntry, "channel 1 has no name"),
     ] {
-        let complaint = Record::new("simulated", time, channels)
-            .write(&path)
-            .unwrap_err();
+        let complaint = Record::new("simulated", time, channels).write(&path).unwrap_err();
         assert_eq!((complaint.kind, complaint.what.as_str()), (kind, what));
         assert!(!path.exists());
     }

@@ -32,20 +32,11 @@ fn every_record_is_read_and_written_back_byte_for_byte() {
             .replace(",-0.000,", ",0.000,")
             .replace(",-0.000,", ",0.000,")
             .replace(",-0.00,", ",0.00,");
-        assert_eq!(
-            record.time.len(),
-            rows.lines().count() - 1,
-            "{}",
-            path.display()
-        );
+        assert_eq!(record.time.len(), rows.lines().count() - 1, "{}", path.display());
         assert!(record.sampling().unwrap().regular, "{}", path.display());
         let copy = folder.path().join("copy.csv");
         record.write(&copy).unwrap();
-        assert!(
-            fs::read_to_string(&copy).unwrap() == rows,
-            "{} comes back changed",
-            path.display()
-        );
+        assert!(fs::read_to_string(&copy).unwrap() == rows, "{} comes back changed", path.display());
     }
 }
 

@@ -6,16 +6,15 @@ use borescope::complaint::{Kind, Place};
 use borescope::record::Record;
 use borescope::units::Dimension;
 
-const NUMBER: &str = "every field holds a number such as `-1.5` or `2e-3`; remove rows with gaps, or split the record there";
-const EMPTY_FIELD: &str =
-    "every field holds a number; remove rows with gaps, or split the record there";
-const RISES: &str = "the time rises from row to row; remove the repeated rows, or split the record where the clock was set";
+const NUMBER: &str =
+    "every field holds a number such as `-1.5` or `2e-3`; remove rows with gaps, or split the record there";
+const EMPTY_FIELD: &str = "every field holds a number; remove rows with gaps, or split the record there";
+const RISES: &str =
+    "the time rises from row to row; remove the repeated rows, or split the record where the clock was set";
 const NAMES: &str = "name the columns in the first row: `time [s],p_A [bar],...`";
 const BROKE_OFF: &str = "the writing broke off; remove the last line, or copy the file again";
-const ENCODING: &str =
-    "save the file as UTF-8; write `degC` and `um` where the degree or micro sign is in the way";
-const MARKS: &str =
-    "write all numbers with the same decimal mark and without separators of thousands";
+const ENCODING: &str = "save the file as UTF-8; write `degC` and `um` where the degree or micro sign is in the way";
+const MARKS: &str = "write all numbers with the same decimal mark and without separators of thousands";
 const QUOTE: &str = "close it, or remove it";
 
 /// The bytes of the file; `line: what is wrong`, the places of the file written as `:line`; the help.
@@ -24,20 +23,56 @@ const WRONG: &[(&[u8], &str, &str)] = &[
     (b"", ": the file is empty", "the first row names the columns: `time [s],p_A [bar],...`"),
     (b"\n# only a remark\n", ": the file is empty", "the first row names the columns: `time [s],p_A [bar],...`"),
     (b"time [s],p [bar]\n", ":1: the record has no rows below its header", "one row of numbers for each time"),
-    (b"# a\ntime [s],p [bar]\n# b\n", ":2: the record has no rows below its header", "one row of numbers for each time"),
-    (b"time [s]\n0\n", ":1: the record has no column beside the time", "name the columns as `time [s],p_A [bar],...`, separated by `,`, `;` or a tab"),
+    (
+        b"# a\ntime [s],p [bar]\n# b\n",
+        ":2: the record has no rows below its header",
+        "one row of numbers for each time",
+    ),
+    (
+        b"time [s]\n0\n",
+        ":1: the record has no column beside the time",
+        "name the columns as `time [s],p_A [bar],...`, separated by `,`, `;` or a tab",
+    ),
     // The header.
     (b"0.1,5\n0.2,6\n", ":1: the first row holds numbers, not the names of the columns", NAMES),
     (b"t [s],p [bar]\n0,1\n", ":1: the first column is `t [s]`, not the time", "name the first column `time [s]`"),
     (b"p [bar],time [s]\n1,0\n", ":1: `time` is column 2, but must be the first", "move the time column to the front"),
     (b"time,p [bar]\n0,1\n", ":1: the column `time` has no unit in square brackets", "write `time [s]`"),
-    (b"time [bar],p [bar]\n0,1\n", ":1: column `time`: `bar` is a unit of pressure, not of time", "units of time: `s`, `ms`, `us`, `min`, `h`"),
-    (b"time [s],p\n0,1\n", ":1: the column `p` has no unit in square brackets", "write its unit behind the name, such as `p [bar]`; `p [-]` for a pure number"),
-    (b"time [s],p (bar)\n0,1\n", ":1: the column `p (bar)` has no unit in square brackets", "write its unit behind the name, such as `p [bar]`; `p [-]` for a pure number"),
-    (b"time [s],p []\n0,1\n", ":1: the column `p []` has no unit in square brackets", "write its unit behind the name, such as `p [bar]`; `p [-]` for a pure number"),
-    (b"time [s],q [L/mn]\n0,1\n", ":1: column `q`: unknown unit `mn` in `L/mn`", "did you mean `L/min`? Units of flow: `L/min`, `L/s`, `m3/s`"),
-    (b"time [s],[bar]\n0,1\n", ":1: column 2 has no name", "write `name [unit]`; remove a separator at the end of the lines"),
-    (b"time [s],p [bar],\n0,1,\n", ":1: column 3 has no name", "write `name [unit]`; remove a separator at the end of the lines"),
+    (
+        b"time [bar],p [bar]\n0,1\n",
+        ":1: column `time`: `bar` is a unit of pressure, not of time",
+        "units of time: `s`, `ms`, `us`, `min`, `h`",
+    ),
+    (
+        b"time [s],p\n0,1\n",
+        ":1: the column `p` has no unit in square brackets",
+        "write its unit behind the name, such as `p [bar]`; `p [-]` for a pure number",
+    ),
+    (
+        b"time [s],p (bar)\n0,1\n",
+        ":1: the column `p (bar)` has no unit in square brackets",
+        "write its unit behind the name, such as `p [bar]`; `p [-]` for a pure number",
+    ),
+    (
+        b"time [s],p []\n0,1\n",
+        ":1: the column `p []` has no unit in square brackets",
+        "write its unit behind the name, such as `p [bar]`; `p [-]` for a pure number",
+    ),
+    (
+        b"time [s],q [L/mn]\n0,1\n",
+        ":1: column `q`: unknown unit `mn` in `L/mn`",
+        "did you mean `L/min`? Units of flow: `L/min`, `L/s`, `m3/s`",
+    ),
+    (
+        b"time [s],[bar]\n0,1\n",
+        ":1: column 2 has no name",
+        "write `name [unit]`; remove a separator at the end of the lines",
+    ),
+    (
+        b"time [s],p [bar],\n0,1,\n",
+        ":1: column 3 has no name",
+        "write `name [unit]`; remove a separator at the end of the lines",
+    ),
     (b"time [s],p [bar],p [kPa]\n0,1,2\n", ":1: the column `p` stands twice", "rename or remove one of the two"),
     (b"time [s],p [bar],time [s]\n0,1,0\n", ":1: the column `time` stands twice", "rename or remove one of the two"),
     (b"time [s],\"p [bar]\n0,1\n1,2\n", ":1: a quotation mark opens and is not closed", QUOTE),
@@ -55,16 +90,36 @@ const WRONG: &[(&[u8], &str, &str)] = &[
     (b"time [s];p [bar]\n0.5;1,5\n", ":2: `1,5` in column `p`: the decimal mark of this file is the point", MARKS),
     (b"time [s],p [bar]\n0,\"1\n1,2\n", ":2: a quotation mark opens and is not closed", QUOTE),
     // The rows.
-    (b"time [s],p [bar]\n0,1,2\n1,2\n", ":2: the row has 3 fields, but the header names 2 columns", "one field for each column; where numbers have decimal commas, separate the columns with `;`"),
-    (b"time [s];p [bar]\n0;1;2\n1;2\n", ":2: the row has 3 fields, but the header names 2 columns", "one field for each column"),
-    (b"time [s],p [bar]\n0,1\n1\n2,3\n", ":3: the row has 1 field, but the header names 2 columns", "one field for each column"),
+    (
+        b"time [s],p [bar]\n0,1,2\n1,2\n",
+        ":2: the row has 3 fields, but the header names 2 columns",
+        "one field for each column; where numbers have decimal commas, separate the columns with `;`",
+    ),
+    (
+        b"time [s];p [bar]\n0;1;2\n1;2\n",
+        ":2: the row has 3 fields, but the header names 2 columns",
+        "one field for each column",
+    ),
+    (
+        b"time [s],p [bar]\n0,1\n1\n2,3\n",
+        ":3: the row has 1 field, but the header names 2 columns",
+        "one field for each column",
+    ),
     // Files that end too early.
     (b"time [s],p [bar],q [L/min]\n0,1,2\n1,2\n", ":3: the file ends in the middle of a row: 2 fields of 3", BROKE_OFF),
-    (b"time [s],p [bar],q [L/min]\r\n0,1,2\r\n1,2\r\n", ":3: the file ends in the middle of a row: 2 fields of 3", BROKE_OFF),
+    (
+        b"time [s],p [bar],q [L/min]\r\n0,1,2\r\n1,2\r\n",
+        ":3: the file ends in the middle of a row: 2 fields of 3",
+        BROKE_OFF,
+    ),
     (b"time [s],p [bar],q [L/min]\n0,1,2\n1,2", ":3: the file ends in the middle of a row: 2 fields of 3", BROKE_OFF),
     (b"time [s],p [bar]\n0,1\n1,", ":3: the file ends in the middle of a number: ``", BROKE_OFF),
     (b"time [s],p [bar]\n0,1\n1,-", ":3: the file ends in the middle of a number: `-`", BROKE_OFF),
-    (b"time [s],p [bar]\n0,1.5\n1,1.5\n2,1.5\n3,1.5\n4,1.5\n5,1.5\n6,1.5\n7,1.5\n8,1.5\n9,1.5\n10,4", ":12: the file ends in the middle of a number: `4`", BROKE_OFF),
+    (
+        b"time [s],p [bar]\n0,1.5\n1,1.5\n2,1.5\n3,1.5\n4,1.5\n5,1.5\n6,1.5\n7,1.5\n8,1.5\n9,1.5\n10,4",
+        ":12: the file ends in the middle of a number: `4`",
+        BROKE_OFF,
+    ),
     // The encoding.
     (b"time [s],T [degC]\n0,1\n# 40 \xb0C\n", ":3: the byte 0xB0 is not UTF-8 text", ENCODING),
     (b"\xff\xfet\0i\0", ":1: the file is UTF-16 text", "save it as UTF-8"),
@@ -80,14 +135,8 @@ fn each_wrong_record_gives_one_message() {
         let Err(complaint) = Record::read(&path) else {
             panic!("accepted, though {what}:\n{text}");
         };
-        let shown = complaint
-            .to_string()
-            .replace(&path.display().to_string(), "");
-        assert_eq!(
-            shown,
-            format!("error: {what}\n  help: {help}"),
-            "for:\n{text}"
-        );
+        let shown = complaint.to_string().replace(&path.display().to_string(), "");
+        assert_eq!(shown, format!("error: {what}\n  help: {help}"), "for:\n{text}");
     }
 }
 
@@ -102,10 +151,7 @@ fn lines_are_those_of_the_file() {
         ("time [s],p [bar]\r0,1\r1,x\r", 3),
         ("\u{feff}time [s],p [bar]\n0,1\n1,x\n", 3),
         ("# a\n\n# b\ntime [s],p [bar]\n0,1\n# c\n\n\n1,x\n", 9),
-        (
-            "# a\r\n\r\n# b\r\ntime [s],p [bar]\r\n0,1\r\n# c\r\n\r\n\r\n1,x\r\n",
-            9,
-        ),
+        ("# a\r\n\r\n# b\r\ntime [s],p [bar]\r\n0,1\r\n# c\r\n\r\n\r\n1,x\r\n", 9),
         ("\u{feff}# a\ntime [s],p [bar]\n0,1\n1,x\n", 4),
         ("\"time\n[s]\",\"p\n[bar]\"\n0,1\n\"1\",\"x\"\n", 5),
         ("time [s],p [bar]\n0,1\n   \n1,x\n", 4),
@@ -135,10 +181,7 @@ fn a_file_that_cannot_be_read_is_told() {
     assert_eq!(complaint.kind, Kind::Unreadable);
     assert_eq!(
         complaint.to_string(),
-        format!(
-            "error: {}: this is a folder, not a file\n  help: name one file in it",
-            folder.path().display()
-        )
+        format!("error: {}: this is a folder, not a file\n  help: name one file in it", folder.path().display())
     );
 }
 
@@ -150,12 +193,8 @@ fn a_column_that_is_asked_for_and_missing_is_told_with_both_places() {
     let record = Record::read(&path).unwrap();
     let from = || Place::line("rig.toml", 14);
     let shown = |name| {
-        let complaint = record
-            .require(name, Dimension::PRESSURE, from())
-            .unwrap_err();
-        complaint
-            .to_string()
-            .replace(&path.display().to_string(), "record.csv")
+        let complaint = record.require(name, Dimension::PRESSURE, from()).unwrap_err();
+        complaint.to_string().replace(&path.display().to_string(), "record.csv")
     };
     assert_eq!(
         shown("p_a"),

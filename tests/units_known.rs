@@ -75,10 +75,7 @@ fn units_have_their_known_values() {
         let unit = Unit::parse(symbol).unwrap_or_else(|error| panic!("{symbol}: {error}"));
         assert_eq!(unit.dimension, dimension, "{symbol}");
         let converted = unit.to_si(value);
-        assert!(
-            (converted - si).abs() <= 1e-12 * si.abs(),
-            "{value} {symbol} is {converted}, not {si}"
-        );
+        assert!((converted - si).abs() <= 1e-12 * si.abs(), "{value} {symbol} is {converted}, not {si}");
         assert_eq!(unit.to_string(), symbol);
     }
 }
@@ -89,16 +86,11 @@ fn converting_there_and_back_changes_at_most_the_last_digits() {
     for &(symbol, ..) in KNOWN {
         let unit = Unit::parse(symbol).unwrap();
         for _ in 0..200 {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             let value = ((state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0) * 1e4;
             let back = unit.from_si(unit.to_si(value));
             let scale = value.abs().max(unit.offset.abs() / unit.factor);
-            assert!(
-                (back - value).abs() <= 4.0 * f64::EPSILON * scale,
-                "{value} {symbol}"
-            );
+            assert!((back - value).abs() <= 4.0 * f64::EPSILON * scale, "{value} {symbol}");
             let difference = unit.difference_from_si(unit.difference_to_si(value));
             assert!((difference - value).abs() <= 4.0 * f64::EPSILON * value.abs());
             assert_eq!(unit.difference_to_si(value), value * unit.factor);
@@ -119,34 +111,20 @@ fn displacement_times_speed_is_a_flow() {
     let speed = Quantity::parse("1000 rev/min").unwrap();
     let flow = displacement.unit.dimension.times(speed.unit.dimension);
     assert_eq!(flow, Dimension::FLOW);
-    let in_litres = Unit::parse("L/min")
-        .unwrap()
-        .from_si(displacement.value * speed.value);
+    let in_litres = Unit::parse("L/min").unwrap().from_si(displacement.value * speed.value);
     assert!((in_litres - 5.5).abs() < 1e-12);
 }
 
 /// What is written, what is wrong with it, what would be right.
 const WRONG: &[(&str, &str, &str)] = &[
-    (
-        "",
-        "the unit is missing",
-        "write a unit, such as `bar` or `L/min`; `-` for a pure number",
-    ),
+    ("", "the unit is missing", "write a unit, such as `bar` or `L/min`; `-` for a pure number"),
     (
         "baar",
         "unknown unit `baar`",
         "did you mean `bar`? Units of pressure: `bar`, `mbar`, `MPa`, `kPa`, `hPa`, `Pa`, `mPa`, `GPa`, `psi`",
     ),
-    (
-        "L/mn",
-        "unknown unit `mn` in `L/mn`",
-        "did you mean `L/min`? Units of flow: `L/min`, `L/s`, `m3/s`",
-    ),
-    (
-        "C",
-        "unknown unit `C`",
-        "did you mean `degC`? Units of temperature: `degC`, `K`",
-    ),
+    ("L/mn", "unknown unit `mn` in `L/mn`", "did you mean `L/min`? Units of flow: `L/min`, `L/s`, `m3/s`"),
+    ("C", "unknown unit `C`", "did you mean `degC`? Units of temperature: `degC`, `K`"),
     (
         "furlong",
         "unknown unit `furlong`",
@@ -158,31 +136,16 @@ const WRONG: &[(&str, &str, &str)] = &[
         "`N.s/m.K` can be read in two ways: a product follows a `/`",
         "to divide by every factor write `N.s/m/K`; to multiply, move the factor before the `/`",
     ),
-    (
-        "L//min",
-        "`L//min` is not a unit",
-        "write units as `L/min`, `N.s/m`, `kg/m3` or `m/s2`",
-    ),
-    (
-        "m99",
-        "`m99` is not a unit",
-        "write units as `L/min`, `N.s/m`, `kg/m3` or `m/s2`",
-    ),
-    (
-        "L/-",
-        "`L/-` is not a unit",
-        "write units as `L/min`, `N.s/m`, `kg/m3` or `m/s2`",
-    ),
+    ("L//min", "`L//min` is not a unit", "write units as `L/min`, `N.s/m`, `kg/m3` or `m/s2`"),
+    ("m99", "`m99` is not a unit", "write units as `L/min`, `N.s/m`, `kg/m3` or `m/s2`"),
+    ("L/-", "`L/-` is not a unit", "write units as `L/min`, `N.s/m`, `kg/m3` or `m/s2`"),
 ];
 
 #[test]
 fn a_wrong_unit_is_told_with_what_would_be_right() {
     for &(text, what, help) in WRONG {
         let error = Unit::parse(text).unwrap_err();
-        assert_eq!(
-            (error.to_string().as_str(), error.help().as_str()),
-            (what, help)
-        );
+        assert_eq!((error.to_string().as_str(), error.help().as_str()), (what, help));
     }
 }
 
@@ -192,11 +155,7 @@ fn what_the_help_lists_is_of_the_dimension() {
         let listed = Unit::known_for(dimension);
         assert!(!listed.is_empty(), "{dimension}");
         for symbol in listed {
-            assert_eq!(
-                Unit::parse(symbol).unwrap().dimension,
-                dimension,
-                "{symbol}"
-            );
+            assert_eq!(Unit::parse(symbol).unwrap().dimension, dimension, "{symbol}");
         }
     }
 }
@@ -226,10 +185,7 @@ fn quantities_are_read_and_written_in_their_unit() {
         ("+.5 N", 0.5, "0.5 N"),
     ] {
         let quantity = Quantity::parse(text).unwrap_or_else(|error| panic!("{text}: {error}"));
-        assert!(
-            (quantity.value - si).abs() <= 1e-15 * si.abs().max(1e-3),
-            "{text}"
-        );
+        assert!((quantity.value - si).abs() <= 1e-15 * si.abs().max(1e-3), "{text}");
         assert_eq!(quantity.to_string(), shown);
     }
 }
@@ -237,11 +193,7 @@ fn quantities_are_read_and_written_in_their_unit() {
 #[test]
 fn a_wrong_quantity_is_told_with_what_would_be_right() {
     for (text, what, help) in [
-        (
-            "5,5 mm",
-            "`5,5 mm` does not begin with a finite number",
-            "the decimal mark is a point: `5.5 mm`",
-        ),
+        ("5,5 mm", "`5,5 mm` does not begin with a finite number", "the decimal mark is a point: `5.5 mm`"),
         (
             "mm 5",
             "`mm 5` does not begin with a finite number",
@@ -262,20 +214,10 @@ fn a_wrong_quantity_is_told_with_what_would_be_right() {
             "`bar` is a unit of pressure, not of length",
             "units of length: `mm`, `um`, `cm`, `m`, `km`, `mm2/mm`",
         ),
-        (
-            "5 nm",
-            "unknown unit `nm`",
-            "did you mean `mm`? Units of length: `mm`, `um`, `cm`, `m`, `km`, `mm2/mm`",
-        ),
+        ("5 nm", "unknown unit `nm`", "did you mean `mm`? Units of length: `mm`, `um`, `cm`, `m`, `km`, `mm2/mm`"),
     ] {
         let error = Quantity::parse_as(text, Dimension::LENGTH).unwrap_err();
-        assert_eq!(
-            (error.to_string().as_str(), error.help().as_str()),
-            (what, help)
-        );
+        assert_eq!((error.to_string().as_str(), error.help().as_str()), (what, help));
     }
-    assert!(matches!(
-        Quantity::parse_as("3 bar", Dimension::NONE),
-        Err(UnitError::WrongDimension { .. })
-    ));
+    assert!(matches!(Quantity::parse_as("3 bar", Dimension::NONE), Err(UnitError::WrongDimension { .. })));
 }

@@ -166,7 +166,14 @@ impl<'a, S: Scalar> Assembly<'a, S> {
 
     /// Raw values of the sensors at `t`, SI, into `raw`.
     pub fn raw_values(&mut self, t: f64, y: &[S], raw: &mut [S]) {
-        if self.layout.raw.iter().zip(&self.layout.filtered).any(|(raw, filtered)| filtered.is_none() && matches!(raw, Raw::Flow(..))) || t < 0.0 {
+        if self
+            .layout
+            .raw
+            .iter()
+            .zip(&self.layout.filtered)
+            .any(|(raw, filtered)| filtered.is_none() && matches!(raw, Raw::Flow(..)))
+            || t < 0.0
+        {
             self.evaluate(t, y);
         }
         for (sensor, value) in raw.iter_mut().enumerate() {

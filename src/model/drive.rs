@@ -243,9 +243,8 @@ fn merge(lines: &[Vec<Stretch>], start: f64, end: f64) -> Vec<Piece> {
             from.push(value(pair[0]));
             to.push(value(pair[1]));
         }
-        let continuous = |last: &Piece| {
-            last.to.iter().zip(&from).all(|(a, b)| (a - b).abs() <= 1e-9 * (a.abs() + b.abs()))
-        };
+        let continuous =
+            |last: &Piece| last.to.iter().zip(&from).all(|(a, b)| (a - b).abs() <= 1e-9 * (a.abs() + b.abs()));
         let jump = !pieces.last().is_some_and(continuous);
         pieces.push(Piece { start: pair[0], end: pair[1], from, to, jump });
     }

@@ -134,7 +134,9 @@ impl Layout {
             }
             for state in component.card.states {
                 let scale = crate::units::Unit::parse(state.unit).map_or(1.0, |unit| unit.factor);
-                seen.push(Variable::State(layout.push(format!("{} of {}", state.name, component.name), state.scale * scale)));
+                seen.push(Variable::State(
+                    layout.push(format!("{} of {}", state.name, component.name), state.scale * scale),
+                ));
             }
             slot.variables[..seen.len()].copy_from_slice(&seen);
             for (own, &input) in slot.inputs.iter_mut().zip(&component.inputs) {
@@ -145,7 +147,7 @@ impl Layout {
         for (index, sensor) in rig.sensors.iter().enumerate() {
             let raw = layout.raw_of(rig, sensor);
             layout.raw.push(raw);
-            layout.filtered.push((sensor.lag > 0.0).then(|| {
+            let state = (sensor.lag > 0.0).then(|| {
                 let scale = match sensor.quantity {
                     Quantity::Pressure => PRESSURE,
                     Quantity::Flow => FLOW,
@@ -155,7 +157,8 @@ impl Layout {
                 let state = layout.push(format!("reading of {}", sensor.name), scale);
                 layout.filters.push(Filter { state, sensor: index, lag: sensor.lag });
                 state
-            }));
+            });
+            layout.filtered.push(state);
         }
         layout
     }

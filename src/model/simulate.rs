@@ -80,11 +80,26 @@ pub struct Model {
 macro_rules! with_states {
     ($states:expr, $N:ident => $body:expr) => {
         match $states {
-            0..=4 => { const $N: usize = 4; $body }
-            5..=8 => { const $N: usize = 8; $body }
-            9..=12 => { const $N: usize = 12; $body }
-            13..=16 => { const $N: usize = 16; $body }
-            17..=24 => { const $N: usize = 24; $body }
+            0..=4 => {
+                const $N: usize = 4;
+                $body
+            }
+            5..=8 => {
+                const $N: usize = 8;
+                $body
+            }
+            9..=12 => {
+                const $N: usize = 12;
+                $body
+            }
+            13..=16 => {
+                const $N: usize = 16;
+                $body
+            }
+            17..=24 => {
+                const $N: usize = 24;
+                $body
+            }
             states => Err(SimulationError::TooLarge { states, most: 24 }),
         }
     };
@@ -117,7 +132,13 @@ impl Model {
     ///
     /// # Errors
     /// As [`Model::simulate`].
-    pub fn sensitivities(&self, parameters: &[f64], by: &[usize], drive: &Drive, times: &[f64]) -> Result<Sensitivities, SimulationError> {
+    pub fn sensitivities(
+        &self,
+        parameters: &[f64],
+        by: &[usize],
+        drive: &Drive,
+        times: &[f64],
+    ) -> Result<Sensitivities, SimulationError> {
         let groups: Vec<&[usize]> = by.chunks(LANES).collect();
         let solve = |group: &[usize]| self.group(parameters, group, drive, times);
         // Groups are independent, so one thread each changes nothing but the time.
@@ -142,7 +163,13 @@ impl Model {
         }
     }
 
-    fn group(&self, parameters: &[f64], by: &[usize], drive: &Drive, times: &[f64]) -> Result<Sensitivities, SimulationError> {
+    fn group(
+        &self,
+        parameters: &[f64],
+        by: &[usize],
+        drive: &Drive,
+        times: &[f64],
+    ) -> Result<Sensitivities, SimulationError> {
         let mut dual: Vec<Dual<f64, LANES>> = parameters.iter().map(|&value| Dual::constant(value)).collect();
         for (lane, &parameter) in by.iter().enumerate() {
             dual[parameter].eps[lane] = 1.0;

@@ -12,7 +12,14 @@ use crate::units::Unit;
 const REST_STEPS: usize = 30;
 
 /// Fills `y` (states beyond the layout's are left). `readings` holds each node's first measured gauge pressure, Pa.
-pub fn start<S: Scalar>(rig: &Rig, layout: &Layout, assembly: &mut Assembly<'_, S>, readings: &[f64], t: f64, y: &mut [S]) {
+pub fn start<S: Scalar>(
+    rig: &Rig,
+    layout: &Layout,
+    assembly: &mut Assembly<'_, S>,
+    readings: &[f64],
+    t: f64,
+    y: &mut [S],
+) {
     for (node, state) in layout.node_state.iter().enumerate() {
         let Some(state) = *state else { continue };
         match rig.nodes[node].kind {
@@ -53,9 +60,23 @@ pub fn start<S: Scalar>(rig: &Rig, layout: &Layout, assembly: &mut Assembly<'_, 
 }
 
 /// Sets a pressure so that the body it acts on stays at rest: forces are linear in pressures, so one secant is exact.
-fn balance<S: Scalar>(rig: &Rig, layout: &Layout, assembly: &mut Assembly<'_, S>, node: usize, state: usize, t: f64, y: &mut [S]) {
+fn balance<S: Scalar>(
+    rig: &Rig,
+    layout: &Layout,
+    assembly: &mut Assembly<'_, S>,
+    node: usize,
+    state: usize,
+    t: f64,
+    y: &mut [S],
+) {
     let bodies = rig.components.iter().filter(|component| component.ports.contains(&node)).flat_map(|component| {
-        component.card.ports.iter().zip(&component.ports).filter(|(port, _)| port.kind == PortKind::Mechanical).map(|(_, &body)| body)
+        component
+            .card
+            .ports
+            .iter()
+            .zip(&component.ports)
+            .filter(|(port, _)| port.kind == PortKind::Mechanical)
+            .map(|(_, &body)| body)
     });
     for body in bodies {
         let Some(position) = layout.node_state[body] else { continue };

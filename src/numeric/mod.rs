@@ -13,6 +13,4 @@ mod rosenbrock;
 
 pub use dual::{Dual, jacobian};
 pub use real::Real;
-pub use rosenbrock::{
-    Arrival, IntegrationError, Inverse, Options, Rosenbrock, Scalar, Stats, Step, System,
-};
+pub use rosenbrock::{Arrival, IntegrationError, Inverse, Options, Rosenbrock, Scalar, Stats, Step, System};

@@ -30,14 +30,7 @@ pub trait System<S: Scalar, const N: usize> {
     /// Both at once, at the start of every step. Override it where the Jacobian yields the derivative as by-product; the
     /// values written must equal those of [`derivative`](System::derivative).
     #[inline]
-    fn linearise(
-        &mut self,
-        t: f64,
-        y: &[S; N],
-        dydt: &mut [S; N],
-        j: &mut [[S; N]; N],
-        dfdt: &mut [S; N],
-    ) {
+    fn linearise(&mut self, t: f64, y: &[S; N], dydt: &mut [S; N], j: &mut [[S; N]; N], dfdt: &mut [S; N]) {
         self.derivative(t, y, dydt);
         self.jacobian(t, y, j, dfdt);
     }
@@ -63,14 +56,7 @@ pub struct Options<const N: usize> {
 impl<const N: usize> Options<N> {
     /// Tolerances for each state, without other limits than 100,000 steps.
     pub fn new(rtol: f64, atol: [f64; N]) -> Self {
-        Self {
-            rtol,
-            atol,
-            h_initial: None,
-            h_min: 0.0,
-            h_max: f64::INFINITY,
-            max_steps: 100_000,
-        }
+        Self { rtol, atol, h_initial: None, h_min: 0.0, h_max: f64::INFINITY, max_steps: 100_000 }
     }
 
     /// One absolute tolerance for all states: right only where they are of similar size.
@@ -169,12 +155,7 @@ const PROPORTIONAL: f64 = 0.0;
 impl<const N: usize> Rosenbrock<N> {
     /// An integrator without history.
     pub fn new(options: Options<N>) -> Self {
-        Self {
-            options,
-            stats: Stats::default(),
-            hint: None,
-            last_error: 1.0,
-        }
+        Self { options, stats: Stats::default(), hint: None, last_error: 1.0 }
     }
 
     /// The options, to be changed between calls.
@@ -242,11 +223,7 @@ impl<const N: usize> Rosenbrock<N> {
             let local = Local::at(system, t, &y)?;
             self.stats.derivatives += 1;
             self.stats.jacobians += 1;
-            let floor = self
-                .options
-                .h_min
-                .max(8.0 * f64::EPSILON * t.abs())
-                .max(f64::MIN_POSITIVE);
+            let floor = self.options.h_min.max(8.0 * f64::EPSILON * t.abs()).max(f64::MIN_POSITIVE);
             let mut wanted = match next {
                 Some(h) => h,
                 None => self.first_step(&local, &y).max(floor),
@@ -256,11 +233,7 @@ impl<const N: usize> Rosenbrock<N> {
             loop {
                 if tried >= self.options.max_steps {
                     let worst_state = largest(&error);
-                    return Err(IntegrationError::TooManySteps {
-                        t,
-                        steps: tried,
-                        worst_state,
-                    });
+                    return Err(IntegrationError::TooManySteps { t, steps: tried, worst_state });
                 }
                 tried += 1;
                 wanted = wanted.min(self.options.h_max);
@@ -270,28 +243,16 @@ impl<const N: usize> Rosenbrock<N> {
                 if let Some((y1, stages)) = attempt.filter(|_| norm <= 1.0) {
                     self.stats.steps += 1;
                     let factor = self.factor(norm);
-                    let proposal = h * if rejected_before {
-                        factor.min(1.0)
-                    } else {
-                        factor
-                    };
+                    let proposal = h * if rejected_before { factor.min(1.0) } else { factor };
                     self.last_error = norm.max(1e-4);
                     // A step cut short to land on the end says little of what the next piece can bear.
-                    let kept = if h < wanted {
-                        proposal.max(wanted)
-                    } else {
-                        proposal
-                    };
+                    let kept = if h < wanted { proposal.max(wanted) } else { proposal };
                     self.hint = Some(kept);
                     next = self.hint;
                     let step = Step::new((t, t_end, h), &y, &y1, &stages);
                     if let ControlFlow::Break(at) = on_step(&step) {
                         let y = step.interpolate_all(at);
-                        return Ok(Arrival {
-                            t: at,
-                            y,
-                            stopped: true,
-                        });
+                        return Ok(Arrival { t: at, y, stopped: true });
                     }
                     (t, y) = (t_end, y1);
                     break;
@@ -299,26 +260,14 @@ impl<const N: usize> Rosenbrock<N> {
                 self.stats.rejected += 1;
                 rejected_before = true;
                 // Not a number says nothing of how far off the step was.
-                wanted = h * if norm.is_finite() {
-                    self.factor(norm).min(0.9)
-                } else {
-                    0.5
-                };
+                wanted = h * if norm.is_finite() { self.factor(norm).min(0.9) } else { 0.5 };
                 if wanted < floor {
                     let worst_state = largest(&error);
-                    return Err(IntegrationError::StepTooSmall {
-                        t,
-                        h: wanted,
-                        worst_state,
-                    });
+                    return Err(IntegrationError::StepTooSmall { t, h: wanted, worst_state });
                 }
             }
         }
-        Ok(Arrival {
-            t,
-            y,
-            stopped: false,
-        })
+        Ok(Arrival { t, y, stopped: false })
     }
 
     /// One step of length `h`: the new states and the eight stages. `error` becomes each state's estimated error relative
@@ -345,14 +294,7 @@ impl<const N: usize> Rosenbrock<N> {
         };
         self.stats.derivatives += 7;
 
-        let mut stages = Stages {
-            system,
-            local,
-            inverse: &inverse,
-            t,
-            h,
-            k: [[S::zero(); N]; 8],
-        };
+        let mut stages = Stages { system, local, inverse: &inverse, t, h, k: [[S::zero(); N]; 8] };
         stages.first();
         stages.next(1, &plus(y, &combine(&A2, &stages.k)), &C2);
         stages.next(2, &plus(y, &combine(&A3, &stages.k)), &C3);
@@ -397,17 +339,9 @@ impl<const N: usize> Rosenbrock<N> {
             bend[i] = second / scale;
         }
         let [size, slope, bend] = [size, slope, bend].map(|v| mean_square(&v).sqrt());
-        let first = if size < 1e-5 || slope < 1e-5 {
-            1e-6
-        } else {
-            0.01 * size / slope
-        };
+        let first = if size < 1e-5 || slope < 1e-5 { 1e-6 } else { 0.01 * size / slope };
         let fastest = slope.max(bend);
-        let second = if fastest <= 1e-15 {
-            (first * 1e-3).max(1e-6)
-        } else {
-            (0.01 / fastest).powf(0.2)
-        };
+        let second = if fastest <= 1e-15 { (first * 1e-3).max(1e-6) } else { (0.01 / fastest).powf(0.2) };
         second.min(100.0 * first)
     }
 }
@@ -425,19 +359,8 @@ impl<S: Scalar, const N: usize> Local<S, N> {
     #[inline]
     fn at(system: &mut impl System<S, N>, t: f64, y: &[S; N]) -> Result<Self, IntegrationError> {
         let zero = [S::zero(); N];
-        let mut local = Self {
-            derivative: zero,
-            jacobian: [zero; N],
-            dfdt: zero,
-            driven: false,
-        };
-        system.linearise(
-            t,
-            y,
-            &mut local.derivative,
-            &mut local.jacobian,
-            &mut local.dfdt,
-        );
+        let mut local = Self { derivative: zero, jacobian: [zero; N], dfdt: zero, driven: false };
+        system.linearise(t, y, &mut local.derivative, &mut local.jacobian, &mut local.dfdt);
         for (i, row) in local.jacobian.iter().enumerate() {
             // One sum per row: it is finite only if every summand is.
             let mut sum = local.derivative[i].re() * 0.0 + local.dfdt[i].re() * 0.0;
@@ -475,8 +398,7 @@ impl<S: Scalar, Y: System<S, N>, const N: usize> Stages<'_, S, Y, N> {
     #[inline]
     fn next<const M: usize>(&mut self, i: usize, y: &[S; N], c: &[f64; M]) {
         let mut right = [S::zero(); N];
-        self.system
-            .derivative(self.t + C[i] * self.h, y, &mut right);
+        self.system.derivative(self.t + C[i] * self.h, y, &mut right);
         let coupling = combine(c, &self.k);
         let per_step = 1.0 / self.h;
         for (right, coupling) in right.iter_mut().zip(&coupling) {

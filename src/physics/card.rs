@@ -19,12 +19,7 @@ pub struct Parameter {
 
 impl Parameter {
     /// A parameter that the rig file must give and that is never negative.
-    pub const fn required(
-        name: &'static str,
-        symbol: &'static str,
-        unit: &'static str,
-        meaning: &'static str,
-    ) -> Self {
+    pub const fn required(name: &'static str, symbol: &'static str, unit: &'static str, meaning: &'static str) -> Self {
         Self { name, symbol, unit, default: None, bounds: (0.0, f64::INFINITY), tolerance: 0.0, meaning }
     }
 

@@ -44,12 +44,7 @@ pub struct Channel {
 impl Channel {
     /// A channel of SI values, written with as many decimals as each value needs.
     pub fn new(name: impl Into<String>, unit: Unit, values: Vec<f64>) -> Self {
-        Self {
-            name: name.into(),
-            unit,
-            values,
-            decimals: None,
-        }
+        Self { name: name.into(), unit, values, decimals: None }
     }
 
     /// The same channel, written with this number of decimals in its unit.
@@ -62,13 +57,7 @@ impl Channel {
 impl Record {
     /// A record that comes from no file, such as a simulated one; `path` is the name that messages give it.
     pub fn new(path: impl Into<PathBuf>, time: Vec<f64>, channels: Vec<Channel>) -> Self {
-        Self {
-            path: path.into(),
-            time,
-            time_decimals: None,
-            channels,
-            header_line: 1,
-        }
+        Self { path: path.into(), time, time_decimals: None, channels, header_line: 1 }
     }
 
     /// Reads a table of columns `name [unit]`, the first of them `time`, separated by commas, semicolons or tabs.
@@ -103,22 +92,14 @@ impl Record {
     ///
     /// # Errors
     /// No such channel, or one of another dimension: both places, the near miss, and what the record has.
-    pub fn require(
-        &self,
-        name: &str,
-        dimension: Dimension,
-        asked_from: Place,
-    ) -> Result<&Channel, Complaint> {
+    pub fn require(&self, name: &str, dimension: Dimension, asked_from: Place) -> Result<&Channel, Complaint> {
         let header = Place::line(&self.path, self.header_line);
         let Some(channel) = self.channel(name) else {
             let names = self.channels.iter().map(|channel| channel.name.as_str());
-            return Err(Complaint::new(
-                Kind::UnknownName,
-                format!("the record has no column `{name}`"),
-            )
-            .at(asked_from)
-            .at(header)
-            .help(help_with_names(name, "columns", names)));
+            return Err(Complaint::new(Kind::UnknownName, format!("the record has no column `{name}`"))
+                .at(asked_from)
+                .at(header)
+                .help(help_with_names(name, "columns", names)));
         };
         if channel.unit.dimension == dimension {
             return Ok(channel);
@@ -128,12 +109,10 @@ impl Record {
             found: channel.unit.dimension,
             wanted: dimension,
         };
-        Err(
-            Complaint::new(Kind::Dimension, format!("column `{name}`: {error}"))
-                .at(asked_from)
-                .at(header)
-                .help(error.help()),
-        )
+        Err(Complaint::new(Kind::Dimension, format!("column `{name}`: {error}"))
+            .at(asked_from)
+            .at(header)
+            .help(error.help()))
     }
 
     /// How the rows follow each other; `None` with fewer than two rows.

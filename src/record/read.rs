@@ -28,9 +28,7 @@ pub(super) fn read(path: &Path) -> Result<Record, Complaint> {
     next(&mut reader, &mut row, path)?;
     let header_end = offset(&reader);
     let header_place = Place::line(path, header_line);
-    let quotes = text
-        .get(header_start..header_end)
-        .map_or(0, |header| header.matches('"').count());
+    let quotes = text.get(header_start..header_end).map_or(0, |header| header.matches('"').count());
     if quotes % 2 == 1 {
         return Err(unclosed_quote(header_place));
     }
@@ -47,11 +45,7 @@ pub(super) fn read(path: &Path) -> Result<Record, Complaint> {
         if row.len() == 1 && row.get(0).is_some_and(|field| field.trim().is_empty()) {
             continue;
         }
-        let last = text
-            .get(offset(&reader)..)
-            .unwrap_or_default()
-            .trim_start()
-            .is_empty();
+        let last = text.get(offset(&reader)..).unwrap_or_default().trim_start().is_empty();
         let cut = last && !text.ends_with(['\n', '\r']);
         table.push(&row, lines.line, cut, last)?;
     }
@@ -62,18 +56,10 @@ fn offset(reader: &csv::Reader<&[u8]>) -> usize {
     usize::try_from(reader.position().byte()).unwrap_or(usize::MAX)
 }
 
-fn next(
-    reader: &mut csv::Reader<&[u8]>,
-    row: &mut csv::StringRecord,
-    path: &Path,
-) -> Result<bool, Complaint> {
-    reader.read_record(row).map_err(|error| {
-        Complaint::new(
-            Kind::Syntax,
-            format!("cannot be split into columns: {error}"),
-        )
-        .in_file(path)
-    })
+fn next(reader: &mut csv::Reader<&[u8]>, row: &mut csv::StringRecord, path: &Path) -> Result<bool, Complaint> {
+    reader
+        .read_record(row)
+        .map_err(|error| Complaint::new(Kind::Syntax, format!("cannot be split into columns: {error}")).in_file(path))
 }
 
 /// Finds the line of each row. The positions of the csv crate are those before the comments and blank lines that it
@@ -86,11 +72,7 @@ struct Lines<'a> {
 
 impl<'a> Lines<'a> {
     fn new(text: &'a str) -> Self {
-        Self {
-            bytes: text.as_bytes(),
-            at: 0,
-            line: 1,
-        }
+        Self { bytes: text.as_bytes(), at: 0, line: 1 }
     }
 
     /// Moves on to byte `from`, then over blank lines and comments; gives where the row starts, if there is one.

@@ -19,11 +19,7 @@ const CLOCK_TOLERANCE: f64 = 1e-3;
 impl Sampling {
     /// Of rising times, s, that were written with this number of decimals; `None` with fewer than two.
     pub fn of(time: &[f64], decimals: Option<usize>) -> Option<Self> {
-        let mut intervals: Vec<f64> = time
-            .iter()
-            .zip(time.iter().skip(1))
-            .map(|(early, late)| late - early)
-            .collect();
+        let mut intervals: Vec<f64> = time.iter().zip(time.iter().skip(1)).map(|(early, late)| late - early).collect();
         intervals.sort_by(f64::total_cmp);
         let shortest = *intervals.first()?;
         let longest = *intervals.last()?;

@@ -11,9 +11,7 @@ use crate::units::Unit;
 const ROWS_FOR_A_RULE: usize = 10;
 
 pub(super) fn unclosed_quote(place: Place) -> Complaint {
-    Complaint::new(Kind::Syntax, "a quotation mark opens and is not closed")
-        .at(place)
-        .help("close it, or remove it")
+    Complaint::new(Kind::Syntax, "a quotation mark opens and is not closed").at(place).help("close it, or remove it")
 }
 
 /// How many decimals the numbers of a column have, as long as all have as many.
@@ -92,11 +90,9 @@ impl<'a> Table<'a> {
             if cut && is_last {
                 self.check_not_cut(field, index, decimals, line)?;
             }
-            let (Some(column), Some(values), Some(rule)) = (
-                self.columns.get(index),
-                self.values.get_mut(index),
-                self.decimals.get_mut(index),
-            ) else {
+            let (Some(column), Some(values), Some(rule)) =
+                (self.columns.get(index), self.values.get_mut(index), self.decimals.get_mut(index))
+            else {
                 continue;
             };
             let value = column.unit.to_si(written);
@@ -131,22 +127,15 @@ impl<'a> Table<'a> {
             format!("the row has {found} {fields}, but the header names {wanted} columns"),
         );
         if found > wanted && self.separator == b',' {
-            complaint.help(
-                "one field for each column; where numbers have decimal commas, separate the columns with `;`",
-            )
+            complaint
+                .help("one field for each column; where numbers have decimal commas, separate the columns with `;`")
         } else {
             complaint.help("one field for each column")
         }
     }
 
     /// The number in a field, and its decimals where it is written without an exponent.
-    fn number(
-        &mut self,
-        field: &str,
-        index: usize,
-        line: usize,
-        cut: bool,
-    ) -> Result<(f64, Option<usize>), Complaint> {
+    fn number(&mut self, field: &str, index: usize, line: usize, cut: bool) -> Result<(f64, Option<usize>), Complaint> {
         let mark = field.bytes().find(|byte| matches!(byte, b',' | b'.'));
         if let Some(mark) = mark {
             match self.mark {
@@ -175,9 +164,7 @@ impl<'a> Table<'a> {
     }
 
     fn name(&self, index: usize) -> &str {
-        self.columns
-            .get(index)
-            .map_or("", |column| column.name.as_str())
+        self.columns.get(index).map_or("", |column| column.name.as_str())
     }
 
     fn not_a_number(&self, field: &str, index: usize, line: usize, cut: bool) -> Complaint {
@@ -188,27 +175,14 @@ impl<'a> Table<'a> {
         }
         if field.is_empty() {
             return self
-                .complain(
-                    Kind::Number,
-                    line,
-                    format!("the field of `{name}` is empty"),
-                )
-                .help(
-                    "every field holds a number; remove rows with gaps, or split the record there",
-                );
+                .complain(Kind::Number, line, format!("the field of `{name}` is empty"))
+                .help("every field holds a number; remove rows with gaps, or split the record there");
         }
         let finite = field.parse::<f64>().is_err();
-        let what = if finite {
-            "a number"
-        } else {
-            "a finite number"
-        };
-        self.complain(
-            Kind::Number,
-            line,
-            format!("`{field}` in column `{name}` is not {what}"),
+        let what = if finite { "a number" } else { "a finite number" };
+        self.complain(Kind::Number, line, format!("`{field}` in column `{name}` is not {what}")).help(
+            "every field holds a number such as `-1.5` or `2e-3`; remove rows with gaps, or split the record there",
         )
-        .help("every field holds a number such as `-1.5` or `2e-3`; remove rows with gaps, or split the record there")
     }
 
     fn mixed_marks(&self, field: &str, before: u8, index: usize, line: usize) -> Complaint {
@@ -216,39 +190,24 @@ impl<'a> Table<'a> {
         self.complain(
             Kind::Number,
             line,
-            format!(
-                "`{field}` in column `{}`: the decimal mark of this file is the {mark}",
-                self.name(index)
-            ),
+            format!("`{field}` in column `{}`: the decimal mark of this file is the {mark}", self.name(index)),
         )
         .help("write all numbers with the same decimal mark and without separators of thousands")
     }
 
     /// A file cut within its last number still looks whole, but for the missing decimals.
-    fn check_not_cut(
-        &self,
-        field: &str,
-        index: usize,
-        decimals: Option<usize>,
-        line: usize,
-    ) -> Result<(), Complaint> {
+    fn check_not_cut(&self, field: &str, index: usize, decimals: Option<usize>, line: usize) -> Result<(), Complaint> {
         let rows = self.values.get(index).map_or(0, Vec::len);
         let rule = self.decimals.get(index).and_then(|rule| rule.known());
         match (rule, decimals) {
-            (Some(rule), Some(found)) if rows >= ROWS_FOR_A_RULE && found < rule => {
-                Err(self.cut_number(field, line))
-            }
+            (Some(rule), Some(found)) if rows >= ROWS_FOR_A_RULE && found < rule => Err(self.cut_number(field, line)),
             _ => Ok(()),
         }
     }
 
     fn cut_number(&self, field: &str, line: usize) -> Complaint {
-        self.complain(
-            Kind::Shape,
-            line,
-            format!("the file ends in the middle of a number: `{field}`"),
-        )
-        .help("the writing broke off; remove the last line, or copy the file again")
+        self.complain(Kind::Shape, line, format!("the file ends in the middle of a number: `{field}`"))
+            .help("the writing broke off; remove the last line, or copy the file again")
     }
 
     fn time_not_rising(&self, field: &str, backwards: bool, line: usize) -> Complaint {
@@ -261,43 +220,27 @@ impl<'a> Table<'a> {
         Complaint::new(Kind::Order, what)
             .at(Place::line(self.path, self.last_line))
             .at(Place::line(self.path, line))
-            .help("the time rises from row to row; remove the repeated rows, or split the record where the clock was set")
+            .help(
+                "the time rises from row to row; remove the repeated rows, or split the record where the clock was set",
+            )
     }
 
     pub(super) fn finish(self, header_line: usize) -> Result<Record, Complaint> {
         let mut decimals = self.decimals.into_iter().map(Decimals::known);
         let mut columns = self.columns.into_iter().zip(self.values);
-        let (time_unit, time) = columns.next().map_or_else(
-            || (Unit::second(), Vec::new()),
-            |(column, values)| (column.unit, values),
-        );
+        let (time_unit, time) =
+            columns.next().map_or_else(|| (Unit::second(), Vec::new()), |(column, values)| (column.unit, values));
         if time.is_empty() {
-            return Err(
-                Complaint::new(Kind::Empty, "the record has no rows below its header")
-                    .at(Place::line(self.path, header_line))
-                    .help("one row of numbers for each time"),
-            );
+            return Err(Complaint::new(Kind::Empty, "the record has no rows below its header")
+                .at(Place::line(self.path, header_line))
+                .help("one row of numbers for each time"));
         }
         // Decimals of milliseconds are not those of seconds.
-        let time_decimals = decimals
-            .next()
-            .flatten()
-            .filter(|_| time_unit.factor == 1.0);
+        let time_decimals = decimals.next().flatten().filter(|_| time_unit.factor == 1.0);
         let channels = columns
             .zip(decimals)
-            .map(|((column, values), decimals)| Channel {
-                name: column.name,
-                unit: column.unit,
-                values,
-                decimals,
-            })
+            .map(|((column, values), decimals)| Channel { name: column.name, unit: column.unit, values, decimals })
             .collect();
-        Ok(Record {
-            path: self.path.to_path_buf(),
-            time,
-            time_decimals,
-            channels,
-            header_line,
-        })
+        Ok(Record { path: self.path.to_path_buf(), time, time_decimals, channels, header_line })
     }
 }

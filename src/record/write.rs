@@ -13,15 +13,10 @@ const SAFE_DIGITS: usize = 15;
 pub(super) fn write(record: &Record, path: &Path) -> Result<(), Complaint> {
     check(record, path)?;
     let second = Unit::second();
-    let time_decimals = record
-        .time_decimals
-        .filter(|decimals| rises_when_rounded(&record.time, *decimals));
+    let time_decimals = record.time_decimals.filter(|decimals| rises_when_rounded(&record.time, *decimals));
     write_atomically(path, |file| {
         let mut table = csv::Writer::from_writer(file);
-        let names = record
-            .channels
-            .iter()
-            .map(|channel| format!("{} [{}]", channel.name, channel.unit));
+        let names = record.channels.iter().map(|channel| format!("{} [{}]", channel.name, channel.unit));
         table.write_record(std::iter::once("time [s]".to_owned()).chain(names))?;
         for (row, time) in record.time.iter().enumerate() {
             table.write_field(number(*time, &second, time_decimals))?;
@@ -40,10 +35,7 @@ pub(super) fn write(record: &Record, path: &Path) -> Result<(), Complaint> {
 fn check(record: &Record, path: &Path) -> Result<(), Complaint> {
     let complain = |kind, what: String| Err(Complaint::new(kind, what).in_file(path));
     if record.time.is_empty() || record.channels.is_empty() {
-        return complain(
-            Kind::Empty,
-            "a record without rows or channels is not written".to_owned(),
-        );
+        return complain(Kind::Empty, "a record without rows or channels is not written".to_owned());
     }
     let mut before = f64::NEG_INFINITY;
     for time in record.time.iter().copied() {
@@ -59,28 +51,15 @@ fn check(record: &Record, path: &Path) -> Result<(), Complaint> {
             return complain(Kind::Duplicate, format!("the column `{name}` stands twice"));
         }
         if name.trim().is_empty() {
-            return complain(
-                Kind::MissingEntry,
-                format!("channel {} has no name", index + 1),
-            );
+            return complain(Kind::MissingEntry, format!("channel {} has no name", index + 1));
         }
         let (found, wanted) = (channel.values.len(), record.time.len());
         if found != wanted {
-            return complain(
-                Kind::Shape,
-                format!("the column `{name}` has {found} values for {wanted} times"),
-            );
+            return complain(Kind::Shape, format!("the column `{name}` has {found} values for {wanted} times"));
         }
-        let bad = channel
-            .values
-            .iter()
-            .zip(&record.time)
-            .find(|(value, _)| !value.is_finite());
+        let bad = channel.values.iter().zip(&record.time).find(|(value, _)| !value.is_finite());
         if let Some((value, time)) = bad {
-            return complain(
-                Kind::Number,
-                format!("the column `{name}` is {value} at {time} s"),
-            );
+            return complain(Kind::Number, format!("the column `{name}` is {value} at {time} s"));
         }
     }
     Ok(())
@@ -89,9 +68,7 @@ fn check(record: &Record, path: &Path) -> Result<(), Complaint> {
 /// Rounded times that repeat would be refused by the reader.
 fn rises_when_rounded(time: &[f64], decimals: usize) -> bool {
     let last_digit = 10f64.powf(-(decimals as f64));
-    time.iter()
-        .zip(time.iter().skip(1))
-        .all(|(early, late)| (late / last_digit).round() > (early / last_digit).round())
+    time.iter().zip(time.iter().skip(1)).all(|(early, late)| (late / last_digit).round() > (early / last_digit).round())
 }
 
 /// The SI value in its unit: rounded to the decimals, or the shortest text that reads back as the same value.
@@ -101,18 +78,8 @@ fn number(si: f64, unit: &Unit, decimals: Option<usize>) -> String {
         return format!("{value:.decimals$}");
     }
     // The way through SI leaves 0.30000000000000004 where 0.3 was meant.
-    let short = format!("{value:.*e}", SAFE_DIGITS - 1)
-        .parse::<f64>()
-        .unwrap_or(value);
-    let chosen = if unit.to_si(short) == si {
-        short
-    } else {
-        value
-    };
+    let short = format!("{value:.*e}", SAFE_DIGITS - 1).parse::<f64>().unwrap_or(value);
+    let chosen = if unit.to_si(short) == si { short } else { value };
     let magnitude = chosen.abs();
-    if magnitude != 0.0 && !(1e-5..1e15).contains(&magnitude) {
-        format!("{chosen:e}")
-    } else {
-        format!("{chosen}")
-    }
+    if magnitude != 0.0 && !(1e-5..1e15).contains(&magnitude) { format!("{chosen:e}") } else { format!("{chosen}") }
 }

@@ -40,7 +40,8 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         faults: Vec::new(),
         cycle: None,
     };
-    let fluid_table = root.require("fluid", "add `[fluid]` with density, viscosity and bulk_modulus")?.table("`[fluid]`")?;
+    let fluid_table =
+        root.require("fluid", "add `[fluid]` with density, viscosity and bulk_modulus")?.table("`[fluid]`")?;
     read_parameters(&mut rig, "fluid", &fluid::CARD, &fluid_table)?;
     fluid_table.finish()?;
     read_inputs(&mut rig, root.get("inputs"))?;
@@ -48,7 +49,11 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
     let nodes = nodes.table("`[nodes]`")?;
     for (name, value) in nodes.entries() {
         // Ports decide below what a node is.
-        rig.nodes.push(Node { name: name.to_owned(), kind: NodeKind::Held { parameter: usize::MAX }, place: value.place() });
+        rig.nodes.push(Node {
+            name: name.to_owned(),
+            kind: NodeKind::Held { parameter: usize::MAX },
+            place: value.place(),
+        });
     }
     let components = root.require("components", "add `[components.NAME]` with a `kind` and its `ports`")?;
     for (name, value) in components.table("`[components]`")?.entries() {
@@ -86,10 +91,18 @@ fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &Table<'_>) -
                 if stated.value < bounds.0 || stated.value > bounds.1 {
                     return Err(Complaint::new(
                         Kind::Bounds,
-                        format!("{} is {} {}, outside its bounds", entry.what, stated.unit.from_si(stated.value), stated.unit),
+                        format!(
+                            "{} is {} {}, outside its bounds",
+                            entry.what,
+                            stated.unit.from_si(stated.value),
+                            stated.unit
+                        ),
                     )
                     .at(entry.place())
-                    .help(format!("{}: between {} and {} {unit}", parameter.meaning, parameter.bounds.0, parameter.bounds.1)));
+                    .help(format!(
+                        "{}: between {} and {} {unit}",
+                        parameter.meaning, parameter.bounds.0, parameter.bounds.1
+                    )));
                 }
                 (stated.value, stated.unit, stated.sigma, entry.place())
             }
@@ -156,7 +169,11 @@ fn read_component(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Co
             .help(help_with_names(kind.text()?, "component kinds", kinds)));
     };
     let port_list: Vec<&str> = card.ports.iter().map(|port| port.name).collect();
-    let help = format!("a {} needs `ports = {{ {} }}`", card.kind, port_list.iter().map(|port| format!("{port} = \"node\"")).collect::<Vec<_>>().join(", "));
+    let help = format!(
+        "a {} needs `ports = {{ {} }}`",
+        card.kind,
+        port_list.iter().map(|port| format!("{port} = \"node\"")).collect::<Vec<_>>().join(", ")
+    );
     let ports_value = table.require("ports", &help)?;
     let ports_table = ports_value.table(format!("`ports` of component `{name}`"))?;
     let mut ports = Vec::new();
@@ -164,27 +181,37 @@ fn read_component(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Co
         let entry = ports_table.require(port.name, &help)?;
         let node = entry.text()?;
         let Some(node) = rig.node(node) else {
-            return Err(Complaint::new(Kind::UnknownName, format!("port `{}` of `{name}` is joined to `{node}`, which is no node", port.name))
-                .at(entry.place())
-                .help(help_with_names(node, "nodes", rig.nodes.iter().map(|node| node.name.as_str()))));
+            return Err(Complaint::new(
+                Kind::UnknownName,
+                format!("port `{}` of `{name}` is joined to `{node}`, which is no node", port.name),
+            )
+            .at(entry.place())
+            .help(help_with_names(node, "nodes", rig.nodes.iter().map(|node| node.name.as_str()))));
         };
         ports.push(node);
     }
     ports_table.finish()?;
     let mut inputs = Vec::new();
     for input in card.inputs {
-        let entry = table.require(input.name, &format!("name the input that is the {} of this {}", input.meaning, card.kind))?;
+        let entry = table
+            .require(input.name, &format!("name the input that is the {} of this {}", input.meaning, card.kind))?;
         let wanted = entry.text()?;
         let Some(index) = rig.inputs.iter().position(|input| input.name == wanted) else {
-            return Err(Complaint::new(Kind::UnknownName, format!("`{}` of `{name}` is `{wanted}`, which is no input", input.name))
-                .at(entry.place())
-                .help(help_with_names(wanted, "inputs", rig.inputs.iter().map(|input| input.name.as_str()))));
+            return Err(Complaint::new(
+                Kind::UnknownName,
+                format!("`{}` of `{name}` is `{wanted}`, which is no input", input.name),
+            )
+            .at(entry.place())
+            .help(help_with_names(wanted, "inputs", rig.inputs.iter().map(|input| input.name.as_str()))));
         };
         let unit = card_unit(input.unit);
         if rig.inputs[index].unit.dimension != unit.dimension {
             return Err(Complaint::new(
                 Kind::Dimension,
-                format!("`{}` of `{name}` must be a {}, but input `{wanted}` is a {}", input.name, unit.dimension, rig.inputs[index].unit.dimension),
+                format!(
+                    "`{}` of `{name}` must be a {}, but input `{wanted}` is a {}",
+                    input.name, unit.dimension, rig.inputs[index].unit.dimension
+                ),
             )
             .at(entry.place())
             .at(rig.inputs[index].place.clone())
@@ -205,7 +232,15 @@ fn read_component(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Co
         states.finish()?;
     }
     table.finish()?;
-    rig.components.push(Component { name: name.to_owned(), card, ports, inputs, first_parameter, initial, place: value.place() });
+    rig.components.push(Component {
+        name: name.to_owned(),
+        card,
+        ports,
+        inputs,
+        first_parameter,
+        initial,
+        place: value.place(),
+    });
     Ok(())
 }
 
@@ -230,9 +265,12 @@ fn resolve_node(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Comp
             .help("join a component's port to it, or delete the line"));
     };
     if let Some((_, other)) = kinds.iter().find(|(other, _)| *other != kind) {
-        return Err(Complaint::new(Kind::Contradiction, format!("hydraulic and mechanical ports meet at node `{name}`"))
-            .at(value.place())
-            .help(format!("give `{other}` a node of its own there")));
+        return Err(Complaint::new(
+            Kind::Contradiction,
+            format!("hydraulic and mechanical ports meet at node `{name}`"),
+        )
+        .at(value.place())
+        .help(format!("give `{other}` a node of its own there")));
     }
     let table = value.table(format!("node `{name}`"))?;
     let node_kind = match (kind, held) {
@@ -262,25 +300,35 @@ fn initial_pressure(table: &Table<'_>) -> Result<InitialPressure, Complaint> {
 
 fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Complaint> {
     let table = value.table(format!("sensor `{name}`"))?;
-    let quantity = table.require("quantity", &help_with_names("", "quantities", Quantity::NAMED.iter().map(|(name, _)| *name)))?;
+    let quantity =
+        table.require("quantity", &help_with_names("", "quantities", Quantity::NAMED.iter().map(|(name, _)| *name)))?;
     let quantity = named(&quantity, "quantities", Quantity::NAMED)?;
     let at = table.require("at", "name the node, or the port as `component.port` for a flow")?;
     let wanted = at.text()?;
     let target = if quantity == Quantity::Flow {
         let found = wanted.split_once('.').and_then(|(component, port)| {
             let index = rig.components.iter().position(|candidate| candidate.name == component)?;
-            let port = rig.components[index].card.ports.iter().position(|candidate| candidate.name == port && candidate.kind == PortKind::Hydraulic)?;
+            let port = rig.components[index]
+                .card
+                .ports
+                .iter()
+                .position(|candidate| candidate.name == port && candidate.kind == PortKind::Hydraulic)?;
             Some(Target::Port(index, port))
         });
         let ports: Vec<String> = rig
             .components
             .iter()
-            .flat_map(|component| component.card.ports.iter().map(move |port| format!("{}.{}", component.name, port.name)))
+            .flat_map(|component| {
+                component.card.ports.iter().map(move |port| format!("{}.{}", component.name, port.name))
+            })
             .collect();
         found.ok_or_else(|| {
-            Complaint::new(Kind::UnknownName, format!("sensor `{name}` measures the flow at `{wanted}`, which is no hydraulic port"))
-                .at(at.place())
-                .help(help_with_names(wanted, "ports", ports.iter().map(String::as_str)))
+            Complaint::new(
+                Kind::UnknownName,
+                format!("sensor `{name}` measures the flow at `{wanted}`, which is no hydraulic port"),
+            )
+            .at(at.place())
+            .help(help_with_names(wanted, "ports", ports.iter().map(String::as_str)))
         })?
     } else {
         let mechanical = matches!(quantity, Quantity::Position | Quantity::Velocity);
@@ -289,9 +337,12 @@ fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Compl
         found.map(Target::Node).ok_or_else(|| {
             let names = rig.nodes.iter().filter(|node| fits(node)).map(|node| node.name.as_str());
             let what = if mechanical { "bodies" } else { "hydraulic nodes" };
-            Complaint::new(Kind::UnknownName, format!("sensor `{name}` sits at `{wanted}`, which is none of the {what}"))
-                .at(at.place())
-                .help(help_with_names(wanted, what, names))
+            Complaint::new(
+                Kind::UnknownName,
+                format!("sensor `{name}` sits at `{wanted}`, which is none of the {what}"),
+            )
+            .at(at.place())
+            .help(help_with_names(wanted, what, names))
         })?
     };
     let sign = match table.get("direction") {
@@ -299,7 +350,8 @@ fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Compl
         Some(value) => named(&value, "directions", &[("in", 1.0), ("out", -1.0)])?,
     };
     let dimension = quantity.dimension();
-    let noise_value = table.require("noise", "add the standard deviation of one sample, such as `noise = \"0.25 bar\"`")?;
+    let noise_value =
+        table.require("noise", "add the standard deviation of one sample, such as `noise = \"0.25 bar\"`")?;
     let noise = difference(&noise_value, dimension)?;
     if noise <= 0.0 {
         return Err(Complaint::new(Kind::Bounds, format!("the noise of sensor `{name}` is not positive"))
@@ -307,30 +359,43 @@ fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Compl
             .help("give one standard deviation; a sensor that never errs would overrule every other"));
     }
     let unit = noise_value.quantity(dimension)?.unit;
-    let optional = |key: &str, dimension: Dimension| table.get(key).map(|value| difference(&value, dimension)).transpose();
+    let optional =
+        |key: &str, dimension: Dimension| table.get(key).map(|value| difference(&value, dimension)).transpose();
     let resolution = optional("resolution", dimension)?.unwrap_or(0.0);
     let lag = optional("lag", Dimension::TIME)?.unwrap_or(0.0);
     let column = table.get("column").map(|column| column.text()).transpose()?.unwrap_or(name).to_owned();
     let place = value.place();
     let first_parameter = rig.parameters.len();
-    let own = |key: &str, default: f64, unit: &Unit, bounds: (f64, f64), meaning: &str| -> Result<Parameter, Complaint> {
-        let stated = table.get(key).map(|value| value.stated(unit.dimension)).transpose()?;
-        let (value, sigma) = stated.map_or((default, None), |stated| (stated.value, stated.sigma));
-        Ok(Parameter {
-            id: format!("sensor.{name}.{key}"),
-            unit: unit.clone(),
-            value,
-            bounds,
-            sigma: sigma.unwrap_or(0.0),
-            meaning: meaning.to_owned(),
-            place: place.clone(),
-        })
-    };
+    let own =
+        |key: &str, default: f64, unit: &Unit, bounds: (f64, f64), meaning: &str| -> Result<Parameter, Complaint> {
+            let stated = table.get(key).map(|value| value.stated(unit.dimension)).transpose()?;
+            let (value, sigma) = stated.map_or((default, None), |stated| (stated.value, stated.sigma));
+            Ok(Parameter {
+                id: format!("sensor.{name}.{key}"),
+                unit: unit.clone(),
+                value,
+                bounds,
+                sigma: sigma.unwrap_or(0.0),
+                meaning: meaning.to_owned(),
+                place: place.clone(),
+            })
+        };
     let offset = own("offset", 0.0, &unit, (f64::NEG_INFINITY, f64::INFINITY), "what the sensor shows at zero")?;
     let gain = own("gain", 1.0, &Unit::dimensionless(), (0.0, f64::INFINITY), "what the sensor shows per true value")?;
     rig.parameters.extend([offset, gain]);
     table.finish()?;
-    rig.sensors.push(Sensor { name: name.to_owned(), column, quantity, target, sign, noise, resolution, lag, first_parameter, place });
+    rig.sensors.push(Sensor {
+        name: name.to_owned(),
+        column,
+        quantity,
+        target,
+        sign,
+        noise,
+        resolution,
+        lag,
+        first_parameter,
+        place,
+    });
     Ok(())
 }
 
@@ -362,10 +427,19 @@ fn read_fault(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<(), Complain
         let unit = &rig.parameters[parameter].unit;
         return Err(Complaint::new(
             Kind::Bounds,
-            format!("`bounds` of fault `{id}` do not fit: {} to {} {unit}, healthy {} {unit}", unit.from_si(low), unit.from_si(high), unit.from_si(healthy)),
+            format!(
+                "`bounds` of fault `{id}` do not fit: {} to {} {unit}, healthy {} {unit}",
+                unit.from_si(low),
+                unit.from_si(high),
+                unit.from_si(healthy)
+            ),
         )
         .at(bounds_value.place())
-        .help(format!("the lower one first, the healthy value between them, both within {} to {} {unit}", unit.from_si(limits.0), unit.from_si(limits.1))));
+        .help(format!(
+            "the lower one first, the healthy value between them, both within {} to {} {unit}",
+            unit.from_si(limits.0),
+            unit.from_si(limits.1)
+        )));
     }
     table.finish()?;
     rig.faults.push(Fault { parameter, healthy, bounds: (low, high), place: value.place() });
@@ -383,7 +457,9 @@ fn read_cycle(rig: &Rig, value: &Value<'_>) -> Result<Cycle, Complaint> {
         let duration = table.require("duration", "add `duration = \"1 s\"`")?;
         let duration = (duration.quantity(Dimension::TIME)?.value, duration.place());
         if !(duration.0 > 0.0) {
-            return Err(Complaint::new(Kind::Bounds, "a phase of no duration").at(duration.1).help("write a time above 0 s"));
+            return Err(Complaint::new(Kind::Bounds, "a phase of no duration")
+                .at(duration.1)
+                .help("write a time above 0 s"));
         }
         let mut inputs = Vec::new();
         for input in &rig.inputs {
@@ -392,7 +468,13 @@ fn read_cycle(rig: &Rig, value: &Value<'_>) -> Result<Cycle, Complaint> {
             inputs.push(if value.is_list() {
                 match value.list()?.as_slice() {
                     [from, to] => Profile { from: quantity(from)?, to: quantity(to)? },
-                    _ => return Err(Complaint::new(Kind::Shape, format!("{} needs two entries, start and end", value.what)).at(value.place())),
+                    _ => {
+                        return Err(Complaint::new(
+                            Kind::Shape,
+                            format!("{} needs two entries, start and end", value.what),
+                        )
+                        .at(value.place()));
+                    }
                 }
             } else {
                 let constant = quantity(&value)?;
@@ -416,7 +498,9 @@ fn difference(value: &Value<'_>, dimension: Dimension) -> Result<f64, Complaint>
     let quantity = value.quantity(dimension)?;
     let difference = quantity.unit.difference_to_si(quantity.in_unit());
     if difference < 0.0 {
-        return Err(Complaint::new(Kind::Bounds, format!("{} is negative", value.what)).at(value.place()).help("write 0 or more"));
+        return Err(Complaint::new(Kind::Bounds, format!("{} is negative", value.what))
+            .at(value.place())
+            .help("write 0 or more"));
     }
     Ok(difference)
 }

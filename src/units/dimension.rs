@@ -103,33 +103,20 @@ impl Dimension {
 
     /// The name for messages, such as `pressure`; `None` where the dimension has no everyday name.
     pub fn name(self) -> Option<&'static str> {
-        NAMES
-            .iter()
-            .find(|(dimension, _)| *dimension == self)
-            .map(|(_, name)| *name)
+        NAMES.iter().find(|(dimension, _)| *dimension == self).map(|(_, name)| *name)
     }
 
     /// The product of base units, such as `m-1.kg.s-2`; `-` for a pure number. [`Unit::parse`](super::Unit::parse) reads it.
     pub fn base_units(self) -> String {
-        let factors: Vec<String> = [
-            ("m", self.m),
-            ("kg", self.kg),
-            ("s", self.s),
-            ("K", self.k),
-            ("A", self.a),
-        ]
-        .into_iter()
-        .filter(|(_, exponent)| *exponent != 0)
-        .map(|(symbol, exponent)| match exponent {
-            1 => symbol.to_owned(),
-            _ => format!("{symbol}{exponent}"),
-        })
-        .collect();
-        if factors.is_empty() {
-            "-".to_owned()
-        } else {
-            factors.join(".")
-        }
+        let factors: Vec<String> = [("m", self.m), ("kg", self.kg), ("s", self.s), ("K", self.k), ("A", self.a)]
+            .into_iter()
+            .filter(|(_, exponent)| *exponent != 0)
+            .map(|(symbol, exponent)| match exponent {
+                1 => symbol.to_owned(),
+                _ => format!("{symbol}{exponent}"),
+            })
+            .collect();
+        if factors.is_empty() { "-".to_owned() } else { factors.join(".") }
     }
 }
 

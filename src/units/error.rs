@@ -57,15 +57,8 @@ impl UnitError {
     pub fn help(&self) -> String {
         match self {
             Self::Empty => "write a unit, such as `bar` or `L/min`; `-` for a pure number".to_owned(),
-            Self::Unknown {
-                nearest: Some(nearest),
-                ..
-            } => match Unit::parse(nearest) {
-                Ok(unit) => format!(
-                    "did you mean `{nearest}`? Units of {}: {}",
-                    unit.dimension,
-                    list(unit.dimension)
-                ),
+            Self::Unknown { nearest: Some(nearest), .. } => match Unit::parse(nearest) {
+                Ok(unit) => format!("did you mean `{nearest}`? Units of {}: {}", unit.dimension, list(unit.dimension)),
                 Err(_) => format!("did you mean `{nearest}`?"),
             },
             Self::Unknown { .. } => {
@@ -73,13 +66,13 @@ impl UnitError {
                  `-` for a pure number"
                     .to_owned()
             }
-            Self::Malformed { .. } => {
-                "write units as `L/min`, `N.s/m`, `kg/m3` or `m/s2`".to_owned()
-            }
+            Self::Malformed { .. } => "write units as `L/min`, `N.s/m`, `kg/m3` or `m/s2`".to_owned(),
             Self::Ambiguous { unit } => {
                 let (head, tail) = unit.split_once('/').unwrap_or((unit, ""));
                 let divided = tail.replace(['.', '*', '·', ' '], "/");
-                format!("to divide by every factor write `{head}/{divided}`; to multiply, move the factor before the `/`")
+                format!(
+                    "to divide by every factor write `{head}/{divided}`; to multiply, move the factor before the `/`"
+                )
             }
             Self::WrongDimension { wanted, .. } => {
                 format!("units of {wanted}: {}", list(*wanted))
@@ -119,16 +112,9 @@ impl fmt::Display for UnitError {
             Self::Unknown { unit, word, .. } => write!(f, "unknown unit `{word}` in `{unit}`"),
             Self::Malformed { unit } => write!(f, "`{unit}` is not a unit"),
             Self::Ambiguous { unit } => {
-                write!(
-                    f,
-                    "`{unit}` can be read in two ways: a product follows a `/`"
-                )
+                write!(f, "`{unit}` can be read in two ways: a product follows a `/`")
             }
-            Self::WrongDimension {
-                unit,
-                found,
-                wanted,
-            } => write!(f, "`{unit}` is a unit of {found}, not of {wanted}"),
+            Self::WrongDimension { unit, found, wanted } => write!(f, "`{unit}` is a unit of {found}, not of {wanted}"),
             Self::MissingUnit { number, wanted } => {
                 write!(f, "`{number}` has no unit, but needs one of {wanted}")
             }

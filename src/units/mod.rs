@@ -55,43 +55,27 @@ impl Unit {
         if unit.dimension == wanted {
             Ok(unit)
         } else {
-            Err(UnitError::WrongDimension {
-                unit: unit.symbol,
-                found: unit.dimension,
-                wanted,
-            })
+            Err(UnitError::WrongDimension { unit: unit.symbol, found: unit.dimension, wanted })
         }
     }
 
     /// The unit of a pure number, `-`.
     pub fn dimensionless() -> Self {
-        Self {
-            symbol: "-".to_owned(),
-            dimension: Dimension::NONE,
-            factor: 1.0,
-            offset: 0.0,
-        }
+        Self { symbol: "-".to_owned(), dimension: Dimension::NONE, factor: 1.0, offset: 0.0 }
     }
 
     /// The second, the unit of time in records.
     pub fn second() -> Self {
-        Self {
-            symbol: "s".to_owned(),
-            dimension: Dimension::TIME,
-            factor: 1.0,
-            offset: 0.0,
-        }
+        Self { symbol: "s".to_owned(), dimension: Dimension::TIME, factor: 1.0, offset: 0.0 }
     }
 
     /// The usual units of a dimension, for messages; the usual ones first.
     pub fn known_for(dimension: Dimension) -> Vec<&'static str> {
-        let atoms = table::ATOMS
+        let atoms = table::ATOMS.iter().filter(|atom| atom.dimension == dimension).map(|atom| atom.symbol);
+        let compounds = table::COMPOUNDS
             .iter()
-            .filter(|atom| atom.dimension == dimension)
-            .map(|atom| atom.symbol);
-        let compounds = table::COMPOUNDS.iter().copied().filter(|symbol| {
-            parse::parse(symbol).is_ok_and(|compound| compound.dimension == dimension)
-        });
+            .copied()
+            .filter(|symbol| parse::parse(symbol).is_ok_and(|compound| compound.dimension == dimension));
         atoms.chain(compounds).collect()
     }
 

@@ -18,27 +18,14 @@ pub(super) fn parse(text: &str) -> Result<Unit, UnitError> {
             offset: atom.offset,
         });
     }
-    let mut unit = Unit {
-        symbol: symbol.to_owned(),
-        dimension: Dimension::NONE,
-        factor: 1.0,
-        offset: 0.0,
-    };
+    let mut unit = Unit { symbol: symbol.to_owned(), dimension: Dimension::NONE, factor: 1.0, offset: 0.0 };
     for (index, quotient) in symbol.split('/').enumerate() {
-        let factors: Vec<&str> = quotient
-            .split(['.', '*', '·', ' '])
-            .map(str::trim)
-            .collect();
+        let factors: Vec<&str> = quotient.split(['.', '*', '·', ' ']).map(str::trim).collect();
         // `N . s` splits into empty words around its point; those are no mistake.
         let spaced = quotient.contains(' ');
-        let words: Vec<&str> = factors
-            .into_iter()
-            .filter(|word| !(spaced && word.is_empty()))
-            .collect();
+        let words: Vec<&str> = factors.into_iter().filter(|word| !(spaced && word.is_empty())).collect();
         if words.is_empty() || words.iter().any(|word| word.is_empty()) {
-            return Err(UnitError::Malformed {
-                unit: symbol.to_owned(),
-            });
+            return Err(UnitError::Malformed { unit: symbol.to_owned() });
         }
         for word in &words {
             let (atom, exponent) = power(symbol, word)?;
@@ -53,9 +40,7 @@ pub(super) fn parse(text: &str) -> Result<Unit, UnitError> {
             }
         }
         if index > 0 && words.len() > 1 {
-            return Err(UnitError::Ambiguous {
-                unit: symbol.to_owned(),
-            });
+            return Err(UnitError::Ambiguous { unit: symbol.to_owned() });
         }
     }
     Ok(unit)
@@ -66,19 +51,12 @@ fn power(unit: &str, word: &str) -> Result<(Atom, i8), UnitError> {
     if let Some(atom) = find(word).filter(|atom| atom.symbol != "-") {
         return Ok((atom, 1));
     }
-    let malformed = || UnitError::Malformed {
-        unit: unit.to_owned(),
-    };
-    let base = word
-        .trim_end_matches(|c: char| c.is_ascii_digit() || matches!(c, '²' | '³' | '-' | '+' | '^'));
+    let malformed = || UnitError::Malformed { unit: unit.to_owned() };
+    let base = word.trim_end_matches(|c: char| c.is_ascii_digit() || matches!(c, '²' | '³' | '-' | '+' | '^'));
     if base.is_empty() {
         return Err(malformed());
     }
-    let written = word
-        .get(base.len()..)
-        .unwrap_or_default()
-        .replace('²', "2")
-        .replace('³', "3");
+    let written = word.get(base.len()..).unwrap_or_default().replace('²', "2").replace('³', "3");
     let digits = written.strip_prefix('^').unwrap_or(&written);
     let exponent = if written.is_empty() {
         1
@@ -90,11 +68,7 @@ fn power(unit: &str, word: &str) -> Result<(Atom, i8), UnitError> {
     };
     match find(base) {
         Some(atom) => Ok((atom, exponent)),
-        None => Err(UnitError::Unknown {
-            unit: unit.to_owned(),
-            word: base.to_owned(),
-            nearest: nearest(unit, base),
-        }),
+        None => Err(UnitError::Unknown { unit: unit.to_owned(), word: base.to_owned(), nearest: nearest(unit, base) }),
     }
 }
 
@@ -109,14 +83,10 @@ fn nearest(unit: &str, word: &str) -> Option<String> {
     {
         return Some(compound.to_owned());
     }
-    did_you_mean(word, ATOMS.iter().map(|atom| atom.symbol))
-        .map(|better| unit.replacen(word, better, 1))
+    did_you_mean(word, ATOMS.iter().map(|atom| atom.symbol)).map(|better| unit.replacen(word, better, 1))
 }
 
 fn find(word: &str) -> Option<Atom> {
-    let symbol = SPELLINGS
-        .iter()
-        .find(|(spelling, _)| *spelling == word)
-        .map_or(word, |(_, symbol)| *symbol);
+    let symbol = SPELLINGS.iter().find(|(spelling, _)| *spelling == word).map_or(word, |(_, symbol)| *symbol);
     ATOMS.iter().find(|atom| atom.symbol == symbol).copied()
 }

@@ -24,15 +24,8 @@ impl Quantity {
     /// A text that does not begin with a finite number, and every error of [`Unit::parse`].
     pub fn parse(text: &str) -> Result<Self, UnitError> {
         let (number, unit) = Self::split(text)?;
-        let unit = if unit.is_empty() {
-            Unit::dimensionless()
-        } else {
-            Unit::parse(unit)?
-        };
-        Ok(Self {
-            value: unit.to_si(number),
-            unit,
-        })
+        let unit = if unit.is_empty() { Unit::dimensionless() } else { Unit::parse(unit)? };
+        Ok(Self { value: unit.to_si(number), unit })
     }
 
     /// Reads a quantity that must measure `wanted`.
@@ -44,17 +37,11 @@ impl Quantity {
         let unit = match unit {
             "" if wanted == Dimension::NONE => Unit::dimensionless(),
             "" => {
-                return Err(UnitError::MissingUnit {
-                    number: text.trim().to_owned(),
-                    wanted,
-                });
+                return Err(UnitError::MissingUnit { number: text.trim().to_owned(), wanted });
             }
             _ => Unit::parse_as(unit, wanted)?,
         };
-        Ok(Self {
-            value: unit.to_si(number),
-            unit,
-        })
+        Ok(Self { value: unit.to_si(number), unit })
     }
 
     /// The value in its own unit.
@@ -67,12 +54,8 @@ impl Quantity {
         let (number, unit) = text.split_at(number_length(text));
         match number.parse::<f64>() {
             // `5,5 mm` would otherwise be 5 of the unit `,5 mm`.
-            Ok(value) if value.is_finite() && !unit.starts_with([',', '.']) => {
-                Ok((value, unit.trim()))
-            }
-            _ => Err(UnitError::NotANumber {
-                text: text.to_owned(),
-            }),
+            Ok(value) if value.is_finite() && !unit.starts_with([',', '.']) => Ok((value, unit.trim())),
+            _ => Err(UnitError::NotANumber { text: text.to_owned() }),
         }
     }
 }
@@ -80,13 +63,7 @@ impl Quantity {
 /// Bytes of the decimal number at the start; an `e` belongs to it only with digits behind.
 fn number_length(text: &str) -> usize {
     let bytes = text.as_bytes();
-    let digits = |from: usize| {
-        bytes
-            .iter()
-            .skip(from)
-            .take_while(|byte| byte.is_ascii_digit())
-            .count()
-    };
+    let digits = |from: usize| bytes.iter().skip(from).take_while(|byte| byte.is_ascii_digit()).count();
     let sign_at = |at: usize| usize::from(matches!(bytes.get(at), Some(b'+' | b'-')));
     let mut length = sign_at(0);
     length += digits(length);
@@ -107,20 +84,14 @@ fn number_length(text: &str) -> usize {
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let value = self.in_unit();
-        let shown = format!("{value:.*e}", SHOWN_DIGITS - 1)
-            .parse::<f64>()
-            .unwrap_or(value);
+        let shown = format!("{value:.*e}", SHOWN_DIGITS - 1).parse::<f64>().unwrap_or(value);
         let magnitude = shown.abs();
         if magnitude != 0.0 && !(1e-5..1e12).contains(&magnitude) {
             write!(f, "{shown:e}")?;
         } else {
             write!(f, "{shown}")?;
         }
-        if self.unit.symbol == "-" {
-            Ok(())
-        } else {
-            write!(f, " {}", self.unit)
-        }
+        if self.unit.symbol == "-" { Ok(()) } else { write!(f, " {}", self.unit) }
     }
 }
 

@@ -12,12 +12,7 @@ pub(super) struct Atom {
 }
 
 const fn atom(symbol: &'static str, dimension: Dimension, factor: f64) -> Atom {
-    Atom {
-        symbol,
-        dimension,
-        factor,
-        offset: 0.0,
-    }
+    Atom { symbol, dimension, factor, offset: 0.0 }
 }
 
 /// Usual ones first within a dimension: lists in messages keep this order.
@@ -63,12 +58,7 @@ pub(super) const ATOMS: &[Atom] = &[
     atom("kJ", Dimension::ENERGY, 1e3),
     atom("W", Dimension::POWER, 1.0),
     atom("kW", Dimension::POWER, 1e3),
-    Atom {
-        symbol: "degC",
-        dimension: Dimension::TEMPERATURE,
-        factor: 1.0,
-        offset: 273.15,
-    },
+    Atom { symbol: "degC", dimension: Dimension::TEMPERATURE, factor: 1.0, offset: 273.15 },
     atom("K", Dimension::TEMPERATURE, 1.0),
     atom("A", Dimension::CURRENT, 1.0),
     atom("mA", Dimension::CURRENT, 1e-3),
@@ -78,16 +68,8 @@ pub(super) const ATOMS: &[Atom] = &[
 ];
 
 /// Other spellings that loggers use, and the symbol they stand for.
-pub(super) const SPELLINGS: &[(&str, &str)] = &[
-    ("l", "L"),
-    ("ml", "mL"),
-    ("µm", "um"),
-    ("μm", "um"),
-    ("µs", "us"),
-    ("μs", "us"),
-    ("°C", "degC"),
-    ("ccm", "cc"),
-];
+pub(super) const SPELLINGS: &[(&str, &str)] =
+    &[("l", "L"), ("ml", "mL"), ("µm", "um"), ("μm", "um"), ("µs", "us"), ("μs", "us"), ("°C", "degC"), ("ccm", "cc")];
 
 /// Words that people write and that are too far from, or ambiguous beside, the right symbol to be found by their letters.
 pub(super) const MISTAKES: &[(&str, &str)] = &[

@@ -40,6 +40,18 @@ pub enum IntegrationError {
     },
 }
 
+impl IntegrationError {
+    /// Index of the state that stood in the way, where one did.
+    pub fn worst_state(&self) -> Option<usize> {
+        match *self {
+            Self::StepTooSmall { worst_state, .. }
+            | Self::TooManySteps { worst_state, .. }
+            | Self::NotFinite { worst_state, .. } => Some(worst_state),
+            Self::NoInterval { .. } => None,
+        }
+    }
+}
+
 impl fmt::Display for IntegrationError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -47,23 +59,14 @@ impl fmt::Display for IntegrationError {
                 f,
                 "at t = {t} s the step fell to {h:e} s without reaching the accuracy; state {worst_state} is the worst"
             ),
-            Self::TooManySteps {
-                t,
-                steps,
-                worst_state,
-            } => write!(
-                f,
-                "{steps} steps reached only t = {t} s; state {worst_state} held the step down last"
-            ),
-            Self::NotFinite { t, worst_state } => write!(
-                f,
-                "at t = {t} s the derivative of state {worst_state}, or its Jacobian row, is not finite"
-            ),
+            Self::TooManySteps { t, steps, worst_state } => {
+                write!(f, "{steps} steps reached only t = {t} s; state {worst_state} held the step down last")
+            }
+            Self::NotFinite { t, worst_state } => {
+                write!(f, "at t = {t} s the derivative of state {worst_state}, or its Jacobian row, is not finite")
+            }
             Self::NoInterval { t0, t1 } => {
-                write!(
-                    f,
-                    "cannot integrate from t = {t0} s to t = {t1} s: time must run forward"
-                )
+                write!(f, "cannot integrate from t = {t0} s to t = {t1} s: time must run forward")
             }
         }
     }
