@@ -456,7 +456,7 @@ fn read_cycle(rig: &Rig, value: &Value<'_>) -> Result<Cycle, Complaint> {
         let table = value.table(format!("phase {} of `[cycle]`", number + 1))?;
         let duration = table.require("duration", "add `duration = \"1 s\"`")?;
         let duration = (duration.quantity(Dimension::TIME)?.value, duration.place());
-        if !(duration.0 > 0.0) {
+        if duration.0 <= 0.0 {
             return Err(Complaint::new(Kind::Bounds, "a phase of no duration")
                 .at(duration.1)
                 .help("write a time above 0 s"));
@@ -485,7 +485,7 @@ fn read_cycle(rig: &Rig, value: &Value<'_>) -> Result<Cycle, Complaint> {
         phases.push(Phase { duration: duration.0, inputs });
     }
     table.finish()?;
-    if phases.is_empty() || !(interval > 0.0) {
+    if phases.is_empty() || interval <= 0.0 {
         return Err(Complaint::new(Kind::Bounds, "the cycle has no phases, or its interval is not positive")
             .at(interval_value.place())
             .help("give an interval above 0 and at least one phase"));
