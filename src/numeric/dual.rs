@@ -127,9 +127,13 @@ impl<T: Real, const K: usize> Mul for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn mul(self, other: Self) -> Self {
+        let mut eps = self.eps.map(|e| e * other.re);
+        for (sum, e) in eps.iter_mut().zip(other.eps) {
+            *sum += e * self.re;
+        }
         Self {
             re: self.re * other.re,
-            eps: from_fn(|i| self.eps[i] * other.re + other.eps[i] * self.re),
+            eps,
         }
     }
 }

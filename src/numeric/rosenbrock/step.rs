@@ -4,6 +4,7 @@ use std::array::from_fn;
 use std::cell::OnceCell;
 
 use super::coefficients::H;
+use super::stages::combine;
 use crate::numeric::Real;
 
 /// One accepted step, valid while the integrator's callback runs.
@@ -50,7 +51,7 @@ impl<'a, S: Real, const N: usize> Step<'a, S, N> {
     #[inline]
     pub fn dense(&self) -> &[[S; N]; 3] {
         self.dense
-            .get_or_init(|| H.map(|weights| super::combine(&weights, self.stages)))
+            .get_or_init(|| H.map(|weights| combine(&weights, self.stages)))
     }
 
     /// State number `i` at time `t` (s) within the step; outside, the polynomial goes on and its error grows fast.
