@@ -10,8 +10,8 @@ mod step;
 
 use std::ops::ControlFlow;
 
-use control::{factor, first_step, fit, largest, norm};
-use stages::{Local, attempt};
+use control::{factor, first_step, fit, norm};
+use stages::{Local, attempt, worst_state};
 
 pub use error::IntegrationError;
 pub use linear::{Inverse, Scalar};
@@ -195,7 +195,7 @@ impl<const N: usize> Rosenbrock<N> {
             // Tries ever shorter steps from the same point, whose derivative and Jacobian stay valid.
             loop {
                 if tried >= self.options.max_steps {
-                    let worst_state = largest(&error);
+                    let worst_state = worst_state(system, &local, wanted, &error);
                     return Err(IntegrationError::TooManySteps {
                         t,
                         steps: tried,
@@ -246,7 +246,7 @@ impl<const N: usize> Rosenbrock<N> {
                 };
                 wanted = h * shrink;
                 if wanted < floor {
-                    let worst_state = largest(&error);
+                    let worst_state = worst_state(system, &local, h, &error);
                     return Err(IntegrationError::StepTooSmall {
                         t,
                         h: wanted,

@@ -76,17 +76,3 @@ pub(super) fn fit(t: f64, wanted: f64, t1: f64, h_max: f64) -> (f64, f64) {
 pub(super) fn norm<const N: usize>(v: &[f64; N]) -> f64 {
     (v.iter().map(|x| x * x).sum::<f64>() / (N.max(1) as f64)).sqrt()
 }
-
-/// The index of the largest magnitude; one that is not a number counts as largest.
-pub(super) fn largest<const N: usize>(v: &[f64; N]) -> usize {
-    let mut best = 0;
-    for (i, x) in v.iter().enumerate() {
-        if x.is_nan() {
-            return i;
-        }
-        if x.abs() > v[best].abs() {
-            best = i;
-        }
-    }
-    best
-}

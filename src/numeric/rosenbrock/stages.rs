@@ -167,3 +167,33 @@ pub(super) fn combine<S: Real, const N: usize, const M: usize>(
 fn plus<S: Scalar, const N: usize>(a: &[S; N], b: &[S; N]) -> [S; N] {
     std::array::from_fn(|i| a[i] + b[i])
 }
+
+/// The state that spoiled the attempt of length `h`: the one with the largest error, or, where the error is no number,
+/// the first whose derivative is not finite along the tangent of the step.
+#[cold]
+pub(super) fn worst_state<S: Scalar, const N: usize>(
+    system: &mut impl System<S, N>,
+    local: &Local<S, N>,
+    h: f64,
+    error: &[f64; N],
+) -> usize {
+    let mut best = 0;
+    for (i, value) in error.iter().enumerate() {
+        if value.abs() > error[best].abs() {
+            best = i;
+        }
+    }
+    if error.iter().all(|value| value.is_finite()) {
+        return best;
+    }
+    // The solve spreads one NaN over all states, so the error itself does not tell where it arose.
+    let mut derivative = [S::zero(); N];
+    for share in C {
+        let y = std::array::from_fn(|i| local.y[i] + local.derivative[i] * (share * h));
+        system.derivative(local.t + share * h, &y, &mut derivative);
+        if let Some(i) = derivative.iter().position(|value| !value.re().is_finite()) {
+            return i;
+        }
+    }
+    best
+}
