@@ -7,13 +7,13 @@ pub struct Options<const N: usize> {
     pub rtol: f64,
     /// Absolute tolerance of each state, in its unit; greater than 0 unless the state keeps away from 0.
     pub atol: [f64; N],
-    /// The first step after [`Rosenbrock::restart`] (s), or `None` to choose it from the first two derivatives.
+    /// The first step after [`Rosenbrock::restart`](super::Rosenbrock::restart) (s), or `None` to choose it from the first two derivatives.
     pub h_initial: Option<f64>,
     /// A step that must fall below this (s) is an error. Rounding of `t` sets a floor of its own.
     pub h_min: f64,
     /// No step is longer than this (s).
     pub h_max: f64,
-    /// Most steps, accepted and rejected together, in one call of [`Rosenbrock::integrate`].
+    /// Most steps, accepted and rejected together, in one call of [`Rosenbrock::integrate`](super::Rosenbrock::integrate).
     pub max_steps: usize,
 }
 
@@ -43,7 +43,7 @@ pub struct Stats {
     pub steps: usize,
     /// Rejected steps.
     pub rejected: usize,
-    /// Evaluations of the derivative (those within [`System::linearise`] included).
+    /// Evaluations of the derivative (those within [`System::linearise`](super::System::linearise) included).
     pub derivatives: usize,
     /// Evaluations of the Jacobian.
     pub jacobians: usize,
