@@ -90,6 +90,9 @@ pub struct Fit {
 const FIRST_DAMPING: f64 = 1e-4;
 const LEAST_DAMPING: f64 = 1e-16;
 const MOST_DAMPING: f64 = 1e32;
+/// Share of the cost below which a change of it may be rounding.
+const ROUNDED: f64 = 1e-12;
+const MOST_POLISHING: usize = 40;
 /// Least share of the promised decrease that makes a step acceptable.
 const LEAST_GAIN: f64 = 1e-4;
 
@@ -119,7 +122,7 @@ struct Here {
 }
 
 impl Here {
-    fn new(theta: Vec<f64>, seen: Linearised, loss: Loss, space: &Space) -> Self {
+    fn new(theta: Vec<f64>, seen: Linearised, loss: Loss, space: &Space, before: &[f64]) -> Self {
         let triangle = Triangle::reduce(&seen, loss);
         let norms = triangle.column_norms();
         let most = norms
@@ -128,11 +131,12 @@ impl Here {
             .map(|(n, s)| n * s)
             .fold(f64::MIN_POSITIVE, f64::max);
         // A column of zeros keeps a weight, so that the step is unique: the parameter stays where it is.
-        let lengths = norms
-            .iter()
-            .zip(&space.scale)
-            .map(|(n, s)| n.max(1e-12 * most / s))
-            .collect();
+        let floor = |(n, s): (&f64, &f64)| n.max(1e-12 * most / s);
+        let mut lengths: Vec<f64> = norms.iter().zip(&space.scale).map(floor).collect();
+        // Moré's rule: where a parameter loses its influence, its damping stays, or it would run away for good.
+        for (length, old) in lengths.iter_mut().zip(before) {
+            *length = length.max(*old);
+        }
         Self {
             cost: loss.cost(&seen.misfit),
             theta,
@@ -224,18 +228,57 @@ impl LevenbergMarquardt {
         self.growth *= 2.0;
     }
 
+    /// Where the cost is equal up to rounding, the gradient still tells better from worse: Gauss-Newton steps as long as
+    /// they shrink it. Without this the parameters keep half the digits of the cost.
+    fn polish<O: Problem>(&mut self, problem: &mut Counted<O>, mut here: Here) -> Here {
+        for _ in 0..MOST_POLISHING {
+            let room: Vec<_> = self.room(&here.theta);
+            let damping: Vec<f64> = here
+                .lengths
+                .iter()
+                .map(|l| l * LEAST_DAMPING.sqrt())
+                .collect();
+            let step = bounded_step(&here.triangle, &damping, &room, &vec![None; room.len()]);
+            let promised = here.triangle.predicted_decrease(&step);
+            let target: Vec<f64> = here.theta.iter().zip(&step).map(|(t, d)| t + d).collect();
+            let theta = self.space.clamp(&target);
+            if promised > ROUNDED * here.cost || theta == here.theta {
+                break;
+            }
+            self.linearisations += 1;
+            let seen = problem.problem("linearise_count", |p| Ok(p.linearise(&theta).ok()));
+            let Some(seen) = seen
+                .ok()
+                .flatten()
+                .filter(|s| s.check(theta.len()).is_ok() && s.is_finite())
+            else {
+                break;
+            };
+            let next = Here::new(theta, seen, self.loss, &self.space, &here.lengths);
+            let better = next.cosine(&self.space) < 0.98 * here.cosine(&self.space);
+            if !better || next.cost > here.cost * (1.0 + ROUNDED) {
+                break;
+            }
+            here = next;
+        }
+        here
+    }
+
+    fn room(&self, theta: &[f64]) -> Vec<(f64, f64)> {
+        theta
+            .iter()
+            .zip(&self.space.bounds)
+            .map(|(t, (lower, upper))| (lower - t, upper - t))
+            .collect()
+    }
+
     /// One step that lowers the cost, or the reason why there is none.
     fn advance<O: Problem>(
         &mut self,
         problem: &mut Counted<O>,
         here: &Here,
     ) -> Result<(Here, f64), StoppedBecause> {
-        let room: Vec<_> = here
-            .theta
-            .iter()
-            .zip(&self.space.bounds)
-            .map(|(t, (lower, upper))| (lower - t, upper - t))
-            .collect();
+        let room = self.room(&here.theta);
         let held = vec![None; room.len()];
         loop {
             let root = self.damping.sqrt();
@@ -284,7 +327,7 @@ impl LevenbergMarquardt {
             self.damping = (self.damping * (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0))
                 .max(LEAST_DAMPING);
             self.growth = 2.0;
-            let next = Here::new(theta, seen, self.loss, &self.space);
+            let next = Here::new(theta, seen, self.loss, &self.space, &here.lengths);
             let saved = (here.cost - next.cost) / here.cost;
             let tolerances = self.tolerances;
             if saved.abs().max(share) <= tolerances.function && gain < 2.0 {
@@ -338,7 +381,7 @@ impl<O: Problem> Solver<O, FitState> for LevenbergMarquardt {
         let start = self.space.clamp(&start);
         self.linearisations += 1;
         let seen = problem.problem("linearise_count", |p| Ok(linearise_start(p, &start)))??;
-        let here = Here::new(start, seen, self.loss, &self.space);
+        let here = Here::new(start, seen, self.loss, &self.space, &[]);
         Ok((self.arrive(here, state), None))
     }
 
@@ -358,6 +401,7 @@ impl<O: Problem> Solver<O, FitState> for LevenbergMarquardt {
                 Ok((self.arrive(next, state), Some(report)))
             }
             Err(stopped) => {
+                let here = self.polish(problem, here);
                 let state = self.arrive(here, state);
                 self.stopped.get_or_insert(stopped);
                 Ok((state, None))
