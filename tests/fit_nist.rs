@@ -13,9 +13,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// Starts that do not reach the certified optimum. It may shrink; the test fails if it grows or is out of date.
 const KNOWN_FAILURES: &[(&str, usize)] = &[("BoxBOD", 1), ("MGH10", 1)];
 /// Certified sets that are not here yet, so that the count of what is checked stays honest.
-const ABSENT: &[&str] = &[
-    "Bennett5", "Chwirut1", "ENSO", "Gauss1", "Gauss2", "Gauss3", "Hahn1", "Kirby2", "Nelson",
-];
+const ABSENT: &[&str] = &["Chwirut1", "ENSO", "Gauss1", "Gauss3", "Hahn1"];
 /// Rounding of the model is a few thousandths of the smallest misfit: its spread, and with it the standard errors, is
 /// known to two digits only.
 const ROUNDED: &str = "Lanczos1";
@@ -61,6 +59,14 @@ fn num(v: f64) -> Dual {
     Dual { v, d: [0.0; 9] }
 }
 
+/// A function of two values, given its slopes by either.
+fn join(v: f64, a: Dual, by_a: f64, b: Dual, by_b: f64) -> Dual {
+    Dual {
+        v,
+        d: std::array::from_fn(|k| a.d[k] * by_a + b.d[k] * by_b),
+    }
+}
+
 impl Neg for Dual {
     type Output = Dual;
     fn neg(self) -> Dual {
@@ -70,35 +76,26 @@ impl Neg for Dual {
 impl Add for Dual {
     type Output = Dual;
     fn add(self, o: Dual) -> Dual {
-        Dual {
-            v: self.v + o.v,
-            d: std::array::from_fn(|k| self.d[k] + o.d[k]),
-        }
+        join(self.v + o.v, self, 1.0, o, 1.0)
     }
 }
 impl Sub for Dual {
     type Output = Dual;
     fn sub(self, o: Dual) -> Dual {
-        self + (-o)
+        join(self.v - o.v, self, 1.0, o, -1.0)
     }
 }
 impl Mul for Dual {
     type Output = Dual;
     fn mul(self, o: Dual) -> Dual {
-        Dual {
-            v: self.v * o.v,
-            d: std::array::from_fn(|k| self.d[k] * o.v + o.d[k] * self.v),
-        }
+        join(self.v * o.v, self, o.v, o, self.v)
     }
 }
 impl Div for Dual {
     type Output = Dual;
     fn div(self, o: Dual) -> Dual {
         let v = self.v / o.v;
-        Dual {
-            v,
-            d: std::array::from_fn(|k| (self.d[k] - v * o.d[k]) / o.v),
-        }
+        join(v, self, o.v.recip(), o, -v / o.v)
     }
 }
 

@@ -7,8 +7,9 @@
 //! method*, IMM-REP-1999-05. Geodesic acceleration is left out: its extra evaluation per step did not pay on this scale.
 
 use super::active_set::bounded_step;
+use super::here::Here;
 use super::problem::{Linearised, Problem, Space, expect_length, linearise_start, try_misfit};
-use super::{FitError, Loss, StoppedBecause, Triangle};
+use super::{FitError, Loss, StoppedBecause};
 use argmin::core::{
     Error, Executor, IterState, KV, Problem as Counted, Solver, State, TerminationReason,
     TerminationStatus,
@@ -110,59 +111,6 @@ pub struct LevenbergMarquardt {
     linearisations: u64,
 }
 
-/// All that is known at the current parameters.
-#[derive(Debug, Clone)]
-struct Here {
-    theta: Vec<f64>,
-    cost: f64,
-    seen: Linearised,
-    triangle: Triangle,
-    /// Square roots of the weights of the damping, one per parameter; never zero.
-    lengths: Vec<f64>,
-}
-
-impl Here {
-    fn new(theta: Vec<f64>, seen: Linearised, loss: Loss, space: &Space, before: &[f64]) -> Self {
-        let triangle = Triangle::reduce(&seen, loss);
-        let norms = triangle.column_norms();
-        let most = norms
-            .iter()
-            .zip(&space.scale)
-            .map(|(n, s)| n * s)
-            .fold(f64::MIN_POSITIVE, f64::max);
-        // A column of zeros keeps a weight, so that the step is unique: the parameter stays where it is.
-        let floor = |(n, s): (&f64, &f64)| n.max(1e-12 * most / s);
-        let mut lengths: Vec<f64> = norms.iter().zip(&space.scale).map(floor).collect();
-        // Moré's rule: where a parameter loses its influence, its damping stays, or it would run away for good.
-        for (length, old) in lengths.iter_mut().zip(before) {
-            *length = length.max(*old);
-        }
-        Self {
-            cost: loss.cost(&seen.misfit),
-            theta,
-            seen,
-            triangle,
-            lengths,
-        }
-    }
-
-    /// Largest cosine between the misfit and a direction that the bounds leave open.
-    fn cosine(&self, space: &Space) -> f64 {
-        let total = self.triangle.z.norm().hypot(self.triangle.rest);
-        let norms = self.triangle.column_norms();
-        let mut largest = 0.0_f64;
-        for (j, slope) in self.triangle.gradient().iter().enumerate() {
-            let (lower, upper) = space.bounds[j];
-            let blocked = (self.theta[j] <= lower && *slope > 0.0)
-                || (self.theta[j] >= upper && *slope < 0.0);
-            if !blocked && norms[j] > 0.0 && total > 0.0 {
-                largest = largest.max(slope.abs() / (norms[j] * total));
-            }
-        }
-        largest
-    }
-}
-
 impl LevenbergMarquardt {
     /// A solver with the given tolerances, for plain least squares.
     pub fn new(tolerances: Tolerances) -> Self {
@@ -228,18 +176,11 @@ impl LevenbergMarquardt {
         self.growth *= 2.0;
     }
 
-    /// Where the cost is equal up to rounding, the gradient still tells better from worse: Gauss-Newton steps as long as
-    /// they shrink it. Without this the parameters keep half the digits of the cost.
+    /// Where the cost is equal up to rounding, the decrease that the linear model promises still tells better from
+    /// worse: Gauss-Newton steps as long as they lower it. Without this the parameters keep half the digits of the cost.
     fn polish<O: Problem>(&mut self, problem: &mut Counted<O>, mut here: Here) -> Here {
+        let (mut step, mut promised) = self.gauss_newton(&here);
         for _ in 0..MOST_POLISHING {
-            let room: Vec<_> = self.room(&here.theta);
-            let damping: Vec<f64> = here
-                .lengths
-                .iter()
-                .map(|l| l * LEAST_DAMPING.sqrt())
-                .collect();
-            let step = bounded_step(&here.triangle, &damping, &room, &vec![None; room.len()]);
-            let promised = here.triangle.predicted_decrease(&step);
             let target: Vec<f64> = here.theta.iter().zip(&step).map(|(t, d)| t + d).collect();
             let theta = self.space.clamp(&target);
             if promised > ROUNDED * here.cost || theta == here.theta {
@@ -255,13 +196,26 @@ impl LevenbergMarquardt {
                 break;
             };
             let next = Here::new(theta, seen, self.loss, &self.space, &here.lengths);
-            let better = next.cosine(&self.space) < 0.98 * here.cosine(&self.space);
-            if !better || next.cost > here.cost * (1.0 + ROUNDED) {
+            let (next_step, next_promised) = self.gauss_newton(&next);
+            if next_promised >= promised || next.cost > here.cost * (1.0 + ROUNDED) {
                 break;
             }
-            here = next;
+            (here, step, promised) = (next, next_step, next_promised);
         }
         here
+    }
+
+    /// The undamped step inside the box, and the decrease it promises.
+    fn gauss_newton(&self, here: &Here) -> (Vec<f64>, f64) {
+        let room = self.room(&here.theta);
+        let damping: Vec<f64> = here
+            .lengths
+            .iter()
+            .map(|l| l * LEAST_DAMPING.sqrt())
+            .collect();
+        let step = bounded_step(&here.triangle, &damping, &room, &vec![None; room.len()]);
+        let promised = here.triangle.predicted_decrease(&step);
+        (step, promised)
     }
 
     fn room(&self, theta: &[f64]) -> Vec<(f64, f64)> {

@@ -18,6 +18,7 @@ mod active_set;
 mod coloured;
 pub mod conditional;
 mod error;
+mod here;
 pub mod levenberg_marquardt;
 pub mod loss;
 pub mod problem;
