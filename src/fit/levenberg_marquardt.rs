@@ -4,12 +4,12 @@
 //! minimises the linear model plus `lambda |D d|^2` *inside the box*, by an active set on the small triangle, so a
 //! parameter at its bound costs no accuracy in the others. `D` are the column lengths of the Jacobian, which makes the
 //! path independent of units (Marquardt 1963; Moré 1978); `lambda` follows Nielsen, *Damping parameter in Marquardt's
-//! method*, IMM-REP-1999-05. Geodesic acceleration is left out: its extra evaluation per step did not pay on this scale.
+//! method*, IMM-REP-1999-05. There is no geodesic acceleration.
 
 use super::active_set::bounded_step;
 use super::here::Here;
-use super::problem::{Linearised, Problem, Space, expect_length, linearise_start, try_misfit};
-use super::{FitError, Loss, StoppedBecause};
+use super::problem::{Problem, Space, expect_length, linearise_start, try_misfit};
+use super::{Bound, Fit, FitError, Loss, StoppedBecause};
 use argmin::core::{
     Error, Executor, IterState, KV, Problem as Counted, Solver, State, TerminationReason,
     TerminationStatus,
@@ -32,7 +32,7 @@ pub struct Tolerances {
 }
 
 impl Default for Tolerances {
-    /// A millionth of a standard error is out of reach of the integrator's error, and of no use.
+    /// Well below a standard error, and above the noise that an integrator leaves in the cost.
     fn default() -> Self {
         Self {
             function: 1e-8,
@@ -53,38 +53,6 @@ impl Tolerances {
             max_iterations: 5000,
         }
     }
-}
-
-/// The bound that a parameter ended on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Bound {
-    /// The lower one.
-    Lower,
-    /// The upper one.
-    Upper,
-}
-
-/// What a fit found.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fit {
-    /// The `p` parameters, each in its unit.
-    pub theta: Vec<f64>,
-    /// `1/2 sum rho(r^2)` there.
-    pub cost: f64,
-    /// Accepted steps.
-    pub iterations: u64,
-    /// Calls of [`Problem::misfit`].
-    pub misfit_evaluations: u64,
-    /// Calls of [`Problem::linearise`].
-    pub linearisations: u64,
-    /// Which inequality ended it.
-    pub stopped: StoppedBecause,
-    /// The bound that each parameter lies on, if any.
-    pub at_bound: Vec<Option<Bound>>,
-    /// Misfits and Jacobian at `theta`.
-    pub linearised: Linearised,
-    /// The loss that was minimised.
-    pub loss: Loss,
 }
 
 /// The damping of the first step, relative to the squared column lengths.
@@ -171,6 +139,7 @@ impl LevenbergMarquardt {
         })
     }
 
+    /// More damping, and faster so each time in a row.
     fn reject(&mut self) {
         self.damping *= self.growth;
         self.growth *= 2.0;
@@ -282,10 +251,9 @@ impl LevenbergMarquardt {
                 .max(LEAST_DAMPING);
             self.growth = 2.0;
             let next = Here::new(theta, seen, self.loss, &self.space, &here.lengths);
-            let saved = (here.cost - next.cost) / here.cost;
+            let relative_decrease = ((here.cost - next.cost) / here.cost).abs().max(share);
             let tolerances = self.tolerances;
-            if saved.abs().max(share) <= tolerances.function && gain < 2.0 {
-                let relative_decrease = saved.abs().max(share);
+            if relative_decrease <= tolerances.function && gain < 2.0 {
                 self.stopped = Some(StoppedBecause::FunctionTolerance {
                     relative_decrease,
                     tolerance: tolerances.function,

@@ -18,6 +18,7 @@ mod active_set;
 mod coloured;
 pub mod conditional;
 mod error;
+mod found;
 mod here;
 pub mod levenberg_marquardt;
 pub mod loss;
@@ -30,7 +31,8 @@ pub mod uncertainty;
 
 pub use conditional::{Conditional, ConditionalFit};
 pub use error::FitError;
-pub use levenberg_marquardt::{Bound, Fit, FitState, LevenbergMarquardt, Tolerances, fit};
+pub use found::{Bound, Fit};
+pub use levenberg_marquardt::{FitState, LevenbergMarquardt, Tolerances, fit};
 pub use loss::Loss;
 pub use problem::{Linearised, Problem};
 pub use profile::{End, Identifiable, Interval, ProfilePoint, Profiler, profile_cost_at};
