@@ -1,4 +1,5 @@
 //! Detection, isolation and identification: what is wrong, how large, how sure.
 
+pub mod estimate;
 pub mod noise;
 pub mod problem;

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::noise::Weights;
 use crate::fit::{Linearised, Problem};
 use crate::model::{Drive, Model, SimulationError};
 
@@ -33,13 +34,10 @@ pub struct RecordProblem<'a> {
     pub times: &'a [f64],
     /// `[sensor][row]`, SI.
     pub measured: Vec<&'a [f64]>,
-    /// Variance of each sample, `[sensor][row]`, SI squared.
-    pub variance: Vec<Vec<f64>>,
+    pub weights: Weights,
     pub estimated: Vec<Estimated>,
     /// All parameters of the rig; the estimated ones are replaced.
     pub base: Vec<f64>,
-    /// Rows of each phase, between jumps of the inputs.
-    pub phases: Vec<std::ops::Range<usize>>,
     bounds: Vec<(f64, f64)>,
 }
 
@@ -49,12 +47,11 @@ impl<'a> RecordProblem<'a> {
         drive: &'a Drive,
         times: &'a [f64],
         measured: Vec<&'a [f64]>,
-        variance: Vec<Vec<f64>>,
+        weights: Weights,
         estimated: Vec<Estimated>,
     ) -> Self {
         let bounds = estimated.iter().map(|estimated| estimated.bounds).collect();
-        let phases = phases(drive, times);
-        Self { model, drive, times, measured, variance, estimated, base: model.rig.nominal(), phases, bounds }
+        Self { model, drive, times, measured, weights, estimated, base: model.rig.nominal(), bounds }
     }
 
     /// All parameters of the rig with the estimated ones at `theta`.
@@ -78,10 +75,10 @@ impl<'a> RecordProblem<'a> {
 
     fn weigh(&self, outputs: &[Vec<f64>], theta: &[f64]) -> Vec<f64> {
         let mut misfit = Vec::with_capacity(self.times.len() * self.measured.len() + theta.len());
-        for ((model, measured), variance) in outputs.iter().zip(&self.measured).zip(&self.variance) {
-            misfit.extend(model.iter().zip(*measured).zip(variance).map(|((m, y), v)| (m - y) / v.sqrt()));
+        for (model, measured) in outputs.iter().zip(&self.measured) {
+            misfit.extend(model.iter().zip(*measured).map(|(m, y)| m - y));
         }
-        self.whiten(&mut misfit);
+        self.weights.apply(&mut misfit);
         misfit.extend(self.priors().map(|(index, prior)| (theta[index] - prior.mean) / prior.sigma));
         misfit
     }
@@ -119,25 +116,18 @@ impl Problem for RecordProblem<'_> {
                 let first = self.model.rig.sensors[sensor].first_parameter;
                 let (offset, gain) = (parameters[first], parameters[first + 1]);
                 let raw = |value: f64| if is_gain { (value - offset) / gain } else { 1.0 };
-                let outputs = solved.outputs.values[sensor].iter().zip(&self.variance[sensor]);
-                for (slot, (value, variance)) in column.iter_mut().skip(sensor * rows).zip(outputs) {
-                    *slot = raw(*value) / variance.sqrt();
+                for (slot, value) in column.iter_mut().skip(sensor * rows).zip(&solved.outputs.values[sensor]) {
+                    *slot = raw(*value);
                 }
             } else {
-                let derivatives = solved.derivatives[next].iter().zip(&self.variance);
-                for (slot, (derivative, variance)) in column
-                    .iter_mut()
-                    .zip(derivatives.flat_map(|(derivative, variance)| derivative.iter().zip(variance)))
-                {
-                    *slot = derivative / variance.sqrt();
+                for (slot, derivative) in column.iter_mut().zip(solved.derivatives[next].iter().flatten()) {
+                    *slot = *derivative;
                 }
                 next += 1;
             }
+            self.weights.apply(column.as_mut_slice());
         }
         let first_prior = rows * self.measured.len();
-        for mut column in jacobian.column_iter_mut() {
-            self.whiten(column.as_mut_slice());
-        }
         for (row, (index, prior)) in self.priors().enumerate() {
             jacobian[(first_prior + row, index)] = 1.0 / prior.sigma;
         }
@@ -150,29 +140,6 @@ impl Problem for RecordProblem<'_> {
 }
 
 impl RecordProblem<'_> {
-    /// Takes from a column of weighted misfits (or of their derivatives) what a difference shared by a whole phase can
-    /// explain: multiplies each phase of each sensor by `(I + v v')^(-1/2)`, `v` the sensor's tolerance over the standard
-    /// deviation of each sample. A phase then says no more of a constant difference than the tolerance allows, however
-    /// many samples it has.
-    fn whiten(&self, column: &mut [f64]) {
-        let rows = self.times.len();
-        for (index, (sensor, variance)) in self.model.rig.sensors.iter().zip(&self.variance).enumerate() {
-            for phase in &self.phases {
-                let block = &mut column[index * rows + phase.start..index * rows + phase.end];
-                let shared = || variance[phase.clone()].iter().map(|variance| sensor.tolerance / variance.sqrt());
-                let square: f64 = shared().map(|v| v * v).sum();
-                if square == 0.0 {
-                    continue;
-                }
-                let along: f64 = shared().zip(block.iter()).map(|(v, r)| v * r).sum();
-                let factor = (1.0 - 1.0 / (1.0 + square).sqrt()) * along / square;
-                for (r, v) in block.iter_mut().zip(shared()) {
-                    *r -= factor * v;
-                }
-            }
-        }
-    }
-
     /// The sensor whose offset (false) or gain (true) this parameter is.
     fn of_sensor(&self, parameter: usize) -> Option<(usize, bool)> {
         self.model.rig.sensors.iter().enumerate().find_map(|(index, sensor)| {
@@ -180,19 +147,4 @@ impl RecordProblem<'_> {
             (place < 2).then_some((index, place == 1))
         })
     }
-}
-
-/// Rows between jumps of the inputs.
-fn phases(drive: &Drive, times: &[f64]) -> Vec<std::ops::Range<usize>> {
-    let mut starts: Vec<usize> = drive
-        .pieces
-        .iter()
-        .filter(|piece| piece.jump)
-        .map(|piece| times.partition_point(|&time| time <= piece.start))
-        .collect();
-    starts.push(0);
-    starts.push(times.len());
-    starts.sort_unstable();
-    starts.dedup();
-    starts.windows(2).map(|pair| pair[0]..pair[1]).collect()
 }

@@ -1,12 +1,47 @@
 //! The best fit with some parameters held: at their healthy value, or along a profile.
 //!
-//! A misfit evaluation is an order of magnitude cheaper than a linearisation, so the Jacobian of the point one comes from
-//! is kept, corrected by what each evaluation shows (Broyden, Mathematics of Computation 19 (1965)), and renewed only
-//! where steps stop to pay or where the result must be certain.
+//! A misfit evaluation is an order of magnitude cheaper than a linearisation, and a linearisation is cheap beside the
+//! triangle that a long Jacobian is reduced to. So both are kept from the point one comes from: a step needs the fresh
+//! gradient only, `R' z = J' r` (the simplified Gauss-Newton method; Deuflhard, *Newton Methods for Nonlinear Problems*,
+//! section 4.3). They are renewed only where steps stop to pay or where the result must be certain.
+
+use std::sync::Arc;
+
+use nalgebra::DVector;
 
 use super::active_set::bounded_step;
 use super::problem::{Linearised, Problem, Space, try_misfit};
 use super::{Fit, FitError, Loss, Triangle};
+
+/// A Jacobian and what it reduces to, shared by all points that step along it.
+#[derive(Debug, PartialEq)]
+struct Slope {
+    linearised: Linearised,
+    triangle: Triangle,
+}
+
+impl Slope {
+    fn of(linearised: Linearised, loss: Loss) -> Arc<Self> {
+        let triangle = Triangle::reduce(&linearised, loss);
+        Arc::new(Self { linearised, triangle })
+    }
+
+    /// The triangle with the gradient of other misfits than its own.
+    fn with(&self, misfit: &[f64], loss: Loss) -> Triangle {
+        let weighted = DVector::from_iterator(misfit.len(), misfit.iter().map(|&r| r * loss.at(r * r).1));
+        let gradient = self.linearised.jacobian.tr_mul(&weighted);
+        let p = gradient.len();
+        // Forward substitution; a direction without influence has no gradient either.
+        let mut z = DVector::zeros(p);
+        for j in 0..p {
+            let known: f64 = (0..j).map(|k| self.triangle.r[(k, j)] * z[k]).sum();
+            let pivot = self.triangle.r[(j, j)];
+            let column = self.triangle.r.column(j).norm();
+            z[j] = if pivot.abs() > 1e-12 * column { (gradient[j] - known) / pivot } else { 0.0 };
+        }
+        Triangle { r: self.triangle.r.clone(), z, rest: self.triangle.rest }
+    }
+}
 
 /// The best fit with some parameters held.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,12 +50,18 @@ pub struct ConditionalFit {
     pub theta: Vec<f64>,
     /// `1/2 sum rho(r^2)` there.
     pub cost: f64,
-    /// Misfits at `theta`, and a Jacobian.
-    pub linearised: Linearised,
-    /// Whether the Jacobian is that of `theta`; if not, it is a corrected one from nearby.
+    misfit: Vec<f64>,
+    slope: Arc<Slope>,
+    /// Whether the Jacobian is that of `theta`; if not, it is one from nearby.
     pub exact: bool,
     /// Whether no step over the free parameters promises more than the tolerance.
     pub converged: bool,
+}
+
+impl ConditionalFit {
+    fn move_to(&mut self, theta: Vec<f64>, misfit: Vec<f64>, cost: f64) {
+        (self.theta, self.misfit, self.cost, self.exact) = (theta, misfit, cost, false);
+    }
 }
 
 /// Minimises a problem with some parameters held, starting from where it has been before.
@@ -54,7 +95,8 @@ impl<'a, P: Problem> Conditional<'a, P> {
         let origin = ConditionalFit {
             theta: fit.theta.clone(),
             cost: fit.cost,
-            linearised: fit.linearised.clone(),
+            misfit: fit.linearised.misfit.clone(),
+            slope: Slope::of(fit.linearised.clone(), fit.loss),
             exact: true,
             converged: true,
         };
@@ -105,7 +147,7 @@ impl<'a, P: Problem> Conditional<'a, P> {
         self.walk(&origin, fixed, true)
     }
 
-    /// The same from any earlier result; without `certain` a corrected Jacobian may end it, which is cheaper and can
+    /// The same from any earlier result; without `certain` a Jacobian from nearby may end it, which is cheaper and can
     /// leave the cost slightly too high, never too low.
     ///
     /// # Errors
@@ -130,7 +172,7 @@ impl<'a, P: Problem> Conditional<'a, P> {
         here.converged = false;
         let mut damping = NO_DAMPING;
         for _ in 0..MOST_ROUNDS {
-            let triangle = Triangle::reduce(&here.linearised, self.loss);
+            let triangle = if here.exact { here.slope.triangle.clone() } else { here.slope.with(&here.misfit, self.loss) };
             let step = self.step(&triangle, &here.theta, &held, damping);
             let promised = triangle.predicted_decrease(&step);
             if 2.0 * promised <= self.tolerance
@@ -156,7 +198,7 @@ impl<'a, P: Problem> Conditional<'a, P> {
                 continue;
             };
             let gain = (here.cost - cost) / promised;
-            self.learn(&mut here, theta, misfit, cost);
+            here.move_to(theta, misfit, cost);
             if gain > POOR_GAIN {
                 damping = if damping > FIRST_DAMPING {
                     damping / 4.0
@@ -184,7 +226,7 @@ impl<'a, P: Problem> Conditional<'a, P> {
             .zip(target.iter().zip(&from.theta))
             .map(|(h, (v, t))| h.map(|_| v - t))
             .collect();
-        let triangle = Triangle::reduce(&from.linearised, self.loss);
+        let triangle = from.slope.with(&from.misfit, self.loss);
         let step = self.step(&triangle, &from.theta, &displaced, NO_DAMPING);
         let mut theta: Vec<f64> = from.theta.iter().zip(&step).map(|(t, d)| t + d).collect();
         for (j, _) in held.iter().enumerate().filter(|(_, h)| h.is_some()) {
@@ -193,7 +235,7 @@ impl<'a, P: Problem> Conditional<'a, P> {
         let mut here = from.clone();
         self.misfit_evaluations += 1;
         if let Some((misfit, cost)) = try_misfit(self.problem, &theta, self.loss) {
-            self.learn(&mut here, theta, misfit, cost);
+            here.move_to(theta, misfit, cost);
             return Ok(here);
         }
         self.misfit_evaluations += 1;
@@ -207,7 +249,7 @@ impl<'a, P: Problem> Conditional<'a, P> {
         if !cost.is_finite() {
             return Err(FitError::StartNotFinite);
         }
-        self.learn(&mut here, target.to_vec(), misfit, cost);
+        here.move_to(target.to_vec(), misfit, cost);
         Ok(here)
     }
 
@@ -249,31 +291,7 @@ impl<'a, P: Problem> Conditional<'a, P> {
             .collect()
     }
 
-    /// Moves to a point and corrects the Jacobian by what the misfits showed on the way.
-    fn learn(&self, here: &mut ConditionalFit, theta: Vec<f64>, misfit: Vec<f64>, cost: f64) {
-        let scaled =
-            |j: usize| (theta[j] - here.theta[j]) / (self.space.scale[j] * self.space.scale[j]);
-        let length: f64 = (0..theta.len())
-            .map(|j| (theta[j] - here.theta[j]) * scaled(j))
-            .sum();
-        if length > 0.0 && misfit.len() == here.linearised.misfit.len() {
-            let step = nalgebra::DVector::from_fn(theta.len(), |j, _| theta[j] - here.theta[j]);
-            let mut surprise = &here.linearised.jacobian * &step;
-            for (s, (after, before)) in surprise
-                .iter_mut()
-                .zip(misfit.iter().zip(&here.linearised.misfit))
-            {
-                *s = after - before - *s;
-            }
-            let direction = nalgebra::DVector::from_fn(theta.len(), |j, _| scaled(j) / length);
-            here.linearised
-                .jacobian
-                .ger(1.0, &surprise, &direction, 1.0);
-        }
-        (here.theta, here.linearised.misfit, here.cost, here.exact) = (theta, misfit, cost, false);
-    }
-
-    /// Replaces the corrected Jacobian by a true one; false if the model cannot be linearised here.
+    /// Replaces the Jacobian from nearby by the true one; false if the model cannot be linearised here.
     fn renew(&mut self, here: &mut ConditionalFit) -> bool {
         self.linearisations += 1;
         let Ok(seen) = self.problem.linearise(&here.theta) else {
@@ -283,7 +301,8 @@ impl<'a, P: Problem> Conditional<'a, P> {
             return false;
         }
         here.cost = self.loss.cost(&seen.misfit);
-        here.linearised = seen;
+        here.misfit.clone_from(&seen.misfit);
+        here.slope = Slope::of(seen, self.loss);
         here.exact = true;
         true
     }

@@ -228,6 +228,12 @@ impl LevenbergMarquardt {
             let gain = (here.cost - cost) / promised;
             if !(gain > LEAST_GAIN && cost < here.cost) {
                 // Below rounding of the cost a rejection says nothing about the model any more.
+                if share <= self.tolerances.function {
+                    return Err(StoppedBecause::FunctionTolerance {
+                        relative_decrease: share,
+                        tolerance: self.tolerances.function,
+                    });
+                }
                 if share.abs() < 4.0 * f64::EPSILON || relative_step < self.tolerances.step {
                     return Err(StoppedBecause::NoFurtherDecrease {
                         relative_step,

@@ -98,9 +98,12 @@ pub struct Profiler<'a, P: Problem> {
 }
 
 /// Deviation of the signed root, as a share of the root of the threshold, that an end may have.
-const END_TOLERANCE: f64 = 3e-3;
+const END_TOLERANCE: f64 = 5e-3;
 /// Decrease of `2 F`, as a share of the threshold, that the search over the others may leave.
-const INNER_TOLERANCE: f64 = 1e-3;
+const INNER_TOLERANCE: f64 = 5e-3;
+/// Decrease of `2 F` below the optimum, as a share of the threshold, that makes it another optimum: less is what the
+/// fit's own termination leaves.
+const BETTER: f64 = 0.05;
 /// Where there is no bound, the interval is open if it is longer than this many magnitudes of the parameter.
 const REACH: f64 = 1e3;
 const MOST_POINTS: usize = 40;
@@ -288,7 +291,7 @@ impl Search {
                 value: held[0].1,
                 rise: 2.0 * (found.cost - origin.cost),
             });
-            if 2.0 * (found.cost - origin.cost) < -END_TOLERANCE * self.root * self.root * self.unit
+            if 2.0 * (found.cost - origin.cost) < -BETTER * self.root * self.root * self.unit
             {
                 self.better = Some(found);
                 return (None, End::BetterOptimum);

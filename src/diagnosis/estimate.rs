@@ -1,0 +1,177 @@
+//! Identification: the faults of a rig fitted to a record, together with everything else that is uncertain.
+
+use super::noise::{self, Weights};
+use super::problem::{Estimated, Prior, RecordProblem};
+use crate::complaint::{Complaint, Kind, Place};
+use crate::fit::{self, Fit, FitError, Loss, Starts, Tolerances, Uncertainty, UncertaintyOptions};
+use crate::model::{Drive, Model, SimulationError};
+use crate::record::Record;
+use crate::units::Dimension;
+
+/// Uncertain parameters are searched this many standard deviations to both sides.
+const REACH: f64 = 5.0;
+/// A misfit of more standard deviations pulls with constant force only (Huber); one sample in 400 is beyond by chance.
+const ROBUST: f64 = 3.0;
+/// Width of the loss while the faults are still far off: large misfits keep pulling, but not with their square.
+const FAR: f64 = 10.0;
+/// Points of the fault box that are simulated before any is fitted from, per fault.
+const SAMPLED_PER_FAULT: usize = 10;
+/// How many of them are fitted from.
+const FITTED: usize = 2;
+/// Rounds of fit and renewed weights; weights hang on the fit only through when things happen.
+const ROUNDS: usize = 2;
+/// Relative decrease of the cost that ends the search for the neighbourhood.
+const NEIGHBOURHOOD: f64 = 1e-4;
+/// Relative decrease of the cost that ends a fit: with some 10^4 samples far below a rise of 1 in chi-square.
+const FITTED_ENOUGH: f64 = 1e-6;
+
+/// The best fit of faults and uncertain parameters to a record.
+pub struct Estimate<'a> {
+    /// The faults of the rig first, in their order, then uncertain parameters, then sensor offsets.
+    pub problem: RecordProblem<'a>,
+    pub fit: Fit,
+    pub uncertainty: Uncertainty,
+    /// Evaluations of the model, those with sensitivities included.
+    pub solves: u64,
+}
+
+/// The columns of a record that the rig's sensors read, SI.
+///
+/// # Errors
+/// A column that is missing or of another dimension.
+pub fn measured<'a>(model: &Model, record: &'a Record) -> Result<Vec<&'a [f64]>, Complaint> {
+    model
+        .rig
+        .sensors
+        .iter()
+        .map(|sensor| {
+            let channel = record.require(&sensor.column, sensor.quantity.dimension(), sensor.place.clone())?;
+            Ok(channel.values.as_slice())
+        })
+        .collect()
+}
+
+/// Fits the faults of the rig to a record.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved at any start.
+pub fn estimate<'a>(
+    model: &'a Model,
+    record: &'a Record,
+    drive: &'a Drive,
+    seed: u64,
+) -> Result<Estimate<'a>, Complaint> {
+    let rig = &model.rig;
+    let data = measured(model, record)?;
+    let failed = |error: FitError| {
+        Complaint::new(Kind::Computation, format!("the faults could not be fitted: {error}"))
+            .at(Place::file(&rig.path))
+            .at(Place::file(&record.path))
+            .help("check values and units of the rig with `borescope check`")
+    };
+    let unsolved = |error: SimulationError| failed(FitError::Start { source: error.into() });
+
+    let faults: Vec<Estimated> = rig
+        .faults
+        .iter()
+        .map(|fault| Estimated {
+            parameter: fault.parameter,
+            bounds: fault.bounds,
+            scale: (fault.bounds.1 - fault.bounds.0) / 4.0,
+            prior: None,
+        })
+        .collect();
+    let phases = noise::phases(drive, &record.time);
+    let variance = noise::variances(rig, record, &data, true);
+    let rough = Weights::new(rig, &phases, &variance, &[]);
+    let coarse = RecordProblem::new(model, drive, &record.time, data.clone(), rough.clone(), faults.clone());
+    let starts = Starts {
+        given: vec![rig.faults.iter().map(|fault| fault.healthy).collect()],
+        sampled: SAMPLED_PER_FAULT * rig.faults.len(),
+        fitted: FITTED,
+        seed,
+    };
+    let tolerances = Tolerances { function: NEIGHBOURHOOD, ..Tolerances::default() };
+    let found = fit::multi_start(&coarse, &starts, Loss::SoftL1 { k: FAR }, tolerances).map_err(failed)?;
+    let mut solves = found.misfit_evaluations + found.linearisations;
+
+    let mut all = faults;
+    all.extend(uncertain(model));
+    let mut theta = found.best.theta;
+    let nominal = rig.nominal();
+    theta.extend(all.iter().skip(theta.len()).map(|estimated| nominal[estimated.parameter]));
+    let mut problem = RecordProblem::new(model, drive, &record.time, data, rough, all);
+    let tolerances = Tolerances { function: FITTED_ENOUGH, ..Tolerances::default() };
+    let mut best: Option<Fit> = None;
+    for _ in 0..ROUNDS {
+        problem.weights = weights(&problem, record, &phases, &theta).map_err(unsolved)?;
+        let fit = fit::fit(&problem, &theta, Loss::Huber { k: ROBUST }, tolerances).map_err(failed)?;
+        theta.clone_from(&fit.theta);
+        solves += 1 + fit.misfit_evaluations + fit.linearisations;
+        best = Some(fit);
+    }
+    let Some(fit) = best else {
+        return Err(failed(FitError::NoStart { tried: 0 }));
+    };
+    let options = UncertaintyOptions { series: problem.series(), ..UncertaintyOptions::default() };
+    let uncertainty = Uncertainty::at(&fit, &options);
+    Ok(Estimate { problem, fit, uncertainty, solves })
+}
+
+/// Everything that is uncertain but no fault: parameters with a standard deviation, and what sensors show at zero.
+fn uncertain(model: &Model) -> Vec<Estimated> {
+    let rig = &model.rig;
+    let is_fault = |parameter: usize| rig.faults.iter().any(|fault| fault.parameter == parameter);
+    let within = |parameter: usize, sigma: f64| {
+        let known = &rig.parameters[parameter];
+        let (low, high) = (known.value - REACH * sigma, known.value + REACH * sigma);
+        Estimated {
+            parameter,
+            bounds: (known.bounds.0.max(low), known.bounds.1.min(high)),
+            scale: sigma,
+            prior: Some(Prior { mean: known.value, sigma }),
+        }
+    };
+    let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0);
+    let mut all: Vec<Estimated> =
+        stated.filter(|(index, _)| !is_fault(*index)).map(|(index, parameter)| within(index, parameter.sigma)).collect();
+    for sensor in &rig.sensors {
+        let offset = sensor.first_parameter;
+        if rig.parameters[offset].sigma == 0.0 && sensor.tolerance > 0.0 && !is_fault(offset) {
+            all.push(within(offset, sensor.tolerance));
+        }
+    }
+    all
+}
+
+/// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.
+fn weights(
+    problem: &RecordProblem<'_>,
+    record: &Record,
+    phases: &[std::ops::Range<usize>],
+    theta: &[f64],
+) -> Result<Weights, SimulationError> {
+    let model = problem.model;
+    let rig = &model.rig;
+    let is_constant = |parameter: &crate::rig::Parameter| parameter.unit.dimension == Dimension::TIME;
+    let constants: Vec<usize> = rig
+        .parameters
+        .iter()
+        .enumerate()
+        .filter(|(_, parameter)| parameter.sigma > 0.0 && is_constant(parameter))
+        .map(|(index, _)| index)
+        .collect();
+    let solved = model.sensitivities(&problem.parameters(theta), &constants, problem.drive, problem.times)?;
+    let curves: Vec<&[f64]> = solved.outputs.values.iter().map(Vec::as_slice).collect();
+    let variance = noise::variances(rig, record, &curves, false);
+    let changes: Vec<Vec<Vec<f64>>> = solved
+        .derivatives
+        .into_iter()
+        .zip(&constants)
+        .map(|(mut derivative, &constant)| {
+            derivative.iter_mut().flatten().for_each(|value| *value *= rig.parameters[constant].sigma);
+            derivative
+        })
+        .collect();
+    Ok(Weights::new(rig, phases, &variance, &changes))
+}
