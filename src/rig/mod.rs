@@ -134,6 +134,11 @@ impl Rig {
         self.nodes.iter().position(|node| node.name == name)
     }
 
+    /// The unit in which the rig file states a sensor's noise, and in which its column is written.
+    pub fn sensor_unit(&self, sensor: &Sensor) -> Unit {
+        self.parameters.get(sensor.first_parameter).map_or_else(Unit::dimensionless, |offset| offset.unit.clone())
+    }
+
     /// The values of all parameters as the file gives them, SI.
     pub fn nominal(&self) -> Vec<f64> {
         self.parameters.iter().map(|parameter| parameter.value).collect()
