@@ -7,10 +7,10 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use super::{Failure, Format, Status, number, write_json};
-use crate::complaint::{Complaint, Kind, Place, help_with_names};
+use crate::complaint::{Complaint, Kind, Place};
 use crate::model::{self, Drive, Model};
 use crate::record::Record;
-use crate::rig::{InitialPressure, NodeKind, Rig};
+use crate::rig::{InitialPressure, NodeKind, Rig, range};
 use crate::units::Quantity;
 
 /// Write the record that the sensors of a rig would give
@@ -163,10 +163,9 @@ fn set_parameter(rig: &mut Rig, text: &str) -> Result<Set, Complaint> {
     };
     let id = id.trim();
     let Some(index) = rig.parameter(id) else {
-        let ids = rig.parameters.iter().map(|parameter| parameter.id.as_str());
         return Err(complain(Kind::UnknownName, format!("the rig has no parameter `{id}`"))
             .at(Place::file(&rig.path))
-            .help(help_with_names(id, "parameters", ids)));
+            .help(rig.help_with_parameters(id)));
     };
     let parameter = &mut rig.parameters[index];
     let quantity = Quantity::parse_as(value, parameter.unit.dimension)
@@ -174,11 +173,7 @@ fn set_parameter(rig: &mut Rig, text: &str) -> Result<Set, Complaint> {
     let (low, high) = parameter.bounds;
     if !(low..=high).contains(&quantity.value) {
         let shown = |si: f64| number::with_unit(number::in_unit(si, &quantity.unit), &quantity.unit.symbol);
-        let range = if high.is_finite() {
-            format!("from {} to {}", shown(low), shown(high))
-        } else {
-            format!("{} or more", shown(low))
-        };
+        let range = range((low, high), &quantity.unit);
         return Err(complain(Kind::Bounds, format!("{} is outside the physical bounds", shown(quantity.value)))
             .at(parameter.place.clone())
             .help(format!("{}: {range}", parameter.meaning)));

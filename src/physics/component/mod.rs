@@ -82,6 +82,7 @@ components! {
     external_force::ExternalForce,
     flow_control_valve::FlowControlValve,
     flow_source::FlowSource,
+    free_outlet::FreeOutlet,
     line_volume::LineVolume,
     orifice::Orifice,
     pump::Pump,
