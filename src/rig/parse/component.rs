@@ -96,7 +96,7 @@ pub(super) fn read_component(rig: &mut Rig, name: &str, value: &Value<'_>) -> Re
 fn read_ports(rig: &Rig, name: &str, card: &Card, table: &Table<'_>) -> Result<Vec<usize>, Complaint> {
     let port_list: Vec<&str> = card.ports.iter().map(|port| port.name).collect();
     let help = format!(
-        "a {} needs `ports = {{ {} }}`",
+        "`{}` needs `ports = {{ {} }}`",
         card.kind,
         port_list.iter().map(|port| format!("{port} = \"node\"")).collect::<Vec<_>>().join(", ")
     );
@@ -125,7 +125,7 @@ fn read_component_inputs(rig: &Rig, name: &str, card: &Card, table: &Table<'_>) 
     let mut inputs = Vec::new();
     for input in card.inputs {
         let entry = table
-            .require(input.name, &format!("name the input that is the {} of this {}", input.meaning, card.kind))?;
+            .require(input.name, &format!("name the input that is the {} of this `{}`", input.meaning, card.kind))?;
         let wanted = entry.text()?;
         let Some(index) = rig.inputs.iter().position(|input| input.name == wanted) else {
             return Err(Complaint::new(
