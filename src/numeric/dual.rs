@@ -103,11 +103,17 @@ impl<T: Real, const K: usize> Sub for Dual<T, K> {
     }
 }
 
+/// The product rule, `a b + c d`.
+#[inline]
+fn product<T: Real>(a: T, b: T, c: T, d: T) -> T {
+    a * b + c * d
+}
+
 impl<T: Real, const K: usize> Mul for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn mul(self, other: Self) -> Self {
-        Self { re: self.re * other.re, eps: from_fn(|i| self.eps[i] * other.re + other.eps[i] * self.re) }
+        Self { re: self.re * other.re, eps: from_fn(|i| product(self.eps[i], other.re, other.eps[i], self.re)) }
     }
 }
 

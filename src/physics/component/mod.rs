@@ -1,4 +1,4 @@
-//! The components, one file each. A new one is its file and its line in [`components!`].
+//! The components, one file each. A new one is its file and its line in `components!`.
 
 use super::card::Card;
 use super::fluid::Fluid;

@@ -104,11 +104,20 @@ fn target(rig: &Rig, name: &str, quantity: Quantity, at: &Value<'_>) -> Result<T
         })
     } else {
         let mechanical = matches!(quantity, Quantity::Position | Quantity::Velocity);
-        let fits = |node: &Node| matches!(node.kind, NodeKind::Body { .. }) == mechanical;
+        let fits = |node: &Node| match node.kind {
+            NodeKind::Body { .. } => mechanical,
+            NodeKind::Volume { .. } => !mechanical,
+            // What keeps its pressure has no level.
+            NodeKind::Held { .. } => quantity == Quantity::Pressure,
+        };
         let found = rig.nodes.iter().position(|node| node.name == wanted && fits(node));
         found.map(Target::Node).ok_or_else(|| {
             let names = rig.nodes.iter().filter(|node| fits(node)).map(|node| node.name.as_str());
-            let what = if mechanical { "bodies" } else { "hydraulic nodes" };
+            let what = match quantity {
+                Quantity::Position | Quantity::Velocity => "bodies",
+                Quantity::Level => "nodes with a volume",
+                Quantity::Pressure | Quantity::Flow => "hydraulic nodes",
+            };
             Complaint::new(
                 Kind::UnknownName,
                 format!("sensor `{name}` sits at `{wanted}`, which is none of the {what}"),
