@@ -1,5 +1,6 @@
 //! Look inside a hydraulic circuit through its records.
 
+pub mod cli;
 pub mod complaint;
 pub mod diagnosis;
 pub mod files;

@@ -1,8 +1,9 @@
 //! What drives the circuit: the recorded commands and loads as pieces between which nothing jumps.
 
 use crate::complaint::{Complaint, Kind, Place};
+use crate::physics::GRAVITY;
 use crate::record::Record;
-use crate::rig::{Cycle, Hold, Input, Rig};
+use crate::rig::{Cycle, Hold, InitialPressure, Input, NodeKind, Quantity, Rig, Target};
 
 /// Inputs that run straight over an interval.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,9 +48,14 @@ impl Drive {
     /// From the input columns of a record.
     ///
     /// # Errors
-    /// A column that is missing or of another dimension.
+    /// A column that is missing or of another dimension; fewer than two rows. Of the sensors only those are needed that
+    /// tell where a node starts.
     pub fn from_record(rig: &Rig, record: &Record) -> Result<Self, Complaint> {
-        let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
+        let Some(interval) = record.sampling().map(|sampling| sampling.interval) else {
+            return Err(Complaint::new(Kind::Shape, "the record has fewer than two rows, so no interval between rows")
+                .at(Place::line(&record.path, record.header_line))
+                .help("take a record of at least two rows"));
+        };
         let mut lines = Vec::new();
         for input in &rig.inputs {
             let channel = record.require(&input.column, input.unit.dimension, input.place.clone())?;
@@ -61,6 +67,8 @@ impl Drive {
         // Where a row speaks of the interval before it, the first row begins one interval earlier.
         let before = rig.inputs.iter().any(|input| input.hold == Hold::Before);
         let start = if before { first - interval } else { first };
+        // 0.004 - 0.004 is 0, whatever the rounding of the intervals says.
+        let start = if start.abs() < 1e-6 * interval { 0.0 } else { start };
         Ok(Self { pieces: merge(&lines, start, last), readings: readings(rig, record)? })
     }
 
@@ -87,17 +95,25 @@ impl Drive {
     }
 }
 
-/// Mean of the first few readings of each node's pressure sensor.
+/// Mean of the first few readings of each node that starts at what its sensor shows.
 fn readings(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint> {
     const ROWS: usize = 3;
     let mut readings = vec![0.0; rig.nodes.len()];
+    let density = rig.parameters.first().map_or(0.0, |density| density.value);
     for sensor in &rig.sensors {
-        if let crate::rig::Target::Node(node) = sensor.target
-            && sensor.quantity == crate::rig::Quantity::Pressure
-        {
+        let Target::Node(node) = sensor.target else { continue };
+        let per_reading = match sensor.quantity {
+            Quantity::Pressure => 1.0,
+            Quantity::Level => density * GRAVITY,
+            Quantity::Flow | Quantity::Position | Quantity::Velocity => continue,
+        };
+        if rig.nodes[node].kind == (NodeKind::Volume { initial: InitialPressure::Record }) {
             let channel = record.require(&sensor.column, sensor.quantity.dimension(), sensor.place.clone())?;
             let rows = channel.values.len().clamp(1, ROWS);
-            readings[node] = channel.values.iter().take(rows).sum::<f64>() / rows as f64;
+            let shown = channel.values.iter().take(rows).sum::<f64>() / rows as f64;
+            let (offset, gain) =
+                (rig.parameters[sensor.first_parameter].value, rig.parameters[sensor.first_parameter + 1].value);
+            readings[node] = (shown - offset) / if gain > 0.0 { gain } else { 1.0 } * per_reading;
         }
     }
     Ok(readings)

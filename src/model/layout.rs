@@ -95,11 +95,13 @@ impl Layout {
             filtered: Vec::new(),
         };
         let mut node_balance = Vec::new();
-        for node in &rig.nodes {
+        for (index, node) in rig.nodes.iter().enumerate() {
             let (state, balance) = match node.kind {
                 NodeKind::Held { .. } => (None, None),
                 NodeKind::Volume { .. } => {
-                    let state = layout.push(format!("pressure of {}", node.name), PRESSURE);
+                    let joined = rig.components.iter().filter(|component| component.ports.contains(&index));
+                    let scale = joined.map(|component| component.card.pressure_scale).fold(PRESSURE, f64::min);
+                    let state = layout.push(format!("pressure of {}", node.name), scale);
                     layout.balances.push(Balance { state, sign: -1.0 });
                     (Some(state), Some(layout.balances.len() - 1))
                 }

@@ -7,9 +7,11 @@
 mod assembly;
 mod drive;
 mod layout;
+mod recording;
 mod simulate;
 mod start;
 
 pub use drive::{Drive, Piece};
 pub use layout::has_capacity;
+pub use recording::{cycle_times, decimals_of, input_columns, recording};
 pub use simulate::{Effort, Model, Outputs, Sensitivities, SimulationError, Tolerance};

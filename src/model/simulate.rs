@@ -56,6 +56,8 @@ pub enum SimulationError {
     Integration { error: IntegrationError, state: String },
     /// More states than the solver is built for.
     TooLarge { states: usize, most: usize },
+    /// The explicit method gave up behind time `t` (s).
+    Explicit { t: f64, reason: String },
 }
 
 impl fmt::Display for SimulationError {
@@ -63,6 +65,7 @@ impl fmt::Display for SimulationError {
         match self {
             Self::Integration { error, state } => write!(f, "{error} (worst: {state})"),
             Self::TooLarge { states, most } => write!(f, "the rig has {states} states, more than {most}"),
+            Self::Explicit { t, reason } => write!(f, "behind {t} s the explicit method gave up: {reason}"),
         }
     }
 }
@@ -104,6 +107,9 @@ macro_rules! with_states {
         }
     };
 }
+
+// Behind the macro that it uses.
+mod explicit;
 
 impl Model {
     pub fn new(rig: Rig) -> Self {

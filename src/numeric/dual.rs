@@ -25,10 +25,7 @@ impl<T: Real, const K: usize> Dual<T, K> {
     /// A number without derivatives.
     #[inline]
     pub fn lift(re: T) -> Self {
-        Self {
-            re,
-            eps: [T::zero(); K],
-        }
+        Self { re, eps: [T::zero(); K] }
     }
 
     /// The variable of direction `direction`: derivative 1 there, 0 elsewhere. A `direction` of `K` or more has no place
@@ -51,10 +48,7 @@ impl<T: Real, const K: usize> Dual<T, K> {
     /// A function of this number from its value and slope at `re`.
     #[inline]
     fn chain(self, value: T, slope: T) -> Self {
-        Self {
-            re: value,
-            eps: self.eps.map(|e| e * slope),
-        }
+        Self { re: value, eps: self.eps.map(|e| e * slope) }
     }
 
     /// As [`chain`](Self::chain), where the slope may be infinite: 0 times infinity is 0 here, because a number that does
@@ -64,12 +58,7 @@ impl<T: Real, const K: usize> Dual<T, K> {
         if slope.is_finite() {
             self.chain(value, slope)
         } else {
-            Self {
-                re: value,
-                eps: self
-                    .eps
-                    .map(|e| if e.is_zero() { T::zero() } else { e * slope }),
-            }
+            Self { re: value, eps: self.eps.map(|e| if e.is_zero() { T::zero() } else { e * slope }) }
         }
     }
 }
@@ -94,10 +83,7 @@ impl<T: Real, const K: usize> Neg for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn neg(self) -> Self {
-        Self {
-            re: -self.re,
-            eps: self.eps.map(|e| -e),
-        }
+        Self { re: -self.re, eps: self.eps.map(|e| -e) }
     }
 }
 
@@ -105,10 +91,7 @@ impl<T: Real, const K: usize> Add for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn add(self, other: Self) -> Self {
-        Self {
-            re: self.re + other.re,
-            eps: from_fn(|i| self.eps[i] + other.eps[i]),
-        }
+        Self { re: self.re + other.re, eps: from_fn(|i| self.eps[i] + other.eps[i]) }
     }
 }
 
@@ -116,25 +99,21 @@ impl<T: Real, const K: usize> Sub for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn sub(self, other: Self) -> Self {
-        Self {
-            re: self.re - other.re,
-            eps: from_fn(|i| self.eps[i] - other.eps[i]),
-        }
+        Self { re: self.re - other.re, eps: from_fn(|i| self.eps[i] - other.eps[i]) }
     }
+}
+
+/// The product rule, `a b + c d`.
+#[inline]
+fn product<T: Real>(a: T, b: T, c: T, d: T) -> T {
+    a * b + c * d
 }
 
 impl<T: Real, const K: usize> Mul for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn mul(self, other: Self) -> Self {
-        let mut eps = self.eps.map(|e| e * other.re);
-        for (sum, e) in eps.iter_mut().zip(other.eps) {
-            *sum += e * self.re;
-        }
-        Self {
-            re: self.re * other.re,
-            eps,
-        }
+        Self { re: self.re * other.re, eps: from_fn(|i| product(self.eps[i], other.re, other.eps[i], self.re)) }
     }
 }
 
@@ -145,10 +124,7 @@ impl<T: Real, const K: usize> Div for Dual<T, K> {
         // The value is divided, not multiplied by the reciprocal, so that it rounds as it does without derivatives.
         let re = self.re / other.re;
         let reciprocal = T::one() / other.re;
-        Self {
-            re,
-            eps: from_fn(|i| (self.eps[i] - re * other.eps[i]) * reciprocal),
-        }
+        Self { re, eps: from_fn(|i| (self.eps[i] - re * other.eps[i]) * reciprocal) }
     }
 }
 
@@ -156,10 +132,7 @@ impl<T: Real, const K: usize> Add<f64> for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn add(self, other: f64) -> Self {
-        Self {
-            re: self.re + other,
-            eps: self.eps,
-        }
+        Self { re: self.re + other, eps: self.eps }
     }
 }
 
@@ -167,10 +140,7 @@ impl<T: Real, const K: usize> Sub<f64> for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn sub(self, other: f64) -> Self {
-        Self {
-            re: self.re - other,
-            eps: self.eps,
-        }
+        Self { re: self.re - other, eps: self.eps }
     }
 }
 
@@ -178,10 +148,7 @@ impl<T: Real, const K: usize> Mul<f64> for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn mul(self, other: f64) -> Self {
-        Self {
-            re: self.re * other,
-            eps: self.eps.map(|e| e * other),
-        }
+        Self { re: self.re * other, eps: self.eps.map(|e| e * other) }
     }
 }
 
@@ -189,10 +156,7 @@ impl<T: Real, const K: usize> Div<f64> for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn div(self, other: f64) -> Self {
-        Self {
-            re: self.re / other,
-            eps: self.eps.map(|e| e / other),
-        }
+        Self { re: self.re / other, eps: self.eps.map(|e| e / other) }
     }
 }
 
@@ -274,10 +238,7 @@ impl<T: Real, const K: usize> Real for Dual<T, K> {
         if exponent == 0 {
             return Self::one();
         }
-        self.chain_guarded(
-            self.re.powi(exponent),
-            self.re.powi(exponent - 1) * f64::from(exponent),
-        )
+        self.chain_guarded(self.re.powi(exponent), self.re.powi(exponent - 1) * f64::from(exponent))
     }
 
     #[inline]
@@ -285,10 +246,7 @@ impl<T: Real, const K: usize> Real for Dual<T, K> {
         if exponent == 0.0 {
             return Self::one();
         }
-        self.chain_guarded(
-            self.re.powf(exponent),
-            self.re.powf(exponent - 1.0) * exponent,
-        )
+        self.chain_guarded(self.re.powf(exponent), self.re.powf(exponent - 1.0) * exponent)
     }
 
     #[inline]

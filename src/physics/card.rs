@@ -140,6 +140,9 @@ pub struct Card {
     pub inputs: &'static [Input],
     /// Index of the parameter that fixes the pressure of port 0, for boundaries such as a tank.
     pub fixes_pressure: Option<usize>,
+    /// Typical gauge pressure at its ports, Pa; the integrator's absolute tolerance at a node is relative to the smallest
+    /// of the components that meet there.
+    pub pressure_scale: f64,
     pub worked: &'static [Worked],
 }
 
@@ -156,6 +159,7 @@ impl Card {
         states: &[],
         inputs: &[],
         fixes_pressure: None,
+        pressure_scale: 1e7,
         worked: &[],
     };
 

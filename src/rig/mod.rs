@@ -8,12 +8,23 @@ mod validate;
 
 use std::path::{Path, PathBuf};
 
-use crate::complaint::{Complaint, Place};
+use crate::complaint::{Complaint, Place, did_you_mean, help_with_names};
 use crate::physics::card::Card;
 use crate::units::Unit;
 
 pub use cycle::{Cycle, Phase, Profile};
 pub use sensor::{Hold, Input, Quantity, Sensor, Target};
+
+/// Physical limits, SI, in words.
+pub(crate) fn range(bounds: (f64, f64), unit: &Unit) -> String {
+    let shown = |value: f64| crate::units::Quantity { value, unit: unit.clone() };
+    match (bounds.0.is_finite(), bounds.1.is_finite()) {
+        (true, true) => format!("from {} to {}", shown(bounds.0), shown(bounds.1)),
+        (true, false) => format!("{} or more", shown(bounds.0)),
+        (false, true) => format!("{} or less", shown(bounds.1)),
+        (false, false) => "any value".to_owned(),
+    }
+}
 
 /// A circuit as its file describes it, checked: every name resolves and every node has an equation.
 #[derive(Debug, Clone)]
@@ -129,9 +140,30 @@ impl Rig {
         self.parameters.iter().position(|parameter| parameter.id == id)
     }
 
+    /// Help for an id that is no parameter: the near miss; else those of the component that it names; else whose there are.
+    pub fn help_with_parameters(&self, id: &str) -> String {
+        let ids = || self.parameters.iter().map(|parameter| parameter.id.as_str());
+        if let Some(near) = did_you_mean(id, ids()) {
+            return format!("did you mean `{near}`?");
+        }
+        let owner = |id: &'_ str| id.rsplit_once('.').map_or("", |(owner, _)| owner).to_owned();
+        let own: Vec<&str> = ids().filter(|other| owner(other) == owner(id)).collect();
+        if !own.is_empty() {
+            return help_with_names(id, &format!("parameters of `{}`", owner(id)), own);
+        }
+        let mut owners: Vec<String> = ids().map(owner).collect();
+        owners.dedup();
+        format!("write OWNER.PARAMETER; {}", help_with_names(&owner(id), "owners", owners.iter().map(String::as_str)))
+    }
+
     /// Index of the node with this name.
     pub fn node(&self, name: &str) -> Option<usize> {
         self.nodes.iter().position(|node| node.name == name)
+    }
+
+    /// The unit in which the rig file states a sensor's noise, and in which its column is written.
+    pub fn sensor_unit(&self, sensor: &Sensor) -> Unit {
+        self.parameters.get(sensor.first_parameter).map_or_else(Unit::dimensionless, |offset| offset.unit.clone())
     }
 
     /// The values of all parameters as the file gives them, SI.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::complaint::{Complaint, Kind, Place, help_with_names};
+use crate::complaint::{Complaint, Kind, Place, did_you_mean, help_with_names};
 use crate::units::{Dimension, Quantity, Unit, UnitError};
 
 /// A file and its text.
@@ -59,8 +59,19 @@ impl<'a> Table<'a> {
     /// The value of a key that must be there; `help` says what to write.
     pub fn require(&self, key: &str, help: &str) -> Result<Value<'a>, Complaint> {
         self.get(key).ok_or_else(|| {
-            Complaint::new(Kind::MissingEntry, format!("{} has no `{key}`", self.what)).at(self.place()).help(help)
+            let complaint = Complaint::new(Kind::MissingEntry, format!("{} has no `{key}`", self.what));
+            // A mistyped key would otherwise be missed here before it is found to be unknown.
+            let entries = self.entries();
+            let near = entries.iter().find(|(name, _)| !self.was_asked(name) && did_you_mean(name, [key]).is_some());
+            match near {
+                Some((name, value)) => complaint.at(value.place()).help(format!("write `{key}` instead of `{name}`")),
+                None => complaint.at(self.place()).help(help),
+            }
         })
+    }
+
+    fn was_asked(&self, name: &str) -> bool {
+        self.asked.borrow().iter().any(|key| key == name)
     }
 
     /// Every entry, in the order of the file.
@@ -80,8 +91,8 @@ impl<'a> Table<'a> {
 
     /// Complains about the first key that nobody asked for.
     pub fn finish(&self) -> Result<(), Complaint> {
+        let unknown = self.entries().into_iter().find(|(name, _)| !self.was_asked(name));
         let asked = self.asked.borrow();
-        let unknown = self.entries().into_iter().find(|(name, _)| !asked.iter().any(|key| key == name));
         match unknown {
             None => Ok(()),
             Some((name, value)) => Err(Complaint::new(Kind::UnknownName, format!("{} has no key `{name}`", self.what))
@@ -127,7 +138,7 @@ impl<'a> Value<'a> {
     }
 
     pub fn table(&self, what: impl Into<String>) -> Result<Table<'a>, Complaint> {
-        let entries = self.value.get_ref().as_table().ok_or_else(|| self.wrong_type("a table"))?;
+        let entries = self.value.get_ref().as_table().ok_or_else(|| self.wrong_type("a table in braces"))?;
         Ok(Table::new(self.source, what, self.start, entries))
     }
 

@@ -23,6 +23,27 @@ pub fn validate(rig: &Rig) -> Result<(), Complaint> {
             .help("add `initial = \"0 bar\"` or the pressure that it starts with"));
         }
     }
+    columns(rig)
+}
+
+/// One column belongs to one sensor or input.
+fn columns(rig: &Rig) -> Result<(), Complaint> {
+    let sensors = rig.sensors.iter().map(|sensor| (&sensor.column, &sensor.place));
+    let inputs = rig.inputs.iter().map(|input| (&input.column, &input.place));
+    let all: Vec<_> = inputs.chain(sensors).collect();
+    for (index, (column, place)) in all.iter().enumerate() {
+        if *column == "time" {
+            return Err(Complaint::new(Kind::Contradiction, "the column `time` is the time of the record")
+                .at((*place).clone())
+                .help("name the column that it is read from with `column = \"...\"`"));
+        }
+        if let Some((_, earlier)) = all.iter().take(index).find(|(other, _)| other == column) {
+            return Err(Complaint::new(Kind::Duplicate, format!("the column `{column}` is read twice"))
+                .at((*earlier).clone())
+                .at((*place).clone())
+                .help("give each sensor and input a column of its own with `column = \"...\"`"));
+        }
+    }
     Ok(())
 }
 

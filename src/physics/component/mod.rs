@@ -1,4 +1,4 @@
-//! The components, one file each. A new one is its file and its line in [`components!`].
+//! The components, one file each. A new one is its file and its line in `components!`.
 
 use super::card::Card;
 use super::fluid::Fluid;
@@ -82,6 +82,7 @@ components! {
     external_force::ExternalForce,
     flow_control_valve::FlowControlValve,
     flow_source::FlowSource,
+    free_outlet::FreeOutlet,
     line_volume::LineVolume,
     orifice::Orifice,
     pump::Pump,

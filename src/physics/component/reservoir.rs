@@ -14,6 +14,8 @@ pub const CARD: Card = Card {
     validity: "Prismatic, slow: no inertia of the fluid; the level may exceed the wall (overflow is an effect).",
     parameters: &[Parameter::required("area", "A", "cm2", "horizontal cross-section")],
     ports: &[Port::hydraulic("P", "at the bottom")],
+    // Some 10 cm of level: on the scale of a pump line, errors of centimetres would pass.
+    pressure_scale: 1e3,
     worked: &[Worked {
         text: "154 cm2 of oil of 870 kg/m3 take up 1.8050e-6 m3 per Pa",
         parameters: &[("area", 154.0)],

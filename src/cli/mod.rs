@@ -1,0 +1,109 @@
+//! The command line: one file per verb.
+//!
+//! Results go to standard output, messages to standard error. Exit status: 0 done, 1 something was found (on request),
+//! 2 could not run; the shell makes 130 of an interrupt.
+
+mod check;
+mod number;
+mod page;
+mod simulate;
+
+use std::ffi::OsString;
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+use crate::complaint::Complaint;
+
+/// Look inside a hydraulic circuit through its records.
+#[derive(Debug, Parser)]
+#[command(name = "borescope", version)]
+struct CommandLine {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+/// A new verb is a line here, a line in [`Verb::run`] and a file.
+#[derive(Debug, Subcommand)]
+enum Verb {
+    Check(check::Arguments),
+    Simulate(simulate::Arguments),
+}
+
+impl Verb {
+    fn run(&self, out: &mut dyn Write) -> Result<Status, Failure> {
+        match self {
+            Self::Check(arguments) => check::run(arguments, out),
+            Self::Simulate(arguments) => simulate::run(arguments, out),
+        }
+    }
+}
+
+/// How a verb writes its result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people.
+    Text,
+    /// For programs.
+    Json,
+}
+
+/// How a verb ended that could run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Status {
+    Done,
+}
+
+/// Why a verb could not run to its end.
+#[derive(Debug)]
+enum Failure {
+    Complaint(Box<Complaint>),
+    /// The result could not be written to standard output.
+    Output(io::Error),
+}
+
+impl From<Complaint> for Failure {
+    fn from(complaint: Complaint) -> Self {
+        Self::Complaint(Box::new(complaint))
+    }
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self::Output(error)
+    }
+}
+
+/// Runs one command line, the name of the program first, and returns the exit status.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let command_line = match CommandLine::try_parse_from(arguments) {
+        Ok(command_line) => command_line,
+        Err(error) => {
+            // Help that nobody reads to its end is no failure.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    let result = command_line.verb.run(&mut out).and_then(|status| {
+        out.flush()?;
+        Ok(status)
+    });
+    let message = match result {
+        Ok(Status::Done) => return ExitCode::SUCCESS,
+        // Whoever closed the pipe has seen enough.
+        Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => return ExitCode::SUCCESS,
+        Err(Failure::Output(error)) => format!("error: standard output cannot be written: {error}"),
+        Err(Failure::Complaint(complaint)) => complaint.to_string(),
+    };
+    // `eprintln!` would panic where standard error is closed.
+    let _ = writeln!(io::stderr(), "{message}");
+    ExitCode::from(2)
+}
+
+/// Writes a result as indented JSON with a final line break.
+fn write_json(out: &mut dyn Write, result: &impl serde::Serialize) -> io::Result<()> {
+    serde_json::to_writer_pretty(&mut *out, result)?;
+    writeln!(out)
+}

@@ -1,0 +1,30 @@
+//! Numbers as people read them.
+
+use crate::units::Unit;
+
+/// With at most `digits` significant digits, without zeros at the end.
+pub fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value)
+}
+
+/// An SI value in its unit, with at most nine digits: the way through SI leaves 0.30000000000000004 where 0.3 was meant.
+pub fn in_unit(si: f64, unit: &Unit) -> f64 {
+    rounded(unit.from_si(si), 9)
+}
+
+/// An SI difference, such as a standard deviation, in its unit.
+pub fn difference_in_unit(si: f64, unit: &Unit) -> f64 {
+    rounded(unit.difference_from_si(si), 9)
+}
+
+/// Six digits; very large and very small numbers with an exponent.
+pub fn text(value: f64) -> String {
+    let value = rounded(value, 6);
+    let magnitude = value.abs();
+    if magnitude != 0.0 && !(1e-4..1e7).contains(&magnitude) { format!("{value:e}") } else { format!("{value}") }
+}
+
+/// A value and its unit; a pure number stands alone.
+pub fn with_unit(value: f64, unit: &str) -> String {
+    if unit == "-" { text(value) } else { format!("{} {unit}", text(value)) }
+}

@@ -1,0 +1,120 @@
+//! The page of `check` as text.
+
+use std::io::{self, Write};
+
+use super::check::{Page, PhaseInput, RecordPage, RigPage};
+use super::number::{rounded, text, with_unit};
+
+/// Phases that the text shows; the JSON has all.
+const PHASES: usize = 20;
+
+pub fn write_page(out: &mut dyn Write, page: &Page) -> io::Result<()> {
+    write_rig(out, &page.rig)?;
+    match &page.record {
+        None => Ok(()),
+        Some(record) => write_record(out, record),
+    }
+}
+
+/// A heading, its count, and its lines in columns.
+fn table(out: &mut dyn Write, heading: &str, rows: &[Vec<String>]) -> io::Result<()> {
+    writeln!(out, "\n{heading}: {}", rows.len())?;
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
+    let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or(0)).collect();
+    for row in rows {
+        let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}"));
+        writeln!(out, "  {}", cells.collect::<Vec<_>>().join("  ").trim_end())?;
+    }
+    Ok(())
+}
+
+fn write_rig(out: &mut dyn Write, rig: &RigPage) -> io::Result<()> {
+    let name = if rig.name.is_empty() { "a rig without name" } else { &rig.name };
+    writeln!(out, "{}: {name}", rig.file)?;
+    let rows = rig.nodes.iter().map(|node| vec![node.name.clone(), node.kind.to_owned(), node.start.clone()]);
+    table(out, "nodes", &rows.collect::<Vec<_>>())?;
+    let rows = rig.components.iter().map(|component| {
+        let ports = component.ports.iter().map(|line| format!("{}={}", line.port, line.node));
+        vec![component.name.clone(), component.kind.to_owned(), ports.collect::<Vec<_>>().join(" ")]
+    });
+    table(out, "components", &rows.collect::<Vec<_>>())?;
+    table(out, "states", &rig.states.iter().map(|state| vec![state.clone()]).collect::<Vec<_>>())?;
+    let (fitted, exact): (Vec<_>, Vec<_>) = rig.parameters.iter().partition(|parameter| parameter.fitted);
+    let rows = fitted.iter().map(|parameter| {
+        let sigma =
+            if parameter.sigma > 0.0 { format!("+- {}", rounded(parameter.sigma, 3)) } else { "fault".to_owned() };
+        vec![parameter.id.clone(), with_unit(parameter.value, &parameter.unit), sigma, parameter.meaning.clone()]
+    });
+    table(out, "parameters that a fit estimates", &rows.collect::<Vec<_>>())?;
+    writeln!(out, "  and {} taken as exact", exact.len())?;
+    let rows = rig.sensors.iter().map(|sensor| {
+        let mut notes = vec![format!("+- {}", with_unit(sensor.noise, &sensor.unit))];
+        if sensor.resolution > 0.0 {
+            notes.push(format!("in steps of {}", with_unit(sensor.resolution, &sensor.unit)));
+        }
+        if sensor.lag_s > 0.0 {
+            notes.push(format!("lag {} s", text(sensor.lag_s)));
+        }
+        vec![sensor.column.clone(), sensor.quantity.to_owned(), sensor.at.clone(), notes.join(", ")]
+    });
+    table(out, "sensors", &rows.collect::<Vec<_>>())?;
+    let rows = rig.inputs.iter().map(|input| {
+        let noise =
+            if input.noise > 0.0 { format!("+- {}", with_unit(input.noise, &input.unit)) } else { String::new() };
+        vec![input.column.clone(), input.unit.clone(), format!("holds {}", input.hold), noise]
+    });
+    table(out, "inputs", &rows.collect::<Vec<_>>())?;
+    let rows = rig.faults.iter().map(|fault| {
+        let range = format!("from {} to {}", text(fault.bounds[0]), with_unit(fault.bounds[1], &fault.unit));
+        vec![fault.id.clone(), format!("healthy {}", with_unit(fault.healthy, &fault.unit)), range]
+    });
+    table(out, "faults", &rows.collect::<Vec<_>>())?;
+    if let Some(cycle) = &rig.cycle {
+        let (duration, interval) = (text(cycle.duration_s), text(cycle.interval_s));
+        writeln!(out, "\ncycle: {} phases, {duration} s, a row every {interval} s", cycle.phases)?;
+    }
+    Ok(())
+}
+
+fn write_record(out: &mut dyn Write, record: &RecordPage) -> io::Result<()> {
+    writeln!(
+        out,
+        "\n{}: {} rows from {} s to {} s, {} s in all, one every {} s",
+        record.file,
+        record.rows,
+        text(record.from_s),
+        text(record.to_s),
+        text(record.duration_s),
+        text(record.interval_s)
+    )?;
+    let rows = record.channels.iter().map(|channel| {
+        let range = format!("from {} to {}", text(channel.least), with_unit(channel.greatest, &channel.unit));
+        vec![channel.name.clone(), channel.role.unwrap_or("not of this rig").to_owned(), range]
+    });
+    table(out, "columns", &rows.collect::<Vec<_>>())?;
+    let rows = record.phases.iter().map(|phase| {
+        let mut row = vec![format!("{} s to {} s", text(phase.from_s), text(phase.to_s))];
+        row.extend(phase.inputs.iter().map(course));
+        row
+    });
+    let mut rows: Vec<_> = rows.collect();
+    let beyond = rows.len().saturating_sub(PHASES);
+    rows.truncate(PHASES);
+    table(out, "phases between jumps of the inputs", &rows)?;
+    if beyond > 0 {
+        writeln!(out, "  and {beyond} more")?;
+    }
+    let rows = record.warnings.iter().map(|warning| vec![warning.clone()]);
+    table(out, "warnings", &rows.collect::<Vec<_>>())
+}
+
+/// How an input runs over a phase; four digits, as its noise leaves no more.
+fn course(input: &PhaseInput) -> String {
+    let (from, to) = (rounded(input.from, 4), rounded(input.to, 4));
+    if from == to {
+        format!("{} = {}", input.name, with_unit(from, &input.unit))
+    } else {
+        format!("{} = {} to {}", input.name, text(from), with_unit(to, &input.unit))
+    }
+}

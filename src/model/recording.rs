@@ -1,0 +1,120 @@
+//! From what the model reads to a record as a logger would have written it.
+
+use std::path::PathBuf;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::{Drive, Outputs};
+use crate::record::{Channel, Record};
+use crate::rig::{Cycle, Hold, Rig};
+
+/// Most decimals that a rounded column is written with.
+const DECIMALS: usize = 12;
+
+/// The times of the rows of a cycle, s: one interval apart, up to its end.
+///
+/// Where an input says what acted before a row, the first row stands one interval after the start; otherwise at it, since
+/// a record begins with its first row.
+pub fn cycle_times(rig: &Rig, cycle: &Cycle) -> Vec<f64> {
+    let first = usize::from(rig.inputs.iter().any(|input| input.hold == Hold::Before));
+    let mut times = Vec::new();
+    for row in first.. {
+        // Twelve digits, so that 3 * 0.004 is 0.012.
+        let time = row as f64 * cycle.interval;
+        let time = format!("{time:.11e}").parse().unwrap_or(time);
+        // Half an interval beyond the end would be a row; a rounding error beyond it is the end.
+        if time > cycle.duration() + 1e-6 * cycle.interval {
+            return times;
+        }
+        times.push(time);
+    }
+    times
+}
+
+/// What each input's column says at `times`, SI: `[input][row]`.
+///
+/// A held value is the one in the middle of its interval, as long as the one before (at the first and last row: after and
+/// before) the row.
+pub fn input_columns(rig: &Rig, drive: &Drive, times: &[f64]) -> Vec<Vec<f64>> {
+    let step = |row: usize| times.get(row + 1).zip(times.get(row)).map(|(late, early)| late - early);
+    let column = |(index, hold): (usize, Hold)| {
+        let value = |(row, &time): (usize, &f64)| {
+            let before = row.checked_sub(1).and_then(step);
+            let after = step(row);
+            let at = match hold {
+                Hold::Before => time - 0.5 * before.or(after).unwrap_or(0.0),
+                Hold::After => time + 0.5 * after.or(before).unwrap_or(0.0),
+                Hold::Linear => time,
+            };
+            drive.value(index, at)
+        };
+        times.iter().enumerate().map(value).collect()
+    };
+    rig.inputs.iter().map(|input| input.hold).enumerate().map(column).collect()
+}
+
+/// A record of every sensor and input, each in the unit that the rig file writes it in.
+///
+/// `inputs` are the input columns in SI, `[input][row]`. Without `seed` the values are exact. With it every sensor has its
+/// noise and is rounded to its resolution, and every input has its noise; the same seed gives the same record.
+pub fn recording(
+    rig: &Rig,
+    path: impl Into<PathBuf>,
+    times: Vec<f64>,
+    inputs: Vec<Vec<f64>>,
+    outputs: &Outputs,
+    seed: Option<u64>,
+) -> Record {
+    let mut channels = Vec::new();
+    for (index, (input, mut values)) in rig.inputs.iter().zip(inputs).enumerate() {
+        let mut decimals = None;
+        if let Some(seed) = seed.filter(|_| input.noise > 0.0) {
+            // A digit below a tenth of the noise says nothing.
+            decimals = Some(decimals_above(input.unit.difference_from_si(input.noise) / 10.0));
+            // Inputs count from the top, so that a sensor more leaves their noise as it was.
+            add_noise(&mut values, input.noise, seed, u64::MAX - index as u64);
+        }
+        channels.push(Channel { name: input.column.clone(), unit: input.unit.clone(), values, decimals });
+    }
+    for (index, (sensor, values)) in rig.sensors.iter().zip(&outputs.values).enumerate() {
+        let unit = rig.sensor_unit(sensor);
+        let mut values = values.clone();
+        let mut decimals = None;
+        if let Some(seed) = seed {
+            add_noise(&mut values, sensor.noise, seed, index as u64);
+            if sensor.resolution > 0.0 {
+                for value in &mut values {
+                    *value = (*value / sensor.resolution).round() * sensor.resolution;
+                }
+                decimals = decimals_of(unit.difference_from_si(sensor.resolution));
+            }
+        }
+        channels.push(Channel { name: sensor.column.clone(), unit, values, decimals });
+    }
+    Record::new(path, times, channels)
+}
+
+/// Adds white noise; each stream of a seed is independent of the others.
+fn add_noise(values: &mut [f64], sigma: f64, seed: u64, stream: u64) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(stream);
+    for value in values {
+        let standard: f64 = StandardNormal.sample(&mut random);
+        *value += sigma * standard;
+    }
+}
+
+/// Decimals that write a step exactly: 3 for 0.005; `None` where no number of them does.
+pub fn decimals_of(step: f64) -> Option<usize> {
+    (0..=DECIMALS).find(|&decimals| {
+        let scaled = step * 10f64.powi(decimals as i32);
+        scaled.round() >= 1.0 && (scaled - scaled.round()).abs() < 1e-9 * scaled
+    })
+}
+
+/// Fewest decimals whose last digit is no coarser than a step.
+fn decimals_above(step: f64) -> usize {
+    (0..DECIMALS).find(|&decimals| 10f64.powi(-(decimals as i32)) <= step).unwrap_or(DECIMALS)
+}

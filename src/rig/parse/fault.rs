@@ -1,0 +1,50 @@
+//! Faults: the parameter, its healthy value, and the range to search.
+
+use crate::complaint::{Complaint, Kind};
+use crate::rig::source::Value;
+use crate::rig::{Fault, Rig, range};
+use crate::units::Quantity;
+
+pub(super) fn read_fault(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<(), Complaint> {
+    let Some(parameter) = rig.parameter(id) else {
+        return Err(Complaint::new(Kind::UnknownName, format!("fault on `{id}`, which is no parameter of this rig"))
+            .at(value.place())
+            .help(rig.help_with_parameters(id)));
+    };
+    let (dimension, limits) = (rig.parameters[parameter].unit.dimension, rig.parameters[parameter].bounds);
+    let table = value.table(format!("fault `{id}`"))?;
+    let healthy = match table.get("healthy") {
+        None => rig.parameters[parameter].value,
+        Some(value) => {
+            let stated = value.quantity(dimension)?;
+            rig.parameters[parameter].unit = stated.unit;
+            stated.value
+        }
+    };
+    let bounds_value = table.require("bounds", "add the range to search, such as `bounds = [\"0 mm\", \"0.4 mm\"]`")?;
+    let list = bounds_value.list()?;
+    let [low, high] = list.as_slice() else {
+        return Err(Complaint::new(Kind::Shape, format!("`bounds` of fault `{id}` has {} entries", list.len()))
+            .at(bounds_value.place())
+            .help("write two: the lowest and the highest value to search"));
+    };
+    let (low, high) = (low.quantity(dimension)?.value, high.quantity(dimension)?.value);
+    if !(low < high && low >= limits.0 && high <= limits.1 && (low..=high).contains(&healthy)) {
+        let unit = &rig.parameters[parameter].unit;
+        let shown = |value: f64| Quantity { value, unit: unit.clone() };
+        return Err(Complaint::new(
+            Kind::Bounds,
+            format!(
+                "`bounds` of fault `{id}` do not fit: {} to {}, healthy {}",
+                shown(low),
+                shown(high),
+                shown(healthy)
+            ),
+        )
+        .at(bounds_value.place())
+        .help(format!("the lower one first, the healthy value between them, both {}", range(limits, unit))));
+    }
+    table.finish()?;
+    rig.faults.push(Fault { parameter, healthy, bounds: (low, high), place: value.place() });
+    Ok(())
+}

@@ -1,0 +1,30 @@
+//! Inputs: what drives the circuit.
+
+use super::{difference, named};
+use crate::complaint::{Complaint, Kind};
+use crate::rig::source::Value;
+use crate::rig::{Hold, Input, Rig};
+use crate::units::Unit;
+
+pub(super) fn read_inputs(rig: &mut Rig, inputs: Option<Value<'_>>) -> Result<(), Complaint> {
+    let Some(inputs) = inputs else { return Ok(()) };
+    for (name, value) in inputs.table("`[inputs]`")?.entries() {
+        let table = value.table(format!("input `{name}`"))?;
+        let unit = table.require("unit", "add the unit of the column, such as `unit = \"N\"`")?;
+        let place = unit.place();
+        let unit = Unit::parse(unit.text()?)
+            .map_err(|error| Complaint::new(Kind::Unit, error.to_string()).at(place).help(error.help()))?;
+        let hold = match table.get("hold") {
+            None => Hold::After,
+            Some(value) => named(&value, "ways to hold", Hold::NAMED)?,
+        };
+        let noise = match table.get("noise") {
+            None => 0.0,
+            Some(value) => difference(&value, unit.dimension)?,
+        };
+        let column = table.get("column").map(|column| column.text()).transpose()?.unwrap_or(name).to_owned();
+        table.finish()?;
+        rig.inputs.push(Input { name: name.to_owned(), column, unit, hold, noise, place: value.place() });
+    }
+    Ok(())
+}

@@ -1,0 +1,129 @@
+//! Sensors: quantity, place, noise.
+
+use super::{difference, named};
+use crate::complaint::{Complaint, Kind, help_with_names};
+use crate::physics::card::PortKind;
+use crate::rig::source::Value;
+use crate::rig::{Node, NodeKind, Parameter, Quantity, Rig, Sensor, Target, range};
+use crate::units::{Dimension, Unit};
+
+pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Complaint> {
+    let table = value.table(format!("sensor `{name}`"))?;
+    let quantity =
+        table.require("quantity", &help_with_names("", "quantities", Quantity::NAMED.iter().map(|(name, _)| *name)))?;
+    let quantity = named(&quantity, "quantities", Quantity::NAMED)?;
+    let at = table.require("at", "name the node, or the port as `component.port` for a flow")?;
+    let target = target(rig, name, quantity, &at)?;
+    let sign = match table.get("direction") {
+        None => 1.0,
+        Some(value) => named(&value, "directions", &[("in", 1.0), ("out", -1.0)])?,
+    };
+    let dimension = quantity.dimension();
+    let noise_value =
+        table.require("noise", "add the standard deviation of one sample, such as `noise = \"0.25 bar\"`")?;
+    let noise = difference(&noise_value, dimension)?;
+    if noise <= 0.0 {
+        return Err(Complaint::new(Kind::Bounds, format!("the noise of sensor `{name}` is not positive"))
+            .at(noise_value.place())
+            .help("give one standard deviation; a sensor that never errs would overrule every other"));
+    }
+    let unit = noise_value.quantity(dimension)?.unit;
+    let optional =
+        |key: &str, dimension: Dimension| table.get(key).map(|value| difference(&value, dimension)).transpose();
+    let resolution = optional("resolution", dimension)?.unwrap_or(0.0);
+    let lag = optional("lag", Dimension::TIME)?.unwrap_or(0.0);
+    let column = table.get("column").map(|column| column.text()).transpose()?.unwrap_or(name).to_owned();
+    let place = value.place();
+    let first_parameter = rig.parameters.len();
+    let own =
+        |key: &str, default: f64, unit: &Unit, bounds: (f64, f64), meaning: &str| -> Result<Parameter, Complaint> {
+            let stated = table.get(key).map(|value| value.stated(unit.dimension)).transpose()?;
+            let (value, sigma) = stated.map_or((default, None), |stated| (stated.value, stated.sigma));
+            if value < bounds.0 {
+                return Err(Complaint::new(Kind::Bounds, format!("the {key} of sensor `{name}` is negative"))
+                    .at(place.clone())
+                    .help(format!("{meaning}: {}", range(bounds, unit))));
+            }
+            Ok(Parameter {
+                id: format!("sensor.{name}.{key}"),
+                unit: unit.clone(),
+                value,
+                bounds,
+                sigma: sigma.unwrap_or(0.0),
+                meaning: meaning.to_owned(),
+                place: place.clone(),
+            })
+        };
+    let offset = own("offset", 0.0, &unit, (f64::NEG_INFINITY, f64::INFINITY), "what the sensor shows at zero")?;
+    let gain = own("gain", 1.0, &Unit::dimensionless(), (0.0, f64::INFINITY), "what the sensor shows per true value")?;
+    rig.parameters.extend([offset, gain]);
+    table.finish()?;
+    rig.sensors.push(Sensor {
+        name: name.to_owned(),
+        column,
+        quantity,
+        target,
+        sign,
+        noise,
+        resolution,
+        lag,
+        first_parameter,
+        place,
+    });
+    Ok(())
+}
+
+/// The node or port that a sensor sits at.
+fn target(rig: &Rig, name: &str, quantity: Quantity, at: &Value<'_>) -> Result<Target, Complaint> {
+    let wanted = at.text()?;
+    if quantity == Quantity::Flow {
+        let found = wanted.split_once('.').and_then(|(component, port)| {
+            let index = rig.components.iter().position(|candidate| candidate.name == component)?;
+            let port = rig.components[index]
+                .card
+                .ports
+                .iter()
+                .position(|candidate| candidate.name == port && candidate.kind == PortKind::Hydraulic)?;
+            Some(Target::Port(index, port))
+        });
+        let ports: Vec<String> = rig
+            .components
+            .iter()
+            .flat_map(|component| {
+                let hydraulic = component.card.ports.iter().filter(|port| port.kind == PortKind::Hydraulic);
+                hydraulic.map(move |port| format!("{}.{}", component.name, port.name))
+            })
+            .collect();
+        found.ok_or_else(|| {
+            Complaint::new(
+                Kind::UnknownName,
+                format!("sensor `{name}` measures the flow at `{wanted}`, which is no hydraulic port"),
+            )
+            .at(at.place())
+            .help(help_with_names(wanted, "ports", ports.iter().map(String::as_str)))
+        })
+    } else {
+        let mechanical = matches!(quantity, Quantity::Position | Quantity::Velocity);
+        let fits = |node: &Node| match node.kind {
+            NodeKind::Body { .. } => mechanical,
+            NodeKind::Volume { .. } => !mechanical,
+            // What keeps its pressure has no level.
+            NodeKind::Held { .. } => quantity == Quantity::Pressure,
+        };
+        let found = rig.nodes.iter().position(|node| node.name == wanted && fits(node));
+        found.map(Target::Node).ok_or_else(|| {
+            let names = rig.nodes.iter().filter(|node| fits(node)).map(|node| node.name.as_str());
+            let what = match quantity {
+                Quantity::Position | Quantity::Velocity => "bodies",
+                Quantity::Level => "nodes with a volume",
+                Quantity::Pressure | Quantity::Flow => "hydraulic nodes",
+            };
+            Complaint::new(
+                Kind::UnknownName,
+                format!("sensor `{name}` sits at `{wanted}`, which is none of the {what}"),
+            )
+            .at(at.place())
+            .help(help_with_names(wanted, what, names))
+        })
+    }
+}

@@ -1,0 +1,18 @@
+//! Runs the built program.
+
+use std::ffi::OsStr;
+use std::process::Command;
+
+/// What a run of the program left: exit status, standard output, standard error.
+pub struct Ran {
+    pub status: Option<i32>,
+    pub out: String,
+    pub err: String,
+}
+
+/// Runs `borescope` with these arguments, from the folder of the project.
+pub fn borescope<A: AsRef<OsStr>>(arguments: impl IntoIterator<Item = A>) -> Ran {
+    let output = Command::new(env!("CARGO_BIN_EXE_borescope")).args(arguments).output().unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    Ran { status: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+}
