@@ -132,3 +132,25 @@ impl<T: Real> Law<T> for FlowControlValve<T> {
         answers.rate[0] = (wanted.max(T::zero()).min(self.max_opening) - opening) / self.lag;
     }
 }
+
+impl FlowControlValve<f64> {
+    /// Flow in m³/s that the valve settles at between two pressures (Pa): the opening at which its spool is at rest.
+    ///
+    /// Worked: 2 mm throttle of the data sheet over 10 bar: opening 0.42 mm, 5.11 L/min.
+    pub fn steady_flow(&self, p_in: f64, p_out: f64) -> f64 {
+        let at = |opening: f64| {
+            let mut answers = Answers::default();
+            let mut seen = Seen { z: [0.0; super::VARIABLES], u: [0.0; super::INPUTS] };
+            (seen.z[0], seen.z[1], seen.z[2]) = (p_in, p_out, opening);
+            self.evaluate(&seen, &mut answers);
+            (answers.through[0], answers.rate[0])
+        };
+        // Further open, the throttle's drop grows and closes the spool harder: one opening is at rest, halving finds it.
+        let (mut low, mut high) = (0.0, self.max_opening);
+        for _ in 0..60 {
+            let middle = f64::midpoint(low, high);
+            if at(middle).1 > 0.0 { low = middle } else { high = middle }
+        }
+        at(high).0
+    }
+}
