@@ -2,6 +2,9 @@
 
 use super::Axis;
 
+/// Share of a step that may stand out over the last tick.
+const SLACK: f64 = 0.03;
+
 /// An axis laid onto pixels.
 #[derive(Debug, Clone)]
 pub(super) struct Scale {
@@ -36,8 +39,9 @@ impl Scale {
         let count = ((end - start).abs() / spacing).max(2.0);
         let step = nice(to / count - from / count);
         if given.is_none() && whole {
-            from = (from / step + 1e-6).floor() * step;
-            to = (to / step - 1e-6).ceil() * step;
+            // A value that reaches past a tick by less than a pixel or so does not ask for another one.
+            from = (from / step + SLACK).floor() * step;
+            to = (to / step - SLACK).ceil() * step;
         }
         let first = (from / step - 1e-6).ceil();
         let last = (to / step + 1e-6).floor();

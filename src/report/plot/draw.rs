@@ -164,19 +164,14 @@ impl Canvas {
     }
 
     fn series(&mut self, series: &Series, index: usize, x: &Scale, y: &Scale) {
-        if series.shape == Shape::Dots {
-            let fill = style(series, index).0;
-            for piece in pieces(series) {
-                for (px, py) in thin(&pixels(piece, x, y)) {
-                    self.put(format_args!("<circle cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"2\" fill=\"{fill}\"/>"));
-                }
-            }
-            return;
-        }
         let mut path = String::new();
         for piece in pieces(series) {
             for (row, (px, py)) in thin(&pixels(piece, x, y)).into_iter().enumerate() {
-                let _ = write!(path, "{}{px:.1} {py:.1}", if row == 0 { 'M' } else { 'L' });
+                let _ = match series.shape {
+                    // A line of no length with round ends is a dot, in a fifth of the bytes of a circle.
+                    Shape::Dots => write!(path, "M{px:.1} {py:.1}h0"),
+                    Shape::Line => write!(path, "{}{px:.1} {py:.1}", if row == 0 { 'M' } else { 'L' }),
+                };
             }
         }
         self.put(format_args!("<path d=\"{path}\"{}/>", stroke(series, index)));
@@ -206,7 +201,7 @@ impl Canvas {
                 "<circle cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"4\" fill=\"#fff\" stroke=\"#000\" stroke-width=\"1.5\"/>"
             ));
             let (dx, anchor) = side(px, right, &marker.label);
-            let dy = if py - upper < 24.0 { 18.0 } else { -9.0 };
+            let dy = if lower - py < 24.0 { -9.0 } else { 17.0 };
             self.text(px + dx, py + dy, anchor, HALO, &marker.label);
         }
     }
@@ -235,6 +230,9 @@ fn style(series: &Series, index: usize) -> (&'static str, &'static str) {
 
 fn stroke(series: &Series, index: usize) -> String {
     let (colour, dash) = style(series, index);
+    if series.shape == Shape::Dots {
+        return format!(" stroke=\"{colour}\" stroke-width=\"4\" stroke-linecap=\"round\" fill=\"none\"");
+    }
     let dash = if dash.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{dash}\"") };
     format!(" stroke=\"{colour}\" stroke-width=\"1.8\" stroke-linejoin=\"round\" fill=\"none\"{dash}")
 }
