@@ -117,13 +117,13 @@ impl Results {
             (11, self.figure_11()),
             (
                 12,
-                self.over_time("Figure 12: lost flow of the directional valve, (20)", "lost flow", (0.0, 12.0), |s| {
+                self.over_time("Figure 12: Lost flow of the directional valve, (20)", "lost flow", (0.0, 12.0), |s| {
                     &s.lost_opening
                 }),
             ),
             (
                 13,
-                self.over_time("Figure 13: lost flow of the flow control valve, (10)", "lost flow", (0.0, 40.0), |s| {
+                self.over_time("Figure 13: Lost flow of the flow control valve, (10)", "lost flow", (0.0, 40.0), |s| {
                     &s.blockage
                 }),
             ),
