@@ -9,5 +9,7 @@ pub mod model;
 pub mod numeric;
 pub mod physics;
 pub mod record;
+pub mod report;
+pub mod residual;
 pub mod rig;
 pub mod units;

@@ -101,7 +101,7 @@ impl<T: Real> Law<T> for DirectionalValve<T> {
         let (mut into_p, mut into_t) = (leak_pb, -leak_at);
         let (mut into_a, mut into_b) = (leak_at, -leak_pb);
         if spool.re() > 0.0 {
-            let pa = self.edge_pa * spool * root(p_p - p_a, self.transition);
+            let pa = self.path_pa(p_p, p_a) * spool;
             let bt = self.edge_bt * spool * root(p_b - p_t, self.transition);
             into_p += pa;
             into_a -= pa;
@@ -117,5 +117,13 @@ impl<T: Real> Law<T> for DirectionalValve<T> {
         }
         answers.through = [into_p, into_t, into_a, into_b];
         answers.rate[0] = (seen.u[0] - spool) / self.lag;
+    }
+}
+
+impl<T: Real> DirectionalValve<T> {
+    /// Flow in m³/s through the path from P to A, fully switched, between two pressures (Pa).
+    #[inline]
+    pub fn path_pa(&self, p_p: T, p_a: T) -> T {
+        self.edge_pa * root(p_p - p_a, self.transition)
     }
 }

@@ -176,3 +176,48 @@ impl<T: Real> FlowControlValve<T> {
 
 /// Newton steps in which the flow settles to rounding from a turbulent start; more than three are rare.
 const NEWTON_STEPS: usize = 30;
+
+impl FlowControlValve<f64> {
+    /// Flow in m³/s that the valve settles at between two pressures (Pa): the opening at which its spool is at rest.
+    ///
+    /// Worked: 2 mm throttle of the data sheet over 10 bar: opening 0.498 mm, 5.35 L/min.
+    pub fn steady_flow(&self, p_in: f64, p_out: f64) -> f64 {
+        let at = |opening: f64| {
+            let mut answers = Answers::default();
+            let mut seen = Seen { z: [0.0; super::VARIABLES], u: [0.0; super::INPUTS] };
+            (seen.z[0], seen.z[1], seen.z[2]) = (p_in, p_out, opening);
+            self.evaluate(&seen, &mut answers);
+            (answers.through[0], answers.rate[0])
+        };
+        // Further open, the throttle's drop grows and closes the spool harder: one opening is at rest, halving finds it.
+        let (mut low, mut high) = (0.0, self.max_opening);
+        for _ in 0..60 {
+            let middle = f64::midpoint(low, high);
+            if at(middle).1 > 0.0 { low = middle } else { high = middle }
+        }
+        at(high).0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn valve(sheet: &[(&str, f64)]) -> FlowControlValve<f64> {
+        let value = |parameter: &Parameter| {
+            let given = sheet.iter().find(|(name, _)| *name == parameter.name).map(|(_, value)| *value);
+            let unit = crate::units::Unit::parse(parameter.unit).unwrap();
+            unit.to_si(given.or(parameter.default).unwrap())
+        };
+        FlowControlValve::new(&CARD.parameters.iter().map(value).collect::<Vec<_>>(), &Fluid::new(&[870.0, 0.0455, 1.4e9]))
+    }
+
+    #[test]
+    fn the_spool_rests_where_the_spring_balances_the_throttle() {
+        assert_relative_eq!(valve(SHEET_2MM).steady_flow(11e5, 1e5) * 6e4, 5.350, max_relative = 1e-3);
+        // Too little pressure to move the spool: saturated, as the first worked number.
+        assert_relative_eq!(valve(SHEET).steady_flow(2e5, 1e5), 1.265_1e-4, max_relative = 1e-3);
+        assert_eq!(valve(SHEET).steady_flow(1e5, 1e5), 0.0);
+    }
+}

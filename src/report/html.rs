@@ -1,0 +1,279 @@
+//! A page that needs nothing but itself: no scripts, no fonts or styles from elsewhere, fit for print.
+
+use std::fmt::Write;
+
+use super::escape;
+use super::plot::Figure;
+
+const STYLE: &str = include_str!("page.css");
+
+/// How a notice is meant; it is told in words and by the colour of its edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tone {
+    /// Nothing found.
+    Good,
+    /// Something found.
+    Alert,
+    /// No judgement possible, or one to be taken with care.
+    Caution,
+}
+
+/// A column of a table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    pub name: String,
+    /// Unit of its numbers, shown in the head; empty for none.
+    pub unit: String,
+    /// Numbers are set to the right.
+    pub numeric: bool,
+}
+
+impl Column {
+    /// A column of words.
+    pub fn text(name: impl Into<String>) -> Self {
+        Self { name: name.into(), unit: String::new(), numeric: false }
+    }
+
+    /// A column of numbers in a unit; an empty unit for none.
+    pub fn number(name: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { name: name.into(), unit: unit.into(), numeric: true }
+    }
+}
+
+/// A table; a row shorter than the columns ends in empty cells, what goes beyond them is dropped.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Table {
+    pub caption: String,
+    pub columns: Vec<Column>,
+    pub rows: Vec<Vec<String>>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Block {
+    Paragraph(String),
+    Notice(Tone, String),
+    List(Vec<String>),
+    Facts(Vec<(String, String)>),
+    Preformatted(String),
+    Table(Table),
+    Figure(String, String),
+}
+
+/// A heading with what stands under it, in the order in which it was added. All texts are plain and escaped here.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Section {
+    heading: String,
+    blocks: Vec<Block>,
+}
+
+impl Section {
+    /// Adds a paragraph.
+    pub fn paragraph(&mut self, text: impl Into<String>) -> &mut Self {
+        self.add(Block::Paragraph(text.into()))
+    }
+
+    /// Adds a framed sentence, such as the verdict.
+    pub fn notice(&mut self, tone: Tone, text: impl Into<String>) -> &mut Self {
+        self.add(Block::Notice(tone, text.into()))
+    }
+
+    /// Adds a list of points.
+    pub fn list(&mut self, points: Vec<String>) -> &mut Self {
+        self.add(Block::List(points))
+    }
+
+    /// Adds pairs of a name and what it is.
+    pub fn facts(&mut self, facts: Vec<(String, String)>) -> &mut Self {
+        self.add(Block::Facts(facts))
+    }
+
+    /// Adds a text whose lines and blanks stay as they are.
+    pub fn preformatted(&mut self, text: impl Into<String>) -> &mut Self {
+        self.add(Block::Preformatted(text.into()))
+    }
+
+    /// Adds a table.
+    pub fn table(&mut self, table: Table) -> &mut Self {
+        self.add(Block::Table(table))
+    }
+
+    /// Adds a picture with a caption.
+    pub fn figure(&mut self, figure: &Figure, caption: impl Into<String>) -> &mut Self {
+        self.add(Block::Figure(figure.svg(), caption.into()))
+    }
+
+    fn add(&mut self, block: Block) -> &mut Self {
+        self.blocks.push(block);
+        self
+    }
+}
+
+/// A page.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Page {
+    title: String,
+    lead: String,
+    sections: Vec<Section>,
+}
+
+impl Page {
+    /// A page with a title and, under it, one sentence that says what it is about; empty for none.
+    pub fn new(title: impl Into<String>, lead: impl Into<String>) -> Self {
+        Self { title: title.into(), lead: lead.into(), sections: Vec::new() }
+    }
+
+    /// Adds a section.
+    pub fn section(&mut self, section: Section) -> &mut Self {
+        self.sections.push(section);
+        self
+    }
+
+    /// The whole page as one HTML text.
+    pub fn html(&self) -> String {
+        let title = escape(&self.title);
+        let mut out = format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n\
+             </head>\n<body>\n<header>\n<h1>{title}</h1>\n"
+        );
+        if !self.lead.is_empty() {
+            line(&mut out, format_args!("<p class=\"lead\">{}</p>", escape(&self.lead)));
+        }
+        out.push_str("</header>\n");
+        if self.sections.len() > 2 {
+            out.push_str("<nav aria-label=\"Sections\"><ul>\n");
+            for (index, section) in self.sections.iter().enumerate() {
+                line(&mut out, format_args!("<li><a href=\"#s{index}\">{}</a></li>", escape(&section.heading)));
+            }
+            out.push_str("</ul></nav>\n");
+        }
+        out.push_str("<main>\n");
+        for (index, section) in self.sections.iter().enumerate() {
+            let heading = escape(&section.heading);
+            line(&mut out, format_args!("<section aria-labelledby=\"s{index}\">\n<h2 id=\"s{index}\">{heading}</h2>"));
+            for block in &section.blocks {
+                block.html(&mut out);
+            }
+            out.push_str("</section>\n");
+        }
+        out.push_str("</main>\n</body>\n</html>\n");
+        out
+    }
+}
+
+impl Section {
+    /// An empty section.
+    pub fn new(heading: impl Into<String>) -> Self {
+        Self { heading: heading.into(), blocks: Vec::new() }
+    }
+}
+
+impl Block {
+    fn html(&self, out: &mut String) {
+        match self {
+            Self::Paragraph(text) => line(out, format_args!("<p>{}</p>", escape(text))),
+            Self::Notice(tone, text) => {
+                let class = match tone {
+                    Tone::Good => "good",
+                    Tone::Alert => "alert",
+                    Tone::Caution => "caution",
+                };
+                line(out, format_args!("<p class=\"notice {class}\">{}</p>", escape(text)));
+            }
+            Self::List(points) => {
+                out.push_str("<ul>\n");
+                points.iter().for_each(|point| line(out, format_args!("<li>{}</li>", escape(point))));
+                out.push_str("</ul>\n");
+            }
+            Self::Facts(facts) => {
+                out.push_str("<dl>\n");
+                for (name, fact) in facts {
+                    line(out, format_args!("<dt>{}</dt><dd>{}</dd>", escape(name), escape(fact)));
+                }
+                out.push_str("</dl>\n");
+            }
+            Self::Preformatted(text) => line(out, format_args!("<pre>{}</pre>", escape(text))),
+            Self::Table(table) => table.html(out),
+            Self::Figure(svg, caption) => {
+                line(out, format_args!("<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>", escape(caption)));
+            }
+        }
+    }
+}
+
+impl Table {
+    fn html(&self, out: &mut String) {
+        line(
+            out,
+            format_args!("<div class=\"wide\"><table>\n<caption>{}</caption>\n<thead><tr>", escape(&self.caption)),
+        );
+        let class = |column: &Column| if column.numeric { " class=\"number\"" } else { "" };
+        for column in &self.columns {
+            let unit = if column.unit.is_empty() {
+                String::new()
+            } else {
+                format!(" <small>{}</small>", escape(&column.unit))
+            };
+            line(out, format_args!("<th scope=\"col\"{}>{}{unit}</th>", class(column), escape(&column.name)));
+        }
+        out.push_str("</tr></thead>\n<tbody>\n");
+        for row in &self.rows {
+            out.push_str("<tr>");
+            for (index, column) in self.columns.iter().enumerate() {
+                let cell = escape(row.get(index).map_or("", String::as_str));
+                let _ = write!(out, "<td{}>{cell}</td>", class(column));
+            }
+            out.push_str("</tr>\n");
+        }
+        out.push_str("</tbody>\n</table></div>\n");
+    }
+}
+
+fn line(out: &mut String, text: std::fmt::Arguments<'_>) {
+    // Writing to a String cannot fail.
+    let _ = out.write_fmt(text);
+    out.push('\n');
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::plot::{Axis, Chart, Series};
+    use super::*;
+
+    #[test]
+    fn a_page_is_escaped_closed_and_alone() {
+        let mut faults = Section::new("Faults & <sizes>");
+        faults
+            .notice(Tone::Alert, "cylinder leaks <b>")
+            .table(Table {
+                caption: "Faults".into(),
+                columns: vec![Column::text("id"), Column::number("value", "mm")],
+                rows: vec![vec!["cylinder.clearance".into(), "0.20".into()], vec!["\u{1}\"x\"".into()]],
+            })
+            .facts(vec![("record".into(), "a&b.csv".into())])
+            .list(vec!["one".into()])
+            .preformatted("a  <b");
+        let chart =
+            Chart::new("p", Axis::new("t", "s"), Axis::new("p", "bar"), vec![Series::line("s", vec![(0.0, 1.0)])]);
+        faults.paragraph("text").figure(&Figure::new("p", "p over t", vec![chart]), "caption");
+        let page = Page::new("Diagnosis of <x>", "lead").section(faults).clone().html();
+        for part in [
+            "Faults &amp; &lt;sizes&gt;",
+            "leaks &lt;b&gt;",
+            "\u{fffd}&quot;x&quot;",
+            "a&amp;b.csv",
+            "a  &lt;b",
+            "<td class=\"number\"></td>",
+        ] {
+            assert!(page.contains(part), "{part} is missing in {page}");
+        }
+        for foreign in ["<script", "http://cdn", "https://", "@import", "url("] {
+            assert!(!page.contains(foreign), "{foreign}");
+        }
+        for tag in ["section", "table", "thead", "tbody", "figure", "svg", "ul", "dl", "main", "body", "html", "div"] {
+            let opened = page.matches(&format!("<{tag}>")).count() + page.matches(&format!("<{tag} ")).count();
+            assert_eq!(opened, page.matches(&format!("</{tag}>")).count(), "{tag}");
+        }
+    }
+}

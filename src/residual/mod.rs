@@ -1,0 +1,3 @@
+//! Residuals: what the paper's estimators make of measured flows and pressures.
+
+pub mod estimator;
