@@ -8,4 +8,5 @@ pub mod numeric;
 pub mod physics;
 pub mod record;
 pub mod rig;
+pub mod structure;
 pub mod units;
