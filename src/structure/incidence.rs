@@ -141,6 +141,12 @@ impl Structure {
         structure
     }
 
+    /// The same unknowns and faults with only these equations, in this order.
+    pub fn only(&self, equations: &[usize]) -> Self {
+        let equations = equations.iter().map(|&equation| self.equations[equation].clone()).collect();
+        Self { equations, ..self.clone() }
+    }
+
     /// The same structure with one more sensor, which shows `unknown`; `faulty` gives that sensor a fault of its own.
     pub fn with_sensor(&self, unknown: usize, faulty: bool) -> Self {
         let mut structure = self.clone();

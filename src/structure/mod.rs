@@ -3,7 +3,7 @@
 //! Nothing here knows a number. A [`Structure`] lists equations with the unknowns in each; from it follow the
 //! [Dulmage-Mendelsohn decomposition](matching::decompose), the minimal redundant sets ([`mso`], [`mtes`]), what faults can be
 //! detected and isolated ([`isolability`]), a small set of tests ([`selection`]) and the sensors that are missing
-//! ([`placement`]).
+//! ([`placement`]). [`analyse`] does all of it for a rig.
 //!
 //! ```
 //! use borescope::structure::{Structure, isolability};
@@ -16,7 +16,9 @@
 //! # Ok::<(), borescope::structure::UnknownName>(())
 //! ```
 
+mod analysis;
 mod bits;
+mod from_rig;
 mod incidence;
 pub mod isolability;
 mod lumped;
@@ -24,9 +26,14 @@ pub mod matching;
 pub mod mso;
 pub mod mtes;
 pub mod placement;
+mod probe;
 pub mod selection;
+mod text;
 
+pub use analysis::{Count, Isolability, Pair, Test, analyse};
+pub use from_rig::from_rig;
 pub use incidence::{Equation, Structure, Unknown, UnknownName};
+pub use text::render;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Search {

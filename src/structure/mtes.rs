@@ -6,6 +6,7 @@
 use super::bits::Bits;
 use super::lumped::{Lumped, sized, whole};
 use super::matching::Decomposition;
+use super::mso::mso_sets;
 use super::{Search, Structure};
 
 /// Every minimal test equation support, or the first `limit`: overdetermined sets that no further equation can join without
@@ -20,6 +21,16 @@ pub fn mtes_sets(structure: &Structure, limit: usize) -> Search {
         collect(&rows, &faulty, &parts, limit),
         Search { sets: Vec::new(), complete: false }
     )
+}
+
+/// The smallest test within a test equation support: of the minimal overdetermined sets that hold a fault, one with the fewest
+/// equations, sought among the first `limit`. It answers to the faults of `set` and uses the least of the model.
+pub fn smallest_test(structure: &Structure, set: &[usize], limit: usize) -> Option<Vec<usize>> {
+    let holds_fault =
+        |test: &Vec<usize>| test.iter().any(|&equation| !structure.equations[set[equation]].faults.is_empty());
+    let tests = mso_sets(&structure.only(set), limit).sets;
+    let smallest = tests.into_iter().filter(holds_fault).min_by_key(Vec::len)?;
+    Some(smallest.into_iter().map(|equation| set[equation]).collect())
 }
 
 fn collect<const W: usize>(rows: &[&[usize]], faulty: &[bool], parts: &Decomposition, limit: usize) -> Search {
