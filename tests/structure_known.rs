@@ -4,10 +4,12 @@ use std::time::Instant;
 
 use borescope::structure::isolability::{isolation, isolation_by_tests, signatures};
 use borescope::structure::mso::{count_mso, mso_sets};
-use borescope::structure::mtes::mtes_sets;
+use borescope::structure::mtes::{mtes_sets, smallest_test};
 use borescope::structure::placement::{Extent, place};
 use borescope::structure::selection::select;
 use borescope::structure::{Structure, matching};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
 
 #[derive(serde::Deserialize)]
 struct Lists {
@@ -24,7 +26,8 @@ fn read(name: &str) -> Structure {
     Structure::from_lists(&lists.unknowns, &lists.faults, &lists.knowns, &lists.relations, &lists.derivatives).unwrap()
 }
 
-/// Counts of both searches, timed; the sets checked one by one; and what the tests isolate compared with what is possible.
+/// Counts of both searches, timed; the sets checked one by one; and what the tests isolate compared with what is
+/// possible.
 fn searches(name: &str) -> (Structure, Vec<Vec<usize>>, Vec<Vec<usize>>) {
     let structure = read(name);
     let start = Instant::now();
@@ -103,50 +106,78 @@ fn engine() {
     assert!(select(&signatures(&structure, &mtes)).len() <= 9);
 }
 
-/// Minimal sets by trying every subset of the equations, for structures of up to 12.
-#[test]
-fn agrees_with_trying_everything() {
-    for name in ["three_tank", "water_tank", "electric_motor", "small_example"] {
-        let structure = read(name);
-        let rows = structure.rows();
-        let count = rows.len();
-        let mut proper: Vec<Vec<usize>> = Vec::new();
-        for chosen in 1u32..1 << count {
-            let set: Vec<usize> = (0..count).filter(|row| chosen >> row & 1 == 1).collect();
-            if matching::decompose(&rows, &set, structure.unknowns.len()).over.equations == set {
-                proper.push(set);
-            }
+/// Minimal sets by trying every subset of the equations, for structures of up to 12, compared with the searches.
+fn agrees_with_trying_everything(structure: &Structure, name: &str) {
+    let rows = structure.rows();
+    let count = rows.len();
+    let mut proper: Vec<Vec<usize>> = Vec::new();
+    for chosen in 1u32..1 << count {
+        let set: Vec<usize> = (0..count).filter(|row| chosen >> row & 1 == 1).collect();
+        if matching::decompose(&rows, &set, structure.unknowns.len()).over.equations == set {
+            proper.push(set);
         }
-        let within = |small: &[usize], large: &[usize]| small.iter().all(|row| large.contains(row));
-        let faults = |set: &[usize]| -> Vec<usize> {
-            let mut all: Vec<usize> = set.iter().flat_map(|&row| structure.equations[row].faults.clone()).collect();
-            all.sort();
-            all
-        };
-        let minimal = |sets: &[Vec<usize>]| -> Vec<Vec<usize>> {
-            let mut kept: Vec<Vec<usize>> = sets
-                .iter()
-                .filter(|set| !sets.iter().any(|other| other != *set && within(other, set)))
-                .cloned()
-                .collect();
-            kept.sort();
-            kept
-        };
-        let tes: Vec<Vec<usize>> = proper
-            .iter()
-            .filter(|set| !faults(set).is_empty())
-            .filter(|set| {
-                !proper.iter().any(|other| other != *set && within(set, other) && faults(set) == faults(other))
-            })
-            .cloned()
-            .collect();
-        let sorted = |mut sets: Vec<Vec<usize>>| {
-            sets.sort();
-            sets
-        };
-        assert_eq!(sorted(mso_sets(&structure, usize::MAX).sets), minimal(&proper), "{name}");
-        assert_eq!(sorted(mtes_sets(&structure, usize::MAX).sets), minimal(&tes), "{name}");
     }
+    let within = |small: &[usize], large: &[usize]| small.iter().all(|row| large.contains(row));
+    let faults = |set: &[usize]| -> Vec<usize> {
+        let mut all: Vec<usize> = set.iter().flat_map(|&row| structure.equations[row].faults.clone()).collect();
+        all.sort();
+        all
+    };
+    let minimal = |sets: &[Vec<usize>]| -> Vec<Vec<usize>> {
+        let other_within = |set: &Vec<usize>| sets.iter().any(|other| other != set && within(other, set));
+        let mut kept: Vec<Vec<usize>> = sets.iter().filter(|set| !other_within(set)).cloned().collect();
+        kept.sort();
+        kept
+    };
+    let larger = |set: &Vec<usize>| {
+        proper.iter().any(|other| other != set && within(set, other) && faults(set) == faults(other))
+    };
+    let supports: Vec<Vec<usize>> =
+        proper.iter().filter(|set| !faults(set).is_empty() && !larger(set)).cloned().collect();
+    let sorted = |mut sets: Vec<Vec<usize>>| {
+        sets.sort();
+        sets
+    };
+    assert_eq!(sorted(mso_sets(structure, usize::MAX).sets), minimal(&proper), "{name}");
+    let mtes = sorted(mtes_sets(structure, usize::MAX).sets);
+    assert_eq!(mtes, minimal(&supports), "{name}");
+    for set in &mtes {
+        let test = smallest_test(structure, set, usize::MAX).unwrap();
+        assert!(minimal(&proper).contains(&test) && faults(&test) == faults(set), "{name}");
+    }
+    let tests = signatures(structure, &mtes);
+    assert_eq!(isolation_by_tests(&tests, structure.faults.len()), isolation(structure), "{name}");
+}
+
+#[test]
+fn small_structures_agree_with_trying_everything() {
+    for name in ["three_tank", "water_tank", "electric_motor", "small_example"] {
+        agrees_with_trying_everything(&read(name), name);
+    }
+}
+
+#[test]
+fn random_structures_agree_with_trying_everything() {
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let mut below = |end: u64| random.next_u64() % end;
+    let mut redundant = 0;
+    for case in 0..200 {
+        let (equations, unknowns, faults) = (5 + below(4), 2 + below(5), 1 + below(4));
+        let mut structure = Structure::default();
+        for unknown in 0..unknowns {
+            structure.unknown(format!("x{unknown}"), true);
+        }
+        structure.faults = (0..faults).map(|fault| format!("f{fault}")).collect();
+        let places: Vec<u64> = (0..faults).map(|_| below(equations)).collect();
+        for equation in 0..equations {
+            let held: Vec<usize> = (0..unknowns as usize).filter(|_| below(3) == 0).collect();
+            let broken: Vec<usize> = (0..faults as usize).filter(|&fault| places[fault] == equation).collect();
+            structure.equation(format!("e{equation}"), &held, &broken);
+        }
+        redundant += usize::from(mtes_sets(&structure, usize::MAX).sets.len() > 1);
+        agrees_with_trying_everything(&structure, &format!("case {case}"));
+    }
+    assert!(redundant > 50, "only {redundant} of the cases have several supports");
 }
 
 #[test]
@@ -172,6 +203,49 @@ fn sensors_of_linear_model() {
     let faulty = place(&structure, &[0, 1, 2, 3, 4], Extent::All, 10);
     println!("{:?}", faulty.sensors);
     assert_eq!((faulty.sensors.len(), faulty.complete), (9, true));
+}
+
+/// Sets of sensors by trying every one, for models with as many equations as unknowns.
+#[test]
+fn random_placements_agree_with_trying_everything() {
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    let mut below = |end: u64| random.next_u64() % end;
+    let mut several = 0;
+    for case in 0..200 {
+        let size = 3 + below(4) as usize;
+        let mut structure = Structure::default();
+        for unknown in 0..size {
+            structure.unknown(format!("x{unknown}"), below(4) > 0);
+        }
+        structure.faults = vec!["f0".into(), "f1".into(), "f2".into()];
+        let places = [0, 1, below(size as u64) as usize];
+        for equation in 0..size {
+            let held: Vec<usize> = (0..size).filter(|&unknown| unknown == equation || below(4) == 0).collect();
+            let broken: Vec<usize> = (0..3).filter(|&fault| places[fault] == equation).collect();
+            structure.equation(format!("e{equation}"), &held, &broken);
+        }
+        let measurable: Vec<usize> = (0..size).filter(|&unknown| structure.unknowns[unknown].measurable).collect();
+        let with = |sensors: &[usize]| {
+            isolation(&sensors.iter().fold(structure.clone(), |with, &sensor| with.with_sensor(sensor, false)))
+        };
+        let best = with(&measurable);
+        let mut minimal: Vec<Vec<usize>> = Vec::new();
+        let mut choices: Vec<Vec<usize>> = (0u32..1 << measurable.len())
+            .map(|chosen| (0..measurable.len()).filter(|i| chosen >> i & 1 == 1).map(|i| measurable[i]).collect())
+            .collect();
+        choices.sort_by_key(Vec::len);
+        for sensors in choices {
+            let known = minimal.iter().any(|small| small.iter().all(|sensor| sensors.contains(sensor)));
+            if !known && with(&sensors) == best {
+                minimal.push(sensors);
+            }
+        }
+        minimal.sort_by_key(|sensors| (sensors.len(), sensors.clone()));
+        several += usize::from(minimal.len() > 1);
+        let placement = place(&structure, &[], Extent::All, size);
+        assert_eq!((placement.sensors, placement.complete), (minimal, true), "case {case}: {structure:?}");
+    }
+    assert!(several > 50, "only {several} of the cases have alternatives");
 }
 
 #[test]

@@ -126,12 +126,14 @@ fn many_faults() {
         );
         faults += &format!("\"sensor.{sensor}.gain\" = {{ healthy = 1.0, bounds = [0.5, 1.5] }}\n");
     }
-    faults += "\"directional_valve.leak_AT\" = { healthy = \"0 L/min/bar\", bounds = [\"0 L/min/bar\", \"0.1 L/min/bar\"] }\n";
-    faults += "\"directional_valve.leak_PB\" = { healthy = \"0 L/min/bar\", bounds = [\"0 L/min/bar\", \"0.1 L/min/bar\"] }\n";
-    faults += "\"relief.set_pressure\" = { healthy = \"100 bar\", bounds = [\"20 bar\", \"120 bar\"] }\n";
-    faults += "\"pump.displacement\" = { healthy = \"5.5 cc/rev\", bounds = [\"3 cc/rev\", \"5.6 cc/rev\"] }\n";
-    faults += "\"fluid.viscosity\" = { healthy = \"45.5 mPa.s\", bounds = [\"20 mPa.s\", \"80 mPa.s\"] }\n";
-    faults += "\"fluid.bulk_modulus\" = { healthy = \"14000 bar\", bounds = [\"2000 bar\", \"16000 bar\"] }\n";
+    faults += r#"
+        "directional_valve.leak_AT" = { healthy = "0 L/min/bar", bounds = ["0 L/min/bar", "0.1 L/min/bar"] }
+        "directional_valve.leak_PB" = { healthy = "0 L/min/bar", bounds = ["0 L/min/bar", "0.1 L/min/bar"] }
+        "relief.set_pressure" = { healthy = "100 bar", bounds = ["20 bar", "120 bar"] }
+        "pump.displacement" = { healthy = "5.5 cc/rev", bounds = ["3 cc/rev", "5.6 cc/rev"] }
+        "fluid.viscosity" = { healthy = "45.5 mPa.s", bounds = ["20 mPa.s", "80 mPa.s"] }
+        "fluid.bulk_modulus" = { healthy = "14000 bar", bounds = ["2000 bar", "16000 bar"] }
+    "#;
     let rig = parse(with_faults(&telescopic(), &faults));
     let result = show(&rig);
     assert_eq!(result.faults.len(), 19);

@@ -46,8 +46,9 @@ pub struct Pair {
 
 /// What the structure of a rig lets its sensors say about its faults.
 ///
-/// Structural means: for almost all numbers. What cannot be isolated here can be isolated by no method that lets a fault vary in
-/// time at will; what can be isolated here may still need more excitation or less noise than a record has.
+/// Structural means: for almost all numbers. What cannot be isolated here can be isolated by no method that lets a
+/// fault vary in time at will; what can be isolated here may still need more excitation or less noise than a record
+/// has.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Isolability {
     pub equations: usize,
@@ -67,8 +68,8 @@ pub struct Isolability {
     pub mtes_sets: Count,
     /// Few tests that together isolate what can be isolated.
     pub tests: Vec<Test>,
-    /// The fewest further sensors that make detectable and isolable whatever sensors can, as alternatives. One empty alternative:
-    /// none is missing. No alternative: more than four would be needed.
+    /// The fewest further sensors that make detectable and isolable whatever sensors can, as alternatives. One empty
+    /// alternative: none is missing. No alternative: more than four would be needed.
     pub sensors: Vec<Vec<String>>,
     /// Pairs that stay, whatever is measured besides.
     pub inseparable: Vec<Pair>,

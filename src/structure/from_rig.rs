@@ -22,11 +22,12 @@ enum Place {
 
 /// The structural model of a rig with its sensors.
 ///
-/// Per volume: a balance of the flows into its components with `C p'`. Per body: Newton's law, and the velocity as the derivative
-/// of the position. Per port: the law of its flow or force. Per state of a component: the law of its rate. Each derivative is an
-/// unknown, tied to what it is the derivative of by an equation of its own. Per sensor: one equation; a known lag adds as many
-/// equations as unknowns and changes nothing, so it is left out. Inputs are known. A fault enters every equation whose answer
-/// depends on its parameter at some point, a sensor's offset and gain that sensor's equation.
+/// Per volume: a balance of the flows into its components with `C p'`. Per body: Newton's law, and the velocity as the
+/// derivative of the position. Per port: the law of its flow or force. Per state of a component: the law of its rate.
+/// Each derivative is an unknown, tied to what it is the derivative of by an equation of its own. Per sensor: one
+/// equation; a known lag adds as many equations as unknowns and changes nothing, so it is left out. Inputs are known. A
+/// fault enters every equation whose answer depends on its parameter at some point, a sensor's offset and gain that
+/// sensor's equation.
 pub fn from_rig(rig: &Rig) -> Structure {
     let mut structure = Structure {
         knowns: rig.inputs.iter().map(|input| input.name.clone()).collect(),

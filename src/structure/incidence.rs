@@ -49,8 +49,8 @@ impl fmt::Display for UnknownName {
 impl std::error::Error for UnknownName {}
 
 impl Structure {
-    /// From lists of names: each of `relations` names the variables of one equation, of whatever kind and in any order; each of
-    /// `derivatives` is a derivative and what it is the derivative of. Every unknown counts as measurable.
+    /// From lists of names: each of `relations` names the variables of one equation, of whatever kind and in any order;
+    /// each of `derivatives` is a derivative and what it is the derivative of. Every unknown counts as measurable.
     ///
     /// # Errors
     /// The first name that stands in none of the lists.
@@ -111,16 +111,16 @@ impl Structure {
         self.equations.iter().map(|equation| equation.unknowns.as_slice()).collect()
     }
 
-    /// The equation that each fault breaks, or `None` for a fault that enters no equation. Meant for a structure in which
-    /// every fault enters one equation, see [`Structure::one_equation_per_fault`].
+    /// The equation that each fault breaks, or `None` for a fault that enters no equation. Meant for a structure in
+    /// which every fault enters one equation, see [`Structure::one_equation_per_fault`].
     pub fn equation_of_fault(&self) -> Vec<Option<usize>> {
         (0..self.faults.len())
             .map(|fault| self.equations.iter().position(|equation| equation.faults.contains(&fault)))
             .collect()
     }
 
-    /// The same structure with each fault in one equation only: one that enters several becomes an unknown of them, and the
-    /// one equation that says it is at its healthy value holds the fault.
+    /// The same structure with each fault in one equation only: one that enters several becomes an unknown of them, and
+    /// the one equation that says it is at its healthy value holds the fault.
     ///
     /// Source: M. Krysander, J. Åslund, M. Nyberg, IEEE Trans. SMC A 38(1), 2008, section II.
     pub fn one_equation_per_fault(&self) -> Self {

@@ -8,14 +8,14 @@ use super::matching::decompose;
 pub struct Isolation {
     /// Per fault: whether some test answers to it.
     pub detectable: Vec<bool>,
-    /// Faults by faults: `explained_by[i][j]` where fault `j` explains everything that fault `i` does, so that `i` cannot be
-    /// isolated from `j`. The diagonal is true. A fault that cannot be detected is explained by every other.
+    /// Faults by faults: `explained_by[i][j]` where fault `j` explains everything that fault `i` does, so that `i`
+    /// cannot be isolated from `j`. The diagonal is true. A fault that cannot be detected is explained by every other.
     pub explained_by: Vec<Vec<bool>>,
 }
 
 impl Isolation {
-    /// Groups of detectable faults that explain each other, in the order of the faults; a fault that stands alone is a group
-    /// of one.
+    /// Groups of detectable faults that explain each other, in the order of the faults; a fault that stands alone is a
+    /// group of one.
     pub fn groups(&self) -> Vec<Vec<usize>> {
         let mut groups: Vec<Vec<usize>> = Vec::new();
         for fault in (0..self.detectable.len()).filter(|&fault| self.detectable[fault]) {
@@ -31,10 +31,11 @@ impl Isolation {
     }
 }
 
-/// The best that any tests can do: fault `i` is detectable if its equation is in the overdetermined part, and isolable from `j`
-/// if it is still there without the equation of `j`.
+/// The best that any tests can do: fault `i` is detectable if its equation is in the overdetermined part, and isolable
+/// from `j` if it is still there without the equation of `j`.
 ///
-/// Source: M. Krysander, E. Frisk, "Sensor placement for fault diagnosis", IEEE Trans. SMC A 38(6), 2008, theorems 1 and 2.
+/// Source: M. Krysander, E. Frisk, "Sensor placement for fault diagnosis", IEEE Trans. SMC A 38(6), 2008, theorems 1
+/// and 2.
 pub fn isolation(structure: &Structure) -> Isolation {
     let structure = &structure.one_equation_per_fault();
     let rows = structure.rows();
@@ -68,8 +69,8 @@ pub fn signatures(structure: &Structure, sets: &[Vec<usize>]) -> Vec<Vec<bool>> 
         .collect()
 }
 
-/// What given tests can do: fault `i` is isolable from `j` if some test answers to `i` and not to `j`. `signatures` are tests by
-/// faults, of which there are `faults`.
+/// What given tests can do: fault `i` is isolable from `j` if some test answers to `i` and not to `j`. `signatures` are
+/// tests by faults, of which there are `faults`.
 pub fn isolation_by_tests(signatures: &[Vec<bool>], faults: usize) -> Isolation {
     let tells = |i: usize, j: usize| signatures.iter().any(|test| test[i] && !test[j]);
     Isolation {

@@ -5,9 +5,9 @@ use super::matching::{Decomposition, decompose};
 
 /// A proper structurally overdetermined set: every equation can be spared for some other to be tested.
 ///
-/// Its rows are equations, or several that are only ever removed together (an equivalence class, lumped into one row without the
-/// unknowns that only they hold). A matching that covers every unknown is kept from set to set, so that each step needs one
-/// alternating path and one sweep.
+/// Its rows are equations, or several that are only ever removed together (an equivalence class, lumped into one row
+/// without the unknowns that only they hold). A matching that covers every unknown is kept from set to set, so that
+/// each step needs one alternating path and one sweep.
 #[derive(Clone)]
 pub struct Lumped<const W: usize> {
     /// Unknowns of each row.
@@ -22,8 +22,8 @@ pub struct Lumped<const W: usize> {
 }
 
 impl<const W: usize> Lumped<W> {
-    /// The overdetermined part of a decomposed structure, its equations numbered by their place in `over.equations`. It must
-    /// have at most `64 * W` equations.
+    /// The overdetermined part of a decomposed structure, its equations numbered by their place in `over.equations`. It
+    /// must have at most `64 * W` equations.
     pub fn new<R: AsRef<[usize]>>(rows: &[R], parts: &Decomposition) -> Self {
         let over = &parts.over;
         let number = |unknown: &usize| over.unknowns.binary_search(unknown).ok();
@@ -101,8 +101,8 @@ impl<const W: usize> Lumped<W> {
         self.free.insert(row);
     }
 
-    /// The equivalence class of `row`: the rows that leave the overdetermined part together with it; and the unknowns that
-    /// stay there. `row` is free afterwards.
+    /// The equivalence class of `row`: the rows that leave the overdetermined part together with it; and the unknowns
+    /// that stay there. `row` is free afterwards.
     pub fn class(&mut self, row: usize) -> (Bits<W>, Bits<W>) {
         self.release(row);
         let mut open = self.free;

@@ -25,7 +25,8 @@ pub struct Part {
 pub struct Decomposition {
     /// More unknowns than equations.
     pub under: Part,
-    /// As many equations as unknowns, in blocks that have to be solved together, in an order in which they can be solved.
+    /// As many equations as unknowns, in blocks that have to be solved together, in an order in which they can be
+    /// solved.
     pub just: Vec<Part>,
     /// More equations than unknowns: the part that can be tested.
     pub over: Part,
@@ -34,8 +35,8 @@ pub struct Decomposition {
 
 const FAR: usize = usize::MAX;
 
-/// A maximum matching of the equations in `keep` by Hopcroft and Karp. `rows` are the unknowns of each equation, `unknowns` how
-/// many there are; equations outside `keep` stay unmatched. Time `O(E sqrt(V))`.
+/// A maximum matching of the equations in `keep` by Hopcroft and Karp. `rows` are the unknowns of each equation,
+/// `unknowns` how many there are; equations outside `keep` stay unmatched. Time `O(E sqrt(V))`.
 ///
 /// Source: J. E. Hopcroft, R. M. Karp, SIAM J. Comput. 2(4), 1973.
 pub fn maximum<R: AsRef<[usize]>>(rows: &[R], keep: &[usize], unknowns: usize) -> Matching {
@@ -114,8 +115,8 @@ fn augment<R: AsRef<[usize]>>(
     false
 }
 
-/// The Dulmage-Mendelsohn decomposition of the equations in `keep`, the just-determined part split into its strongly connected
-/// blocks. Arguments as in [`maximum`].
+/// The Dulmage-Mendelsohn decomposition of the equations in `keep`, the just-determined part split into its strongly
+/// connected blocks. Arguments as in [`maximum`].
 ///
 /// Source: A. L. Dulmage, N. S. Mendelsohn, Canad. J. Math. 10, 1958; A. Pothen, C.-J. Fan, ACM TOMS 16(4), 1990.
 pub fn decompose<R: AsRef<[usize]>>(rows: &[R], keep: &[usize], unknowns: usize) -> Decomposition {
@@ -167,7 +168,8 @@ pub fn decompose<R: AsRef<[usize]>>(rows: &[R], keep: &[usize], unknowns: usize)
     }
 }
 
-/// Strongly connected blocks of perfectly matched `rows_in`, each after those that it needs (Tarjan 1972, without recursion).
+/// Strongly connected blocks of perfectly matched `rows_in`, each after those that it needs (Tarjan 1972, without
+/// recursion).
 fn blocks<R: AsRef<[usize]>>(rows: &[R], rows_in: &[usize], matching: &Matching) -> Vec<Part> {
     let mut order = vec![FAR; rows.len()];
     let mut low = vec![FAR; rows.len()];

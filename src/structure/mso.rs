@@ -1,15 +1,15 @@
 //! Minimal structurally overdetermined sets: the smallest groups of equations that can be tested.
 //!
-//! Source: M. Krysander, J. Åslund, M. Nyberg, "An efficient algorithm for finding minimal overconstrained subsystems for
-//! model-based diagnosis", IEEE Trans. SMC A 38(1), 2008, algorithm 3.
+//! Source: M. Krysander, J. Åslund, M. Nyberg, "An efficient algorithm for finding minimal overconstrained subsystems
+//! for model-based diagnosis", IEEE Trans. SMC A 38(1), 2008, algorithm 3.
 
 use super::bits::Bits;
 use super::lumped::{Lumped, sized, whole};
 use super::matching::Decomposition;
 use super::{Search, Structure};
 
-/// Every minimal structurally overdetermined set, or the first `limit`. Each is one equation more than it has unknowns and no
-/// part of it is.
+/// Every minimal structurally overdetermined set, or the first `limit`. Each is one equation more than it has unknowns
+/// and no part of it is.
 pub fn mso_sets(structure: &Structure, limit: usize) -> Search {
     let rows = structure.rows();
     let parts = whole(&rows, structure.unknowns.len());
@@ -62,7 +62,8 @@ fn search<const W: usize>(mut set: Lumped<W>, allowed: Bits<W>, visit: &mut impl
     }
     let (mut rest, mut later) = (allowed, Bits::EMPTY);
     while let Some(row) = rest.first() {
-        // At redundancy 2 each class leaves a minimal set behind: nothing further will be taken from it, so none is lumped.
+        // At redundancy 2 each class leaves a minimal set behind: nothing further will be taken from it, so none is
+        // lumped.
         let class = if last { set.class(row).0 } else { set.lump(row) };
         rest = rest.minus(&class);
         if class.is_subset(&allowed) {

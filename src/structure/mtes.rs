@@ -1,7 +1,8 @@
-//! Minimal test equation supports: the smallest groups of faults that some test answers to, and all equations it can use.
+//! Minimal test equation supports: the smallest groups of faults that some test answers to, and all equations it can
+//! use.
 //!
-//! Source: M. Krysander, J. Åslund, E. Frisk, "A structural algorithm for finding testable sub-models and multiple fault
-//! isolability analysis", 21st Workshop on Principles of Diagnosis (DX), 2010.
+//! Source: M. Krysander, J. Åslund, E. Frisk, "A structural algorithm for finding testable sub-models and multiple
+//! fault isolability analysis", 21st Workshop on Principles of Diagnosis (DX), 2010.
 
 use super::bits::Bits;
 use super::lumped::{Lumped, sized, whole};
@@ -9,9 +10,9 @@ use super::matching::Decomposition;
 use super::mso::mso_sets;
 use super::{Search, Structure};
 
-/// Every minimal test equation support, or the first `limit`: overdetermined sets that no further equation can join without
-/// bringing a further fault, and that hold no smaller such set with a fault. With the faults of all of them, whatever can be
-/// isolated at all can be isolated.
+/// Every minimal test equation support, or the first `limit`: overdetermined sets that no further equation can join
+/// without bringing a further fault, and that hold no smaller such set with a fault. With the faults of all of them,
+/// whatever can be isolated at all can be isolated.
 pub fn mtes_sets(structure: &Structure, limit: usize) -> Search {
     let rows = structure.rows();
     let parts = whole(&rows, structure.unknowns.len());
@@ -23,8 +24,8 @@ pub fn mtes_sets(structure: &Structure, limit: usize) -> Search {
     )
 }
 
-/// The smallest test within a test equation support: of the minimal overdetermined sets that hold a fault, one with the fewest
-/// equations, sought among the first `limit`. It answers to the faults of `set` and uses the least of the model.
+/// The smallest test within a test equation support: of the minimal overdetermined sets that hold a fault, one with the
+/// fewest equations, sought among the first `limit`. It answers to the faults of `set` and uses the least of the model.
 pub fn smallest_test(structure: &Structure, set: &[usize], limit: usize) -> Option<Vec<usize>> {
     let holds_fault =
         |test: &Vec<usize>| test.iter().any(|&equation| !structure.equations[set[equation]].faults.is_empty());

@@ -1,12 +1,12 @@
 //! Which further sensors make faults detectable and isolable.
 //!
-//! In a part with as many equations as unknowns, a sensor makes testable what its unknown is computed from. So each fault that is
-//! not detectable, or not without the equation of another fault, names the sensors of which one is needed; what is sought is the
-//! smallest set of sensors that meets all those demands. The demands are worked out again after each sensor that is added,
-//! because a sensor can have a fault of its own.
+//! In a part with as many equations as unknowns, a sensor makes testable what its unknown is computed from. So each
+//! fault that is not detectable, or not without the equation of another fault, names the sensors of which one is
+//! needed; what is sought is the smallest set of sensors that meets all those demands. The demands are worked out again
+//! after each sensor that is added, because a sensor can have a fault of its own.
 //!
-//! Source: M. Krysander, E. Frisk, "Sensor placement for fault diagnosis", IEEE Trans. SMC A 38(6), 2008; the tree of hitting sets
-//! is R. Reiter's (Artificial Intelligence 32, 1987).
+//! Source: M. Krysander, E. Frisk, "Sensor placement for fault diagnosis", IEEE Trans. SMC A 38(6), 2008; the tree of
+//! hitting sets is R. Reiter's (Artificial Intelligence 32, 1987).
 
 use std::collections::BTreeSet;
 
@@ -16,8 +16,8 @@ use super::matching::decompose;
 /// Sensors that would do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Placement {
-    /// Alternatives, each a sorted list of unknowns to measure, where one may stand twice; no part of one is another, and smaller ones come first. One empty
-    /// alternative where no sensor is missing.
+    /// Alternatives, each a sorted list of unknowns to measure, where one may stand twice; no part of one is another,
+    /// and smaller ones come first. One empty alternative where no sensor is missing.
     pub sensors: Vec<Vec<usize>>,
     /// Whether no alternative was left out by `most` or by the effort.
     pub complete: bool,
@@ -35,9 +35,10 @@ pub enum Extent {
     All,
 }
 
-/// The sensors that make every fault detectable, and isolable from every other, as far as sensors on measurable unknowns can do
-/// it. `faulty` are the unknowns whose new sensor would bring a fault of its own, to be isolated like the others; `most` is the
-/// largest number of new sensors. The structure without the new sensors must have no underdetermined part.
+/// The sensors that make every fault detectable, and isolable from every other, as far as sensors on measurable
+/// unknowns can do it. `faulty` are the unknowns whose new sensor would bring a fault of its own, to be isolated like
+/// the others; `most` is the largest number of new sensors. The structure without the new sensors must have no
+/// underdetermined part.
 pub fn place(structure: &Structure, faulty: &[usize], extent: Extent, most: usize) -> Placement {
     let structure = structure.one_equation_per_fault();
     let mut placement = Placement { sensors: Vec::new(), complete: true };
@@ -86,12 +87,14 @@ fn is_part(part: &[usize], whole: &[usize]) -> bool {
     part.iter().all(|sensor| whole.any(|other| other == sensor))
 }
 
-/// The shortest list of unknowns of which one has to be measured; `None` where nothing is missing that a sensor could give.
+/// The shortest list of unknowns of which one has to be measured; `None` where nothing is missing that a sensor could
+/// give.
 fn demand(structure: &Structure) -> Option<Vec<usize>> {
     let rows = structure.rows();
     let equation = structure.equation_of_fault();
     let all = shortest(structure, &rows, None, &equation);
-    // Isolation only once all is detectable: leaving out an equation outside the overdetermined part would open the rest.
+    // Isolation only once all is detectable: leaving out an equation outside the overdetermined part would open the
+    // rest.
     all.or_else(|| {
         let each = equation
             .iter()
@@ -101,8 +104,8 @@ fn demand(structure: &Structure) -> Option<Vec<usize>> {
     })
 }
 
-/// Per fault outside the overdetermined part, when one equation is left out: the measurable unknowns computed from its equation.
-/// The shortest such list that is not empty.
+/// Per fault outside the overdetermined part, when one equation is left out: the measurable unknowns computed from its
+/// equation. The shortest such list that is not empty.
 fn shortest(
     structure: &Structure,
     rows: &[&[usize]],

@@ -1,7 +1,7 @@
 //! Which of a component's answers depend on what: found by evaluating its law with dual numbers at scattered points.
 //!
-//! So no list has to be kept beside the laws. A dependence counts if its derivative is not zero somewhere: what only acts in one
-//! position of a valve, or at an end stop, is part of the structure.
+//! So no list has to be kept beside the laws. A dependence counts if its derivative is not zero somewhere: what only
+//! acts in one position of a valve, or at an end stop, is part of the structure.
 
 use crate::numeric::{Dual, Real};
 use crate::physics::card::PortKind;
@@ -10,8 +10,8 @@ use crate::physics::fluid::{self, Fluid};
 use crate::rig::{Component, Rig};
 use crate::units::Unit;
 
-/// Points at which each law is evaluated. The narrowest known range, in which a flow control valve regulates, is met by one
-/// point in a hundred.
+/// Points at which each law is evaluated. The narrowest known range, in which a flow control valve regulates, is met by
+/// one point in a hundred.
 const POINTS: usize = 2048;
 /// Directions of one evaluation: at least as many as variables and inputs.
 const DIRECTIONS: usize = 8;
@@ -45,8 +45,8 @@ impl Dependences {
     }
 }
 
-/// What the answers of `component` depend on. `asked` are parameters of the rig with the ranges in which they vary; all others
-/// stay at their values.
+/// What the answers of `component` depend on. `asked` are parameters of the rig with the ranges in which they vary; all
+/// others stay at their values.
 pub fn probe(rig: &Rig, component: &Component, asked: &[(usize, (f64, f64))]) -> Dependences {
     let mut found = Dependences::default();
     let mut random = Random(0x5eed);

@@ -3,11 +3,12 @@
 /// How many partial choices the exact search looks at before it keeps the best so far.
 const EFFORT: usize = 20_000;
 
-/// Few of the tests, by their index, that detect and isolate as much as all of them together. `signatures` are tests by faults.
+/// Few of the tests, by their index, that detect and isolate as much as all of them together. `signatures` are tests by
+/// faults.
 ///
-/// Choosing tests is a minimum set cover, of the faults to detect and the pairs to tell apart. A greedy choice (the test that
-/// settles most) bounds a branch and bound, which either proves the smallest number or gives up after a fixed effort; the
-/// result is sorted and the same for the same input.
+/// Choosing tests is a minimum set cover, of the faults to detect and the pairs to tell apart. A greedy choice (the
+/// test that settles most) bounds a branch and bound, which either proves the smallest number or gives up after a fixed
+/// effort; the result is sorted and the same for the same input.
 pub fn select(signatures: &[Vec<bool>]) -> Vec<usize> {
     let faults = signatures.first().map_or(0, Vec::len);
     // Tests with equal faults settle the same; the first stands for all.
