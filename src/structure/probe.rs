@@ -147,7 +147,7 @@ impl Random {
         if low.is_finite() && high.is_finite() {
             low + (high - low) * self.next()
         } else {
-            (value * (0.5 + self.next())).clamp(low, high)
+            (value * (0.5 + self.next())).max(low).min(high)
         }
     }
 }
