@@ -12,4 +12,5 @@ pub mod record;
 pub mod report;
 pub mod residual;
 pub mod rig;
+pub mod structure;
 pub mod units;

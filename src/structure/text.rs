@@ -1,0 +1,73 @@
+//! The structural analysis in words.
+
+use std::fmt::Write;
+
+use super::{Count, Isolability, Pair};
+
+/// How many alternatives of further sensors the text names.
+const ALTERNATIVES: usize = 5;
+
+/// The result as plain text, lines ended by line feeds.
+pub fn render(result: &Isolability) -> String {
+    let mut text = String::new();
+    // Writing to a `String` cannot fail.
+    let _ = write(&mut text, result);
+    text
+}
+
+fn write(text: &mut String, result: &Isolability) -> std::fmt::Result {
+    let detected = result.detectable.iter().filter(|&&detectable| detectable).count();
+    writeln!(
+        text,
+        "{} equations in {} unknowns, redundancy {}; {} minimal redundant sets, {} fault supports.",
+        result.equations,
+        result.unknowns,
+        result.redundancy,
+        count(result.mso_sets),
+        count(result.mtes_sets),
+    )?;
+    writeln!(text, "{detected} of {} faults can be detected.\n", result.faults.len())?;
+    let width = result.faults.iter().map(String::len).max().unwrap_or(0);
+    let numbers: String = (1..=result.faults.len()).map(|number| format!("{number:>4}")).collect();
+    writeln!(text, "     {:width$}{numbers}", "")?;
+    for (index, (fault, row)) in result.faults.iter().zip(&result.explained_by).enumerate() {
+        let marks: String = row.iter().map(|&explains| if explains { "   x" } else { "   ." }).collect();
+        let note = if result.detectable[index] { "" } else { "   cannot be detected" };
+        writeln!(text, "{:>4} {fault:width$}{marks}{note}", index + 1)?;
+    }
+    writeln!(text, "x: the fault of the column explains whatever the fault of the row does.\n")?;
+    for group in &result.ambiguity_groups {
+        writeln!(text, "Not to be told apart: {}.", group.join(", "))?;
+    }
+    if !result.tests.is_empty() {
+        writeln!(text, "Tests that suffice: {}.", result.tests.len())?;
+        for test in &result.tests {
+            writeln!(text, "  answers to {}; from {}", test.faults.join(", "), test.signals.join(", "))?;
+        }
+    }
+    match result.sensors.first() {
+        None => writeln!(text, "No few further sensors would isolate every fault.")?,
+        Some(none) if none.is_empty() => writeln!(text, "No further sensor would tell more faults apart.")?,
+        Some(_) => {
+            writeln!(text, "Further sensors that would help, any one line of {}:", result.sensors.len())?;
+            for sensors in result.sensors.iter().take(ALTERNATIVES) {
+                writeln!(text, "  {}", sensors.join(" and "))?;
+            }
+        }
+    }
+    for pair in &result.inseparable {
+        let mutual = |other: &&Pair| other.fault == pair.explained_by && other.explained_by == pair.fault;
+        match result.inseparable.iter().find(mutual) {
+            None => writeln!(text, "Whatever is measured, {} explains {}.", pair.explained_by, pair.fault)?,
+            Some(_) if pair.fault < pair.explained_by => {
+                writeln!(text, "Whatever is measured, {} and {} explain each other.", pair.fault, pair.explained_by)?;
+            }
+            Some(_) => {}
+        }
+    }
+    Ok(())
+}
+
+fn count(count: Count) -> String {
+    if count.complete { count.count.to_string() } else { format!("more than {}", count.count) }
+}
