@@ -7,5 +7,6 @@ pub mod model;
 pub mod numeric;
 pub mod physics;
 pub mod record;
+pub mod residual;
 pub mod rig;
 pub mod units;
