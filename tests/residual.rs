@@ -179,6 +179,10 @@ fn the_printed_constant_flow_calls_a_healthy_valve_blocked() {
     let printed = mean(&rig, &find(&rig, "flow_control.flow", Variant::Paper), &record, &drive, 1.0, 2.5);
     println!("(10) corrected {:.3} L/min, printed {:.3} L/min", corrected / LPM, printed / LPM);
     assert!(corrected.abs() < 0.1 * LPM);
+    // (13) as printed takes the pressure drop out of the root: off by the root of 9 bar in Pa.
+    let supply = mean(&rig, &find(&rig, "directional_valve.supply", Variant::Paper), &record, &drive, 1.0, 2.5);
+    println!("(20) by (13) as printed: {:.0} L/min", supply / LPM);
+    assert!(supply / LPM > 5.5 * 900.0);
     assert!((printed / LPM - (34.0 - 5.5)).abs() < 0.5);
 }
 
@@ -270,6 +274,24 @@ fn the_threshold_keeps_the_run_length_that_was_asked_for() {
         assert!(h > before + 0.6 && (before == 0.0 || h < before + 0.75), "twice the run length costs ln 2 / 2k");
         before = h;
     }
+}
+
+#[test]
+fn healthy_noise_raises_no_more_alarms_than_were_asked_for() {
+    let rig = rig();
+    let (record, drive) = truth(&rig, &[]);
+    const HOURS: f64 = 0.005;
+    // No allowance: what is tested is the noise alone.
+    let detection = Detection { hours_between_false_alarms: HOURS, coverage: 0.0, ..Detection::default() };
+    let seeds = 120;
+    let alarmed = |seed: &u64| {
+        let reports = detect(&rig, &noisy(&rig, &record, 1000 + seed), &drive, &detection).unwrap();
+        reports.iter().any(|report| report.fired)
+    };
+    let alarms = (0..seeds).filter(alarmed).count() as f64;
+    let most = seeds as f64 * record.time.last().unwrap() / (HOURS * 3600.0);
+    println!("{alarms} alarms in {seeds} records, at most {most:.1} expected");
+    assert!(alarms <= most + 3.0 * most.sqrt(), "{alarms} of {most}");
 }
 
 #[test]

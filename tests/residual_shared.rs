@@ -36,6 +36,9 @@ fn reports(name: &str) -> Option<Vec<ResidualReport>> {
             report.direction.map_or(String::new(), |direction| format!("{direction:?}")),
             report.windows
         );
+        for phase in &report.phases {
+            println!("    {:6} {:>10.4} +- {:<8.4} {}", phase.phase, phase.mean, phase.sigma, phase.windows);
+        }
     }
     Some(reports)
 }

@@ -28,7 +28,7 @@ pub fn threshold(k: f64, length: f64) -> f64 {
     high
 }
 
-/// One side of which the sum crossed.
+/// The side on which the sum crossed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Direction {

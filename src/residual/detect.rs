@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::cusum::{self, Direction};
+use super::cusum::{self, Alarm, Direction};
 use super::find::generators;
 use super::form::CLOSED;
 use super::generator::{Gate, Generator, Series, Variant};
@@ -14,7 +14,7 @@ use crate::rig::Rig;
 /// How careful detection is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detection {
-    /// Mean time of healthy record between false alarms, over all residuals and both directions together, h.
+    /// Mean time of healthy record between false alarms, over all residuals, phases and both directions together, h.
     pub hours_between_false_alarms: f64,
     /// Length of a window, s. Windows of ten sensor lags or more are independent: the noise is added behind the lag, and
     /// windows do not overlap.
@@ -37,12 +37,27 @@ impl Detection {
         0.5 * self.shift
     }
 
-    /// Threshold of each side of each of `residuals` CUSUMs over windows of `window` s (Bonferroni), in standard
-    /// deviations. The clock is that of the record: windows that do not count make it safer.
-    pub fn threshold(&self, residuals: usize, window: f64) -> f64 {
+    /// Threshold of each side of each of `sums` CUSUMs over windows of `window` s (Bonferroni), in standard deviations.
+    /// The clock is that of the record: windows that do not count make it safer.
+    pub fn threshold(&self, sums: usize, window: f64) -> f64 {
         let windows = self.hours_between_false_alarms * 3600.0 / window;
-        cusum::threshold(self.reference(), 2.0 * residuals.max(1) as f64 * windows)
+        cusum::threshold(self.reference(), 2.0 * sums.max(1) as f64 * windows)
     }
+}
+
+/// The mean of a residual over one phase of the record.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PhaseMean {
+    /// What the first directional valve does: `P-A`, `P-B` or `closed`; `all` in a rig without one.
+    pub phase: &'static str,
+    /// In the unit of the report, each window weighed by its variance.
+    pub mean: f64,
+    /// Standard error of the mean by sensor noise.
+    pub sigma: f64,
+    /// One standard deviation of the mean by uncertain parameters and rounding, which averaging does not lower.
+    pub tolerance: f64,
+    /// Windows that count.
+    pub windows: usize,
 }
 
 /// What one residual says about a record.
@@ -51,7 +66,8 @@ pub struct ResidualReport {
     pub id: String,
     pub equation: &'static str,
     pub variant: Variant,
-    /// Mean over the windows that count, each weighed by its variance; in `unit`, `None` without such windows.
+    /// Mean over the windows that count, each weighed by its variance, in `unit`: in the phase of the alarm where there is
+    /// one, because a leak changes its sign with the stroke, otherwise over the whole record. `None` without such windows.
     pub mean: Option<f64>,
     /// Standard error of the mean by sensor noise, in `unit`.
     pub sigma: Option<f64>,
@@ -65,13 +81,16 @@ pub struct ResidualReport {
     /// Start of the window since which the sum has grown, s.
     pub onset_s: Option<f64>,
     pub direction: Option<Direction>,
-    /// What the first directional valve did at the alarm: `P-A`, `P-B` or `closed`.
+    /// What the first directional valve did at the alarm: `P-A`, `P-B` or `closed`; `all` in a rig without one.
     pub phase: Option<&'static str>,
-    /// Windows that count.
+    /// Means of the phases that occur, in `unit`.
+    pub phases: Vec<PhaseMean>,
+    /// Windows that count, of all phases.
     pub windows: usize,
 }
 
-/// Evaluates every corrected residual of the rig on a record and tests each by a two-sided CUSUM.
+/// Evaluates every corrected residual of the rig on a record and tests each by two-sided CUSUMs, one for each phase: a
+/// leak that changes its sign with the stroke adds up from stroke to stroke.
 ///
 /// The sequence tested is one value per window in units of its own noise, so it is white by construction; the reference
 /// value of the CUSUM grows by `coverage` times the tolerance.
@@ -88,7 +107,7 @@ pub fn detect(
         generators(rig).into_iter().filter(|generator| generator.variant == Variant::Corrected).collect();
     let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
     let window = super::frame::block_rows(detection.window, interval) as f64 * interval;
-    let threshold = detection.threshold(found.len(), window);
+    let threshold = detection.threshold(found.len() * phases(rig).len(), window);
     found
         .iter()
         .map(|generator| {
@@ -107,12 +126,25 @@ fn report(
     threshold: f64,
 ) -> ResidualReport {
     let open: Vec<usize> = (0..series.gate.len()).filter(|&at| series.gate[at] == Gate::Open).collect();
-    let whitened: Vec<f64> = open.iter().map(|&at| series.value[at] / series.sigma[at]).collect();
-    let allowances: Vec<f64> =
-        open.iter().map(|&at| detection.coverage * series.tolerance[at] / series.sigma[at]).collect();
-    let alarm = cusum::first_alarm(&whitened, &allowances, detection.reference(), threshold);
-    let mean = weighted(series, &open);
     let shown = |si: f64| generator.unit.difference_from_si(si);
+    let mut means = Vec::new();
+    let mut first: Option<(Alarm, &'static str, Vec<usize>)> = None;
+    for &name in phases(rig) {
+        let here: Vec<usize> = open.iter().copied().filter(|&at| phase(rig, drive, series.time[at]) == name).collect();
+        let Some((mean, sigma, tolerance)) = weighted(series, &here) else { continue };
+        let (mean, sigma, tolerance) = (shown(mean), shown(sigma), shown(tolerance));
+        means.push(PhaseMean { phase: name, mean, sigma, tolerance, windows: here.len() });
+        let whitened: Vec<f64> = here.iter().map(|&at| series.value[at] / series.sigma[at]).collect();
+        let allowance = |&at: &usize| detection.coverage * series.tolerance[at] / series.sigma[at];
+        let allowances: Vec<f64> = here.iter().map(allowance).collect();
+        let Some(alarm) = cusum::first_alarm(&whitened, &allowances, detection.reference(), threshold) else {
+            continue;
+        };
+        if first.as_ref().is_none_or(|(before, _, rows)| series.time[here[alarm.at]] < series.time[rows[before.at]]) {
+            first = Some((alarm, name, here));
+        }
+    }
+    let mean = weighted(series, first.as_ref().map_or(&open, |(_, _, here)| here));
     ResidualReport {
         id: generator.id.clone(),
         equation: generator.equation,
@@ -121,11 +153,12 @@ fn report(
         sigma: mean.map(|(_, sigma, _)| shown(sigma)),
         tolerance: mean.map(|(_, _, tolerance)| shown(tolerance)),
         unit: generator.unit.symbol.clone(),
-        fired: alarm.is_some(),
-        alarm_at_s: alarm.map(|alarm| series.time[open[alarm.at]]),
-        onset_s: alarm.map(|alarm| series.start[open[alarm.onset]]),
-        direction: alarm.map(|alarm| alarm.direction),
-        phase: alarm.and_then(|alarm| phase(rig, drive, series.time[open[alarm.at]])),
+        fired: first.is_some(),
+        alarm_at_s: first.as_ref().map(|(alarm, _, here)| series.time[here[alarm.at]]),
+        onset_s: first.as_ref().map(|(alarm, _, here)| series.start[here[alarm.onset]]),
+        direction: first.as_ref().map(|(alarm, _, _)| alarm.direction),
+        phase: first.as_ref().map(|(_, name, _)| *name),
+        phases: means,
         windows: open.len(),
     }
 }
@@ -138,14 +171,25 @@ pub(super) fn weighted(series: &Series, open: &[usize]) -> Option<(f64, f64, f64
     (total > 0.0 && total.is_finite()).then(|| (mean(&series.value), total.sqrt().recip(), mean(&series.tolerance)))
 }
 
-fn phase(rig: &Rig, drive: &Drive, time: f64) -> Option<&'static str> {
+/// Phases that a record of the rig may have.
+fn phases(rig: &Rig) -> &'static [&'static str] {
+    if command(rig).is_some() { &["P-A", "P-B", "closed"] } else { &["all"] }
+}
+
+/// Input that commands the first directional valve.
+fn command(rig: &Rig) -> Option<usize> {
     let valve = rig.components.iter().find(|component| component.card.kind == "directional-valve")?;
-    let command = drive.value(*valve.inputs.first()?, time);
-    Some(if command.abs() < CLOSED {
+    valve.inputs.first().copied()
+}
+
+fn phase(rig: &Rig, drive: &Drive, time: f64) -> &'static str {
+    let Some(input) = command(rig) else { return "all" };
+    let command = drive.value(input, time);
+    if command.abs() < CLOSED {
         "closed"
     } else if command > 0.0 {
         "P-A"
     } else {
         "P-B"
-    })
+    }
 }
