@@ -39,7 +39,7 @@ fn plain(options: Options<N>, runs: usize) {
 }
 
 fn sensitivities<const P: usize>(runs: usize) {
-    let mut solution = vec![[Dual::<f64, P>::zero(); N]; POINTS];
+    let mut solution = [[Dual::<f64, P>::zero(); N]; POINTS].to_vec();
     let (median, minimum) = time(runs, || {
         let mut integrator = Rosenbrock::new(options());
         let q = std::array::from_fn(|i| Dual::variable(black_box(1.0), i));

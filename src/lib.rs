@@ -1,6 +1,7 @@
 //! Look inside a hydraulic circuit through its records.
 
 pub mod complaint;
+pub mod diagnosis;
 pub mod files;
 pub mod fit;
 pub mod model;

@@ -25,7 +25,10 @@ impl<T: Real, const K: usize> Dual<T, K> {
     /// A number without derivatives.
     #[inline]
     pub fn lift(re: T) -> Self {
-        Self { re, eps: [T::zero(); K] }
+        Self {
+            re,
+            eps: [T::zero(); K],
+        }
     }
 
     /// The variable of direction `direction`: derivative 1 there, 0 elsewhere. A `direction` of `K` or more has no place
@@ -48,7 +51,10 @@ impl<T: Real, const K: usize> Dual<T, K> {
     /// A function of this number from its value and slope at `re`.
     #[inline]
     fn chain(self, value: T, slope: T) -> Self {
-        Self { re: value, eps: self.eps.map(|e| e * slope) }
+        Self {
+            re: value,
+            eps: self.eps.map(|e| e * slope),
+        }
     }
 
     /// As [`chain`](Self::chain), where the slope may be infinite: 0 times infinity is 0 here, because a number that does
@@ -58,7 +64,12 @@ impl<T: Real, const K: usize> Dual<T, K> {
         if slope.is_finite() {
             self.chain(value, slope)
         } else {
-            Self { re: value, eps: self.eps.map(|e| if e.is_zero() { T::zero() } else { e * slope }) }
+            Self {
+                re: value,
+                eps: self
+                    .eps
+                    .map(|e| if e.is_zero() { T::zero() } else { e * slope }),
+            }
         }
     }
 }
@@ -83,7 +94,10 @@ impl<T: Real, const K: usize> Neg for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn neg(self) -> Self {
-        Self { re: -self.re, eps: self.eps.map(|e| -e) }
+        Self {
+            re: -self.re,
+            eps: self.eps.map(|e| -e),
+        }
     }
 }
 
@@ -91,7 +105,10 @@ impl<T: Real, const K: usize> Add for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn add(self, other: Self) -> Self {
-        Self { re: self.re + other.re, eps: from_fn(|i| self.eps[i] + other.eps[i]) }
+        Self {
+            re: self.re + other.re,
+            eps: from_fn(|i| self.eps[i] + other.eps[i]),
+        }
     }
 }
 
@@ -99,7 +116,10 @@ impl<T: Real, const K: usize> Sub for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn sub(self, other: Self) -> Self {
-        Self { re: self.re - other.re, eps: from_fn(|i| self.eps[i] - other.eps[i]) }
+        Self {
+            re: self.re - other.re,
+            eps: from_fn(|i| self.eps[i] - other.eps[i]),
+        }
     }
 }
 
@@ -107,7 +127,14 @@ impl<T: Real, const K: usize> Mul for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn mul(self, other: Self) -> Self {
-        Self { re: self.re * other.re, eps: from_fn(|i| self.eps[i] * other.re + other.eps[i] * self.re) }
+        let mut eps = self.eps.map(|e| e * other.re);
+        for (sum, e) in eps.iter_mut().zip(other.eps) {
+            *sum += e * self.re;
+        }
+        Self {
+            re: self.re * other.re,
+            eps,
+        }
     }
 }
 
@@ -118,7 +145,10 @@ impl<T: Real, const K: usize> Div for Dual<T, K> {
         // The value is divided, not multiplied by the reciprocal, so that it rounds as it does without derivatives.
         let re = self.re / other.re;
         let reciprocal = T::one() / other.re;
-        Self { re, eps: from_fn(|i| (self.eps[i] - re * other.eps[i]) * reciprocal) }
+        Self {
+            re,
+            eps: from_fn(|i| (self.eps[i] - re * other.eps[i]) * reciprocal),
+        }
     }
 }
 
@@ -126,7 +156,10 @@ impl<T: Real, const K: usize> Add<f64> for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn add(self, other: f64) -> Self {
-        Self { re: self.re + other, eps: self.eps }
+        Self {
+            re: self.re + other,
+            eps: self.eps,
+        }
     }
 }
 
@@ -134,7 +167,10 @@ impl<T: Real, const K: usize> Sub<f64> for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn sub(self, other: f64) -> Self {
-        Self { re: self.re - other, eps: self.eps }
+        Self {
+            re: self.re - other,
+            eps: self.eps,
+        }
     }
 }
 
@@ -142,7 +178,10 @@ impl<T: Real, const K: usize> Mul<f64> for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn mul(self, other: f64) -> Self {
-        Self { re: self.re * other, eps: self.eps.map(|e| e * other) }
+        Self {
+            re: self.re * other,
+            eps: self.eps.map(|e| e * other),
+        }
     }
 }
 
@@ -150,7 +189,10 @@ impl<T: Real, const K: usize> Div<f64> for Dual<T, K> {
     type Output = Self;
     #[inline]
     fn div(self, other: f64) -> Self {
-        Self { re: self.re / other, eps: self.eps.map(|e| e / other) }
+        Self {
+            re: self.re / other,
+            eps: self.eps.map(|e| e / other),
+        }
     }
 }
 
@@ -232,7 +274,10 @@ impl<T: Real, const K: usize> Real for Dual<T, K> {
         if exponent == 0 {
             return Self::one();
         }
-        self.chain_guarded(self.re.powi(exponent), self.re.powi(exponent - 1) * f64::from(exponent))
+        self.chain_guarded(
+            self.re.powi(exponent),
+            self.re.powi(exponent - 1) * f64::from(exponent),
+        )
     }
 
     #[inline]
@@ -240,7 +285,10 @@ impl<T: Real, const K: usize> Real for Dual<T, K> {
         if exponent == 0.0 {
             return Self::one();
         }
-        self.chain_guarded(self.re.powf(exponent), self.re.powf(exponent - 1.0) * exponent)
+        self.chain_guarded(
+            self.re.powf(exponent),
+            self.re.powf(exponent - 1.0) * exponent,
+        )
     }
 
     #[inline]

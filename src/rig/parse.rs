@@ -2,6 +2,7 @@
 
 use toml::de::DeTable;
 
+use super::sensor::TOLERANCE;
 use super::source::{Source, Table, Value};
 use super::{
     Component, Cycle, Fault, Hold, InitialPressure, Input, Node, NodeKind, Parameter, Phase, Profile, Quantity, Rig,
@@ -362,6 +363,7 @@ fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Compl
     let optional =
         |key: &str, dimension: Dimension| table.get(key).map(|value| difference(&value, dimension)).transpose();
     let resolution = optional("resolution", dimension)?.unwrap_or(0.0);
+    let tolerance = optional("tolerance", dimension)?.unwrap_or(TOLERANCE * noise);
     let lag = optional("lag", Dimension::TIME)?.unwrap_or(0.0);
     let column = table.get("column").map(|column| column.text()).transpose()?.unwrap_or(name).to_owned();
     let place = value.place();
@@ -392,6 +394,7 @@ fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Compl
         sign,
         noise,
         resolution,
+        tolerance,
         lag,
         first_parameter,
         place,

@@ -59,12 +59,18 @@ pub struct Sensor {
     pub noise: f64,
     /// Step of the last digit, SI; 0 where it does not matter.
     pub resolution: f64,
+    /// What model and sensor may differ by throughout a phase of the record, one standard deviation, SI.
+    pub tolerance: f64,
     /// Time constant of the sensor, s; 0 without.
     pub lag: f64,
     /// Index of the parameter `sensor.NAME.offset`; the gain follows it.
     pub first_parameter: usize,
     pub place: Place,
 }
+
+/// Share of a sensor's noise that model and sensor may differ by throughout a phase where the rig file says nothing:
+/// neither laws nor calibrations are trusted beyond a tenth of what one sample shows.
+pub const TOLERANCE: f64 = 0.1;
 
 impl Sensor {
     /// Variance of one sample by noise and rounding, SI squared.

@@ -5,7 +5,7 @@ use super::{Answers, Law, Seen};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, State, Worked};
 use crate::physics::fluid::Fluid;
-use crate::physics::law::{orifice_conductance, root};
+use crate::physics::law::{orifice_conductance, root, root_inverse};
 
 pub const CARD: Card = Card {
     kind: "flow-control-valve",
@@ -114,16 +114,8 @@ impl<T: Real> Law<T> for FlowControlValve<T> {
     #[inline]
     fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
         let [p_in, p_out, opening, ..] = seen.z;
-        let reducing = self.reducing_gradient * opening;
-        let (r2, t2) = (reducing * reducing, self.throttle * self.throttle);
-        let sum = r2 + t2;
+        let (flow, throttle_drop) = self.in_series(self.reducing_gradient * opening, p_in - p_out);
         let drop = p_in - p_out;
-        let flow = if sum.re() > 0.0 {
-            reducing * self.throttle / sum.sqrt() * root(drop, self.transition)
-        } else {
-            T::zero()
-        };
-        let throttle_drop = if sum.re() > 0.0 { drop * r2 / sum } else { T::zero() };
         answers.through[0] = flow;
         answers.through[1] = -flow;
         let wanted = self.compression
@@ -132,3 +124,55 @@ impl<T: Real> Law<T> for FlowControlValve<T> {
         answers.rate[0] = (wanted.max(T::zero()).min(self.max_opening) - opening) / self.lag;
     }
 }
+
+impl<T: Real> FlowControlValve<T> {
+    /// Flow in m³/s through reducing edge and throttle under a common pressure drop, and the drop over the throttle in Pa.
+    ///
+    /// Both edges obey the orifice law with its laminar start, whose inverse is closed; the flow at which their drops add
+    /// up to the common one is found by Newton's method on values, and two last steps carry the derivatives.
+    #[inline]
+    fn in_series(&self, reducing: T, drop: T) -> (T, T) {
+        if reducing.re() <= 0.0 || self.throttle.re() <= 0.0 {
+            return (reducing * root(drop, self.transition), T::zero());
+        }
+        let (size, sign) = (drop.abs(), drop.re().signum());
+        let together = reducing * self.throttle / (reducing * reducing + self.throttle * self.throttle).sqrt();
+        let both = |q: T| {
+            let (over_reducing, slope_reducing) = root_inverse(q / reducing, self.transition);
+            let (over_throttle, slope_throttle) = root_inverse(q / self.throttle, self.transition);
+            let slope = slope_reducing / reducing + slope_throttle / self.throttle;
+            (over_reducing + over_throttle - size, slope, over_throttle)
+        };
+        let plain = |q: f64| {
+            let (reducing, throttle, transition) = (reducing.re(), self.throttle.re(), self.transition.re());
+            let (over_reducing, slope_reducing) = root_inverse(q / reducing, transition);
+            let (over_throttle, slope_throttle) = root_inverse(q / throttle, transition);
+            (over_reducing + over_throttle - size.re(), slope_reducing / reducing + slope_throttle / throttle)
+        };
+        // Drops are convex in the flow, so from above Newton's method falls onto the root without overshooting.
+        let mut q = (together * root(size, T::constant(1e-3))).re();
+        for _ in 0..NEWTON_STEPS {
+            let (error, slope) = plain(q);
+            let step = if slope > 0.0 { error / slope } else { 0.0 };
+            q -= step;
+            if step.abs() <= 1e-9 * q.abs() {
+                break;
+            }
+        }
+        let mut flow = T::constant(q);
+        let mut over_throttle = T::zero();
+        for _ in 0..2 {
+            let (error, slope, over) = both(flow);
+            if slope.re() <= 0.0 {
+                return (together * root(drop, self.transition), T::zero());
+            }
+            let step = error / slope;
+            over_throttle = over - step * (root_inverse(flow / self.throttle, self.transition).1 / self.throttle);
+            flow -= step;
+        }
+        (flow * sign, over_throttle * sign)
+    }
+}
+
+/// Newton steps in which the flow settles to rounding from a turbulent start; more than three are rare.
+const NEWTON_STEPS: usize = 30;

@@ -12,7 +12,7 @@ pub const TRANSITION: Parameter =
     Parameter::required("transition_pressure", "dp_t", "bar", "pressure drop below which the flow is laminar")
         .or(0.05)
         .within(1e-4, 10.0)
-        .uncertain(1.0);
+        .uncertain(2.0);
 
 pub const CARD: Card = Card {
     kind: "orifice",

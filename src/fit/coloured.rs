@@ -1,0 +1,116 @@
+//! The variance of the scores when neighbouring misfits resemble each other.
+
+use super::{Bandwidth, Fit};
+use nalgebra::DMatrix;
+use std::ops::Range;
+
+/// Slowest first-order colour that is believed: beyond it the plug-in formulas explode (Andrews and Monahan, 1992).
+const SLOWEST: f64 = 0.97;
+
+/// Long-run covariance of the scores `B^T J_t^T r_t`, summed over all series; the identity for white misfits of variance 1.
+///
+/// `B` makes the scores orthonormal, so that no parameter's unit weighs in the choice of the bandwidth. Each score is
+/// whitened to first order, its Bartlett-weighted covariance summed, and coloured again: Andrews and Monahan,
+/// Econometrica 60 (1992); kernel of Newey and West, Econometrica 55 (1987). Misfits outside every series count as white.
+pub(super) fn scores_variance(
+    fit: &Fit,
+    free: &[usize],
+    inverse: &DMatrix<f64>,
+    series: &[Range<usize>],
+    bandwidth: Bandwidth,
+) -> DMatrix<f64> {
+    let (m, n) = (fit.linearised.misfit.len(), inverse.ncols());
+    let mut scores = DMatrix::zeros(n, m); // one column per misfit: neighbours in time are neighbours in memory
+    for (t, &r) in fit.linearised.misfit.iter().enumerate() {
+        let pull = fit.loss.at(r * r).1 * r;
+        for c in 0..n {
+            let row: f64 = free
+                .iter()
+                .enumerate()
+                .map(|(a, &j)| fit.linearised.jacobian[(t, j)] * inverse[(a, c)])
+                .sum();
+            scores[(c, t)] = row * pull;
+        }
+    }
+    let mut total = DMatrix::zeros(n, n);
+    let mut covered = vec![false; m];
+    for range in series {
+        let range = range.start.min(m)..range.end.min(m);
+        if range.is_empty() {
+            continue;
+        }
+        covered[range.clone()].fill(true);
+        total += long_run(
+            scores.columns(range.start, range.len()).into_owned(),
+            bandwidth,
+        );
+    }
+    for t in (0..m).filter(|&t| !covered[t]) {
+        let score = scores.column(t);
+        total.ger(1.0, &score, &score, 1.0);
+    }
+    total
+}
+
+/// Long-run covariance of one series of scores, times its length.
+fn long_run(scores: DMatrix<f64>, bandwidth: Bandwidth) -> DMatrix<f64> {
+    let (n, length) = scores.shape();
+    let colour: Vec<f64> = (0..n)
+        .map(|c| first_order(scores.row(c).iter().copied()))
+        .collect();
+    let mut white = scores;
+    for t in (1..length).rev() {
+        for c in 0..n {
+            white[(c, t)] -= colour[c] * white[(c, t - 1)];
+        }
+    }
+    // The first value has no predecessor; scaled, it keeps its share of the innovations' variance.
+    for c in 0..n {
+        white[(c, 0)] *= (1.0 - colour[c] * colour[c]).sqrt();
+    }
+    let lags = match bandwidth {
+        Bandwidth::Lags(lags) => lags,
+        Bandwidth::Andrews => andrews(&white),
+    }
+    .min(length.saturating_sub(1));
+    let mut sum = &white * white.transpose();
+    for lag in 1..=lags {
+        let weight = 1.0 - lag as f64 / (lags + 1) as f64;
+        let shifted = white.columns(lag, length - lag) * white.columns(0, length - lag).transpose();
+        sum += (&shifted + shifted.transpose()) * weight;
+    }
+    DMatrix::from_fn(n, n, |a, b| {
+        sum[(a, b)] / ((1.0 - colour[a]) * (1.0 - colour[b]))
+    })
+}
+
+/// First-order autocorrelation, clipped to what is believed.
+fn first_order(values: impl Iterator<Item = f64>) -> f64 {
+    let (mut before, mut product, mut square) = (0.0, 0.0, 0.0);
+    for v in values {
+        product += v * before;
+        square += before * before;
+        before = v;
+    }
+    if square > 0.0 {
+        (product / square).clamp(-SLOWEST, SLOWEST)
+    } else {
+        0.0
+    }
+}
+
+/// Andrews' lag for the Bartlett kernel: `1.1447 (alpha T)^(1/3)`, his equations 6.2 and 6.4 with equal weights.
+fn andrews(values: &DMatrix<f64>) -> usize {
+    let (mut above, mut below) = (0.0, 0.0);
+    for row in values.row_iter() {
+        let rho = first_order(row.iter().copied());
+        let variance = row.norm_squared() * (1.0 - rho * rho) / values.ncols() as f64;
+        above += 4.0 * (rho * variance).powi(2) / ((1.0 - rho).powi(6) * (1.0 + rho).powi(2));
+        below += variance.powi(2) / (1.0 - rho).powi(4);
+    }
+    if below > 0.0 {
+        (1.1447 * (above / below * values.ncols() as f64).cbrt()).ceil() as usize
+    } else {
+        0
+    }
+}

@@ -1,0 +1,290 @@
+//! The best fit with some parameters held: at their healthy value, or along a profile.
+//!
+//! A misfit evaluation is an order of magnitude cheaper than a linearisation, so the Jacobian of the point one comes from
+//! is kept, corrected by what each evaluation shows (Broyden, Mathematics of Computation 19 (1965)), and renewed only
+//! where steps stop to pay or where the result must be certain.
+
+use super::active_set::bounded_step;
+use super::problem::{Linearised, Problem, Space, try_misfit};
+use super::{Fit, FitError, Loss, Triangle};
+
+/// The best fit with some parameters held.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConditionalFit {
+    /// All `p` parameters, the held ones at their values.
+    pub theta: Vec<f64>,
+    /// `1/2 sum rho(r^2)` there.
+    pub cost: f64,
+    /// Misfits at `theta`, and a Jacobian.
+    pub linearised: Linearised,
+    /// Whether the Jacobian is that of `theta`; if not, it is a corrected one from nearby.
+    pub exact: bool,
+    /// Whether no step over the free parameters promises more than the tolerance.
+    pub converged: bool,
+}
+
+/// Minimises a problem with some parameters held, starting from where it has been before.
+#[derive(Debug)]
+pub struct Conditional<'a, P: Problem> {
+    problem: &'a P,
+    loss: Loss,
+    space: Space,
+    origin: ConditionalFit,
+    /// Decrease of `2 F` that is not worth another step.
+    tolerance: f64,
+    /// Calls of [`Problem::misfit`] so far.
+    pub misfit_evaluations: u64,
+    /// Calls of [`Problem::linearise`] so far.
+    pub linearisations: u64,
+}
+
+const MOST_ROUNDS: usize = 60;
+/// Damping that only keeps the step unique.
+const NO_DAMPING: f64 = 1e-14;
+const FIRST_DAMPING: f64 = 1e-2;
+/// A step with less than this share of the promised decrease says that the Jacobian is out of date.
+const POOR_GAIN: f64 = 0.25;
+
+impl<'a, P: Problem> Conditional<'a, P> {
+    /// Starts from the optimum `fit`.
+    ///
+    /// # Errors
+    /// If lengths or bounds of the problem do not fit together.
+    pub fn new(problem: &'a P, fit: &Fit) -> Result<Self, FitError> {
+        let origin = ConditionalFit {
+            theta: fit.theta.clone(),
+            cost: fit.cost,
+            linearised: fit.linearised.clone(),
+            exact: true,
+            converged: true,
+        };
+        let space = Space::of(problem)?;
+        super::problem::expect_length("parameters of the fit", space.len(), fit.theta.len())?;
+        let loss = fit.loss;
+        Ok(Self {
+            problem,
+            loss,
+            space,
+            origin,
+            tolerance: 1e-3,
+            misfit_evaluations: 0,
+            linearisations: 0,
+        })
+    }
+
+    /// Decrease of `2 F` (so, for known noise, of chi-squared) that is not worth another step; 0.001 unless set.
+    #[must_use]
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+
+    /// The optimum that everything starts from.
+    pub fn origin(&self) -> &ConditionalFit {
+        &self.origin
+    }
+
+    pub(super) fn space(&self) -> &Space {
+        &self.space
+    }
+
+    pub(super) fn set_tolerance(&mut self, tolerance: f64) {
+        self.tolerance = tolerance;
+    }
+
+    /// The best fit with each `(parameter, value)` held, starting from the optimum; confirmed by a fresh linearisation.
+    /// Indices beyond the last parameter are ignored; a value outside its bounds is allowed.
+    ///
+    /// # Errors
+    /// If the model fails wherever it is tried with these values.
+    pub fn minimise_with_fixed(
+        &mut self,
+        fixed: &[(usize, f64)],
+    ) -> Result<ConditionalFit, FitError> {
+        let origin = self.origin.clone();
+        self.walk(&origin, fixed, true)
+    }
+
+    /// The same from any earlier result; without `certain` a corrected Jacobian may end it, which is cheaper and can
+    /// leave the cost slightly too high, never too low.
+    ///
+    /// # Errors
+    /// If the model fails wherever it is tried with these values.
+    pub fn walk(
+        &mut self,
+        from: &ConditionalFit,
+        fixed: &[(usize, f64)],
+        certain: bool,
+    ) -> Result<ConditionalFit, FitError> {
+        let mut held = vec![None; self.space.len()];
+        let mut target = from.theta.clone();
+        for &(j, value) in fixed.iter().filter(|(j, _)| *j < from.theta.len()) {
+            held[j] = Some(0.0);
+            target[j] = value;
+        }
+        let mut here = if target == from.theta {
+            from.clone()
+        } else {
+            self.jump(from, &target, &held)?
+        };
+        here.converged = false;
+        let mut damping = NO_DAMPING;
+        for _ in 0..MOST_ROUNDS {
+            let triangle = Triangle::reduce(&here.linearised, self.loss);
+            let step = self.step(&triangle, &here.theta, &held, damping);
+            let promised = triangle.predicted_decrease(&step);
+            if 2.0 * promised <= self.tolerance
+                || self.space.relative_step(&here.theta, &step) < 1e-12
+            {
+                if here.exact || !certain || !self.renew(&mut here) {
+                    here.converged = here.exact || !certain;
+                    break;
+                }
+                damping = NO_DAMPING;
+                continue;
+            }
+            let theta: Vec<f64> = here.theta.iter().zip(&step).map(|(t, d)| t + d).collect();
+            self.misfit_evaluations += 1;
+            let tried =
+                try_misfit(self.problem, &theta, self.loss).filter(|(_, cost)| *cost < here.cost);
+            let Some((misfit, cost)) = tried else {
+                if here.exact || !self.renew(&mut here) {
+                    damping = (4.0 * damping).max(FIRST_DAMPING);
+                } else {
+                    damping = NO_DAMPING;
+                }
+                continue;
+            };
+            let gain = (here.cost - cost) / promised;
+            self.learn(&mut here, theta, misfit, cost);
+            if gain > POOR_GAIN {
+                damping = if damping > FIRST_DAMPING {
+                    damping / 4.0
+                } else {
+                    NO_DAMPING
+                };
+            }
+            if gain < POOR_GAIN {
+                self.renew(&mut here);
+            }
+        }
+        Ok(here)
+    }
+
+    /// The first point with the held parameters at their new values: along the linear model, or, where the model fails
+    /// there, with all others where they were.
+    fn jump(
+        &mut self,
+        from: &ConditionalFit,
+        target: &[f64],
+        held: &[Option<f64>],
+    ) -> Result<ConditionalFit, FitError> {
+        let displaced: Vec<Option<f64>> = held
+            .iter()
+            .zip(target.iter().zip(&from.theta))
+            .map(|(h, (v, t))| h.map(|_| v - t))
+            .collect();
+        let triangle = Triangle::reduce(&from.linearised, self.loss);
+        let step = self.step(&triangle, &from.theta, &displaced, NO_DAMPING);
+        let mut theta: Vec<f64> = from.theta.iter().zip(&step).map(|(t, d)| t + d).collect();
+        for (j, _) in held.iter().enumerate().filter(|(_, h)| h.is_some()) {
+            theta[j] = target[j];
+        }
+        let mut here = from.clone();
+        self.misfit_evaluations += 1;
+        if let Some((misfit, cost)) = try_misfit(self.problem, &theta, self.loss) {
+            self.learn(&mut here, theta, misfit, cost);
+            return Ok(here);
+        }
+        self.misfit_evaluations += 1;
+        let misfit = self
+            .problem
+            .misfit(target)
+            .map_err(|error| FitError::Start {
+                source: Box::new(error),
+            })?;
+        let cost = self.loss.cost(&misfit);
+        if !cost.is_finite() {
+            return Err(FitError::StartNotFinite);
+        }
+        self.learn(&mut here, target.to_vec(), misfit, cost);
+        Ok(here)
+    }
+
+    fn step(
+        &self,
+        triangle: &Triangle,
+        theta: &[f64],
+        held: &[Option<f64>],
+        damping: f64,
+    ) -> Vec<f64> {
+        let room: Vec<_> = theta
+            .iter()
+            .zip(&self.space.bounds)
+            .map(|(t, (l, u))| (l - t, u - t))
+            .collect();
+        bounded_step(
+            triangle,
+            &self
+                .weights(triangle)
+                .iter()
+                .map(|l| l * damping.sqrt())
+                .collect::<Vec<_>>(),
+            &room,
+            held,
+        )
+    }
+
+    fn weights(&self, triangle: &Triangle) -> Vec<f64> {
+        let norms = triangle.column_norms();
+        let most = norms
+            .iter()
+            .zip(&self.space.scale)
+            .map(|(n, s)| n * s)
+            .fold(f64::MIN_POSITIVE, f64::max);
+        norms
+            .iter()
+            .zip(&self.space.scale)
+            .map(|(n, s)| n.max(1e-8 * most / s))
+            .collect()
+    }
+
+    /// Moves to a point and corrects the Jacobian by what the misfits showed on the way.
+    fn learn(&self, here: &mut ConditionalFit, theta: Vec<f64>, misfit: Vec<f64>, cost: f64) {
+        let scaled =
+            |j: usize| (theta[j] - here.theta[j]) / (self.space.scale[j] * self.space.scale[j]);
+        let length: f64 = (0..theta.len())
+            .map(|j| (theta[j] - here.theta[j]) * scaled(j))
+            .sum();
+        if length > 0.0 && misfit.len() == here.linearised.misfit.len() {
+            let step = nalgebra::DVector::from_fn(theta.len(), |j, _| theta[j] - here.theta[j]);
+            let mut surprise = &here.linearised.jacobian * &step;
+            for (s, (after, before)) in surprise
+                .iter_mut()
+                .zip(misfit.iter().zip(&here.linearised.misfit))
+            {
+                *s = after - before - *s;
+            }
+            let direction = nalgebra::DVector::from_fn(theta.len(), |j, _| scaled(j) / length);
+            here.linearised
+                .jacobian
+                .ger(1.0, &surprise, &direction, 1.0);
+        }
+        (here.theta, here.linearised.misfit, here.cost, here.exact) = (theta, misfit, cost, false);
+    }
+
+    /// Replaces the corrected Jacobian by a true one; false if the model cannot be linearised here.
+    fn renew(&mut self, here: &mut ConditionalFit) -> bool {
+        self.linearisations += 1;
+        let Ok(seen) = self.problem.linearise(&here.theta) else {
+            return false;
+        };
+        if seen.check(here.theta.len()).is_err() || !seen.is_finite() {
+            return false;
+        }
+        here.cost = self.loss.cost(&seen.misfit);
+        here.linearised = seen;
+        here.exact = true;
+        true
+    }
+}
