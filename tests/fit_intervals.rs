@@ -11,31 +11,14 @@ fn tied_parameters_are_named_with_the_slope_between_them() {
     let y: Vec<f64> = x.iter().map(|x| 2.0 + x).collect();
     let model = |x: f64, t: &[f64]| t[0] + 4.0 * t[2] + t[1] * x;
     let problem = curve(model, x, y, vec![OPEN; 3]);
-    let found = fit(
-        &problem,
-        &[0.1, 0.1, 0.1],
-        Loss::None,
-        Tolerances::default(),
-    )
-    .unwrap();
-    let known = Uncertainty::at(
-        &found,
-        &UncertaintyOptions {
-            tie: 1e-6,
-            ..UncertaintyOptions::default()
-        },
-    );
-    let Err(Missing::TiedTo(others)) = &known.standard_error[0] else {
-        panic!("{:?}", known.standard_error)
-    };
+    let found = fit(&problem, &[0.1, 0.1, 0.1], Loss::None, Tolerances::default()).unwrap();
+    let known = Uncertainty::at(&found, &UncertaintyOptions { tie: 1e-6, ..UncertaintyOptions::default() });
+    let Err(Missing::TiedTo(others)) = &known.standard_error[0] else { panic!("{:?}", known.standard_error) };
     assert_eq!(others.len(), 1);
     assert_eq!(others[0].0, 2);
     approx::assert_relative_eq!(others[0].1, -0.25, max_relative = 1e-5);
     assert!(known.standard_error[1].is_ok());
-    let open = Profiler::new(&problem, &found)
-        .unwrap()
-        .interval(0, 0.95, 1.0)
-        .unwrap();
+    let open = Profiler::new(&problem, &found).unwrap().interval(0, 0.95, 1.0).unwrap();
     assert_eq!(open.identifiable, Identifiable::Unidentifiable, "{open:?}");
 }
 
@@ -43,10 +26,7 @@ fn tied_parameters_are_named_with_the_slope_between_them() {
 fn the_profile_of_a_line_is_its_normal_interval() {
     let x = grid(40, 1.0);
     let mut random = Random::new(11);
-    let y: Vec<f64> = x
-        .iter()
-        .map(|x| 1.0 + 2.0 * x + 0.2 * random.normal())
-        .collect();
+    let y: Vec<f64> = x.iter().map(|x| 1.0 + 2.0 * x + 0.2 * random.normal()).collect();
     let mut problem = curve(line, x, y, vec![OPEN, OPEN]);
     problem.sigma = 0.2;
     let found = fit(&problem, &[0.0, 0.0], Loss::None, Tolerances::default()).unwrap();
@@ -56,21 +36,10 @@ fn the_profile_of_a_line_is_its_normal_interval() {
         for i in 0..2 {
             let interval = profiler.interval(i, 0.95, inflation).unwrap();
             let half = 1.959_963_985 * known.standard_error[i].clone().unwrap() * inflation.sqrt();
-            approx::assert_relative_eq!(
-                interval.lower.unwrap(),
-                found.theta[i] - half,
-                epsilon = 1e-3 * half
-            );
-            approx::assert_relative_eq!(
-                interval.upper.unwrap(),
-                found.theta[i] + half,
-                epsilon = 1e-3 * half
-            );
+            approx::assert_relative_eq!(interval.lower.unwrap(), found.theta[i] - half, epsilon = 1e-3 * half);
+            approx::assert_relative_eq!(interval.upper.unwrap(), found.theta[i] + half, epsilon = 1e-3 * half);
             assert_eq!(interval.identifiable.to_string(), "bounded");
-            assert!(
-                interval.misfit_evaluations <= 6 && interval.linearisations <= 2,
-                "{interval:?}"
-            );
+            assert!(interval.misfit_evaluations <= 6 && interval.linearisations <= 2, "{interval:?}");
         }
     }
 }
@@ -84,15 +53,8 @@ fn a_saturated_model_bounds_its_parameter_from_below_only() {
     let mut problem = curve(model, x, y, vec![(0.1, 1000.0), (0.1, 10.0)]);
     problem.sigma = 0.05;
     let found = fit(&problem, &[10.0, 2.0], Loss::None, Tolerances::default()).unwrap();
-    let interval = Profiler::new(&problem, &found)
-        .unwrap()
-        .interval(0, 0.95, 1.0)
-        .unwrap();
-    assert_eq!(
-        interval.identifiable.to_string(),
-        "lower-bound-only",
-        "{interval:?}"
-    );
+    let interval = Profiler::new(&problem, &found).unwrap().interval(0, 0.95, 1.0).unwrap();
+    assert_eq!(interval.identifiable.to_string(), "lower-bound-only", "{interval:?}");
     assert_eq!(interval.upper_end, End::BoundReached);
     let lower = interval.lower.unwrap();
     let (rise, held) = profile_cost_at(&problem, &found, 0, lower).unwrap();
@@ -105,19 +67,10 @@ fn a_curved_profile_agrees_with_refitting_at_its_ends() {
     let x = grid(25, 4.0);
     let mut random = Random::new(5);
     let truth = |x: f64, t: &[f64]| t[0] * (1.0 - (-t[1] * x).exp()) + t[2] * x;
-    let y: Vec<f64> = x
-        .iter()
-        .map(|x| truth(*x, &[2.0, 0.8, 0.3]) + 0.1 * random.normal())
-        .collect();
+    let y: Vec<f64> = x.iter().map(|x| truth(*x, &[2.0, 0.8, 0.3]) + 0.1 * random.normal()).collect();
     let mut problem = curve(truth, x, y, vec![(0.0, 50.0), (0.0, 20.0), (-5.0, 5.0)]);
     problem.sigma = 0.1;
-    let found = fit(
-        &problem,
-        &[1.0, 1.0, 0.0],
-        Loss::None,
-        Tolerances::default(),
-    )
-    .unwrap();
+    let found = fit(&problem, &[1.0, 1.0, 0.0], Loss::None, Tolerances::default()).unwrap();
     let mut profiler = Profiler::new(&problem, &found).unwrap();
     for i in 0..3 {
         let interval = profiler.interval(i, 0.9, 1.0).unwrap();
@@ -138,19 +91,10 @@ fn a_profile_around_an_unfinished_fit_hands_back_the_better_optimum() {
     let x = grid(30, 1.0);
     let y: Vec<f64> = x.iter().map(|x| 1.0 + 2.0 * x).collect();
     let problem = curve(line, x, y, vec![OPEN, OPEN]);
-    let hasty = Tolerances {
-        max_iterations: 0,
-        ..Tolerances::default()
-    };
+    let hasty = Tolerances { max_iterations: 0, ..Tolerances::default() };
     let unfinished = fit(&problem, &[0.0, 1.0], Loss::None, hasty).unwrap();
-    assert_eq!(
-        unfinished.stopped,
-        StoppedBecause::MaxIterations { iterations: 0 }
-    );
-    let interval = Profiler::new(&problem, &unfinished)
-        .unwrap()
-        .interval(1, 0.95, 1.0)
-        .unwrap();
+    assert_eq!(unfinished.stopped, StoppedBecause::MaxIterations { iterations: 0 });
+    let interval = Profiler::new(&problem, &unfinished).unwrap().interval(1, 0.95, 1.0).unwrap();
     assert_eq!(interval.upper_end, End::BetterOptimum, "{interval:?}");
     assert!(interval.better.unwrap().cost < unfinished.cost);
 }
@@ -166,20 +110,13 @@ fn coloured_noise_inflates_the_variance_by_its_known_factor() {
                 .map(|t| {
                     let start = t % n == 0; // two series that know nothing of each other
                     let fresh = random.normal();
-                    noise = if start {
-                        fresh
-                    } else {
-                        rho * noise + (1.0f64 - rho * rho).sqrt() * fresh
-                    };
+                    noise = if start { fresh } else { rho * noise + (1.0f64 - rho * rho).sqrt() * fresh };
                     1.0 + noise
                 })
                 .collect();
             let problem = curve(|_, t| t[0], grid(2 * n, 1.0), y, vec![OPEN]);
             let found = fit(&problem, &[0.0], Loss::None, Tolerances::default()).unwrap();
-            let options = UncertaintyOptions {
-                series: vec![0..n, n..2 * n],
-                ..UncertaintyOptions::default()
-            };
+            let options = UncertaintyOptions { series: vec![0..n, n..2 * n], ..UncertaintyOptions::default() };
             let known = Uncertainty::at(&found, &options);
             mean += known.sandwich[(0, 0)] / known.covariance[(0, 0)] / 20.0;
         }
@@ -212,13 +149,7 @@ fn intervals_cover_the_truth_as_often_as_they_say() {
         problem.sigma = 0.1;
         let found = fit(&problem, &[1.0, 1.0], Loss::None, Tolerances::default()).unwrap();
         let series: Vec<_> = std::iter::once(0..n).collect();
-        let known = Uncertainty::at(
-            &found,
-            &UncertaintyOptions {
-                series,
-                ..UncertaintyOptions::default()
-            },
-        );
+        let known = Uncertainty::at(&found, &UncertaintyOptions { series, ..UncertaintyOptions::default() });
         let mut profiler = Profiler::new(&problem, &found).unwrap();
         for i in 0..2 {
             let inside = |inflation: f64, profiler: &mut Profiler<'_, _>| {

@@ -25,10 +25,7 @@ struct Dual {
 
 impl Dual {
     fn chain(self, v: f64, slope: f64) -> Self {
-        Self {
-            v,
-            d: self.d.map(|d| d * slope),
-        }
+        Self { v, d: self.d.map(|d| d * slope) }
     }
     fn exp(self) -> Self {
         self.chain(self.v.exp(), self.v.exp())
@@ -59,10 +56,7 @@ fn num(v: f64) -> Dual {
 
 /// A function of two values, given its slopes by either.
 fn join(v: f64, a: Dual, by_a: f64, b: Dual, by_b: f64) -> Dual {
-    Dual {
-        v,
-        d: std::array::from_fn(|k| a.d[k] * by_a + b.d[k] * by_b),
-    }
+    Dual { v, d: std::array::from_fn(|k| a.d[k] * by_a + b.d[k] * by_b) }
 }
 
 impl Neg for Dual {
@@ -110,8 +104,7 @@ fn wave(b: &[Dual], period: Dual, x: f64) -> Dual {
 fn model(name: &str, b: &[Dual], row: &[f64]) -> Dual {
     let (x, one) = (row[0], num(1.0));
     let t = num(x);
-    let bell =
-        |height: Dual, center: Dual, width: Dual| height * (-((t - center) / width).square()).exp();
+    let bell = |height: Dual, center: Dual, width: Dual| height * (-((t - center) / width).square()).exp();
     match name {
         "Misra1a" | "BoxBOD" => b[0] * (one - (-b[1] * t).exp()),
         "Misra1b" => b[0] * (one - one / (one + b[1] * t / num(2.0)).square()),
@@ -121,18 +114,14 @@ fn model(name: &str, b: &[Dual], row: &[f64]) -> Dual {
         "Lanczos1" | "Lanczos2" | "Lanczos3" => {
             b[0] * (-b[1] * t).exp() + b[2] * (-b[3] * t).exp() + b[4] * (-b[5] * t).exp()
         }
-        "Gauss1" | "Gauss2" | "Gauss3" => {
-            b[0] * (-b[1] * t).exp() + bell(b[2], b[3], b[4]) + bell(b[5], b[6], b[7])
-        }
+        "Gauss1" | "Gauss2" | "Gauss3" => b[0] * (-b[1] * t).exp() + bell(b[2], b[3], b[4]) + bell(b[5], b[6], b[7]),
         "DanWood" => b[0] * t.pow(b[1]),
         "Kirby2" => polynomial(&b[..3], x) / polynomial(&[one, b[3], b[4]], x),
         "Hahn1" | "Thurber" => polynomial(&b[..4], x) / polynomial(&[one, b[4], b[5], b[6]], x),
         "Nelson" => b[0] - b[1] * t * (-b[2] * num(row[1])).exp(),
         "MGH17" => b[0] + b[1] * (-t * b[3]).exp() + b[2] * (-t * b[4]).exp(),
         "Roszman1" => b[0] - b[1] * t - (b[2] / (t - b[3])).atan() / num(std::f64::consts::PI),
-        "ENSO" => {
-            b[0] + wave(&b[1..3], num(12.0), x) + wave(&b[4..6], b[3], x) + wave(&b[7..9], b[6], x)
-        }
+        "ENSO" => b[0] + wave(&b[1..3], num(12.0), x) + wave(&b[4..6], b[3], x) + wave(&b[7..9], b[6], x),
         "MGH09" => b[0] * (t.square() + t * b[1]) / (t.square() + t * b[2] + b[3]),
         "Rat42" => b[0] / (one + (b[1] - b[2] * t).exp()),
         "MGH10" => b[0] * (b[1] / (t + b[2])).exp(),
@@ -156,17 +145,11 @@ struct Certified {
 }
 
 fn numbers(text: &str) -> Vec<f64> {
-    text.split_whitespace()
-        .map(|w| w.parse().unwrap_or_else(|_| panic!("not a number: {w}")))
-        .collect()
+    text.split_whitespace().map(|w| w.parse().unwrap_or_else(|_| panic!("not a number: {w}"))).collect()
 }
 
 fn read(name: &str) -> Certified {
-    let text = fs::read_to_string(format!(
-        "{}/fixtures/nist/{name}.dat",
-        env!("CARGO_MANIFEST_DIR")
-    ))
-    .unwrap();
+    let text = fs::read_to_string(format!("{}/fixtures/nist/{name}.dat", env!("CARGO_MANIFEST_DIR"))).unwrap();
     let (head, data) = text.split_once("\nData:   y").unwrap();
     let table: Vec<Vec<f64>> = head
         .lines()
@@ -174,16 +157,8 @@ fn read(name: &str) -> Certified {
         .map(|l| numbers(l.split_once('=').unwrap().1))
         .collect();
     let column = |k: usize| table.iter().map(|row| row[k]).collect::<Vec<f64>>();
-    let squares = head
-        .lines()
-        .find_map(|l| l.strip_prefix("Residual Sum of Squares:"))
-        .unwrap();
-    let data: Vec<Vec<f64>> = data
-        .lines()
-        .skip(1)
-        .filter(|l| !l.trim().is_empty())
-        .map(numbers)
-        .collect();
+    let squares = head.lines().find_map(|l| l.strip_prefix("Residual Sum of Squares:")).unwrap();
+    let data: Vec<Vec<f64>> = data.lines().skip(1).filter(|l| !l.trim().is_empty()).map(numbers).collect();
     // Nelson's response is fitted in its logarithm.
     let response = |y: f64| if name == "Nelson" { y.ln() } else { y };
     Certified {
@@ -210,21 +185,11 @@ impl Problem for Certified {
         let b: Vec<Dual> = theta
             .iter()
             .enumerate()
-            .map(|(k, v)| Dual {
-                v: *v,
-                d: std::array::from_fn(|l| f64::from(u8::from(k == l))),
-            })
+            .map(|(k, v)| Dual { v: *v, d: std::array::from_fn(|l| f64::from(u8::from(k == l))) })
             .collect();
-        let values: Vec<Dual> = self
-            .rows
-            .iter()
-            .map(|row| model(&self.name, &b, row))
-            .collect();
+        let values: Vec<Dual> = self.rows.iter().map(|row| model(&self.name, &b, row)).collect();
         let misfit = values.iter().zip(&self.y).map(|(m, y)| m.v - y).collect();
-        Ok(Linearised {
-            misfit,
-            jacobian: DMatrix::from_fn(self.y.len(), b.len(), |i, j| values[i].d[j]),
-        })
+        Ok(Linearised { misfit, jacobian: DMatrix::from_fn(self.y.len(), b.len(), |i, j| values[i].d[j]) })
     }
     fn scale(&self) -> Vec<f64> {
         self.values.iter().map(|v| v.abs() * 1e-3).collect()
@@ -233,14 +198,8 @@ impl Problem for Certified {
 
 /// Least number of digits on which two lists agree; NIST certifies eleven.
 fn digits(found: &[f64], certified: &[f64]) -> f64 {
-    let each = found
-        .iter()
-        .zip(certified)
-        .map(|(f, c)| -((f - c).abs() / c.abs()).max(1e-11).log10());
-    each.fold(
-        11.0,
-        |least, d| if d < least || d.is_nan() { d } else { least },
-    )
+    let each = found.iter().zip(certified).map(|(f, c)| -((f - c).abs() / c.abs()).max(1e-11).log10());
+    each.fold(11.0, |least, d| if d < least || d.is_nan() { d } else { least })
 }
 
 #[test]
@@ -248,20 +207,11 @@ fn certified_values_are_reproduced() {
     let folder = format!("{}/fixtures/nist", env!("CARGO_MANIFEST_DIR"));
     let mut names: Vec<String> = fs::read_dir(folder)
         .unwrap()
-        .filter_map(|f| {
-            f.unwrap()
-                .file_name()
-                .to_str()?
-                .strip_suffix(".dat")
-                .map(str::to_owned)
-        })
+        .filter_map(|f| f.unwrap().file_name().to_str()?.strip_suffix(".dat").map(str::to_owned))
         .collect();
     names.sort();
     assert_eq!(names.len(), 27, "NIST certifies 27 sets");
-    println!(
-        "{:9} start  digits  of errors  iterations  misfits  stopped because",
-        ""
-    );
+    println!("{:9} start  digits  of errors  iterations  misfits  stopped because", "");
     let mut failures = Vec::new();
     let mut linearisations = 0;
     for name in &names {
@@ -270,21 +220,10 @@ fn certified_values_are_reproduced() {
             let found = fit(&set, start, Loss::None, Tolerances::tight()).unwrap();
             let known = Uncertainty::at(
                 &found,
-                &UncertaintyOptions {
-                    noise: Noise::FromMisfit,
-                    tie: 1e-13,
-                    ..Default::default()
-                },
+                &UncertaintyOptions { noise: Noise::FromMisfit, tie: 1e-13, ..Default::default() },
             );
-            let errors: Vec<f64> = known
-                .standard_error
-                .iter()
-                .map(|e| e.as_ref().map_or(f64::NAN, |e| *e))
-                .collect();
-            let (values, errors) = (
-                digits(&found.theta, &set.values),
-                digits(&errors, &set.errors),
-            );
+            let errors: Vec<f64> = known.standard_error.iter().map(|e| e.as_ref().map_or(f64::NAN, |e| *e)).collect();
+            let (values, errors) = (digits(&found.theta, &set.values), digits(&errors, &set.errors));
             println!(
                 "{name:9} {:5}  {values:6.1}  {errors:9.1}  {:10}  {:7}  {}",
                 k + 1,
@@ -304,8 +243,5 @@ fn certified_values_are_reproduced() {
     }
     println!("{linearisations} linearisations in all starts that arrive");
     assert!(linearisations < 4000, "the fits have become slower");
-    assert_eq!(
-        failures, KNOWN_FAILURES,
-        "starts that miss the certified optimum"
-    );
+    assert_eq!(failures, KNOWN_FAILURES, "starts that miss the certified optimum");
 }

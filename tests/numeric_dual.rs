@@ -20,20 +20,13 @@ fn mixture<T: Real>(x: T, y: T) -> T {
 fn gradient_agrees_with_central_differences() {
     let (x, y) = (0.7, 1.3);
     let (value, [gradient]) = jacobian(&[x, y], |[x, y]| [mixture(x, y)]);
-    assert_eq!(
-        value,
-        [mixture(x, y)],
-        "the real part rounds as the plain number does"
-    );
+    assert_eq!(value, [mixture(x, y)], "the real part rounds as the plain number does");
     let h = 1e-5;
     let dx = (mixture(x + h, y) - mixture(x - h, y)) / (2.0 * h);
     let dy = (mixture(x, y + h) - mixture(x, y - h)) / (2.0 * h);
     for (exact, difference) in gradient.into_iter().zip([dx, dy]) {
         println!("digits {:.1}", -((exact / difference - 1.0).abs().log10()));
-        assert!(
-            (exact / difference - 1.0).abs() < 1e-8,
-            "{exact} {difference}"
-        );
+        assert!((exact / difference - 1.0).abs() < 1e-8, "{exact} {difference}");
     }
 }
 
@@ -56,10 +49,7 @@ fn closed_forms() {
         (x.square(), 0.6),
     ];
     for (i, (number, slope)) in cases.into_iter().enumerate() {
-        assert!(
-            (number.eps[0] - slope).abs() < 1e-13 * slope.abs().max(1.0),
-            "case {i}: {number:?} {slope}"
-        );
+        assert!((number.eps[0] - slope).abs() < 1e-13 * slope.abs().max(1.0), "case {i}: {number:?} {slope}");
     }
 }
 
@@ -71,12 +61,7 @@ fn nested_duals_give_second_derivatives() {
     let inner = [Dual::variable(x, 0), Dual::variable(y, 1)];
     let [x2, y2] = Dual::variables(&inner);
     let value = f(x2, y2);
-    let hessian = [
-        6.0 * x * y * y,
-        6.0 * x * x * y,
-        6.0 * x * x * y,
-        2.0 * x * x * x,
-    ];
+    let hessian = [6.0 * x * y * y, 6.0 * x * x * y, 6.0 * x * x * y, 2.0 * x * x * x];
     for (i, expected) in hessian.into_iter().enumerate() {
         let got = value.eps[i / 2].eps[i % 2];
         assert!((got - expected).abs() < 1e-13, "{i}: {got} {expected}");
@@ -95,10 +80,7 @@ fn roots_at_zero_do_not_poison_other_directions() {
     assert_eq!(root.eps[0], 0.0);
     assert_eq!(root.eps[1], f64::INFINITY);
     assert!(!root.is_finite() && root.re().is_finite());
-    assert_eq!(
-        Dual::<Dual<f64, 2>, 1>::constant(0.0).sqrt(),
-        Dual::constant(0.0)
-    );
+    assert_eq!(Dual::<Dual<f64, 2>, 1>::constant(0.0).sqrt(), Dual::constant(0.0));
 }
 
 #[test]

@@ -41,9 +41,7 @@ impl ExplicitSystem<f64, SVector<f64, 4>> for Circuit {
 fn agrees_with_dopri5() {
     let start = [2.0, 0.5, 0.0, 0.0];
     let mut integrator = Rosenbrock::new(Options::uniform(1e-10, 1e-12));
-    let stiff = integrator
-        .integrate(&mut Circuit, 0.0, &start, 1.0, |_| {})
-        .expect("integrates");
+    let stiff = integrator.integrate(&mut Circuit, 0.0, &start, 1.0, |_| {}).expect("integrates");
 
     let mut explicit = Dopri5::new(Circuit, 0.0, 1.0, 0.1, start.into(), 1e-11, 1e-13);
     explicit.set_output(OutputType::Sparse);
@@ -53,10 +51,6 @@ fn agrees_with_dopri5() {
     println!("{:?}; Dopri5: {effort:?}", integrator.stats());
     for (i, value) in stiff.iter().enumerate() {
         println!("state {i}: {value:.12} and {:.12}", other[i]);
-        assert!(
-            (value - other[i]).abs() < 1e-9 * value.abs().max(1e-2),
-            "state {i}: {value} {}",
-            other[i]
-        );
+        assert!((value - other[i]).abs() < 1e-9 * value.abs().max(1e-2), "state {i}: {value} {}", other[i]);
     }
 }

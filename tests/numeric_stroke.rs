@@ -26,13 +26,7 @@ fn stroke_agrees_with_its_reference() {
 #[test]
 fn effort_is_pinned() {
     let (_, stats) = solve(options(), [1.0; 6]);
-    let pinned = Stats {
-        steps: 699,
-        rejected: 97,
-        derivatives: 6271,
-        jacobians: 699,
-        factorisations: 796,
-    };
+    let pinned = Stats { steps: 699, rejected: 97, derivatives: 6271, jacobians: 699, factorisations: 796 };
     assert_eq!(stats, pinned);
 }
 
@@ -46,9 +40,7 @@ fn steps<S: Scalar>(q: [S; 6]) -> Vec<(f64, [f64; N])> {
         stroke.u = u;
         integrator.restart();
         y = integrator
-            .integrate(&mut stroke, t0, &y, t1, |step| {
-                ends.push((step.t_end, step.y1.map(Real::re)))
-            })
+            .integrate(&mut stroke, t0, &y, t1, |step| ends.push((step.t_end, step.y1.map(Real::re))))
             .expect("integrates");
     }
     ends
@@ -57,14 +49,8 @@ fn steps<S: Scalar>(q: [S; 6]) -> Vec<(f64, [f64; N])> {
 #[test]
 fn dual_run_takes_the_same_steps_to_the_last_bit() {
     let plain = steps([1.0; 6]);
-    assert_eq!(
-        plain,
-        steps(std::array::from_fn(|i| Dual::<f64, 3>::variable(1.0, i)))
-    );
-    assert_eq!(
-        plain,
-        steps(std::array::from_fn(|i| Dual::<f64, 6>::variable(1.0, i)))
-    );
+    assert_eq!(plain, steps(std::array::from_fn(|i| Dual::<f64, 3>::variable(1.0, i))));
+    assert_eq!(plain, steps(std::array::from_fn(|i| Dual::<f64, 6>::variable(1.0, i))));
 }
 
 #[test]
@@ -94,13 +80,8 @@ fn sensitivities_are_differences_of_tight_solutions() {
                 }
             }
             let relative = (miss / size).sqrt();
-            println!(
-                "parameter {p}, rtol {rtol:e}: sensitivities differ by {relative:.1e} of their size"
-            );
-            assert!(
-                relative < *allowed,
-                "parameter {p}, rtol {rtol:e}: {relative}"
-            );
+            println!("parameter {p}, rtol {rtol:e}: sensitivities differ by {relative:.1e} of their size");
+            assert!(relative < *allowed, "parameter {p}, rtol {rtol:e}: {relative}");
         }
     }
 }

@@ -133,8 +133,10 @@ fn uncertain(model: &Model) -> Vec<Estimated> {
         }
     };
     let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0);
-    let mut all: Vec<Estimated> =
-        stated.filter(|(index, _)| !is_fault(*index)).map(|(index, parameter)| within(index, parameter.sigma)).collect();
+    let mut all: Vec<Estimated> = stated
+        .filter(|(index, _)| !is_fault(*index))
+        .map(|(index, parameter)| within(index, parameter.sigma))
+        .collect();
     for sensor in &rig.sensors {
         let offset = sensor.first_parameter;
         if rig.parameters[offset].sigma == 0.0 && sensor.tolerance > 0.0 && !is_fault(offset) {

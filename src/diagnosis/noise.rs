@@ -142,9 +142,8 @@ impl Weights {
             let length = phase.rows.len();
             for (direction, taken) in phase.directions.iter().zip(&phase.taken) {
                 let blocks = || direction.chunks_exact(length.max(1)).enumerate();
-                let along: f64 = blocks()
-                    .map(|(sensor, part)| dot(part, &column[sensor * self.rows..][phase.rows.clone()]))
-                    .sum();
+                let along: f64 =
+                    blocks().map(|(sensor, part)| dot(part, &column[sensor * self.rows..][phase.rows.clone()])).sum();
                 for (sensor, part) in blocks() {
                     for (slot, direction) in column[sensor * self.rows..][phase.rows.clone()].iter_mut().zip(part) {
                         *slot -= taken * along * direction;

@@ -26,10 +26,7 @@ pub(super) fn bounded_step(
 ) -> Vec<f64> {
     let p = triangle.len();
     let mut step: Vec<f64> = held.iter().map(|h| h.unwrap_or(0.0)).collect();
-    let mut hold: Vec<Hold> = held
-        .iter()
-        .map(|h| if h.is_some() { Hold::Fixed } else { Hold::Free })
-        .collect();
+    let mut hold: Vec<Hold> = held.iter().map(|h| if h.is_some() { Hold::Fixed } else { Hold::Free }).collect();
     // Two parameters can hand the last free place back and forth by rounding; the step is feasible at every pass.
     for _ in 0..4 * p + 8 {
         solve_free(triangle, damping, &hold, &mut step);
@@ -52,13 +49,7 @@ pub(super) fn bounded_step(
         };
         hold[j] = Hold::Free;
     }
-    for (d, (lower, upper)) in step
-        .iter_mut()
-        .zip(room)
-        .zip(held)
-        .filter(|(_, h)| h.is_none())
-        .map(|(x, _)| x)
-    {
+    for (d, (lower, upper)) in step.iter_mut().zip(room).zip(held).filter(|(_, h)| h.is_none()).map(|(x, _)| x) {
         *d = d.max(*lower).min(*upper);
     }
     step
@@ -91,21 +82,12 @@ fn solve_free(triangle: &Triangle, damping: &[f64], hold: &[Hold], step: &mut [f
     for k in (0..n).rev() {
         let known: f64 = (k + 1..n).map(|l| work[(k, l)] * step[free[l]]).sum();
         let diagonal = work[(k, k)];
-        step[free[k]] = if diagonal == 0.0 {
-            0.0
-        } else {
-            -(work[(k, n)] + known) / diagonal
-        };
+        step[free[k]] = if diagonal == 0.0 { 0.0 } else { -(work[(k, n)] + known) / diagonal };
     }
 }
 
 /// The parameter on a bound whose force points inside most strongly, relative to what it could weigh.
-fn wants_release(
-    triangle: &Triangle,
-    damping: &[f64],
-    hold: &[Hold],
-    step: &[f64],
-) -> Option<usize> {
+fn wants_release(triangle: &Triangle, damping: &[f64], hold: &[Hold], step: &[f64]) -> Option<usize> {
     let moved = &triangle.r * nalgebra::DVector::from_column_slice(step) + &triangle.z;
     let force = triangle.r.tr_mul(&moved);
     let mut best = (1e-12, None);
@@ -116,8 +98,7 @@ fn wants_release(
             Hold::Free | Hold::Fixed => continue,
         };
         let slope = (force[j] + damping[j] * damping[j] * step[j]) * outward;
-        let weight =
-            triangle.r.column(j).norm() * moved.norm() + damping[j] * damping[j] * step[j].abs();
+        let weight = triangle.r.column(j).norm() * moved.norm() + damping[j] * damping[j] * step[j].abs();
         if weight > 0.0 && -slope / weight > best.0 {
             best = (-slope / weight, Some(j));
         }

@@ -24,11 +24,8 @@ pub(super) fn scores_variance(
     for (t, &r) in fit.linearised.misfit.iter().enumerate() {
         let pull = fit.loss.at(r * r).1 * r;
         for c in 0..n {
-            let row: f64 = free
-                .iter()
-                .enumerate()
-                .map(|(a, &j)| fit.linearised.jacobian[(t, j)] * inverse[(a, c)])
-                .sum();
+            let row: f64 =
+                free.iter().enumerate().map(|(a, &j)| fit.linearised.jacobian[(t, j)] * inverse[(a, c)]).sum();
             scores[(c, t)] = row * pull;
         }
     }
@@ -40,10 +37,7 @@ pub(super) fn scores_variance(
             continue;
         }
         covered[range.clone()].fill(true);
-        total += long_run(
-            scores.columns(range.start, range.len()).into_owned(),
-            bandwidth,
-        );
+        total += long_run(scores.columns(range.start, range.len()).into_owned(), bandwidth);
     }
     for t in (0..m).filter(|&t| !covered[t]) {
         let score = scores.column(t);
@@ -55,9 +49,7 @@ pub(super) fn scores_variance(
 /// Long-run covariance of one series of scores, times its length.
 fn long_run(scores: DMatrix<f64>, bandwidth: Bandwidth) -> DMatrix<f64> {
     let (n, length) = scores.shape();
-    let colour: Vec<f64> = (0..n)
-        .map(|c| first_order(scores.row(c).iter().copied()))
-        .collect();
+    let colour: Vec<f64> = (0..n).map(|c| first_order(scores.row(c).iter().copied())).collect();
     let mut white = scores;
     for t in (1..length).rev() {
         for c in 0..n {
@@ -79,9 +71,7 @@ fn long_run(scores: DMatrix<f64>, bandwidth: Bandwidth) -> DMatrix<f64> {
         let shifted = white.columns(lag, length - lag) * white.columns(0, length - lag).transpose();
         sum += (&shifted + shifted.transpose()) * weight;
     }
-    DMatrix::from_fn(n, n, |a, b| {
-        sum[(a, b)] / ((1.0 - colour[a]) * (1.0 - colour[b]))
-    })
+    DMatrix::from_fn(n, n, |a, b| sum[(a, b)] / ((1.0 - colour[a]) * (1.0 - colour[b])))
 }
 
 /// First-order autocorrelation, clipped to what is believed.
@@ -92,11 +82,7 @@ fn first_order(values: impl Iterator<Item = f64>) -> f64 {
         square += before * before;
         before = v;
     }
-    if square > 0.0 {
-        (product / square).clamp(-SLOWEST, SLOWEST)
-    } else {
-        0.0
-    }
+    if square > 0.0 { (product / square).clamp(-SLOWEST, SLOWEST) } else { 0.0 }
 }
 
 /// Andrews' lag for the Bartlett kernel: `1.1447 (alpha T)^(1/3)`, his equations 6.2 and 6.4 with equal weights.
@@ -108,9 +94,5 @@ fn andrews(values: &DMatrix<f64>) -> usize {
         above += 4.0 * (rho * variance).powi(2) / ((1.0 - rho).powi(6) * (1.0 + rho).powi(2));
         below += variance.powi(2) / (1.0 - rho).powi(4);
     }
-    if below > 0.0 {
-        (1.1447 * (above / below * values.ncols() as f64).cbrt()).ceil() as usize
-    } else {
-        0
-    }
+    if below > 0.0 { (1.1447 * (above / below * values.ncols() as f64).cbrt()).ceil() as usize } else { 0 }
 }

@@ -103,15 +103,7 @@ impl<'a, P: Problem> Conditional<'a, P> {
         let space = Space::of(problem)?;
         super::problem::expect_length("parameters of the fit", space.len(), fit.theta.len())?;
         let loss = fit.loss;
-        Ok(Self {
-            problem,
-            loss,
-            space,
-            origin,
-            tolerance: 1e-3,
-            misfit_evaluations: 0,
-            linearisations: 0,
-        })
+        Ok(Self { problem, loss, space, origin, tolerance: 1e-3, misfit_evaluations: 0, linearisations: 0 })
     }
 
     /// Decrease of `2 F` (so, for known noise, of chi-squared) that is not worth another step; 0.001 unless set.
@@ -139,10 +131,7 @@ impl<'a, P: Problem> Conditional<'a, P> {
     ///
     /// # Errors
     /// If the model fails wherever it is tried with these values.
-    pub fn minimise_with_fixed(
-        &mut self,
-        fixed: &[(usize, f64)],
-    ) -> Result<ConditionalFit, FitError> {
+    pub fn minimise_with_fixed(&mut self, fixed: &[(usize, f64)]) -> Result<ConditionalFit, FitError> {
         let origin = self.origin.clone();
         self.walk(&origin, fixed, true)
     }
@@ -164,20 +153,15 @@ impl<'a, P: Problem> Conditional<'a, P> {
             held[j] = Some(0.0);
             target[j] = value;
         }
-        let mut here = if target == from.theta {
-            from.clone()
-        } else {
-            self.jump(from, &target, &held)?
-        };
+        let mut here = if target == from.theta { from.clone() } else { self.jump(from, &target, &held)? };
         here.converged = false;
         let mut damping = NO_DAMPING;
         for _ in 0..MOST_ROUNDS {
-            let triangle = if here.exact { here.slope.triangle.clone() } else { here.slope.with(&here.misfit, self.loss) };
+            let triangle =
+                if here.exact { here.slope.triangle.clone() } else { here.slope.with(&here.misfit, self.loss) };
             let step = self.step(&triangle, &here.theta, &held, damping);
             let promised = triangle.predicted_decrease(&step);
-            if 2.0 * promised <= self.tolerance
-                || self.space.relative_step(&here.theta, &step) < 1e-12
-            {
+            if 2.0 * promised <= self.tolerance || self.space.relative_step(&here.theta, &step) < 1e-12 {
                 if here.exact || !certain || !self.renew(&mut here) {
                     here.converged = here.exact || !certain;
                     break;
@@ -187,8 +171,7 @@ impl<'a, P: Problem> Conditional<'a, P> {
             }
             let theta: Vec<f64> = here.theta.iter().zip(&step).map(|(t, d)| t + d).collect();
             self.misfit_evaluations += 1;
-            let tried =
-                try_misfit(self.problem, &theta, self.loss).filter(|(_, cost)| *cost < here.cost);
+            let tried = try_misfit(self.problem, &theta, self.loss).filter(|(_, cost)| *cost < here.cost);
             let Some((misfit, cost)) = tried else {
                 if here.exact || !self.renew(&mut here) {
                     damping = (4.0 * damping).max(FIRST_DAMPING);
@@ -200,11 +183,7 @@ impl<'a, P: Problem> Conditional<'a, P> {
             let gain = (here.cost - cost) / promised;
             here.move_to(theta, misfit, cost);
             if gain > POOR_GAIN {
-                damping = if damping > FIRST_DAMPING {
-                    damping / 4.0
-                } else {
-                    NO_DAMPING
-                };
+                damping = if damping > FIRST_DAMPING { damping / 4.0 } else { NO_DAMPING };
             }
             if gain < POOR_GAIN {
                 self.renew(&mut here);
@@ -221,11 +200,8 @@ impl<'a, P: Problem> Conditional<'a, P> {
         target: &[f64],
         held: &[Option<f64>],
     ) -> Result<ConditionalFit, FitError> {
-        let displaced: Vec<Option<f64>> = held
-            .iter()
-            .zip(target.iter().zip(&from.theta))
-            .map(|(h, (v, t))| h.map(|_| v - t))
-            .collect();
+        let displaced: Vec<Option<f64>> =
+            held.iter().zip(target.iter().zip(&from.theta)).map(|(h, (v, t))| h.map(|_| v - t)).collect();
         let triangle = from.slope.with(&from.misfit, self.loss);
         let step = self.step(&triangle, &from.theta, &displaced, NO_DAMPING);
         let mut theta: Vec<f64> = from.theta.iter().zip(&step).map(|(t, d)| t + d).collect();
@@ -239,12 +215,7 @@ impl<'a, P: Problem> Conditional<'a, P> {
             return Ok(here);
         }
         self.misfit_evaluations += 1;
-        let misfit = self
-            .problem
-            .misfit(target)
-            .map_err(|error| FitError::Start {
-                source: Box::new(error),
-            })?;
+        let misfit = self.problem.misfit(target).map_err(|error| FitError::Start { source: Box::new(error) })?;
         let cost = self.loss.cost(&misfit);
         if !cost.is_finite() {
             return Err(FitError::StartNotFinite);
@@ -253,25 +224,11 @@ impl<'a, P: Problem> Conditional<'a, P> {
         Ok(here)
     }
 
-    fn step(
-        &self,
-        triangle: &Triangle,
-        theta: &[f64],
-        held: &[Option<f64>],
-        damping: f64,
-    ) -> Vec<f64> {
-        let room: Vec<_> = theta
-            .iter()
-            .zip(&self.space.bounds)
-            .map(|(t, (l, u))| (l - t, u - t))
-            .collect();
+    fn step(&self, triangle: &Triangle, theta: &[f64], held: &[Option<f64>], damping: f64) -> Vec<f64> {
+        let room: Vec<_> = theta.iter().zip(&self.space.bounds).map(|(t, (l, u))| (l - t, u - t)).collect();
         bounded_step(
             triangle,
-            &self
-                .weights(triangle)
-                .iter()
-                .map(|l| l * damping.sqrt())
-                .collect::<Vec<_>>(),
+            &self.weights(triangle).iter().map(|l| l * damping.sqrt()).collect::<Vec<_>>(),
             &room,
             held,
         )
@@ -279,16 +236,8 @@ impl<'a, P: Problem> Conditional<'a, P> {
 
     fn weights(&self, triangle: &Triangle) -> Vec<f64> {
         let norms = triangle.column_norms();
-        let most = norms
-            .iter()
-            .zip(&self.space.scale)
-            .map(|(n, s)| n * s)
-            .fold(f64::MIN_POSITIVE, f64::max);
-        norms
-            .iter()
-            .zip(&self.space.scale)
-            .map(|(n, s)| n.max(1e-8 * most / s))
-            .collect()
+        let most = norms.iter().zip(&self.space.scale).map(|(n, s)| n * s).fold(f64::MIN_POSITIVE, f64::max);
+        norms.iter().zip(&self.space.scale).map(|(n, s)| n.max(1e-8 * most / s)).collect()
     }
 
     /// Replaces the Jacobian from nearby by the true one; false if the model cannot be linearised here.

@@ -7,21 +7,11 @@ use std::fmt;
 #[derive(Debug)]
 pub enum FitError {
     /// An array has another length than the problem says: parameters, bounds, scales, misfits or Jacobian rows.
-    Length {
-        what: &'static str,
-        expected: usize,
-        found: usize,
-    },
+    Length { what: &'static str, expected: usize, found: usize },
     /// The lower bound of parameter `parameter` lies above its upper one, or one of them is not a number.
-    Bounds {
-        parameter: usize,
-        lower: f64,
-        upper: f64,
-    },
+    Bounds { parameter: usize, lower: f64, upper: f64 },
     /// The model could not be evaluated at the point to start from.
-    Start {
-        source: Box<dyn Error + Send + Sync>,
-    },
+    Start { source: Box<dyn Error + Send + Sync> },
     /// The model was evaluated at the point to start from, and gave an infinity or a NaN.
     StartNotFinite,
     /// A confidence level that is not between 0 and 1.
@@ -29,36 +19,20 @@ pub enum FitError {
     /// None of the `tried` starts could be evaluated.
     NoStart { tried: usize },
     /// The executor of the solver gave up, for instance because an observer failed.
-    Executor {
-        source: Box<dyn Error + Send + Sync>,
-    },
+    Executor { source: Box<dyn Error + Send + Sync> },
 }
 
 impl fmt::Display for FitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Length {
-                what,
-                expected,
-                found,
-            } => write!(f, "{what}: {expected} expected, {found} found"),
-            Self::Bounds {
-                parameter,
-                lower,
-                upper,
-            } => {
-                write!(
-                    f,
-                    "parameter {parameter}: the bounds {lower} and {upper} leave no room"
-                )
+            Self::Length { what, expected, found } => write!(f, "{what}: {expected} expected, {found} found"),
+            Self::Bounds { parameter, lower, upper } => {
+                write!(f, "parameter {parameter}: the bounds {lower} and {upper} leave no room")
             }
             Self::Start { source } => {
                 write!(f, "the model fails at the start of the fit: {source}")
             }
-            Self::StartNotFinite => write!(
-                f,
-                "the model gives no finite misfit at the start of the fit"
-            ),
+            Self::StartNotFinite => write!(f, "the model gives no finite misfit at the start of the fit"),
             Self::Level { level } => {
                 write!(f, "a confidence level lies between 0 and 1, not at {level}")
             }

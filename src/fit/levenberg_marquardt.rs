@@ -11,8 +11,7 @@ use super::here::Here;
 use super::problem::{Problem, Space, expect_length, linearise_start, try_misfit};
 use super::{Bound, Fit, FitError, Loss, StoppedBecause};
 use argmin::core::{
-    Error, Executor, IterState, KV, Problem as Counted, Solver, State, TerminationReason,
-    TerminationStatus,
+    Error, Executor, IterState, KV, Problem as Counted, Solver, State, TerminationReason, TerminationStatus,
 };
 
 /// The iteration state that `argmin` keeps: parameters and gradient of the cost.
@@ -34,24 +33,14 @@ pub struct Tolerances {
 impl Default for Tolerances {
     /// Well below a standard error, and above the noise that an integrator leaves in the cost.
     fn default() -> Self {
-        Self {
-            function: 1e-8,
-            gradient: 1e-8,
-            step: 1e-9,
-            max_iterations: 100,
-        }
+        Self { function: 1e-8, gradient: 1e-8, step: 1e-9, max_iterations: 100 }
     }
 }
 
 impl Tolerances {
     /// As far as double precision goes: for models without integration error.
     pub fn tight() -> Self {
-        Self {
-            function: 1e-18,
-            gradient: 1e-15,
-            step: 1e-14,
-            max_iterations: 5000,
-        }
+        Self { function: 1e-18, gradient: 1e-15, step: 1e-14, max_iterations: 5000 }
     }
 }
 
@@ -105,27 +94,17 @@ impl LevenbergMarquardt {
     /// What was found, once the executor has returned `state`; `None` if it never ran.
     pub fn finish(self, state: &FitState) -> Option<Fit> {
         let here = self.here?;
-        let stopped = self
-            .stopped
-            .unwrap_or_else(|| match state.get_termination_reason() {
-                Some(reason) if *reason != TerminationReason::MaxItersReached => {
-                    StoppedBecause::Executor {
-                        reason: reason.clone(),
-                    }
-                }
-                _ => StoppedBecause::MaxIterations {
-                    iterations: state.get_iter(),
-                },
-            });
-        let at_bound =
-            here.theta
-                .iter()
-                .zip(&self.space.bounds)
-                .map(|(t, (lower, upper))| match *t {
-                    t if t <= *lower => Some(Bound::Lower),
-                    t if t >= *upper => Some(Bound::Upper),
-                    _ => None,
-                });
+        let stopped = self.stopped.unwrap_or_else(|| match state.get_termination_reason() {
+            Some(reason) if *reason != TerminationReason::MaxItersReached => {
+                StoppedBecause::Executor { reason: reason.clone() }
+            }
+            _ => StoppedBecause::MaxIterations { iterations: state.get_iter() },
+        });
+        let at_bound = here.theta.iter().zip(&self.space.bounds).map(|(t, (lower, upper))| match *t {
+            t if t <= *lower => Some(Bound::Lower),
+            t if t >= *upper => Some(Bound::Upper),
+            _ => None,
+        });
         Some(Fit {
             at_bound: at_bound.collect(),
             theta: here.theta,
@@ -157,11 +136,7 @@ impl LevenbergMarquardt {
             }
             self.linearisations += 1;
             let seen = problem.problem("linearise_count", |p| Ok(p.linearise(&theta).ok()));
-            let Some(seen) = seen
-                .ok()
-                .flatten()
-                .filter(|s| s.check(theta.len()).is_ok() && s.is_finite())
-            else {
+            let Some(seen) = seen.ok().flatten().filter(|s| s.check(theta.len()).is_ok() && s.is_finite()) else {
                 break;
             };
             let next = Here::new(theta, seen, self.loss, &self.space, &here.lengths);
@@ -177,30 +152,18 @@ impl LevenbergMarquardt {
     /// The undamped step inside the box, and the decrease it promises.
     fn gauss_newton(&self, here: &Here) -> (Vec<f64>, f64) {
         let room = self.room(&here.theta);
-        let damping: Vec<f64> = here
-            .lengths
-            .iter()
-            .map(|l| l * LEAST_DAMPING.sqrt())
-            .collect();
+        let damping: Vec<f64> = here.lengths.iter().map(|l| l * LEAST_DAMPING.sqrt()).collect();
         let step = bounded_step(&here.triangle, &damping, &room, &vec![None; room.len()]);
         let promised = here.triangle.predicted_decrease(&step);
         (step, promised)
     }
 
     fn room(&self, theta: &[f64]) -> Vec<(f64, f64)> {
-        theta
-            .iter()
-            .zip(&self.space.bounds)
-            .map(|(t, (lower, upper))| (lower - t, upper - t))
-            .collect()
+        theta.iter().zip(&self.space.bounds).map(|(t, (lower, upper))| (lower - t, upper - t)).collect()
     }
 
     /// One step that lowers the cost, or the reason why there is none.
-    fn advance<O: Problem>(
-        &mut self,
-        problem: &mut Counted<O>,
-        here: &Here,
-    ) -> Result<(Here, f64), StoppedBecause> {
+    fn advance<O: Problem>(&mut self, problem: &mut Counted<O>, here: &Here) -> Result<(Here, f64), StoppedBecause> {
         let room = self.room(&here.theta);
         let held = vec![None; room.len()];
         loop {
@@ -213,10 +176,7 @@ impl LevenbergMarquardt {
             let target: Vec<f64> = here.theta.iter().zip(&step).map(|(t, d)| t + d).collect();
             let theta = self.space.clamp(&target);
             if theta == here.theta || self.damping > MOST_DAMPING {
-                return Err(StoppedBecause::NoFurtherDecrease {
-                    relative_step,
-                    promised: share,
-                });
+                return Err(StoppedBecause::NoFurtherDecrease { relative_step, promised: share });
             }
             self.misfit_evaluations += 1;
             let loss = self.loss;
@@ -235,40 +195,27 @@ impl LevenbergMarquardt {
                     });
                 }
                 if share.abs() < 4.0 * f64::EPSILON || relative_step < self.tolerances.step {
-                    return Err(StoppedBecause::NoFurtherDecrease {
-                        relative_step,
-                        promised: share,
-                    });
+                    return Err(StoppedBecause::NoFurtherDecrease { relative_step, promised: share });
                 }
                 self.reject();
                 continue;
             }
             self.linearisations += 1;
             let seen = problem.problem("linearise_count", |p| Ok(p.linearise(&theta).ok()));
-            let Some(seen) = seen
-                .ok()
-                .flatten()
-                .filter(|s| s.check(theta.len()).is_ok() && s.is_finite())
-            else {
+            let Some(seen) = seen.ok().flatten().filter(|s| s.check(theta.len()).is_ok() && s.is_finite()) else {
                 self.reject();
                 continue;
             };
-            self.damping = (self.damping * (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0))
-                .max(LEAST_DAMPING);
+            self.damping = (self.damping * (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0)).max(LEAST_DAMPING);
             self.growth = 2.0;
             let next = Here::new(theta, seen, self.loss, &self.space, &here.lengths);
             let relative_decrease = ((here.cost - next.cost) / here.cost).abs().max(share);
             let tolerances = self.tolerances;
             if relative_decrease <= tolerances.function && gain < 2.0 {
-                self.stopped = Some(StoppedBecause::FunctionTolerance {
-                    relative_decrease,
-                    tolerance: tolerances.function,
-                });
+                self.stopped =
+                    Some(StoppedBecause::FunctionTolerance { relative_decrease, tolerance: tolerances.function });
             } else if relative_step <= tolerances.step {
-                self.stopped = Some(StoppedBecause::StepTolerance {
-                    relative_step,
-                    tolerance: tolerances.step,
-                });
+                self.stopped = Some(StoppedBecause::StepTolerance { relative_step, tolerance: tolerances.step });
             }
             return Ok((next, relative_step));
         }
@@ -278,16 +225,10 @@ impl LevenbergMarquardt {
     fn arrive(&mut self, here: Here, state: FitState) -> FitState {
         let cosine = here.cosine(&self.space);
         if cosine <= self.tolerances.gradient {
-            self.stopped = Some(StoppedBecause::GradientTolerance {
-                cosine,
-                tolerance: self.tolerances.gradient,
-            });
+            self.stopped = Some(StoppedBecause::GradientTolerance { cosine, tolerance: self.tolerances.gradient });
         }
         let gradient = here.triangle.gradient().iter().copied().collect();
-        let state = state
-            .param(here.theta.clone())
-            .gradient(gradient)
-            .cost(here.cost);
+        let state = state.param(here.theta.clone()).gradient(gradient).cost(here.cost);
         self.here = Some(here);
         state
     }
@@ -298,11 +239,7 @@ impl<O: Problem> Solver<O, FitState> for LevenbergMarquardt {
         "bounded Levenberg-Marquardt"
     }
 
-    fn init(
-        &mut self,
-        problem: &mut Counted<O>,
-        mut state: FitState,
-    ) -> Result<(FitState, Option<KV>), Error> {
+    fn init(&mut self, problem: &mut Counted<O>, mut state: FitState) -> Result<(FitState, Option<KV>), Error> {
         self.space = problem.problem("bounds_count", |p| Ok(Space::of(p)))??;
         let start = state.take_param().unwrap_or_default();
         expect_length("parameters of the start", self.space.len(), start.len())?;
@@ -313,19 +250,14 @@ impl<O: Problem> Solver<O, FitState> for LevenbergMarquardt {
         Ok((self.arrive(here, state), None))
     }
 
-    fn next_iter(
-        &mut self,
-        problem: &mut Counted<O>,
-        state: FitState,
-    ) -> Result<(FitState, Option<KV>), Error> {
+    fn next_iter(&mut self, problem: &mut Counted<O>, state: FitState) -> Result<(FitState, Option<KV>), Error> {
         let Some(here) = self.here.take() else {
             return Err(FitError::NoStart { tried: 0 }.into());
         };
         match self.advance(problem, &here) {
             Ok((next, relative_step)) => {
-                let report = argmin::core::KV::new().merge(
-                    argmin::kv!("damping" => self.damping; "relative_step" => relative_step;),
-                );
+                let report = argmin::core::KV::new()
+                    .merge(argmin::kv!("damping" => self.damping; "relative_step" => relative_step;));
                 Ok((self.arrive(next, state), Some(report)))
             }
             Err(stopped) => {
@@ -349,30 +281,14 @@ impl<O: Problem> Solver<O, FitState> for LevenbergMarquardt {
 ///
 /// # Errors
 /// If lengths or bounds do not fit together, or the model fails at the start.
-pub fn fit<P: Problem>(
-    problem: &P,
-    start: &[f64],
-    loss: Loss,
-    tolerances: Tolerances,
-) -> Result<Fit, FitError> {
+pub fn fit<P: Problem>(problem: &P, start: &[f64], loss: Loss, tolerances: Tolerances) -> Result<Fit, FitError> {
     let executor = Executor::new(problem, LevenbergMarquardt::new(tolerances).loss(loss))
-        .configure(|state: FitState| {
-            state
-                .param(start.to_vec())
-                .max_iters(tolerances.max_iterations)
-        })
+        .configure(|state: FitState| state.param(start.to_vec()).max_iters(tolerances.max_iterations))
         .timer(false)
         .ctrlc(false);
-    let result = executor
-        .run()
-        .map_err(|error| match error.downcast::<FitError>() {
-            Ok(known) => known,
-            Err(other) => FitError::Executor {
-                source: other.into(),
-            },
-        })?;
-    result
-        .solver
-        .finish(&result.state)
-        .ok_or(FitError::NoStart { tried: 1 })
+    let result = executor.run().map_err(|error| match error.downcast::<FitError>() {
+        Ok(known) => known,
+        Err(other) => FitError::Executor { source: other.into() },
+    })?;
+    result.solver.finish(&result.state).ok_or(FitError::NoStart { tried: 1 })
 }

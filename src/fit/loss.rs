@@ -34,11 +34,7 @@ impl Loss {
             Self::SoftL1 { k } => {
                 let u = 1.0 + s / (k * k);
                 let root = u.sqrt();
-                (
-                    2.0 * k * k * (root - 1.0),
-                    1.0 / root,
-                    -0.5 / (k * k * u * root),
-                )
+                (2.0 * k * k * (root - 1.0), 1.0 / root, -0.5 / (k * k * u * root))
             }
             Self::Cauchy { k } => {
                 let u = 1.0 + s / (k * k);
@@ -74,21 +70,12 @@ mod tests {
 
     #[test]
     fn derivatives_agree_with_differences() {
-        for loss in [
-            Loss::None,
-            Loss::Huber { k: 1.3 },
-            Loss::SoftL1 { k: 0.7 },
-            Loss::Cauchy { k: 2.0 },
-        ] {
+        for loss in [Loss::None, Loss::Huber { k: 1.3 }, Loss::SoftL1 { k: 0.7 }, Loss::Cauchy { k: 2.0 }] {
             for s in [0.2, 1.0, 4.0, 90.0] {
                 let h = 1e-5 * s;
                 let (_, slope, bend) = loss.at(s);
                 let (above, below) = (loss.at(s + h), loss.at(s - h));
-                approx::assert_relative_eq!(
-                    slope,
-                    (above.0 - below.0) / (2.0 * h),
-                    max_relative = 1e-7
-                );
+                approx::assert_relative_eq!(slope, (above.0 - below.0) / (2.0 * h), max_relative = 1e-7);
                 approx::assert_abs_diff_eq!(bend, (above.1 - below.1) / (2.0 * h), epsilon = 1e-7);
             }
         }

@@ -62,18 +62,10 @@ impl Linearised {
     pub(super) fn check(&self, p: usize) -> Result<(), FitError> {
         let (rows, columns) = self.jacobian.shape();
         if columns != p {
-            return Err(FitError::Length {
-                what: "columns of the Jacobian",
-                expected: p,
-                found: columns,
-            });
+            return Err(FitError::Length { what: "columns of the Jacobian", expected: p, found: columns });
         }
         if rows != self.misfit.len() {
-            return Err(FitError::Length {
-                what: "rows of the Jacobian",
-                expected: self.misfit.len(),
-                found: rows,
-            });
+            return Err(FitError::Length { what: "rows of the Jacobian", expected: self.misfit.len(), found: rows });
         }
         Ok(())
     }
@@ -97,25 +89,12 @@ impl Space {
         for (parameter, &(lower, upper)) in bounds.iter().enumerate() {
             let ordered = lower <= upper; // false for a NaN, too
             if !ordered {
-                return Err(FitError::Bounds {
-                    parameter,
-                    lower,
-                    upper,
-                });
+                return Err(FitError::Bounds { parameter, lower, upper });
             }
         }
         let given = problem.scale();
         expect_length("scales", bounds.len(), given.len())?;
-        let scale = given
-            .iter()
-            .map(|&s| {
-                if s.is_finite() && s != 0.0 {
-                    s.abs()
-                } else {
-                    1.0
-                }
-            })
-            .collect();
+        let scale = given.iter().map(|&s| if s.is_finite() && s != 0.0 { s.abs() } else { 1.0 }).collect();
         Ok(Self { bounds, scale })
     }
 
@@ -124,63 +103,30 @@ impl Space {
     }
 
     pub fn clamp(&self, theta: &[f64]) -> Vec<f64> {
-        theta
-            .iter()
-            .zip(&self.bounds)
-            .map(|(t, (lower, upper))| t.max(*lower).min(*upper))
-            .collect()
+        theta.iter().zip(&self.bounds).map(|(t, (lower, upper))| t.max(*lower).min(*upper)).collect()
     }
 
     /// Largest change of a parameter relative to its magnitude.
     pub fn relative_step(&self, theta: &[f64], step: &[f64]) -> f64 {
-        let each = theta
-            .iter()
-            .zip(step)
-            .zip(&self.scale)
-            .map(|((t, d), s)| d.abs() / t.abs().max(*s));
+        let each = theta.iter().zip(step).zip(&self.scale).map(|((t, d), s)| d.abs() / t.abs().max(*s));
         each.fold(0.0, f64::max)
     }
 }
 
-pub(super) fn expect_length(
-    what: &'static str,
-    expected: usize,
-    found: usize,
-) -> Result<(), FitError> {
-    if expected == found {
-        Ok(())
-    } else {
-        Err(FitError::Length {
-            what,
-            expected,
-            found,
-        })
-    }
+pub(super) fn expect_length(what: &'static str, expected: usize, found: usize) -> Result<(), FitError> {
+    if expected == found { Ok(()) } else { Err(FitError::Length { what, expected, found }) }
 }
 
 /// Misfits and cost at a trial point; `None` where the model fails or is not finite, which a solver takes as "not there".
-pub(super) fn try_misfit<P: Problem>(
-    problem: &P,
-    theta: &[f64],
-    loss: Loss,
-) -> Option<(Vec<f64>, f64)> {
+pub(super) fn try_misfit<P: Problem>(problem: &P, theta: &[f64], loss: Loss) -> Option<(Vec<f64>, f64)> {
     let misfit = problem.misfit(theta).ok()?;
     let cost = loss.cost(&misfit);
     cost.is_finite().then_some((misfit, cost))
 }
 
 /// The problem linearised at a start; here a failure is an error.
-pub(super) fn linearise_start<P: Problem>(
-    problem: &P,
-    theta: &[f64],
-) -> Result<Linearised, FitError> {
-    let seen = problem.linearise(theta).map_err(|error| FitError::Start {
-        source: Box::new(error),
-    })?;
+pub(super) fn linearise_start<P: Problem>(problem: &P, theta: &[f64]) -> Result<Linearised, FitError> {
+    let seen = problem.linearise(theta).map_err(|error| FitError::Start { source: Box::new(error) })?;
     seen.check(theta.len())?;
-    if seen.is_finite() {
-        Ok(seen)
-    } else {
-        Err(FitError::StartNotFinite)
-    }
+    if seen.is_finite() { Ok(seen) } else { Err(FitError::StartNotFinite) }
 }

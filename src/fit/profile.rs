@@ -114,20 +114,9 @@ impl<'a, P: Problem> Profiler<'a, P> {
     /// # Errors
     /// If lengths or bounds of the problem do not fit together.
     pub fn new(problem: &'a P, fit: &Fit) -> Result<Self, FitError> {
-        let options = UncertaintyOptions {
-            noise: Noise::Known,
-            ..UncertaintyOptions::default()
-        };
-        let errors = Uncertainty::at(fit, &options)
-            .standard_error
-            .into_iter()
-            .map(Result::ok)
-            .collect();
-        Ok(Self {
-            conditional: Conditional::new(problem, fit)?,
-            variance: 1.0,
-            errors,
-        })
+        let options = UncertaintyOptions { noise: Noise::Known, ..UncertaintyOptions::default() };
+        let errors = Uncertainty::at(fit, &options).standard_error.into_iter().map(Result::ok).collect();
+        Ok(Self { conditional: Conditional::new(problem, fit)?, variance: 1.0, errors })
     }
 
     /// Variance of a misfit, 1 unless set; [`Uncertainty::variance`] where the noise is not known.
@@ -150,35 +139,18 @@ impl<'a, P: Problem> Profiler<'a, P> {
     pub fn interval(&mut self, i: usize, level: f64, inflation: f64) -> Result<Interval, FitError> {
         let p = self.errors.len();
         if i >= p {
-            return Err(FitError::Length {
-                what: "parameter to profile below the number",
-                expected: p,
-                found: i,
-            });
+            return Err(FitError::Length { what: "parameter to profile below the number", expected: p, found: i });
         }
         if !(level > 0.0 && level < 1.0) {
             return Err(FitError::Level { level });
         }
         let root = Normal::standard().inverse_cdf(0.5 * (1.0 + level));
         let unit = self.variance * inflation;
-        let before = (
-            self.conditional.misfit_evaluations,
-            self.conditional.linearisations,
-        );
-        self.conditional
-            .set_tolerance(INNER_TOLERANCE * root * root * unit);
+        let before = (self.conditional.misfit_evaluations, self.conditional.linearisations);
+        self.conditional.set_tolerance(INNER_TOLERANCE * root * root * unit);
         let origin = self.conditional.origin().clone();
-        let mut search = Search {
-            i,
-            root,
-            unit,
-            points: Vec::new(),
-            better: None,
-        };
-        search.points.push(ProfilePoint {
-            value: origin.theta[i],
-            rise: 0.0,
-        });
+        let mut search = Search { i, root, unit, points: Vec::new(), better: None };
+        search.points.push(ProfilePoint { value: origin.theta[i], rise: 0.0 });
         let (lower, lower_end) = search.end(&mut self.conditional, -1.0, self.errors[i]);
         let (upper, upper_end) = if search.better.is_some() {
             (None, End::BetterOptimum)
@@ -248,20 +220,12 @@ impl Search {
         let bound = if direction > 0.0 { upper } else { lower };
         let start = error.map_or(0.1 * scale, |e| self.root * self.unit.sqrt() * e);
         let open = REACH * scale.max(center.abs());
-        let most = if bound.is_finite() {
-            (bound - center).abs()
-        } else {
-            open
-        };
+        let most = if bound.is_finite() { (bound - center).abs() } else { open };
         if most == 0.0 {
             return (None, End::BoundReached);
         }
         let value_at = |t: f64| {
-            if t >= most && bound.is_finite() {
-                bound
-            } else {
-                center + direction * t
-            }
+            if t >= most && bound.is_finite() { bound } else { center + direction * t }
         };
         let mut inside = (0.0, 0.0);
         let mut nearest = origin.clone();
@@ -287,12 +251,8 @@ impl Search {
                 };
                 (found, z) = certain;
             }
-            self.points.push(ProfilePoint {
-                value: held[0].1,
-                rise: 2.0 * (found.cost - origin.cost),
-            });
-            if 2.0 * (found.cost - origin.cost) < -BETTER * self.root * self.root * self.unit
-            {
+            self.points.push(ProfilePoint { value: held[0].1, rise: 2.0 * (found.cost - origin.cost) });
+            if 2.0 * (found.cost - origin.cost) < -BETTER * self.root * self.root * self.unit {
                 self.better = Some(found);
                 return (None, End::BetterOptimum);
             }
@@ -308,16 +268,10 @@ impl Search {
                 nearest = found;
                 outside = outside.filter(|(o, _)| *o > t);
                 if outside.is_none() {
-                    let ahead = if slope > 0.0 {
-                        1.02 * (self.root - z) / slope
-                    } else {
-                        f64::INFINITY
-                    };
+                    let ahead = if slope > 0.0 { 1.02 * (self.root - z) / slope } else { f64::INFINITY };
                     t = (t + ahead.max(1e-3 * t)).min(4.0 * t).min(most);
                     // Past a place where the model fails there is nothing to extrapolate to.
-                    t = fails
-                        .filter(|f| t >= *f)
-                        .map_or(t, |f| 0.5 * (inside.0 + f));
+                    t = fails.filter(|f| t >= *f).map_or(t, |f| 0.5 * (inside.0 + f));
                     continue;
                 }
             } else {
@@ -327,11 +281,7 @@ impl Search {
                 let width = o - inside.0;
                 let secant = inside.0 + width * (self.root - inside.1) / (above - inside.1);
                 let safe = secant.max(inside.0 + 0.02 * width).min(o - 0.02 * width);
-                t = if round % 4 == 3 || !safe.is_finite() {
-                    inside.0 + 0.5 * width
-                } else {
-                    safe
-                };
+                t = if round % 4 == 3 || !safe.is_finite() { inside.0 + 0.5 * width } else { safe };
             }
         }
         (None, End::GaveUp)

@@ -68,22 +68,13 @@ pub fn multi_start<P: Problem>(
     for start in &starts.given {
         expect_length("parameters of a start", space.len(), start.len())?;
     }
-    let sampled = latin_hypercube(
-        &draw_box(&space, starts.given.first()),
-        starts.sampled,
-        starts.seed,
-    );
+    let sampled = latin_hypercube(&draw_box(&space, starts.given.first()), starts.sampled, starts.seed);
     let tried = starts.given.len() + sampled.len();
-    let mut screened: Vec<(f64, &Vec<f64>)> = sampled
-        .iter()
-        .filter_map(|theta| Some((try_misfit(problem, theta, loss)?.1, theta)))
-        .collect();
+    let mut screened: Vec<(f64, &Vec<f64>)> =
+        sampled.iter().filter_map(|theta| Some((try_misfit(problem, theta, loss)?.1, theta))).collect();
     let mut failed = sampled.len() - screened.len();
     screened.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let chosen = starts
-        .given
-        .iter()
-        .chain(screened.iter().take(starts.fitted).map(|(_, theta)| *theta));
+    let chosen = starts.given.iter().chain(screened.iter().take(starts.fitted).map(|(_, theta)| *theta));
     let mut fits: Vec<Fit> = Vec::new();
     for start in chosen {
         match fit(problem, start, loss, tolerances) {
@@ -92,8 +83,7 @@ pub fn multi_start<P: Problem>(
             Err(other) => return Err(other),
         }
     }
-    let misfit_evaluations =
-        sampled.len() as u64 + fits.iter().map(|f| f.misfit_evaluations).sum::<u64>();
+    let misfit_evaluations = sampled.len() as u64 + fits.iter().map(|f| f.misfit_evaluations).sum::<u64>();
     let linearisations = fits.iter().map(|f| f.linearisations).sum();
     // A stable sort: among equals the earlier start wins, so a given start keeps its place.
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -103,15 +93,7 @@ pub fn multi_start<P: Problem>(
         return Err(FitError::NoStart { tried });
     };
     let reached_best = fits.iter().filter(|f| same_cost(f.cost, best.cost)).count();
-    Ok(MultiStart {
-        best,
-        optima,
-        fitted,
-        failed,
-        reached_best,
-        misfit_evaluations,
-        linearisations,
-    })
+    Ok(MultiStart { best, optima, fitted, failed, reached_best, misfit_evaluations, linearisations })
 }
 
 fn same_cost(a: f64, b: f64) -> bool {
@@ -122,22 +104,12 @@ fn merge(fits: &[Fit], space: &Space) -> Vec<Optimum> {
     let mut optima: Vec<Optimum> = Vec::new();
     for found in fits {
         let known = optima.iter_mut().find(|known| {
-            let step: Vec<f64> = known
-                .theta
-                .iter()
-                .zip(&found.theta)
-                .map(|(a, b)| a - b)
-                .collect();
-            same_cost(known.cost, found.cost)
-                && space.relative_step(&known.theta, &step) <= SAME_PLACE
+            let step: Vec<f64> = known.theta.iter().zip(&found.theta).map(|(a, b)| a - b).collect();
+            same_cost(known.cost, found.cost) && space.relative_step(&known.theta, &step) <= SAME_PLACE
         });
         match known {
             Some(known) => known.reached += 1,
-            None => optima.push(Optimum {
-                theta: found.theta.clone(),
-                cost: found.cost,
-                reached: 1,
-            }),
+            None => optima.push(Optimum { theta: found.theta.clone(), cost: found.cost, reached: 1 }),
         }
     }
     optima
@@ -147,16 +119,8 @@ fn draw_box(space: &Space, around: Option<&Vec<f64>>) -> Vec<(f64, f64)> {
     let bounds = space.bounds.iter().zip(&space.scale).enumerate();
     let draw = bounds.map(|(j, (&(lower, upper), scale))| {
         let anchor = around.map_or(0.0, |start| start[j]).max(lower).min(upper);
-        let from = if lower.is_finite() {
-            lower
-        } else {
-            anchor - REACH * scale
-        };
-        let to = if upper.is_finite() {
-            upper
-        } else {
-            anchor + REACH * scale
-        };
+        let from = if lower.is_finite() { lower } else { anchor - REACH * scale };
+        let to = if upper.is_finite() { upper } else { anchor + REACH * scale };
         (from, to)
     });
     draw.collect()
@@ -189,10 +153,7 @@ mod tests {
         let points = latin_hypercube(&[(0.0, 1.0), (-5.0, 5.0)], 16, 7);
         for j in 0..2 {
             let (lower, width) = [(0.0, 1.0), (-5.0, 10.0)][j];
-            let mut slices: Vec<usize> = points
-                .iter()
-                .map(|p| ((p[j] - lower) / width * 16.0) as usize)
-                .collect();
+            let mut slices: Vec<usize> = points.iter().map(|p| ((p[j] - lower) / width * 16.0) as usize).collect();
             slices.sort_unstable();
             assert_eq!(slices, (0..16).collect::<Vec<_>>());
         }

@@ -6,10 +6,7 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq)]
 pub enum StoppedBecause {
     /// The last step lowered the cost, and promised to lower it, by a share of at most `tolerance`.
-    FunctionTolerance {
-        relative_decrease: f64,
-        tolerance: f64,
-    },
+    FunctionTolerance { relative_decrease: f64, tolerance: f64 },
     /// The cosine of the angle between the misfit and every direction that is still free is at most `tolerance`.
     GradientTolerance { cosine: f64, tolerance: f64 },
     /// The last step changed no parameter by more than `tolerance` of its magnitude.
@@ -19,9 +16,7 @@ pub enum StoppedBecause {
     /// The iterations that were allowed are used up.
     MaxIterations { iterations: u64 },
     /// The executor ended it: a target cost, a time limit, an interrupt.
-    Executor {
-        reason: argmin::core::TerminationReason,
-    },
+    Executor { reason: argmin::core::TerminationReason },
 }
 
 impl StoppedBecause {
@@ -34,28 +29,16 @@ impl StoppedBecause {
 impl fmt::Display for StoppedBecause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::FunctionTolerance {
-                relative_decrease,
-                tolerance,
-            } => {
-                write!(
-                    f,
-                    "relative cost decrease {relative_decrease:.2e} <= {tolerance:.1e}"
-                )
+            Self::FunctionTolerance { relative_decrease, tolerance } => {
+                write!(f, "relative cost decrease {relative_decrease:.2e} <= {tolerance:.1e}")
             }
             Self::GradientTolerance { cosine, tolerance } => {
                 write!(f, "projected gradient {cosine:.2e} <= {tolerance:.1e}")
             }
-            Self::StepTolerance {
-                relative_step,
-                tolerance,
-            } => {
+            Self::StepTolerance { relative_step, tolerance } => {
                 write!(f, "relative step {relative_step:.2e} <= {tolerance:.1e}")
             }
-            Self::NoFurtherDecrease {
-                relative_step,
-                promised,
-            } => {
+            Self::NoFurtherDecrease { relative_step, promised } => {
                 write!(
                     f,
                     "no further decrease down to a relative step of {relative_step:.2e} ({promised:.2e} of the cost promised)"

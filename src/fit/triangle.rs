@@ -31,10 +31,7 @@ impl Triangle {
         let mut from = 0;
         while from < m {
             let rows = BLOCK.min(m - from);
-            let factors: Vec<_> = seen.misfit[from..from + rows]
-                .iter()
-                .map(|&r| loss.row_factors(r))
-                .collect();
+            let factors: Vec<_> = seen.misfit[from..from + rows].iter().map(|&r| loss.row_factors(r)).collect();
             for j in 0..p {
                 let source = &seen.jacobian.as_slice()[j * m + from..j * m + from + rows];
                 let target = &mut work.as_mut_slice()[j * (width + BLOCK) + width..][..rows];
@@ -50,11 +47,7 @@ impl Triangle {
         }
         let r = work.view((0, 0), (p, p)).into_owned();
         let z = DVector::from_fn(p, |i, _| work[(i, p)]);
-        Self {
-            r,
-            z,
-            rest: work[(p, p)].abs(),
-        }
+        Self { r, z, rest: work[(p, p)].abs() }
     }
 
     /// Number of parameters.
@@ -120,12 +113,7 @@ pub(super) fn triangularise(a: &mut DMatrix<f64>, top: usize, below: usize) {
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
     let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a4
-        .remainder()
-        .iter()
-        .zip(b4.remainder())
-        .map(|(x, y)| x * y)
-        .sum();
+    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(x, y)| x * y).sum();
     for (x, y) in a4.zip(b4) {
         for k in 0..4 {
             sums[k] += x[k] * y[k];
@@ -141,24 +129,14 @@ mod tests {
     #[test]
     fn reduces_to_the_same_normal_equations() {
         let m = 1000;
-        let jacobian = DMatrix::from_fn(m, 4, |i, j| {
-            ((i * (j + 2)) as f64 * 0.37).sin() * 10f64.powi(j as i32)
-        });
+        let jacobian = DMatrix::from_fn(m, 4, |i, j| ((i * (j + 2)) as f64 * 0.37).sin() * 10f64.powi(j as i32));
         let misfit: Vec<f64> = (0..m).map(|i| (i as f64 * 0.11).cos() + 0.5).collect();
-        let seen = Linearised {
-            misfit: misfit.clone(),
-            jacobian: jacobian.clone(),
-        };
+        let seen = Linearised { misfit: misfit.clone(), jacobian: jacobian.clone() };
         let triangle = Triangle::reduce(&seen, Loss::None);
         let (squared, expected) = (triangle.r.tr_mul(&triangle.r), jacobian.tr_mul(&jacobian));
         approx::assert_relative_eq!(squared, expected, max_relative = 1e-12, epsilon = 1e-8);
         let gradient = jacobian.tr_mul(&DVector::from_vec(misfit.clone()));
-        approx::assert_relative_eq!(
-            triangle.gradient(),
-            gradient,
-            max_relative = 1e-12,
-            epsilon = 1e-9
-        );
+        approx::assert_relative_eq!(triangle.gradient(), gradient, max_relative = 1e-12, epsilon = 1e-9);
         let total = triangle.z.norm_squared() + triangle.rest * triangle.rest;
         approx::assert_relative_eq!(total, 2.0 * Loss::None.cost(&misfit), max_relative = 1e-12);
     }

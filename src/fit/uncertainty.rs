@@ -26,11 +26,7 @@ impl fmt::Display for Missing {
             Self::TiedTo(others) => {
                 write!(f, "tied to")?;
                 for (n, (k, slope)) in others.iter().enumerate() {
-                    write!(
-                        f,
-                        "{} parameter {k} ({slope:.3e} per unit)",
-                        if n == 0 { "" } else { "," }
-                    )?;
+                    write!(f, "{} parameter {k} ({slope:.3e} per unit)", if n == 0 { "" } else { "," })?;
                 }
                 Ok(())
             }
@@ -75,12 +71,7 @@ pub struct UncertaintyOptions {
 
 impl Default for UncertaintyOptions {
     fn default() -> Self {
-        Self {
-            noise: Noise::Known,
-            series: Vec::new(),
-            bandwidth: Bandwidth::Andrews,
-            tie: 1e-8,
-        }
+        Self { noise: Noise::Known, series: Vec::new(), bandwidth: Bandwidth::Andrews, tie: 1e-8 }
     }
 }
 
@@ -121,9 +112,7 @@ impl Uncertainty {
             .map(|j| match fit.at_bound[j] {
                 _ if norms[j] == 0.0 => Some(Missing::Insensitive),
                 Some(_) => Some(Missing::AtBound),
-                None if fit.theta[j] != 0.0 && influence(j) < INSENSITIVE * most => {
-                    Some(Missing::Insensitive)
-                }
+                None if fit.theta[j] != 0.0 && influence(j) < INSENSITIVE * most => Some(Missing::Insensitive),
                 None => None,
             })
             .collect();
@@ -140,44 +129,25 @@ impl Uncertainty {
             naive.clone()
         } else {
             let correction = m as f64 / m.saturating_sub(known).max(1) as f64;
-            let middle = scores_variance(fit, &free, &inverse, &options.series, options.bandwidth)
-                * correction;
+            let middle = scores_variance(fit, &free, &inverse, &options.series, options.bandwidth) * correction;
             &inverse * middle * inverse.transpose()
         };
         let mut covariance = DMatrix::from_element(p, p, f64::NAN);
         let mut sandwich = covariance.clone();
-        for (a, &i) in free
-            .iter()
-            .enumerate()
-            .filter(|(_, i)| missing[**i].is_none())
-        {
-            for (b, &j) in free
-                .iter()
-                .enumerate()
-                .filter(|(_, j)| missing[**j].is_none())
-            {
+        for (a, &i) in free.iter().enumerate().filter(|(_, i)| missing[**i].is_none()) {
+            for (b, &j) in free.iter().enumerate().filter(|(_, j)| missing[**j].is_none()) {
                 covariance[(i, j)] = naive[(a, b)];
                 sandwich[(i, j)] = coloured[(a, b)];
             }
         }
         // f64::max ignores a NaN, so a missing parameter gets 1.
-        let inflation: Vec<f64> = (0..p)
-            .map(|i| (sandwich[(i, i)] / covariance[(i, i)]).max(1.0))
-            .collect();
+        let inflation: Vec<f64> = (0..p).map(|i| (sandwich[(i, i)] / covariance[(i, i)]).max(1.0)).collect();
         let standard_error = missing
             .into_iter()
             .enumerate()
-            .map(|(i, reason)| {
-                reason.map_or_else(|| Ok((covariance[(i, i)] * inflation[i]).sqrt()), Err)
-            })
+            .map(|(i, reason)| reason.map_or_else(|| Ok((covariance[(i, i)] * inflation[i]).sqrt()), Err))
             .collect();
-        Self {
-            variance,
-            covariance,
-            sandwich,
-            standard_error,
-            inflation,
-        }
+        Self { variance, covariance, sandwich, standard_error, inflation }
     }
 
     /// Correlation of two estimates, from the white covariance; `None` if one is missing.
@@ -197,9 +167,7 @@ fn scaled_inverse(
     missing: &mut [Option<Missing>],
 ) -> DMatrix<f64> {
     let n = free.len();
-    let scaled = DMatrix::from_fn(triangle.len(), n, |i, a| {
-        triangle.r[(i, free[a])] / norms[free[a]]
-    });
+    let scaled = DMatrix::from_fn(triangle.len(), n, |i, a| triangle.r[(i, free[a])] / norms[free[a]]);
     if n == 0 {
         return DMatrix::zeros(0, 0);
     }
@@ -208,24 +176,16 @@ fn scaled_inverse(
         return DMatrix::zeros(n, 0);
     };
     let known: Vec<usize> = (0..n).filter(|&k| svd.singular_values[k] > tie).collect();
-    let lost: Vec<DVector<f64>> = (0..n)
-        .filter(|k| !known.contains(k))
-        .map(|k| directions.row(k).transpose())
-        .collect();
+    let lost: Vec<DVector<f64>> =
+        (0..n).filter(|k| !known.contains(k)).map(|k| directions.row(k).transpose()).collect();
     for (a, &i) in free.iter().enumerate() {
         let share = lost.iter().map(|v| v[a] * v[a]).sum::<f64>().sqrt();
         if share < LEAST_SHARE {
             continue;
         }
         // Of all directions without influence, the one that moves parameter i most: the projection of its axis.
-        let along: DVector<f64> = lost
-            .iter()
-            .map(|v| v * v[a])
-            .fold(DVector::zeros(n), |sum, v| sum + v);
-        let others = free
-            .iter()
-            .enumerate()
-            .filter(|(b, _)| *b != a && along[*b].abs() > LEAST_SHARE * along[a]);
+        let along: DVector<f64> = lost.iter().map(|v| v * v[a]).fold(DVector::zeros(n), |sum, v| sum + v);
+        let others = free.iter().enumerate().filter(|(b, _)| *b != a && along[*b].abs() > LEAST_SHARE * along[a]);
         let slopes = others.map(|(b, &j)| (j, along[b] / norms[j] * norms[i] / along[a]));
         missing[i] = Some(Missing::TiedTo(slopes.collect()));
     }

@@ -34,14 +34,7 @@ pub trait System<S: Scalar, const N: usize> {
     /// Both at once, at the start of every step. Override it where the Jacobian yields the derivative as by-product; the
     /// values written must equal those of [`derivative`](System::derivative).
     #[inline]
-    fn linearise(
-        &mut self,
-        t: f64,
-        y: &[S; N],
-        dydt: &mut [S; N],
-        j: &mut [[S; N]; N],
-        dfdt: &mut [S; N],
-    ) {
+    fn linearise(&mut self, t: f64, y: &[S; N], dydt: &mut [S; N], j: &mut [[S; N]; N], dfdt: &mut [S; N]) {
         self.derivative(t, y, dydt);
         self.jacobian(t, y, j, dfdt);
     }
@@ -111,12 +104,7 @@ pub struct Rosenbrock<const N: usize> {
 impl<const N: usize> Rosenbrock<N> {
     /// An integrator without history.
     pub fn new(options: Options<N>) -> Self {
-        Self {
-            options,
-            stats: Stats::default(),
-            hint: None,
-            last_error: 1.0,
-        }
+        Self { options, stats: Stats::default(), hint: None, last_error: 1.0 }
     }
 
     /// The options, to be changed between calls.
@@ -196,11 +184,7 @@ impl<const N: usize> Rosenbrock<N> {
             loop {
                 if tried >= self.options.max_steps {
                     let worst_state = worst_state(system, &local, wanted, &error);
-                    return Err(IntegrationError::TooManySteps {
-                        t,
-                        steps: tried,
-                        worst_state,
-                    });
+                    return Err(IntegrationError::TooManySteps { t, steps: tried, worst_state });
                 }
                 tried += 1;
                 wanted = wanted.min(self.options.h_max);
@@ -218,19 +202,11 @@ impl<const N: usize> Rosenbrock<N> {
                     let proposal = h * factor(norm, self.last_error).min(growth);
                     self.last_error = norm.max(1e-4);
                     // A step cut short to land on the end says little of what the next piece can bear.
-                    self.hint = Some(if h < wanted {
-                        proposal.max(wanted)
-                    } else {
-                        proposal
-                    });
+                    self.hint = Some(if h < wanted { proposal.max(wanted) } else { proposal });
                     let step = Step::new((t, t_end, h), &local.y, &y1, &stages);
                     if let ControlFlow::Break(at) = on_step(&step) {
                         let y = step.interpolate_all(at);
-                        return Ok(Arrival {
-                            t: at,
-                            y,
-                            stopped: true,
-                        });
+                        return Ok(Arrival { t: at, y, stopped: true });
                     }
                     local.t = t_end;
                     local.y = y1;
@@ -239,26 +215,14 @@ impl<const N: usize> Rosenbrock<N> {
                 self.stats.rejected += 1;
                 growth = 1.0;
                 // Not a number says nothing of how far off the step was.
-                let shrink = if norm.is_finite() {
-                    factor(norm, self.last_error).min(0.9)
-                } else {
-                    0.5
-                };
+                let shrink = if norm.is_finite() { factor(norm, self.last_error).min(0.9) } else { 0.5 };
                 wanted = h * shrink;
                 if wanted < floor {
                     let worst_state = worst_state(system, &local, h, &error);
-                    return Err(IntegrationError::StepTooSmall {
-                        t,
-                        h: wanted,
-                        worst_state,
-                    });
+                    return Err(IntegrationError::StepTooSmall { t, h: wanted, worst_state });
                 }
             }
         }
-        Ok(Arrival {
-            t: local.t,
-            y: local.y,
-            stopped: false,
-        })
+        Ok(Arrival { t: local.t, y: local.y, stopped: false })
     }
 }

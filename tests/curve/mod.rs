@@ -32,14 +32,7 @@ pub fn curve<F: Fn(f64, &[f64]) -> f64 + Sync>(
     y: Vec<f64>,
     bounds: Vec<(f64, f64)>,
 ) -> Curve<F> {
-    Curve {
-        model,
-        x,
-        y,
-        sigma: 1.0,
-        bounds,
-        fails: |_| false,
-    }
+    Curve { model, x, y, sigma: 1.0, bounds, fails: |_| false }
 }
 
 impl<F: Fn(f64, &[f64]) -> f64 + Sync> Problem for Curve<F> {
@@ -51,12 +44,7 @@ impl<F: Fn(f64, &[f64]) -> f64 + Sync> Problem for Curve<F> {
         if (self.fails)(theta) {
             return Err(Broken);
         }
-        Ok(self
-            .x
-            .iter()
-            .zip(&self.y)
-            .map(|(x, y)| ((self.model)(*x, theta) - y) / self.sigma)
-            .collect())
+        Ok(self.x.iter().zip(&self.y).map(|(x, y)| ((self.model)(*x, theta) - y) / self.sigma).collect())
     }
     fn linearise(&self, theta: &[f64]) -> Result<Linearised, Broken> {
         let misfit = self.misfit(theta)?;

@@ -23,10 +23,7 @@ pub(super) fn factor(norm: f64, last: f64) -> f64 {
 
 /// A careful first step, from the size of the first and second derivative (Hairer, Norsett, Wanner, "Solving Ordinary
 /// Differential Equations I", 2nd ed., II.4; the second derivative is exact here, as the Jacobian is at hand).
-pub(super) fn first_step<S: Scalar, const N: usize>(
-    options: &Options<N>,
-    local: &Local<S, N>,
-) -> f64 {
+pub(super) fn first_step<S: Scalar, const N: usize>(options: &Options<N>, local: &Local<S, N>) -> f64 {
     let y = &local.y;
     if let Some(h) = options.h_initial {
         return h;
@@ -43,17 +40,9 @@ pub(super) fn first_step<S: Scalar, const N: usize>(
         bend[i] = second / scale;
     }
     let [size, slope, bend] = [size, slope, bend].map(|v| norm(&v));
-    let first = if size < 1e-5 || slope < 1e-5 {
-        1e-6
-    } else {
-        0.01 * size / slope
-    };
+    let first = if size < 1e-5 || slope < 1e-5 { 1e-6 } else { 0.01 * size / slope };
     let fastest = slope.max(bend);
-    let second = if fastest <= 1e-15 {
-        (first * 1e-3).max(1e-6)
-    } else {
-        (0.01 / fastest).powf(0.2)
-    };
+    let second = if fastest <= 1e-15 { (first * 1e-3).max(1e-6) } else { (0.01 / fastest).powf(0.2) };
     second.min(100.0 * first)
 }
 

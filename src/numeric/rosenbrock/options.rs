@@ -20,14 +20,7 @@ pub struct Options<const N: usize> {
 impl<const N: usize> Options<N> {
     /// Tolerances for each state, without other limits than 100,000 steps.
     pub fn new(rtol: f64, atol: [f64; N]) -> Self {
-        Self {
-            rtol,
-            atol,
-            h_initial: None,
-            h_min: 0.0,
-            h_max: f64::INFINITY,
-            max_steps: 100_000,
-        }
+        Self { rtol, atol, h_initial: None, h_min: 0.0, h_max: f64::INFINITY, max_steps: 100_000 }
     }
 
     /// One absolute tolerance for all states: right only where they are of similar size.

@@ -19,31 +19,15 @@ impl<S: Scalar, const N: usize> Local<S, N> {
     /// A point whose equations have not been asked for yet.
     pub(super) fn new(t: f64, y: [S; N]) -> Self {
         let zero = [S::zero(); N];
-        Self {
-            t,
-            y,
-            derivative: zero,
-            jacobian: [zero; N],
-            dfdt: zero,
-            driven: false,
-        }
+        Self { t, y, derivative: zero, jacobian: [zero; N], dfdt: zero, driven: false }
     }
 
     /// Asks the system for derivative and Jacobian here.
     #[inline]
-    pub(super) fn linearise(
-        &mut self,
-        system: &mut impl System<S, N>,
-    ) -> Result<(), IntegrationError> {
+    pub(super) fn linearise(&mut self, system: &mut impl System<S, N>) -> Result<(), IntegrationError> {
         self.jacobian = [[S::zero(); N]; N];
         self.dfdt = [S::zero(); N];
-        system.linearise(
-            self.t,
-            &self.y,
-            &mut self.derivative,
-            &mut self.jacobian,
-            &mut self.dfdt,
-        );
+        system.linearise(self.t, &self.y, &mut self.derivative, &mut self.jacobian, &mut self.dfdt);
         for (i, row) in self.jacobian.iter().enumerate() {
             // Zero times anything finite is zero, so one sum tells whether all of the row is finite.
             let mut sum = self.derivative[i].re() * 0.0 + self.dfdt[i].re() * 0.0;
@@ -51,10 +35,7 @@ impl<S: Scalar, const N: usize> Local<S, N> {
                 sum += entry.re() * 0.0;
             }
             if sum != 0.0 {
-                return Err(IntegrationError::NotFinite {
-                    t: self.t,
-                    worst_state: i,
-                });
+                return Err(IntegrationError::NotFinite { t: self.t, worst_state: i });
             }
         }
         self.driven = !self.dfdt.iter().all(|entry| entry.is_zero());
@@ -79,13 +60,7 @@ pub(super) fn attempt<S: Scalar, const N: usize>(
     *error = [f64::NAN; N];
     let inverse = Inverse::of_shifted(1.0 / (GAMMA * h), &local.jacobian, &scale)?;
 
-    let mut stages = Stages {
-        system,
-        local,
-        inverse: &inverse,
-        h,
-        k,
-    };
+    let mut stages = Stages { system, local, inverse: &inverse, h, k };
     stages.first();
     stages.next(1, &plus(y, &combine(&A2, stages.k)), &C2);
     stages.next(2, &plus(y, &combine(&A3, stages.k)), &C3);
@@ -127,8 +102,7 @@ impl<S: Scalar, Y: System<S, N>, const N: usize> Stages<'_, S, Y, N> {
     #[inline]
     fn next<const M: usize>(&mut self, i: usize, y: &[S; N], c: &[f64; M]) {
         let mut right = [S::zero(); N];
-        self.system
-            .derivative(self.local.t + C[i] * self.h, y, &mut right);
+        self.system.derivative(self.local.t + C[i] * self.h, y, &mut right);
         let coupling = combine(c, self.k);
         let per_step = 1.0 / self.h;
         for (right, coupling) in right.iter_mut().zip(&coupling) {
@@ -150,10 +124,7 @@ impl<S: Scalar, Y: System<S, N>, const N: usize> Stages<'_, S, Y, N> {
 
 /// `sum c[j] k[j]` over the first `M` stages.
 #[inline]
-pub(super) fn combine<S: Real, const N: usize, const M: usize>(
-    c: &[f64; M],
-    k: &[[S; N]; 8],
-) -> [S; N] {
+pub(super) fn combine<S: Real, const N: usize, const M: usize>(c: &[f64; M], k: &[[S; N]; 8]) -> [S; N] {
     let mut sum = [S::zero(); N];
     for (c, k) in c.iter().zip(k) {
         for (sum, k) in sum.iter_mut().zip(k) {

@@ -29,29 +29,15 @@ pub struct Step<'a, S, const N: usize> {
 
 impl<'a, S: Real, const N: usize> Step<'a, S, N> {
     #[inline]
-    pub(super) fn new(
-        (t, t_end, h): (f64, f64, f64),
-        y0: &'a [S; N],
-        y1: &'a [S; N],
-        stages: &'a [[S; N]; 8],
-    ) -> Self {
-        Self {
-            t,
-            t_end,
-            h,
-            y0,
-            y1,
-            stages,
-            dense: OnceCell::new(),
-        }
+    pub(super) fn new((t, t_end, h): (f64, f64, f64), y0: &'a [S; N], y1: &'a [S; N], stages: &'a [[S; N]; 8]) -> Self {
+        Self { t, t_end, h, y0, y1, stages, dense: OnceCell::new() }
     }
 
     /// The coefficients `D_1, D_2, D_3`, each with one entry per state: with `s = (t - t0)/h`,
     /// `y(s) = (1 - s) y0 + s (y1 + (1 - s) (D_1 + s (D_2 + s D_3)))`.
     #[inline]
     pub fn dense(&self) -> &[[S; N]; 3] {
-        self.dense
-            .get_or_init(|| H.map(|weights| combine(&weights, self.stages)))
+        self.dense.get_or_init(|| H.map(|weights| combine(&weights, self.stages)))
     }
 
     /// State number `i` at time `t` (s) within the step; outside, the polynomial goes on and its error grows fast.

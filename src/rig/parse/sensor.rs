@@ -3,6 +3,7 @@
 use super::{difference, named};
 use crate::complaint::{Complaint, Kind, help_with_names};
 use crate::physics::card::PortKind;
+use crate::rig::sensor::TOLERANCE;
 use crate::rig::source::Value;
 use crate::rig::{Node, NodeKind, Parameter, Quantity, Rig, Sensor, Target, range};
 use crate::units::{Dimension, Unit};
@@ -31,6 +32,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
     let optional =
         |key: &str, dimension: Dimension| table.get(key).map(|value| difference(&value, dimension)).transpose();
     let resolution = optional("resolution", dimension)?.unwrap_or(0.0);
+    let tolerance = optional("tolerance", dimension)?.unwrap_or(TOLERANCE * noise);
     let lag = optional("lag", Dimension::TIME)?.unwrap_or(0.0);
     let column = table.get("column").map(|column| column.text()).transpose()?.unwrap_or(name).to_owned();
     let place = value.place();
@@ -66,6 +68,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
         sign,
         noise,
         resolution,
+        tolerance,
         lag,
         first_parameter,
         place,

@@ -1,0 +1,115 @@
+//! Flows that nobody measures at their port but that follow from the mass balance of its node.
+
+use super::reading::Readings;
+use super::view::View;
+use crate::numeric::Real;
+use crate::rig::{NodeKind, Quantity, Rig};
+
+/// One share of a flow.
+#[derive(Debug, Clone, PartialEq)]
+enum Term {
+    /// A measured flow.
+    Measured { reading: usize, sign: f64 },
+    /// What the volume at a port takes up: capacity times rate of pressure.
+    Stored { view: View, port: usize, rate: usize, sign: f64 },
+}
+
+/// A flow into one port, or the sum over several ports of one node, from measured channels.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Balance {
+    terms: Vec<Term>,
+    /// Check valves that are taken as shut: inlet and outlet pressures and cracking pressure must say so.
+    pub shut: Vec<View>,
+}
+
+/// Two-port components that pass on what enters them.
+const THROUGH: &[&str] = &["flow-control-valve", "orifice", "restrictor"];
+/// How many such components a balance may reach across.
+const REACH: usize = 3;
+
+impl Balance {
+    /// Flow into a port: its sensor, or else the balance of its node.
+    pub fn into_port(rig: &Rig, component: usize, port: usize, readings: &mut Readings) -> Option<Self> {
+        let mut balance = Self::default();
+        balance.add_port(rig, (component, port), 1.0, readings, REACH)?;
+        Some(balance)
+    }
+
+    /// Sum of the flows into `ports`, all of one node, from everything else that meets there.
+    pub fn of_node(rig: &Rig, ports: &[(usize, usize)], readings: &mut Readings) -> Option<Self> {
+        let mut balance = Self::default();
+        balance.add_node(rig, ports, 1.0, readings, REACH)?;
+        Some(balance)
+    }
+
+    fn add_port(
+        &mut self,
+        rig: &Rig,
+        at: (usize, usize),
+        sign: f64,
+        readings: &mut Readings,
+        reach: usize,
+    ) -> Option<()> {
+        if let Some((reading, own)) = readings.port(rig, at.0, at.1) {
+            self.terms.push(Term::Measured { reading, sign: sign * own });
+            return Some(());
+        }
+        self.add_node(rig, &[at], sign, readings, reach)
+    }
+
+    fn add_node(
+        &mut self,
+        rig: &Rig,
+        ports: &[(usize, usize)],
+        sign: f64,
+        readings: &mut Readings,
+        reach: usize,
+    ) -> Option<()> {
+        let &(first, port) = ports.first()?;
+        let node = rig.components[first].ports[port];
+        if reach == 0 || matches!(rig.nodes[node].kind, NodeKind::Held { .. }) {
+            return None;
+        }
+        for (index, component) in rig.components.iter().enumerate() {
+            for (port, _) in component.ports.iter().enumerate().filter(|(_, joined)| **joined == node) {
+                let kind = component.card.kind;
+                if matches!(kind, "line-volume" | "cylinder") {
+                    let rate = readings.node(rig, node, Quantity::Pressure, 1)?;
+                    let view = View::of(rig, index, readings)?;
+                    self.terms.push(Term::Stored { view, port, rate, sign: -sign });
+                }
+                if ports.contains(&(index, port)) || kind == "line-volume" {
+                    continue;
+                }
+                if let Some((reading, own)) = readings.port(rig, index, port) {
+                    self.terms.push(Term::Measured { reading, sign: -sign * own });
+                } else if kind == "check-valve" {
+                    self.shut.push(View::of(rig, index, readings)?);
+                } else if THROUGH.contains(&kind) {
+                    self.add_port(rig, (index, 1 - port), sign, readings, reach - 1)?;
+                } else {
+                    return None;
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// The flow in m³/s, positive into the port.
+    pub fn flow<T: Real>(&self, rig: &Rig, p: &[T], x: &[T]) -> T {
+        self.terms.iter().fold(T::zero(), |sum, term| {
+            sum + match term {
+                Term::Measured { reading, sign } => x[*reading] * *sign,
+                Term::Stored { view, port, rate, sign } => view.answers(rig, p, x).capacity[*port] * x[*rate] * *sign,
+            }
+        })
+    }
+
+    /// The measured flows alone, without what the volumes take up: how the paper reads its equations.
+    pub fn measured<T: Real>(&self, x: &[T]) -> T {
+        self.terms.iter().fold(T::zero(), |sum, term| match term {
+            Term::Measured { reading, sign } => sum + x[*reading] * *sign,
+            Term::Stored { .. } => sum,
+        })
+    }
+}

@@ -1,0 +1,70 @@
+//! Two-sided CUSUM with a designed time between false alarms.
+//!
+//! Page (1954); run length by Siegmund, Sequential Analysis (1985), section 2.6: a one-sided CUSUM of independent standard
+//! normals with reference value `k` and threshold `h` raises an alarm every
+//! `(exp(2 k b) - 2 k b - 1)/(2 k²)` values on average, `b = h + 1.166`.
+
+/// Mean excess of a normal random walk over a threshold, both ends (Siegmund 1985, 2 x 0.583).
+const OVERSHOOT: f64 = 1.166;
+
+/// Mean number of values between false alarms of a one-sided CUSUM with reference value `k` > 0 and threshold `h`, both
+/// in standard deviations. Worked: `k = 0.5, h = 5` gives 938 (exactly: 931).
+pub fn run_length(k: f64, h: f64) -> f64 {
+    let b = h + OVERSHOOT;
+    ((2.0 * k * b).exp() - 2.0 * k * b - 1.0) / (2.0 * k * k)
+}
+
+/// Threshold in standard deviations at which a one-sided CUSUM runs `length` values between false alarms on average.
+pub fn threshold(k: f64, length: f64) -> f64 {
+    // The run length grows faster than 2 b², so this bound holds for every k.
+    let (mut low, mut high) = (0.0, 1.0);
+    while run_length(k, high) < length {
+        high *= 2.0;
+    }
+    while high - low > 1e-9 * high {
+        let middle = f64::midpoint(low, high);
+        if run_length(k, middle) < length { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// The side on which the sum crossed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Direction {
+    /// The residual is too large.
+    High,
+    /// The residual is too small.
+    Low,
+}
+
+/// A crossing of the threshold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Alarm {
+    /// Index of the value at which the sum crossed.
+    pub at: usize,
+    /// Index of the first value after the sum was last zero: the likeliest onset.
+    pub onset: usize,
+    pub direction: Direction,
+}
+
+/// First crossing by either side; `allowances` are added to the reference value `k` value by value.
+///
+/// `values` are in standard deviations, as are `allowances`: a bias within its allowance only lowers the sum.
+pub fn first_alarm(values: &[f64], allowances: &[f64], k: f64, h: f64) -> Option<Alarm> {
+    let mut sums = [(0.0_f64, 0_usize, 1.0, Direction::High), (0.0, 0, -1.0, Direction::Low)];
+    for (index, (value, allowance)) in values.iter().zip(allowances).enumerate() {
+        for (sum, onset, sign, direction) in &mut sums {
+            let next = *sum + *sign * value - k - allowance;
+            if next <= 0.0 {
+                (*sum, *onset) = (0.0, index + 1);
+                continue;
+            }
+            *sum = next;
+            if next > h {
+                return Some(Alarm { at: index, onset: *onset, direction: *direction });
+            }
+        }
+    }
+    None
+}

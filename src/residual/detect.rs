@@ -1,0 +1,196 @@
+//! Detection: which residuals have left zero, since when, and by how much.
+
+use serde::Serialize;
+
+use super::cusum::{self, Alarm, Direction};
+use super::find::generators;
+use super::form::CLOSED;
+use super::generator::{Gate, Generator, Series, Variant};
+use crate::complaint::Complaint;
+use crate::model::Drive;
+use crate::record::Record;
+use crate::rig::Rig;
+
+/// How careful detection is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Detection {
+    /// Mean time of healthy record between false alarms, over all residuals, phases and both directions together, h.
+    pub hours_between_false_alarms: f64,
+    /// Length of a window, s. Windows of ten sensor lags or more are independent: the noise is added behind the lag, and
+    /// windows do not overlap.
+    pub window: f64,
+    /// Shift to be found fastest, in standard deviations of one window.
+    pub shift: f64,
+    /// Standard deviations of tolerance within which a bias is no fault. Tolerance is drawn once for a rig and not averaged
+    /// away: at 3, all of ten residuals stay quiet in 97 healthy rigs of 100.
+    pub coverage: f64,
+}
+
+impl Default for Detection {
+    fn default() -> Self {
+        Self { hours_between_false_alarms: 1000.0, window: 0.1, shift: 1.0, coverage: 3.0 }
+    }
+}
+
+impl Detection {
+    /// Reference value of the CUSUM, in standard deviations.
+    pub fn reference(&self) -> f64 {
+        0.5 * self.shift
+    }
+
+    /// Threshold of each side of each of `sums` CUSUMs over windows of `window` s (Bonferroni), in standard deviations.
+    /// The clock is that of the record: windows that do not count make it safer.
+    pub fn threshold(&self, sums: usize, window: f64) -> f64 {
+        let windows = self.hours_between_false_alarms * 3600.0 / window;
+        cusum::threshold(self.reference(), 2.0 * sums.max(1) as f64 * windows)
+    }
+}
+
+/// The mean of a residual over one phase of the record.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PhaseMean {
+    /// What the first directional valve does: `P-A`, `P-B` or `closed`; `all` in a rig without one.
+    pub phase: &'static str,
+    /// In the unit of the report, each window weighed by its variance.
+    pub mean: f64,
+    /// Standard error of the mean by sensor noise.
+    pub sigma: f64,
+    /// One standard deviation of the mean by uncertain parameters and rounding, which averaging does not lower.
+    pub tolerance: f64,
+    /// Windows that count.
+    pub windows: usize,
+}
+
+/// What one residual says about a record.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ResidualReport {
+    pub id: String,
+    pub equation: &'static str,
+    pub variant: Variant,
+    /// Mean over the windows that count, each weighed by its variance, in `unit`: in the phase of the alarm where there is
+    /// one, because a leak changes its sign with the stroke, otherwise over the whole record. `None` without such windows.
+    pub mean: Option<f64>,
+    /// Standard error of the mean by sensor noise, in `unit`.
+    pub sigma: Option<f64>,
+    /// One standard deviation of the mean by uncertain parameters and rounding, in `unit`.
+    pub tolerance: Option<f64>,
+    pub unit: String,
+    /// Whether the residual has left zero by more than noise and tolerance explain.
+    pub fired: bool,
+    /// End of the window of the alarm, s.
+    pub alarm_at_s: Option<f64>,
+    /// Start of the window since which the sum has grown, s.
+    pub onset_s: Option<f64>,
+    pub direction: Option<Direction>,
+    /// What the first directional valve did at the alarm: `P-A`, `P-B` or `closed`; `all` in a rig without one.
+    pub phase: Option<&'static str>,
+    /// Means of the phases that occur, in `unit`.
+    pub phases: Vec<PhaseMean>,
+    /// Windows that count, of all phases.
+    pub windows: usize,
+}
+
+/// Evaluates every corrected residual of the rig on a record and tests each by two-sided CUSUMs, one for each phase: a
+/// leak that changes its sign with the stroke adds up from stroke to stroke.
+///
+/// The sequence tested is one value per window in units of its own noise, so it is white by construction; the reference
+/// value of the CUSUM grows by `coverage` times the tolerance.
+///
+/// # Errors
+/// A column that the record lacks or has in another dimension.
+pub fn detect(
+    rig: &Rig,
+    record: &Record,
+    drive: &Drive,
+    detection: &Detection,
+) -> Result<Vec<ResidualReport>, Complaint> {
+    let found: Vec<Generator> =
+        generators(rig).into_iter().filter(|generator| generator.variant == Variant::Corrected).collect();
+    let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
+    let window = super::frame::block_rows(detection.window, interval) as f64 * interval;
+    let threshold = detection.threshold(found.len() * phases(rig).len(), window);
+    found
+        .iter()
+        .map(|generator| {
+            let series = generator.blocks(rig, record, drive, detection.window)?;
+            Ok(report(rig, drive, generator, &series, detection, threshold))
+        })
+        .collect()
+}
+
+fn report(
+    rig: &Rig,
+    drive: &Drive,
+    generator: &Generator,
+    series: &Series,
+    detection: &Detection,
+    threshold: f64,
+) -> ResidualReport {
+    let open: Vec<usize> = (0..series.gate.len()).filter(|&at| series.gate[at] == Gate::Open).collect();
+    let shown = |si: f64| generator.unit.difference_from_si(si);
+    let mut means = Vec::new();
+    let mut first: Option<(Alarm, &'static str, Vec<usize>)> = None;
+    for &name in phases(rig) {
+        let here: Vec<usize> = open.iter().copied().filter(|&at| phase(rig, drive, series.time[at]) == name).collect();
+        let Some((mean, sigma, tolerance)) = weighted(series, &here) else { continue };
+        let (mean, sigma, tolerance) = (shown(mean), shown(sigma), shown(tolerance));
+        means.push(PhaseMean { phase: name, mean, sigma, tolerance, windows: here.len() });
+        let whitened: Vec<f64> = here.iter().map(|&at| series.value[at] / series.sigma[at]).collect();
+        let allowance = |&at: &usize| detection.coverage * series.tolerance[at] / series.sigma[at];
+        let allowances: Vec<f64> = here.iter().map(allowance).collect();
+        let Some(alarm) = cusum::first_alarm(&whitened, &allowances, detection.reference(), threshold) else {
+            continue;
+        };
+        if first.as_ref().is_none_or(|(before, _, rows)| series.time[here[alarm.at]] < series.time[rows[before.at]]) {
+            first = Some((alarm, name, here));
+        }
+    }
+    let mean = weighted(series, first.as_ref().map_or(&open, |(_, _, here)| here));
+    ResidualReport {
+        id: generator.id.clone(),
+        equation: generator.equation,
+        variant: generator.variant,
+        mean: mean.map(|(mean, _, _)| shown(mean)),
+        sigma: mean.map(|(_, sigma, _)| shown(sigma)),
+        tolerance: mean.map(|(_, _, tolerance)| shown(tolerance)),
+        unit: generator.unit.symbol.clone(),
+        fired: first.is_some(),
+        alarm_at_s: first.as_ref().map(|(alarm, _, here)| series.time[here[alarm.at]]),
+        onset_s: first.as_ref().map(|(alarm, _, here)| series.start[here[alarm.onset]]),
+        direction: first.as_ref().map(|(alarm, _, _)| alarm.direction),
+        phase: first.as_ref().map(|(_, name, _)| *name),
+        phases: means,
+        windows: open.len(),
+    }
+}
+
+/// Weighted mean of the values at `open`, its standard error, and its tolerance, which averaging does not lower.
+pub(super) fn weighted(series: &Series, open: &[usize]) -> Option<(f64, f64, f64)> {
+    let weight = |at: usize| 1.0 / (series.sigma[at] * series.sigma[at]);
+    let total: f64 = open.iter().map(|&at| weight(at)).sum();
+    let mean = |values: &[f64]| open.iter().map(|&at| weight(at) * values[at]).sum::<f64>() / total;
+    (total > 0.0 && total.is_finite()).then(|| (mean(&series.value), total.sqrt().recip(), mean(&series.tolerance)))
+}
+
+/// Phases that a record of the rig may have.
+fn phases(rig: &Rig) -> &'static [&'static str] {
+    if command(rig).is_some() { &["P-A", "P-B", "closed"] } else { &["all"] }
+}
+
+/// Input that commands the first directional valve.
+fn command(rig: &Rig) -> Option<usize> {
+    let valve = rig.components.iter().find(|component| component.card.kind == "directional-valve")?;
+    valve.inputs.first().copied()
+}
+
+fn phase(rig: &Rig, drive: &Drive, time: f64) -> &'static str {
+    let Some(input) = command(rig) else { return "all" };
+    let command = drive.value(input, time);
+    if command.abs() < CLOSED {
+        "closed"
+    } else if command > 0.0 {
+        "P-A"
+    } else {
+        "P-B"
+    }
+}

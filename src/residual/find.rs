@@ -1,0 +1,172 @@
+//! Finds the residual generators of a rig: every component whose needed quantities are measured.
+
+use super::balance::Balance;
+use super::form::{Edge, Form};
+use super::generator::{Generator, Variant};
+use super::reading::Readings;
+use super::view::View;
+use crate::physics::card::PortKind;
+use crate::rig::{Quantity, Rig};
+use crate::units::Unit;
+
+/// Every residual generator that the sensors of a rig allow, the corrected form before the printed one.
+///
+/// A component without the sensors that a residual needs is passed over; so is one whose neighbours hide a flow.
+pub fn generators(rig: &Rig) -> Vec<Generator> {
+    let mut found = Vec::new();
+    for (index, component) in rig.components.iter().enumerate() {
+        match component.card.kind {
+            "cylinder" => cylinder(rig, index, &mut found),
+            "flow-control-valve" => flow_control(rig, index, &mut found),
+            "directional-valve" => directional(rig, index, &mut found),
+            "pump" => pump(rig, index, &mut found),
+            _ => {}
+        }
+    }
+    found
+}
+
+/// What a residual is called and what it says.
+struct Label {
+    name: &'static str,
+    equation: &'static str,
+    variant: Variant,
+    unit: &'static str,
+    meaning: &'static str,
+}
+
+impl Label {
+    const fn new(name: &'static str, equation: &'static str, meaning: &'static str) -> Self {
+        Self { name, equation, variant: Variant::Corrected, unit: "L/min", meaning }
+    }
+    const fn printed(mut self) -> Self {
+        self.variant = Variant::Paper;
+        self
+    }
+}
+
+/// Adds a generator if `build` finds what it needs.
+fn add(
+    rig: &Rig,
+    component: usize,
+    label: Label,
+    found: &mut Vec<Generator>,
+    build: impl FnOnce(&mut Readings) -> Option<Form>,
+) {
+    let mut readings = Readings::default();
+    if let Some(form) = build(&mut readings) {
+        found.push(Generator {
+            id: format!("{}.{}", rig.components[component].name, label.name),
+            equation: label.equation,
+            variant: label.variant,
+            unit: Unit::parse(label.unit).unwrap_or_else(|_| Unit::dimensionless()),
+            meaning: label.meaning,
+            readings: readings.0,
+            form,
+        });
+    }
+}
+
+fn cylinder(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
+    for printed in [false, true] {
+        let label = Label::new("leakage", "(4)", "flow from the big side past the piston to the rod side");
+        add(rig, index, if printed { label.printed() } else { label }, found, |readings| {
+            Some(Form::CylinderLeakage {
+                view: View::of(rig, index, readings)?,
+                a: Balance::into_port(rig, index, 0, readings)?,
+                b: Balance::into_port(rig, index, 1, readings)?,
+                printed,
+            })
+        });
+    }
+    let sides = [
+        (0, -1.0, Label::new("flow_A", "(1)", "q1 - A1 v: what enters the big side and does not move the piston")),
+        (1, 1.0, Label::new("flow_B", "(1)", "q2 - A2 v: what leaves the rod side and the piston did not push")),
+    ];
+    for (port, sign, label) in sides {
+        add(rig, index, label, found, |readings| {
+            let laws = vec![(View::of(rig, index, readings)?, port)];
+            Some(Form::Through { laws, flow: Balance::into_port(rig, index, port, readings)?, sign })
+        });
+    }
+    let label =
+        Label { unit: "N", ..Label::new("force", "-", "sum of forces on the piston minus mass times acceleration") };
+    add(rig, index, label, found, |readings| {
+        let body = rig.components[index].ports[2];
+        let mut laws = Vec::new();
+        for (other, component) in rig.components.iter().enumerate() {
+            for (port, _) in component.ports.iter().enumerate().filter(|(_, node)| **node == body) {
+                if component.card.ports[port].kind == PortKind::Mechanical {
+                    laws.push((View::of(rig, other, readings)?, port));
+                }
+            }
+        }
+        Some(Form::Force { laws, acceleration: readings.node(rig, body, Quantity::Position, 2)? })
+    });
+}
+
+fn flow_control(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
+    let meaning = "flow of the healthy valve at the measured pressures minus the actual flow";
+    add(rig, index, Label::new("flow", "(10)", meaning), found, |readings| {
+        let view = View::of(rig, index, readings)?;
+        // What enters leaves again, so either side will do.
+        if let Some(flow) = Balance::into_port(rig, index, 1, readings) {
+            return Some(Form::Through { laws: vec![(view, 1)], flow, sign: -1.0 });
+        }
+        let flow = Balance::into_port(rig, index, 0, readings)?;
+        Some(Form::Through { laws: vec![(view, 0)], flow, sign: 1.0 })
+    });
+    let meaning = "flow of the regulating valve, whatever the pressures, minus the actual flow";
+    add(rig, index, Label::new("flow", "(10)", meaning).printed(), found, |readings| {
+        let view = View::of(rig, index, readings)?;
+        let flow = Balance::into_port(rig, index, 1, readings)?;
+        Some(Form::ConstantFlow { view, flow })
+    });
+}
+
+fn directional(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
+    const EDGES: [(Edge, &str, &str, &str); 4] = [
+        (Edge::Leakage, "leakage", "(16)", "flow into P that does not come out of the consumer port"),
+        (Edge::Consumer, "consumer", "(18)", "healthy flow of the pressure edge minus the flow to the consumer"),
+        (Edge::Supply, "supply", "(20)", "healthy flow of the pressure edge minus the flow into P"),
+        (Edge::Return, "return", "(14)", "healthy flow of the return edge minus the flow that comes back"),
+    ];
+    for (edge, name, equation, meaning) in EDGES {
+        for printed in [false, true] {
+            let label = Label::new(name, equation, meaning);
+            // (16) is printed as it holds.
+            if printed && edge == Edge::Leakage {
+                continue;
+            }
+            add(rig, index, if printed { label.printed() } else { label }, found, |readings| {
+                let view = View::of(rig, index, readings)?;
+                let supply = matches!(edge, Edge::Leakage | Edge::Supply);
+                let consumer = edge != Edge::Supply;
+                let mut flow =
+                    |port, wanted| if wanted { Balance::into_port(rig, index, port, readings) } else { None };
+                let flows = [flow(0, supply), None, flow(2, consumer), flow(3, consumer)];
+                let known = (!supply || flows[0].is_some()) && (!consumer || flows[2].is_some() || flows[3].is_some());
+                known.then_some(Form::Valve { view, flows, edge, printed })
+            });
+        }
+    }
+}
+
+fn pump(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
+    let meaning = "pump flow minus relief flow at the measured pressure minus what leaves the pump line";
+    add(rig, index, Label::new("balance", "-", meaning), found, |readings| {
+        let node = rig.components[index].ports[0];
+        let known: Vec<(usize, usize)> = rig
+            .components
+            .iter()
+            .enumerate()
+            .filter(|(_, component)| matches!(component.card.kind, "pump" | "relief-valve"))
+            .filter(|(_, component)| component.ports[0] == node)
+            .map(|(other, _)| (other, 0))
+            .collect();
+        let flow = Balance::of_node(rig, &known, readings)?;
+        let mut view = |(other, port): &(usize, usize)| Some((View::of(rig, *other, readings)?, *port));
+        let laws = known.iter().map(&mut view).collect::<Option<Vec<_>>>()?;
+        Some(Form::Through { laws, flow, sign: -1.0 })
+    });
+}

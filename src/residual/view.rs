@@ -1,0 +1,167 @@
+//! A component as measured channels show it: its law evaluated at readings instead of states.
+
+use super::reading::{Readings, Source};
+use crate::numeric::{Dual, Real};
+use crate::physics::ATMOSPHERE;
+use crate::physics::card::PortKind;
+use crate::physics::component::{Answers, AnyLaw, INPUTS, Seen, VARIABLES};
+use crate::physics::fluid::{self, Fluid};
+use crate::rig::{NodeKind, Quantity, Rig};
+
+/// Where a variable of a component's law comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Variable {
+    Unused,
+    /// Gauge pressure shown by a reading.
+    Pressure(usize),
+    /// Gauge pressure kept by a parameter.
+    Held(usize),
+    /// Position or velocity shown by a reading.
+    Motion(usize),
+    /// A state of the component that nobody measures, taken at rest: lags are short against a window.
+    Settled,
+}
+
+/// A component whose every variable is measured, held or at rest.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct View {
+    pub component: usize,
+    z: [Variable; VARIABLES],
+    u: [Option<usize>; INPUTS],
+}
+
+/// Steps of the search for a state at rest; bisection alone would reach rounding in as many.
+const SEARCH: usize = 60;
+
+impl View {
+    /// The view of a component, or `None` where a variable is neither measured nor held.
+    pub fn of(rig: &Rig, component: usize, readings: &mut Readings) -> Option<Self> {
+        let this = &rig.components[component];
+        let mut z = Vec::new();
+        for (port, &node) in this.card.ports.iter().zip(&this.ports) {
+            match (port.kind, &rig.nodes[node].kind) {
+                (PortKind::Hydraulic, NodeKind::Held { parameter }) => z.push(Variable::Held(*parameter)),
+                (PortKind::Hydraulic, _) => {
+                    z.push(Variable::Pressure(readings.node(rig, node, Quantity::Pressure, 0)?));
+                }
+                (PortKind::Mechanical, _) => {
+                    let position = readings.node(rig, node, Quantity::Position, 0)?;
+                    let velocity = match readings.node(rig, node, Quantity::Velocity, 0) {
+                        Some(measured) => measured,
+                        None => readings.node(rig, node, Quantity::Position, 1)?,
+                    };
+                    z.extend([Variable::Motion(position), Variable::Motion(velocity)]);
+                }
+            }
+        }
+        if this.card.states.len() > 1 {
+            return None;
+        }
+        z.extend(this.card.states.iter().map(|_| Variable::Settled));
+        z.resize(VARIABLES, Variable::Unused);
+        let mut u = [None; INPUTS];
+        for (slot, &input) in u.iter_mut().zip(&this.inputs) {
+            *slot = Some(readings.take(Source::Input(input), 0));
+        }
+        Some(Self { component, z: z.try_into().ok()?, u })
+    }
+
+    /// Gauge pressure at the variable with this index, Pa.
+    pub fn pressure<T: Real>(&self, variable: usize, p: &[T], x: &[T]) -> T {
+        match self.z[variable] {
+            Variable::Pressure(reading) | Variable::Motion(reading) => x[reading],
+            Variable::Held(parameter) => p[parameter],
+            Variable::Unused | Variable::Settled => T::zero(),
+        }
+    }
+
+    /// Index of the reading behind a variable.
+    pub fn reading(&self, variable: usize) -> Option<usize> {
+        match self.z[variable] {
+            Variable::Pressure(reading) | Variable::Motion(reading) => Some(reading),
+            _ => None,
+        }
+    }
+
+    /// The command that drives the component.
+    pub fn command<T: Real>(&self, x: &[T]) -> T {
+        self.u[0].map_or(T::zero(), |reading| x[reading])
+    }
+
+    /// A parameter of the component by its place in the card, SI.
+    pub fn parameter<T: Real>(&self, rig: &Rig, index: usize, p: &[T]) -> T {
+        p[rig.components[self.component].first_parameter + index]
+    }
+
+    /// What the law answers at the readings `x` with the rig's parameters `p`, all SI.
+    pub fn answers<T: Real>(&self, rig: &Rig, p: &[T], x: &[T]) -> Answers<T> {
+        let mut seen = Seen { z: [T::zero(); VARIABLES], u: [T::zero(); INPUTS] };
+        let mut settled = None;
+        for (index, variable) in self.z.iter().enumerate() {
+            seen.z[index] = match *variable {
+                Variable::Pressure(_) | Variable::Held(_) => self.pressure(index, p, x) + ATMOSPHERE,
+                Variable::Motion(reading) => x[reading],
+                Variable::Unused => T::zero(),
+                Variable::Settled => {
+                    settled = Some(index);
+                    T::zero()
+                }
+            };
+        }
+        for (value, reading) in seen.u.iter_mut().zip(self.u) {
+            *value = reading.map_or(T::zero(), |reading| x[reading]);
+        }
+        if let Some(index) = settled {
+            seen.z[index] = self.settle(rig, p, &seen, index);
+        }
+        let mut answers = Answers::default();
+        if let Some(law) = law(rig, self.component, p) {
+            law.evaluate(&seen, &mut answers);
+        }
+        answers
+    }
+
+    /// The value of the state at which its rate is zero, with the derivatives that follow from it implicitly.
+    fn settle<T: Real>(&self, rig: &Rig, p: &[T], seen: &Seen<T>, index: usize) -> T {
+        let lifted: Vec<Dual<T, 1>> = p.iter().map(|&value| Dual::lift(value)).collect();
+        let Some(law) = law(rig, self.component, &lifted) else { return T::zero() };
+        let rate = |state: T| {
+            let mut at = Seen { z: seen.z.map(Dual::lift), u: seen.u.map(Dual::lift) };
+            at.z[index] = Dual::variable(state, 0);
+            let mut answers = Answers::default();
+            law.evaluate(&at, &mut answers);
+            (answers.rate[0].re, answers.rate[0].eps[0])
+        };
+        let newton = |state: T| {
+            let (value, slope) = rate(state);
+            if slope.re() == 0.0 { state } else { state - value / slope }
+        };
+        // The rates fall with their state, so a sign tells the side; Newton alone may hop between an end and the slope.
+        let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+        let mut state = 0.0;
+        for _ in 0..SEARCH {
+            let value = rate(T::constant(state)).0.re();
+            if value >= 0.0 {
+                low = state;
+            }
+            if value <= 0.0 {
+                high = state;
+            }
+            let next = newton(T::constant(state)).re();
+            if !next.is_finite() || (next - state).abs() <= 1e-14 * state.abs() {
+                break;
+            }
+            let next = if next <= low || next >= high { f64::midpoint(low, high) } else { next };
+            state = next;
+        }
+        // Two steps more carry first and second derivatives of everything else into the state.
+        newton(newton(T::constant(state)))
+    }
+}
+
+/// The law of a component for the rig's parameters.
+fn law<T: Real>(rig: &Rig, component: usize, p: &[T]) -> Option<AnyLaw<T>> {
+    let this = &rig.components[component];
+    let own = p.get(this.first_parameter..)?.get(..this.card.parameters.len())?;
+    AnyLaw::new(this.card.kind, own, &Fluid::new(p.get(..fluid::CARD.parameters.len())?))
+}
