@@ -6,7 +6,6 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::fit::{self, Fit, FitError, Loss, Starts, Tolerances, Uncertainty, UncertaintyOptions};
 use crate::model::{Drive, Model, SimulationError};
 use crate::record::Record;
-use crate::units::Dimension;
 
 /// Uncertain parameters are searched this many standard deviations to both sides.
 const REACH: f64 = 5.0;
@@ -81,8 +80,8 @@ pub fn estimate<'a>(
             prior: None,
         })
         .collect();
-    let phases = noise::phases(drive, &record.time);
     let variance = noise::variances(rig, record, &data, true);
+    let phases = noise::phases(rig, drive, &record.time, &variance);
     let rough = Weights::new(rig, &phases, &variance, &[]);
     let coarse = RecordProblem::new(model, drive, &record.time, data.clone(), rough.clone(), faults.clone());
     let starts = Starts {
@@ -104,7 +103,7 @@ pub fn estimate<'a>(
     let tolerances = Tolerances { function: FITTED_ENOUGH, ..Tolerances::default() };
     let mut best: Option<Fit> = None;
     for _ in 0..ROUNDS {
-        problem.weights = weights(&problem, record, &phases, &theta).map_err(unsolved)?;
+        problem.weights = weights(&problem, record, &theta).map_err(unsolved)?;
         let fit = fit::fit(&problem, &theta, Loss::Huber { k: ROBUST }, tolerances).map_err(failed)?;
         theta.clone_from(&fit.theta);
         solves += 1 + fit.misfit_evaluations + fit.linearisations;
@@ -132,7 +131,8 @@ fn uncertain(model: &Model) -> Vec<Estimated> {
             prior: Some(Prior { mean: known.value, sigma }),
         }
     };
-    let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0);
+    // What is uncertain anew in each switching is in the weights; see `noise`.
+    let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0 && !parameter.anew);
     let mut all: Vec<Estimated> = stated
         .filter(|(index, _)| !is_fault(*index))
         .map(|(index, parameter)| within(index, parameter.sigma))
@@ -150,22 +150,21 @@ fn uncertain(model: &Model) -> Vec<Estimated> {
 fn weights(
     problem: &RecordProblem<'_>,
     record: &Record,
-    phases: &[std::ops::Range<usize>],
     theta: &[f64],
 ) -> Result<Weights, SimulationError> {
     let model = problem.model;
     let rig = &model.rig;
-    let is_constant = |parameter: &crate::rig::Parameter| parameter.unit.dimension == Dimension::TIME;
     let constants: Vec<usize> = rig
         .parameters
         .iter()
         .enumerate()
-        .filter(|(_, parameter)| parameter.sigma > 0.0 && is_constant(parameter))
+        .filter(|(_, parameter)| parameter.sigma > 0.0 && parameter.anew)
         .map(|(index, _)| index)
         .collect();
     let solved = model.sensitivities(&problem.parameters(theta), &constants, problem.drive, problem.times)?;
     let curves: Vec<&[f64]> = solved.outputs.values.iter().map(Vec::as_slice).collect();
     let variance = noise::variances(rig, record, &curves, false);
+    let phases = noise::phases(rig, problem.drive, problem.times, &variance);
     let changes: Vec<Vec<Vec<f64>>> = solved
         .derivatives
         .into_iter()
@@ -175,5 +174,5 @@ fn weights(
             derivative
         })
         .collect();
-    Ok(Weights::new(rig, phases, &variance, &changes))
+    Ok(Weights::new(rig, &phases, &variance, &changes))
 }

@@ -6,13 +6,12 @@
 //!
 //! - *Events.* Their moment is uncertain by `tau`: a jump that a logger shows between two rows may have come anywhere
 //!   between them (rms distance from the earlier row: interval/sqrt(3)), and every time constant of the rig is uncertain by
-//!   what its data sheet says. Moving a curve by `tau` changes it by `tau y'`; the part that is not a shift of the whole
-//!   curve is its curvature, so a sample's own tolerance is `(tau/2h) |y(t+h) - 2 y(t) + y(t-h)|`, the largest within `h` of
-//!   it, `h` being the sampling interval or `tau`, whichever is longer.
-//! - *Phases.* Between two jumps of the inputs, model and sensor may differ by a constant of the size of the sensor's
-//!   tolerance, and by what each uncertain time constant would have done had it been another in this one switching. Both are
-//!   random effects: directions of the misfit in which a phase has `1 + (size)²` times the variance of noise.
-//! - A phase therefore says no more about a constant than its tolerance allows, however many samples it has.
+//!   what its data sheet says. Moving a curve by `tau` changes it by `tau y'`. Of this the steady part, the median slope
+//!   around, is a shift of the whole curve that the phases below account for; the rest is the sample's own tolerance.
+//! - *Phases.* Between two events, model and sensor may differ by a constant and by a slope of the size of the sensor's
+//!   tolerance, and by what each uncertain time constant (and valve edge's progression) would have done had it been another in
+//!   this one switching. These are random effects: directions of the misfit in which a phase has `1 + (size)²` times the variance of noise.
+//! - A phase therefore says no more about a constant or a slope than the tolerance allows, however many samples it has.
 
 use std::ops::Range;
 
@@ -29,50 +28,74 @@ pub fn timing(rig: &Rig, record: &Record) -> f64 {
     // A command is the logger's own; only what is measured jumps between rows.
     let measured = rig.inputs.iter().any(|input| input.noise > 0.0 && input.hold != Hold::Linear);
     let hold = if measured { interval / 3.0_f64.sqrt() } else { 0.0 };
-    let lags = rig.parameters.iter().filter(|parameter| parameter.unit.dimension == Dimension::TIME);
+    let lags = rig.parameters.iter().filter(|lag| lag.anew && lag.unit.dimension == Dimension::TIME);
     lags.map(|parameter| parameter.sigma.powi(2)).sum::<f64>().mul_add(1.0, hold * hold).sqrt()
 }
 
-/// Variance of each sample, SI squared: `[sensor][row]`. `curves` is what the sensors read, by the model or as measured;
-/// `curve_noise` its own standard deviation per sensor (0 for the model), whose curvature is not mistaken for an event.
+/// Variance of each sample, SI squared: `[sensor][row]`. `curves` is what the sensors read, by the model or as measured
+/// (`measured`: then the slope of their noise is not mistaken for an event).
 pub fn variances(rig: &Rig, record: &Record, curves: &[&[f64]], measured: bool) -> Vec<Vec<f64>> {
     let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
     let tau = timing(rig, record);
     let stride = if interval > 0.0 { (tau / interval).round().max(1.0) as usize } else { 1 };
-    let share = if interval > 0.0 { tau / (2.0 * stride as f64 * interval) } else { 0.0 };
-    rig.sensors
-        .iter()
-        .zip(curves)
-        .map(|(sensor, curve)| {
-            let variance = sensor.variance();
-            // The second difference of noise has six times its variance.
-            let floor = if measured { 6.0 * variance } else { 0.0 };
-            let bend: Vec<f64> = (0..curve.len())
-                .map(|row| {
-                    let (early, late) = (row.saturating_sub(stride), (row + stride).min(curve.len() - 1));
-                    let second = curve[late] - 2.0 * curve[row] + curve[early];
-                    (second * second - floor).max(0.0)
-                })
-                .collect();
-            (0..curve.len())
-                .map(|row| {
-                    let near = row.saturating_sub(stride)..(row + stride + 1).min(curve.len());
-                    let worst = bend[near].iter().copied().fold(0.0, f64::max);
-                    variance + share * share * worst
-                })
-                .collect()
+    let rows_shifted = if interval > 0.0 { tau / interval } else { 0.0 };
+    let one = |(sensor, curve): (&crate::rig::Sensor, &&[f64])| {
+        let variance = sensor.variance();
+        let sudden = sudden_slopes(curve, stride);
+        // A central difference over `2 stride` rows has this variance by noise alone.
+        let floor = if measured { 0.5 * variance / (stride * stride) as f64 } else { 0.0 };
+        (0..curve.len())
+            .map(|row| {
+                let near = row.saturating_sub(stride)..(row + stride + 1).min(curve.len());
+                let worst = sudden[near].iter().fold(0.0, |worst: f64, slope| worst.max(slope * slope));
+                variance + rows_shifted * rows_shifted * (worst - floor).max(0.0)
+            })
+            .collect()
+    };
+    rig.sensors.iter().zip(curves).map(one).collect()
+}
+
+/// Strides to each side over which a slope counts as steady.
+const STEADY: usize = 25;
+
+/// Slope at each row, per row, less the median slope around it.
+fn sudden_slopes(curve: &[f64], stride: usize) -> Vec<f64> {
+    let rows = curve.len();
+    let slope = |row: usize| {
+        let (early, late) = (row.saturating_sub(stride), (row + stride).min(rows - 1));
+        (curve[late] - curve[early]) / (late - early).max(1) as f64
+    };
+    let slopes: Vec<f64> = (0..rows).map(slope).collect();
+    let mut around = Vec::new();
+    (0..rows)
+        .map(|row| {
+            let first = row.saturating_sub(STEADY * stride);
+            around.clear();
+            around.extend(slopes[first..rows.min(row + STEADY * stride + 1)].iter().step_by(stride));
+            let middle = around.len() / 2;
+            slopes[row] - *around.select_nth_unstable_by(middle, f64::total_cmp).1
         })
         .collect()
 }
 
-/// Rows between jumps of the inputs.
-pub fn phases(drive: &Drive, times: &[f64]) -> Vec<Range<usize>> {
-    let mut starts: Vec<usize> = drive
-        .pieces
-        .iter()
-        .filter(|piece| piece.jump)
-        .map(|piece| times.partition_point(|&time| time <= piece.start))
-        .collect();
+/// Rows between events: jumps of the inputs, and moments at which a curve bends by more than its sensor's noise.
+pub fn phases(rig: &Rig, drive: &Drive, times: &[f64], variance: &[Vec<f64>]) -> Vec<Range<usize>> {
+    let jumps = drive.pieces.iter().filter(|piece| piece.jump);
+    let mut starts: Vec<usize> = jumps.map(|piece| times.partition_point(|&time| time <= piece.start)).collect();
+    let bends = |row: usize| {
+        rig.sensors.iter().zip(variance).any(|(sensor, variance)| variance[row] > 2.0 * sensor.variance())
+    };
+    let mut quiet = 0;
+    for row in 0..times.len() {
+        if !bends(row) {
+            quiet += 1;
+            continue;
+        }
+        if quiet >= LEAST_PHASE {
+            starts.push(row);
+        }
+        quiet = 0;
+    }
     starts.push(0);
     starts.push(times.len());
     starts.sort_unstable();
@@ -80,20 +103,23 @@ pub fn phases(drive: &Drive, times: &[f64]) -> Vec<Range<usize>> {
     starts.windows(2).map(|pair| pair[0]..pair[1]).collect()
 }
 
+/// Quiet rows before a bend counts as the start of a new phase and not as part of the last event.
+const LEAST_PHASE: usize = 10;
+
 /// Weights of the misfits: what makes them independent and of variance 1 if the model is right within its tolerance.
 #[derive(Debug, Clone)]
 pub struct Weights {
     rows: usize,
     /// `1/sigma` of each sample, `[sensor][row]`.
     inverse: Vec<Vec<f64>>,
-    /// Tolerance of each sensor, SI.
-    tolerance: Vec<f64>,
     phases: Vec<Phase>,
 }
 
 #[derive(Debug, Clone)]
 struct Phase {
     rows: Range<usize>,
+    /// Per sensor: directions over the phase's samples of what constant and slope do, and the share taken away of each.
+    levels: Vec<(Vec<Vec<f64>>, Vec<f64>)>,
     /// Orthonormal directions over the phase's samples of all sensors, one sensor after the other.
     directions: Vec<Vec<f64>>,
     /// Share of each direction that is taken away, `1 - 1/sqrt(1 + size²)`.
@@ -107,12 +133,14 @@ impl Weights {
         let mut weights = Self {
             rows: variance.first().map_or(0, Vec::len),
             inverse: variance.iter().map(|row| row.iter().map(|variance| 1.0 / variance.sqrt()).collect()).collect(),
-            tolerance: rig.sensors.iter().map(|sensor| sensor.tolerance).collect(),
-            phases: phases
-                .iter()
-                .map(|rows| Phase { rows: rows.clone(), directions: Vec::new(), taken: Vec::new() })
-                .collect(),
+            phases: Vec::new(),
         };
+        for rows in phases {
+            let levels = rig.sensors.iter().zip(&weights.inverse);
+            let levels = levels.map(|(sensor, inverse)| level_directions(sensor.tolerance, &inverse[rows.clone()]));
+            let levels = levels.collect();
+            weights.phases.push(Phase { rows: rows.clone(), levels, directions: Vec::new(), taken: Vec::new() });
+        }
         let weighted: Vec<Vec<f64>> = changes
             .iter()
             .map(|change| {
@@ -159,25 +187,33 @@ impl Weights {
         }
     }
 
-    /// Takes from each phase of each sensor what a shared constant can explain: multiplies by `(I + v v')^(-1/2)`, `v` the
-    /// tolerance over the standard deviation of each sample.
+    /// Takes from each phase of each sensor what a shared constant and slope can explain.
     fn level(&self, column: &mut [f64]) {
-        for (sensor, (inverse, tolerance)) in self.inverse.iter().zip(&self.tolerance).enumerate() {
-            for phase in &self.phases {
+        for phase in &self.phases {
+            for (sensor, (directions, taken)) in phase.levels.iter().enumerate() {
                 let block = &mut column[sensor * self.rows..][phase.rows.clone()];
-                let weights = &inverse[phase.rows.clone()];
-                let square = tolerance * tolerance * dot(weights, weights);
-                if square == 0.0 {
-                    continue;
-                }
-                let along = tolerance * dot(weights, block);
-                let factor = (1.0 - 1.0 / (1.0 + square).sqrt()) * along / square * tolerance;
-                for (slot, weight) in block.iter_mut().zip(weights) {
-                    *slot -= factor * weight;
+                for (direction, taken) in directions.iter().zip(taken) {
+                    let along = taken * dot(direction, block);
+                    for (slot, direction) in block.iter_mut().zip(direction) {
+                        *slot -= along * direction;
+                    }
                 }
             }
         }
     }
+}
+
+/// Directions of a constant and of a slope, one standard deviation of each, over weighted samples.
+fn level_directions(tolerance: f64, weights: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
+    if tolerance == 0.0 {
+        return (Vec::new(), Vec::new());
+    }
+    let last = (weights.len().max(2) - 1) as f64;
+    let constant: Vec<f64> = weights.iter().map(|weight| weight * tolerance).collect();
+    // Straight from -sqrt(3) to sqrt(3): a mean square of 1 over the phase, as the constant has.
+    let slope = constant.iter().enumerate().map(|(row, size)| size * 3.0_f64.sqrt() * (2.0 * row as f64 / last - 1.0));
+    let slope: Vec<f64> = slope.collect();
+    random_directions(&[constant, slope])
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -12,15 +12,19 @@ pub struct Parameter {
     pub default: Option<f64>,
     /// Physical limits, in `unit`.
     pub bounds: (f64, f64),
-    /// Relative standard uncertainty where the rig file states none; 0 for a data-sheet value taken as exact.
+    /// Standard uncertainty where the rig file states none, relative, or in `unit` where the value is 0; 0 for a data-sheet
+    /// value taken as exact.
     pub tolerance: f64,
+    /// Whether the value may be another in each switching: it matters only while something moves, and what stands for it
+    /// here (a lag of first order, say) is a simplification.
+    pub anew: bool,
     pub meaning: &'static str,
 }
 
 impl Parameter {
     /// A parameter that the rig file must give and that is never negative.
     pub const fn required(name: &'static str, symbol: &'static str, unit: &'static str, meaning: &'static str) -> Self {
-        Self { name, symbol, unit, default: None, bounds: (0.0, f64::INFINITY), tolerance: 0.0, meaning }
+        Self { name, symbol, unit, default: None, bounds: (0.0, f64::INFINITY), tolerance: 0.0, anew: false, meaning }
     }
 
     /// The same, with a default value in `unit`.
@@ -32,6 +36,14 @@ impl Parameter {
     /// The same, with physical limits in `unit`.
     pub const fn within(mut self, low: f64, high: f64) -> Self {
         self.bounds = (low, high);
+        self
+    }
+
+    /// The same, uncertain by this much (one standard deviation) unless the rig file says otherwise, and anew in each
+    /// switching.
+    pub const fn uncertain_anew(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self.anew = true;
         self
     }
 

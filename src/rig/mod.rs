@@ -99,6 +99,8 @@ pub struct Parameter {
     pub bounds: (f64, f64),
     /// One standard deviation, SI; 0 for a value taken as exact.
     pub sigma: f64,
+    /// Whether it may be another in each switching; see [`crate::physics::card::Parameter::anew`].
+    pub anew: bool,
     pub meaning: String,
     pub place: Place,
 }

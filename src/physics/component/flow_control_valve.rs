@@ -30,7 +30,7 @@ pub const CARD: Card = Card {
         Parameter::required("spring_compression", "x1", "mm", "compression of the spring at zero opening"),
         Parameter::required("spool_area", "A", "mm2", "area on which the throttle's pressure drop acts"),
         Parameter::required("flow_force", "f", "-", "Cv cos(theta) of the flow force; 0 switches it off").or(0.0),
-        Parameter::required("lag", "tau", "ms", "time constant of the opening").or(4.0).uncertain(0.25),
+        Parameter::required("lag", "tau", "ms", "time constant of the opening").or(4.0).uncertain_anew(0.25),
         TRANSITION,
     ],
     ports: &[Port::hydraulic("in", "inlet"), Port::hydraulic("out", "outlet")],

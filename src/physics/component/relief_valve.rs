@@ -16,7 +16,7 @@ pub const CARD: Card = Card {
         Parameter::required("set_pressure", "p_c", "bar", "cracking pressure"),
         Parameter::required("rated_flow", "q_r", "L/min", "flow at the rated overpressure"),
         Parameter::required("rated_overpressure", "e_r", "bar", "pressure above cracking at the rated flow"),
-        Parameter::required("lag", "tau", "ms", "time constant of the opening").or(3.0).uncertain(0.25),
+        Parameter::required("lag", "tau", "ms", "time constant of the opening").or(3.0).uncertain_anew(0.25),
     ],
     ports: &[Port::hydraulic("P", "pressure side"), Port::hydraulic("T", "tank side")],
     states: &[State {

@@ -43,7 +43,11 @@ pub(super) fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &T
             unit: written,
             value,
             bounds,
-            sigma: sigma.unwrap_or(parameter.tolerance * value.abs()),
+            sigma: sigma.unwrap_or_else(|| {
+                let of = if value == 0.0 { unit.factor } else { value.abs() };
+                parameter.tolerance * of
+            }),
+            anew: parameter.anew,
             meaning: parameter.meaning.to_owned(),
             place,
         });

@@ -52,6 +52,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
                 value,
                 bounds,
                 sigma: sigma.unwrap_or(0.0),
+                anew: false,
                 meaning: meaning.to_owned(),
                 place: place.clone(),
             })
