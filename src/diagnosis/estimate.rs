@@ -165,7 +165,7 @@ fn weights(
     let curves: Vec<&[f64]> = solved.outputs.values.iter().map(Vec::as_slice).collect();
     let variance = noise::variances(rig, record, &curves, false);
     let phases = noise::phases(rig, problem.drive, problem.times, &variance);
-    let changes: Vec<Vec<Vec<f64>>> = solved
+    let mut changes: Vec<Vec<Vec<f64>>> = solved
         .derivatives
         .into_iter()
         .zip(&constants)
@@ -174,5 +174,15 @@ fn weights(
             derivative
         })
         .collect();
+    let late = noise::input_timing(rig, record);
+    if late > 0.0
+        && let Ok(drive) = Drive::from_late_record(rig, record, late)
+    {
+        let mut shifted = model.simulate(&problem.parameters(theta), &drive, problem.times)?.values;
+        for (late, plain) in shifted.iter_mut().zip(&solved.outputs.values) {
+            late.iter_mut().zip(plain).for_each(|(late, plain)| *late -= plain);
+        }
+        changes.push(shifted);
+    }
     Ok(Weights::new(rig, &phases, &variance, &changes))
 }

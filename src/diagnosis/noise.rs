@@ -10,7 +10,7 @@
 //!   around, is a shift of the whole curve that the phases below account for; the rest is the sample's own tolerance.
 //! - *Phases.* Between two events, model and sensor may differ by a constant and by a slope of the size of the sensor's
 //!   tolerance, and by what each uncertain time constant (and valve edge's progression) would have done had it been another in
-//!   this one switching. These are random effects: directions of the misfit in which a phase has `1 + (size)²` times the variance of noise.
+//!   this one switching, and by what a measured load would have done had it acted later. These are random effects: directions of the misfit in which a phase has `1 + (size)²` times the variance of noise.
 //! - A phase therefore says no more about a constant or a slope than the tolerance allows, however many samples it has.
 
 use std::ops::Range;
@@ -22,12 +22,17 @@ use crate::record::Record;
 use crate::rig::{Hold, Rig};
 use crate::units::Dimension;
 
-/// One standard deviation of the moment of an event, s.
-pub fn timing(rig: &Rig, record: &Record) -> f64 {
-    let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
-    // A command is the logger's own; only what is measured jumps between rows.
+/// One standard deviation of the moment at which a measured input acted, s: 0 where nothing drives but commands, whose
+/// moment is the logger's own.
+pub fn input_timing(rig: &Rig, record: &Record) -> f64 {
     let measured = rig.inputs.iter().any(|input| input.noise > 0.0 && input.hold != Hold::Linear);
-    let hold = if measured { interval / 3.0_f64.sqrt() } else { 0.0 };
+    let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
+    if measured { interval / 3.0_f64.sqrt() } else { 0.0 }
+}
+
+/// One standard deviation of the moment of an event, s.
+fn timing(rig: &Rig, record: &Record) -> f64 {
+    let hold = input_timing(rig, record);
     let lags = rig.parameters.iter().filter(|lag| lag.anew && lag.unit.dimension == Dimension::TIME);
     lags.map(|parameter| parameter.sigma.powi(2)).sum::<f64>().mul_add(1.0, hold * hold).sqrt()
 }

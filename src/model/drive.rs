@@ -51,6 +51,14 @@ impl Drive {
     /// A column that is missing or of another dimension; fewer than two rows. Of the sensors only those are needed that
     /// tell where a node starts.
     pub fn from_record(rig: &Rig, record: &Record) -> Result<Self, Complaint> {
+        Self::from_late_record(rig, record, 0.0)
+    }
+
+    /// The same, had everything that is measured (not commanded) acted later by `late` seconds.
+    ///
+    /// # Errors
+    /// As [`Drive::from_record`].
+    pub fn from_late_record(rig: &Rig, record: &Record, late: f64) -> Result<Self, Complaint> {
         let Some(interval) = record.sampling().map(|sampling| sampling.interval) else {
             return Err(Complaint::new(Kind::Shape, "the record has fewer than two rows, so no interval between rows")
                 .at(Place::line(&record.path, record.header_line))
@@ -59,7 +67,11 @@ impl Drive {
         let mut lines = Vec::new();
         for input in &rig.inputs {
             let channel = record.require(&input.column, input.unit.dimension, input.place.clone())?;
-            lines.push(broken_line(input, &record.time, &channel.values, interval));
+            let mut line = broken_line(input, &record.time, &channel.values, interval);
+            if input.noise > 0.0 {
+                line.iter_mut().for_each(|stretch| (stretch.start, stretch.end) = (stretch.start + late, stretch.end + late));
+            }
+            lines.push(line);
         }
         let (Some(&first), Some(&last)) = (record.time.first(), record.time.last()) else {
             return Err(Complaint::new(Kind::Empty, "the record has no rows").at(Place::file(&record.path)));
