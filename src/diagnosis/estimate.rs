@@ -4,7 +4,7 @@ use super::noise::{self, Weights};
 use super::problem::{Estimated, Prior, RecordProblem};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::fit::{self, Fit, FitError, Loss, Starts, Tolerances, Uncertainty, UncertaintyOptions};
-use crate::model::{Drive, Model, SimulationError};
+use crate::model::{Drive, Model, SimulationError, Tolerance};
 use crate::record::Record;
 
 /// Uncertain parameters are searched this many standard deviations to both sides.
@@ -17,12 +17,13 @@ const FAR: f64 = 10.0;
 const SAMPLED_PER_FAULT: usize = 10;
 /// How many of them are fitted from.
 const FITTED: usize = 2;
-/// Rounds of fit and renewed weights; weights hang on the fit only through when things happen.
-const ROUNDS: usize = 2;
 /// Relative decrease of the cost that ends the search for the neighbourhood.
-const NEIGHBOURHOOD: f64 = 1e-4;
-/// Relative decrease of the cost that ends a fit: with some 10^4 samples far below a rise of 1 in chi-square.
-const FITTED_ENOUGH: f64 = 1e-6;
+const NEIGHBOURHOOD: f64 = 1e-3;
+/// Iterations after which a start that has not found a neighbourhood is given up.
+const FIRST_ITERATIONS: u64 = 25;
+/// Relative decrease of the cost that ends each round of fit and renewed weights. Weights hang on the fit only through when
+/// things happen, so the first round may be rough; the last one ends far below a rise of 1 in chi-square.
+const ROUNDS: [f64; 2] = [1e-4, 2e-6];
 
 /// The best fit of faults and uncertain parameters to a record.
 pub struct Estimate<'a> {
@@ -83,14 +84,16 @@ pub fn estimate<'a>(
     let variance = noise::variances(rig, record, &data, true);
     let phases = noise::phases(rig, drive, &record.time, &variance);
     let rough = Weights::new(rig, &phases, &variance, &[]);
-    let coarse = RecordProblem::new(model, drive, &record.time, data.clone(), rough.clone(), faults.clone());
+    let mut coarse_model = model.clone();
+    coarse_model.tolerance = Tolerance::COARSE;
+    let coarse = RecordProblem::new(&coarse_model, drive, &record.time, data.clone(), rough.clone(), faults.clone());
     let starts = Starts {
         given: vec![rig.faults.iter().map(|fault| fault.healthy).collect()],
         sampled: SAMPLED_PER_FAULT * rig.faults.len(),
         fitted: FITTED,
         seed,
     };
-    let tolerances = Tolerances { function: NEIGHBOURHOOD, ..Tolerances::default() };
+    let tolerances = Tolerances { function: NEIGHBOURHOOD, max_iterations: FIRST_ITERATIONS, ..Tolerances::default() };
     let found = fit::multi_start(&coarse, &starts, Loss::SoftL1 { k: FAR }, tolerances).map_err(failed)?;
     let mut solves = found.misfit_evaluations + found.linearisations;
 
@@ -100,9 +103,9 @@ pub fn estimate<'a>(
     let nominal = rig.nominal();
     theta.extend(all.iter().skip(theta.len()).map(|estimated| nominal[estimated.parameter]));
     let mut problem = RecordProblem::new(model, drive, &record.time, data, rough, all);
-    let tolerances = Tolerances { function: FITTED_ENOUGH, ..Tolerances::default() };
     let mut best: Option<Fit> = None;
-    for _ in 0..ROUNDS {
+    for function in ROUNDS {
+        let tolerances = Tolerances { function, ..Tolerances::default() };
         problem.weights = weights(&problem, record, &theta).map_err(unsolved)?;
         let fit = fit::fit(&problem, &theta, Loss::Huber { k: ROBUST }, tolerances).map_err(failed)?;
         theta.clone_from(&fit.theta);
@@ -147,11 +150,7 @@ fn uncertain(model: &Model) -> Vec<Estimated> {
 }
 
 /// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.
-fn weights(
-    problem: &RecordProblem<'_>,
-    record: &Record,
-    theta: &[f64],
-) -> Result<Weights, SimulationError> {
+fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Weights, SimulationError> {
     let model = problem.model;
     let rig = &model.rig;
     let constants: Vec<usize> = rig

@@ -87,9 +87,8 @@ fn sudden_slopes(curve: &[f64], stride: usize) -> Vec<f64> {
 pub fn phases(rig: &Rig, drive: &Drive, times: &[f64], variance: &[Vec<f64>]) -> Vec<Range<usize>> {
     let jumps = drive.pieces.iter().filter(|piece| piece.jump);
     let mut starts: Vec<usize> = jumps.map(|piece| times.partition_point(|&time| time <= piece.start)).collect();
-    let bends = |row: usize| {
-        rig.sensors.iter().zip(variance).any(|(sensor, variance)| variance[row] > 2.0 * sensor.variance())
-    };
+    let bends =
+        |row: usize| rig.sensors.iter().zip(variance).any(|(sensor, variance)| variance[row] > 2.0 * sensor.variance());
     let mut quiet = 0;
     for row in 0..times.len() {
         if !bends(row) {

@@ -98,12 +98,14 @@ pub struct Profiler<'a, P: Problem> {
 }
 
 /// Deviation of the signed root, as a share of the root of the threshold, that an end may have.
-const END_TOLERANCE: f64 = 5e-3;
+const END_TOLERANCE: f64 = 0.02;
 /// Decrease of `2 F`, as a share of the threshold, that the search over the others may leave.
-const INNER_TOLERANCE: f64 = 5e-3;
+const INNER_TOLERANCE: f64 = 0.02;
 /// Decrease of `2 F` below the optimum, as a share of the threshold, that makes it another optimum: less is what the
 /// fit's own termination leaves.
 const BETTER: f64 = 0.05;
+/// A bracket narrower than this share of the distance is an end, whatever a cost that is not smooth says inside it.
+const LEAST_BRACKET: f64 = 0.01;
 /// Where there is no bound, the interval is open if it is longer than this many magnitudes of the parameter.
 const REACH: f64 = 1e3;
 const MOST_POINTS: usize = 40;
@@ -243,7 +245,7 @@ impl Search {
                 continue;
             };
             let settled = (z - self.root).abs() <= END_TOLERANCE * self.root;
-            let last = outside.is_some_and(|(o, _)| o - inside.0 <= 1e-6 * o);
+            let last = outside.is_some_and(|(o, _)| o - inside.0 <= LEAST_BRACKET * o);
             // Only an end that counts is worth a linearisation: a stale Jacobian can leave the cost too high.
             if (settled || last) && !found.exact {
                 let Some(certain) = self.root_at(on, &found, &held, true) else {
@@ -256,7 +258,7 @@ impl Search {
                 self.better = Some(found);
                 return (None, End::BetterOptimum);
             }
-            if (z - self.root).abs() <= END_TOLERANCE * self.root || (last && z >= self.root) {
+            if (z - self.root).abs() <= END_TOLERANCE * self.root || last {
                 return (Some(value_at(t)), End::Crossed);
             }
             if z < self.root {

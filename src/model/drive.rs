@@ -69,7 +69,8 @@ impl Drive {
             let channel = record.require(&input.column, input.unit.dimension, input.place.clone())?;
             let mut line = broken_line(input, &record.time, &channel.values, interval);
             if input.noise > 0.0 {
-                line.iter_mut().for_each(|stretch| (stretch.start, stretch.end) = (stretch.start + late, stretch.end + late));
+                line.iter_mut()
+                    .for_each(|stretch| (stretch.start, stretch.end) = (stretch.start + late, stretch.end + late));
             }
             lines.push(line);
         }
