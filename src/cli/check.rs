@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::number::{difference_in_unit, in_unit, rounded};
 use super::page::write_page;
 use super::{Failure, Format, Status, write_json};
 use crate::complaint::Complaint;
 use crate::model::{Drive, Model};
 use crate::record::{Channel, Record};
+use crate::report::number::{difference_in_unit, in_unit, rounded};
 use crate::rig::{InitialPressure, NodeKind, Quantity, Rig, Sensor, Target};
 
 /// Check a rig file, and a record against it

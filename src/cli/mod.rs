@@ -4,7 +4,7 @@
 //! 2 could not run; the shell makes 130 of an interrupt.
 
 mod check;
-mod number;
+mod diagnose;
 mod page;
 mod simulate;
 
@@ -28,6 +28,7 @@ struct CommandLine {
 #[derive(Debug, Subcommand)]
 enum Verb {
     Check(check::Arguments),
+    Diagnose(diagnose::Arguments),
     Simulate(simulate::Arguments),
 }
 
@@ -35,6 +36,7 @@ impl Verb {
     fn run(&self, out: &mut dyn Write) -> Result<Status, Failure> {
         match self {
             Self::Check(arguments) => check::run(arguments, out),
+            Self::Diagnose(arguments) => diagnose::run(arguments, out),
             Self::Simulate(arguments) => simulate::run(arguments, out),
         }
     }
@@ -53,12 +55,16 @@ enum Format {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Status {
     Done,
+    /// Something was found, and the user asked to be told by the exit status.
+    Found,
 }
 
 /// Why a verb could not run to its end.
 #[derive(Debug)]
 enum Failure {
     Complaint(Box<Complaint>),
+    /// Some of several records; the others are done.
+    Complaints(Vec<Complaint>),
     /// The result could not be written to standard output.
     Output(io::Error),
 }
@@ -92,10 +98,16 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     });
     let message = match result {
         Ok(Status::Done) => return ExitCode::SUCCESS,
+        Ok(Status::Found) => return ExitCode::from(1),
         // Whoever closed the pipe has seen enough.
         Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => return ExitCode::SUCCESS,
         Err(Failure::Output(error)) => format!("error: standard output cannot be written: {error}"),
         Err(Failure::Complaint(complaint)) => complaint.to_string(),
+        Err(Failure::Complaints(complaints)) => {
+            // What the other records gave has been written before.
+            let _ = out.flush();
+            complaints.iter().map(Complaint::to_string).collect::<Vec<_>>().join("\n")
+        }
     };
     // `eprintln!` would panic where standard error is closed.
     let _ = writeln!(io::stderr(), "{message}");

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use super::check::{Page, PhaseInput, RecordPage, RigPage};
-use super::number::{rounded, text, with_unit};
+use crate::report::number::{rounded, text, with_unit};
 
 /// Phases that the text shows; the JSON has all.
 const PHASES: usize = 20;

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use super::{Failure, Format, Status, number, write_json};
+use super::{Failure, Format, Status, write_json};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::model::{self, Drive, Model};
 use crate::record::Record;
+use crate::report::number;
 use crate::rig::{InitialPressure, NodeKind, Rig, range};
 use crate::units::Quantity;
 

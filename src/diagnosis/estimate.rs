@@ -3,7 +3,7 @@
 use super::noise::{self, Weights};
 use super::problem::{Estimated, Prior, RecordProblem};
 use crate::complaint::{Complaint, Kind, Place};
-use crate::fit::{self, Fit, FitError, Loss, Starts, Tolerances, Uncertainty, UncertaintyOptions};
+use crate::fit::{self, Fit, FitError, Loss, MultiStart, Starts, Tolerances, Uncertainty, UncertaintyOptions};
 use crate::model::{Drive, Model, SimulationError, Tolerance};
 use crate::record::Record;
 
@@ -24,6 +24,15 @@ const FIRST_ITERATIONS: u64 = 25;
 /// Relative decrease of the cost that ends each round of fit and renewed weights. Weights hang on the fit only through when
 /// things happen, so the first round may be rough; the last one ends far below a rise of 1 in chi-square.
 const ROUNDS: [f64; 2] = [1e-4, 2e-6];
+
+/// Where the fit starts.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Seed {
+    /// From the healthy rig and from points of the fault box, drawn with this seed.
+    Sampled(u64),
+    /// From values of all estimated parameters.
+    Given(Vec<f64>),
+}
 
 /// The best fit of faults and uncertain parameters to a record.
 pub struct Estimate<'a> {
@@ -59,7 +68,7 @@ pub fn estimate<'a>(
     model: &'a Model,
     record: &'a Record,
     drive: &'a Drive,
-    seed: u64,
+    seed: &Seed,
 ) -> Result<Estimate<'a>, Complaint> {
     let rig = &model.rig;
     let data = measured(model, record)?;
@@ -84,22 +93,21 @@ pub fn estimate<'a>(
     let variance = noise::variances(rig, record, &data, true);
     let phases = noise::phases(rig, drive, &record.time, &variance);
     let rough = Weights::new(rig, &phases, &variance, &[]);
-    let mut coarse_model = model.clone();
-    coarse_model.tolerance = Tolerance::COARSE;
-    let coarse = RecordProblem::new(&coarse_model, drive, &record.time, data.clone(), rough.clone(), faults.clone());
-    let starts = Starts {
-        given: vec![rig.faults.iter().map(|fault| fault.healthy).collect()],
-        sampled: SAMPLED_PER_FAULT * rig.faults.len(),
-        fitted: FITTED,
-        seed,
+    let mut solves = 0;
+    let mut theta = match seed {
+        Seed::Given(theta) => theta.clone(),
+        Seed::Sampled(seed) => {
+            let mut coarse_model = model.clone();
+            coarse_model.tolerance = Tolerance::COARSE;
+            let (times, weights) = (&record.time, rough.clone());
+            let coarse = RecordProblem::new(&coarse_model, drive, times, data.clone(), weights, faults.clone());
+            let found = neighbourhood(&coarse, *seed).map_err(failed)?;
+            solves += found.misfit_evaluations + found.linearisations;
+            found.best.theta
+        }
     };
-    let tolerances = Tolerances { function: NEIGHBOURHOOD, max_iterations: FIRST_ITERATIONS, ..Tolerances::default() };
-    let found = fit::multi_start(&coarse, &starts, Loss::SoftL1 { k: FAR }, tolerances).map_err(failed)?;
-    let mut solves = found.misfit_evaluations + found.linearisations;
-
     let mut all = faults;
     all.extend(uncertain(model));
-    let mut theta = found.best.theta;
     let nominal = rig.nominal();
     theta.extend(all.iter().skip(theta.len()).map(|estimated| nominal[estimated.parameter]));
     let mut problem = RecordProblem::new(model, drive, &record.time, data, rough, all);
@@ -118,6 +126,19 @@ pub fn estimate<'a>(
     let options = UncertaintyOptions { series: problem.series(), ..UncertaintyOptions::default() };
     let uncertainty = Uncertainty::at(&fit, &options);
     Ok(Estimate { problem, fit, uncertainty, solves })
+}
+
+/// Finds the neighbourhood of the best fit with the faults alone.
+fn neighbourhood(problem: &RecordProblem<'_>, seed: u64) -> Result<MultiStart, FitError> {
+    let faults = &problem.model.rig.faults;
+    let starts = Starts {
+        given: vec![faults.iter().map(|fault| fault.healthy).collect()],
+        sampled: SAMPLED_PER_FAULT * faults.len(),
+        fitted: FITTED,
+        seed,
+    };
+    let tolerances = Tolerances { function: NEIGHBOURHOOD, max_iterations: FIRST_ITERATIONS, ..Tolerances::default() };
+    fit::multi_start(problem, &starts, Loss::SoftL1 { k: FAR }, tolerances)
 }
 
 /// Everything that is uncertain but no fault: parameters with a standard deviation, and what sensors show at zero.

@@ -1,6 +1,8 @@
 //! What a reader gets to see: line charts and self-contained pages.
 
+pub mod diagnosis;
 pub mod html;
+pub mod number;
 pub mod plot;
 
 /// A text as the content of an XML or HTML element or of a quoted attribute: markup escaped, and the control characters

@@ -1,0 +1,85 @@
+//! `diagnose`: what is wrong in a record, how large, how sure.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{Failure, Format, Status, write_json};
+use crate::complaint::Complaint;
+use crate::diagnosis::{Diagnosed, Options, Verdict, diagnose};
+use crate::files::write_atomically;
+use crate::model::Model;
+use crate::record::Record;
+use crate::report::diagnosis::{html, write_text};
+use crate::rig::Rig;
+
+/// Diagnose records of a rig: which faults, how large, how sure
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The rig file
+    rig: PathBuf,
+    /// Records of this rig
+    #[arg(required = true)]
+    records: Vec<PathBuf>,
+    /// How the diagnosis is written
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Also write a page with pictures; only with one record
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Seed of the sampled starts of the fit
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Exit with 1 if a fault or a misfit was found
+    #[arg(long)]
+    exit_code: bool,
+}
+
+pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+    if arguments.report.is_some() && arguments.records.len() > 1 {
+        return Err(Complaint::new(crate::complaint::Kind::Contradiction, "`--report` with more than one record")
+            .help("write one page per record: call `diagnose` once for each")
+            .into());
+    }
+    let model = Model::new(Rig::read(&arguments.rig)?);
+    let options = Options { seed: arguments.seed, ..Options::default() };
+    let mut done: Vec<Diagnosed> = Vec::new();
+    let mut bad: Vec<Complaint> = Vec::new();
+    for (number, path) in arguments.records.iter().enumerate() {
+        let one = Record::read(path).and_then(|record| {
+            let diagnosed = diagnose(&model, &record, &options)?;
+            if let Some(report) = &arguments.report {
+                let page = html(&model.rig, &record, &diagnosed);
+                write_atomically(report, |file| file.write_all(page.as_bytes()))?;
+            }
+            Ok(diagnosed)
+        });
+        match one {
+            Ok(diagnosed) => {
+                if arguments.format == Format::Text {
+                    if number > 0 {
+                        writeln!(out)?;
+                    }
+                    out.write_all(write_text(&diagnosed.diagnosis).as_bytes())?;
+                    out.flush()?;
+                }
+                done.push(diagnosed);
+            }
+            Err(complaint) => bad.push(complaint),
+        }
+    }
+    if arguments.format == Format::Json {
+        let diagnoses: Vec<_> = done.iter().map(|one| &one.diagnosis).collect();
+        match diagnoses.as_slice() {
+            [] => {}
+            [one] if arguments.records.len() == 1 => write_json(out, one)?,
+            several => write_json(out, &several)?,
+        }
+    }
+    if !bad.is_empty() {
+        return Err(Failure::Complaints(bad));
+    }
+    let found = done.iter().any(|one| one.diagnosis.verdict != Verdict::Healthy);
+    Ok(if arguments.exit_code && found { Status::Found } else { Status::Done })
+}

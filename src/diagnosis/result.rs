@@ -1,0 +1,112 @@
+//! The diagnosis as programs read it (`borescope.diagnosis/1`) and writers print it.
+
+use serde::{Serialize, Serializer};
+
+use super::hypotheses::Hypothesis;
+use crate::fit::Identifiable;
+use crate::residual::ResidualReport;
+
+/// Name and version of the JSON schema.
+pub const SCHEMA: &str = "borescope.diagnosis/1";
+
+/// What is wrong, in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The healthy model explains the record.
+    Healthy,
+    /// The model explains the record with at least one fault.
+    Faulty,
+    /// The model does not explain the record with any faults: physics is missing, or a sensor is wrong.
+    ModelInadequate,
+}
+
+/// What one record says about one fault. Numbers in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FaultReport {
+    pub id: String,
+    pub meaning: String,
+    pub value: f64,
+    pub unit: String,
+    pub healthy: f64,
+    /// Ends of the 95 % interval; `None` where the record does not bound the value.
+    pub ci95: [Option<f64>; 2],
+    pub present: bool,
+    pub probability: f64,
+    #[serde(serialize_with = "identifiable")]
+    pub identifiable: Identifiable,
+    /// Why an end is open or a figure is missing, in words.
+    pub remark: Option<String>,
+    /// Whether the model misses something, so that the value may be off by more than its interval.
+    pub biased: bool,
+}
+
+/// `true` or `false` for both ends or none, the open side in words otherwise.
+fn identifiable<S: Serializer>(value: &Identifiable, serializer: S) -> Result<S::Ok, S::Error> {
+    match value {
+        Identifiable::Bounded => serializer.serialize_bool(true),
+        Identifiable::Unidentifiable => serializer.serialize_bool(false),
+        open => serializer.collect_str(open),
+    }
+}
+
+/// How well the model follows one sensor. Numbers in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChannelReport {
+    pub name: String,
+    pub unit: String,
+    /// Root mean square of measured minus model.
+    pub rmse: f64,
+    pub noise_sigma: f64,
+    /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
+    pub chi2_reduced: f64,
+    pub adequate: bool,
+}
+
+/// A parameter that is no fault but was estimated along. Numbers in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct UncertainReport {
+    pub id: String,
+    pub value: f64,
+    pub unit: String,
+    pub nominal: f64,
+    /// Standard uncertainty before the record.
+    pub sigma_before: f64,
+    /// Standard error with the record; `None` at a bound.
+    pub sigma_after: Option<f64>,
+}
+
+/// How the fit went.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FitReport {
+    pub chi2_reduced: f64,
+    pub iterations: u64,
+    /// Simulations of the whole record, those with sensitivities included.
+    pub solves: u64,
+    pub stopped_because: String,
+}
+
+/// The diagnosis of one record.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Diagnosis {
+    pub schema: &'static str,
+    pub rig: String,
+    pub record: String,
+    pub verdict: Verdict,
+    /// End of the window in which the first residual fired, s.
+    pub detected_at_s: Option<f64>,
+    /// Every fault of the rig, in its order.
+    pub faults: Vec<FaultReport>,
+    pub hypotheses: Vec<Hypothesis>,
+    pub residuals: Vec<ResidualReport>,
+    pub fit: FitReport,
+    pub channels: Vec<ChannelReport>,
+    pub uncertain: Vec<UncertainReport>,
+}
+
+impl Diagnosis {
+    /// The faults that are present.
+    pub fn present(&self) -> impl Iterator<Item = &FaultReport> {
+        self.faults.iter().filter(|fault| fault.present)
+    }
+}
