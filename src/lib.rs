@@ -1,4 +1,29 @@
 //! Look inside a hydraulic circuit through its records.
+//!
+//! A rig file describes the circuit, a record holds what a logger wrote of pressures, flows and positions. [`diagnosis`]
+//! fits all faults together with everything else that is uncertain and says what is wrong, how large, and how sure:
+//!
+//! ```
+//! use borescope::diagnosis::{Options, Verdict, diagnose};
+//! use borescope::model::Model;
+//! use borescope::record::Record;
+//! use borescope::rig::Rig;
+//!
+//! let model = Model::new(Rig::read("fixtures/telescopic/rig.toml")?);
+//! let record = Record::read("fixtures/telescopic/leak_020.csv")?;
+//! let diagnosis = diagnose(&model, &record, &Options::default())?.diagnosis;
+//!
+//! assert_eq!(diagnosis.verdict, Verdict::Faulty);
+//! let present: Vec<&str> = diagnosis.present().map(|fault| fault.id.as_str()).collect();
+//! assert_eq!(present, ["cylinder.clearance"]);
+//! let clearance = &diagnosis.faults[0];
+//! assert!((clearance.value - 0.2).abs() < 0.004, "{} {}", clearance.value, clearance.unit);
+//! # Ok::<(), borescope::complaint::Complaint>(())
+//! ```
+//!
+//! Data flows one way, and nothing lower knows anything higher:
+//! [`record`] and [`rig`], then [`model`] (from [`physics`], solved by [`numeric`]), [`residual`] and [`fit`], [`diagnosis`],
+//! [`report`]. [`structure`] says beforehand what can be told apart.
 
 pub mod cli;
 pub mod complaint;

@@ -5,6 +5,7 @@
 
 mod check;
 mod diagnose;
+mod isolability;
 mod page;
 mod simulate;
 
@@ -29,6 +30,7 @@ struct CommandLine {
 enum Verb {
     Check(check::Arguments),
     Diagnose(diagnose::Arguments),
+    Isolability(isolability::Arguments),
     Simulate(simulate::Arguments),
 }
 
@@ -37,6 +39,7 @@ impl Verb {
         match self {
             Self::Check(arguments) => check::run(arguments, out),
             Self::Diagnose(arguments) => diagnose::run(arguments, out),
+            Self::Isolability(arguments) => isolability::run(arguments, out),
             Self::Simulate(arguments) => simulate::run(arguments, out),
         }
     }

@@ -10,7 +10,7 @@ use crate::fit::{Conditional, FitError, Interval};
 const PRIOR: f64 = 0.1;
 /// A set this much less probable (difference of log probabilities) than the best is not fitted anew: its place in the
 /// list is certain whatever its exact figure.
-const HOPELESS: f64 = 30.0;
+const HOPELESS: f64 = 12.0;
 /// Most sets that are fitted anew.
 const MOST_FITS: usize = 64;
 /// Sets with less probability are left out of the list.
@@ -83,7 +83,8 @@ pub fn weigh(
         let held: Vec<(usize, f64)> =
             (0..n).filter(|i| set & (1 << i) == 0).map(|i| (i, rig.faults[i].healthy)).collect();
         fitted += 1;
-        let found = conditional.minimise_with_fixed(&held)?;
+        let from = conditional.origin().clone();
+        let found = conditional.walk(&from, &held, false)?;
         sets[index].1 = score(set, 2.0 * (found.cost - estimate.fit.cost).max(0.0));
     }
     let best = sets.iter().map(|(_, score)| *score).fold(f64::NEG_INFINITY, f64::max);

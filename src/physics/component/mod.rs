@@ -43,7 +43,8 @@ pub trait Law<T: Real>: Sized {
     /// From the parameters in the order of the card, SI.
     fn new(parameters: &[T], fluid: &Fluid<T>) -> Self;
 
-    /// Answers to what is seen. Called in the innermost loop: no allocation, no branching on time.
+    /// Answers to what is seen. Called in the innermost loop: no allocation, no branching on time. What a law does not
+    /// answer arrives as zero and must be left so at every call: the entries are not cleared in between.
     fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>);
 }
 
