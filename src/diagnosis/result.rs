@@ -93,7 +93,7 @@ pub struct Diagnosis {
     pub rig: String,
     pub record: String,
     pub verdict: Verdict,
-    /// End of the window in which the first residual fired, s.
+    /// End of the window in which the first residual fired, s; where none did, when fitted and healthy model part.
     pub detected_at_s: Option<f64>,
     /// Every fault of the rig, in its order.
     pub faults: Vec<FaultReport>,

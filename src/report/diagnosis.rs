@@ -130,7 +130,7 @@ pub fn write_text(diagnosis: &Diagnosis) -> String {
     line(&format!("rig     {}", diagnosis.rig));
     line(&format!("record  {}", diagnosis.record));
     if let Some(at) = diagnosis.detected_at_s {
-        line(&format!("first residual fired at {at:.2} s"));
+        line(&format!("detected at {at:.2} s"));
     }
     let mut block = |title: &str, heads: &[&str], rows: &[Vec<String>]| {
         line("");
@@ -185,7 +185,7 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> String {
     };
     verdict.notice(tone, headline(diagnosis));
     if let Some(at) = diagnosis.detected_at_s {
-        verdict.paragraph(format!("The first residual fired at {at:.2} s."));
+        verdict.paragraph(format!("Detected at {at:.2} s."));
     }
     verdict.table(table("Faults", &FAULT_HEADS, fault_rows(diagnosis)));
     let open = undetermined(diagnosis);
