@@ -1,8 +1,9 @@
 //! How far a sample may be from the model: noise and rounding of the sensor, and the tolerance of the model.
 //!
 //! A model that is right but for the moment of an event misses by tens of standard deviations while valves or the load
-//! switch, and trapped oil remembers it: closing a valve 0.1 ms late leaves both chambers bars higher until it opens
-//! again. Three things follow, none of them taken from the misfit:
+//! switch, and trapped oil remembers it: an edge of a valve that closes a tenth of a millisecond later than the other
+//! leaves a third of a bar more in both chambers until the valve opens again. Three things follow, none of them taken from
+//! the misfit:
 //!
 //! - *Events.* Their moment is uncertain by `tau`: a jump that a logger shows between two rows may have come anywhere
 //!   between them (rms distance from the earlier row: interval/sqrt(3)), and every time constant of the rig is uncertain by

@@ -98,14 +98,17 @@ pub struct Profiler<'a, P: Problem> {
 }
 
 /// Deviation of the signed root, as a share of the root of the threshold, that an end may have.
-const END_TOLERANCE: f64 = 0.02;
+const END_TOLERANCE: f64 = 0.01;
 /// Decrease of `2 F`, as a share of the threshold, that the search over the others may leave.
-const INNER_TOLERANCE: f64 = 0.02;
+const INNER_TOLERANCE: f64 = 0.01;
 /// Decrease of `2 F` below the optimum, as a share of the threshold, that makes it another optimum: less is what the
 /// fit's own termination leaves.
 const BETTER: f64 = 0.05;
-/// A bracket narrower than this share of the distance is an end, whatever a cost that is not smooth says inside it.
-const LEAST_BRACKET: f64 = 0.01;
+/// Points inside a bracket after which its outer side is the end: a cost that jumps there by what integration leaves would
+/// be bisected for ever.
+const MOST_INSIDE: usize = 6;
+/// Such a jump, as a share of the root of the threshold.
+const ROUGH: f64 = 0.15;
 /// Where there is no bound, the interval is open if it is longer than this many magnitudes of the parameter.
 const REACH: f64 = 1e3;
 const MOST_POINTS: usize = 40;
@@ -232,6 +235,7 @@ impl Search {
         let mut inside = (0.0, 0.0);
         let mut nearest = origin.clone();
         let mut outside: Option<(f64, f64)> = None;
+        let mut bracketed = 0;
         let mut fails: Option<f64> = None;
         let mut t = start.min(most);
         for round in 0..MOST_POINTS {
@@ -245,7 +249,11 @@ impl Search {
                 continue;
             };
             let settled = (z - self.root).abs() <= END_TOLERANCE * self.root;
-            let last = outside.is_some_and(|(o, _)| o - inside.0 <= LEAST_BRACKET * o);
+            let last = outside.is_some_and(|(o, above)| {
+                let settled = bracketed >= MOST_INSIDE && above - inside.1 <= ROUGH * self.root;
+                settled || o - inside.0 <= 1e-6 * o
+            });
+            bracketed += usize::from(outside.is_some());
             // Only an end that counts is worth a linearisation: a stale Jacobian can leave the cost too high.
             if (settled || last) && !found.exact {
                 let Some(certain) = self.root_at(on, &found, &held, true) else {
@@ -258,8 +266,12 @@ impl Search {
                 self.better = Some(found);
                 return (None, End::BetterOptimum);
             }
-            if (z - self.root).abs() <= END_TOLERANCE * self.root || last {
+            if (z - self.root).abs() <= END_TOLERANCE * self.root {
                 return (Some(value_at(t)), End::Crossed);
+            }
+            if let (true, Some((beyond, _))) = (last, outside) {
+                // The outer side: an interval rather too long than too short.
+                return (Some(value_at(if z < self.root { beyond } else { t })), End::Crossed);
             }
             if z < self.root {
                 if t >= most {

@@ -169,7 +169,6 @@ impl<'a, S: Scalar> Assembly<'a, S> {
             .iter()
             .zip(&self.layout.filtered)
             .any(|(raw, filtered)| filtered.is_none() && matches!(raw, Raw::Flow(..)))
-            || t < 0.0
         {
             self.evaluate(t, y);
         }

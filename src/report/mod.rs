@@ -1,9 +1,10 @@
-//! What a reader gets to see: line charts and self-contained pages.
+//! What a reader gets to see: line charts, self-contained pages, and the part of the reference that the cards give.
 
 pub mod diagnosis;
 pub mod html;
 pub mod number;
 pub mod plot;
+pub mod reference;
 
 /// A text as the content of an XML or HTML element or of a quoted attribute: markup escaped, and the control characters
 /// that XML forbids replaced by U+FFFD.

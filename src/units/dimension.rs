@@ -106,6 +106,11 @@ impl Dimension {
         NAMES.iter().find(|(dimension, _)| *dimension == self).map(|(_, name)| *name)
     }
 
+    /// Every dimension with an everyday name, pure numbers first.
+    pub fn named() -> impl Iterator<Item = (Self, &'static str)> {
+        NAMES.into_iter()
+    }
+
     /// The product of base units, such as `m-1.kg.s-2`; `-` for a pure number. [`Unit::parse`](super::Unit::parse) reads it.
     pub fn base_units(self) -> String {
         let factors: Vec<String> = [("m", self.m), ("kg", self.kg), ("s", self.s), ("K", self.k), ("A", self.a)]

@@ -79,6 +79,11 @@ impl Unit {
         atoms.chain(compounds).collect()
     }
 
+    /// Spellings that are read besides the usual one, each with the symbol that it stands for.
+    pub fn spellings() -> &'static [(&'static str, &'static str)] {
+        table::SPELLINGS
+    }
+
     /// A value in this unit, in SI.
     pub fn to_si(&self, value: f64) -> f64 {
         value * self.factor + self.offset

@@ -10,12 +10,12 @@ use crate::physics::law::{orifice_conductance, root, root_inverse};
 pub const CARD: Card = Card {
     kind: "flow-control-valve",
     meaning: "Two-way flow control valve: reducing valve, then throttle; regulating or saturated.",
-    law: "(5) g_r = Cd1 W1 x sqrt(2/rho);  (6) g_t = Cd2 (pi d²/4) sqrt(2/rho);\n\
-          q = g_r g_t / sqrt(g_r² + g_t²) root(p_in - p_out);  dp_t = (p_in - p_out) g_r²/(g_r² + g_t²);\n\
-          (7) K (x1 - x*) = A dp_t + F0, 0 <= x* <= x_max;  (8) F0 = 2 f Cd1 W1 x (p_in - p_out - dp_t);\n\
+    law: "(5) q = Cd1 W1 x sqrt(2/rho) root(dp_r);  (6) q = Cd2 (pi d²/4) sqrt(2/rho) root(dp_t);\n\
+          dp_r + dp_t = p_in - p_out;  root(dp) = dp/(dp² + dp_0²)^(1/4);\n\
+          (7) K (x1 - x*) = A dp_t + F0, 0 <= x* <= x_max;  (8) F0 = 2 f Cd1 W1 x dp_r;\n\
           tau x' = x* - x",
     source: "paper, equations (5) to (9), with x1 the spring compression at zero opening and f = Cv cos(theta)",
-    validity: "Turbulent series of the two edges; the flow force is off at f = 0, which gives the simplification of (9).",
+    validity: "No volume between the two edges, so one flow passes both; the flow force is off at f = 0, which gives the simplification of (9).",
     parameters: &[
         Parameter::required("orifice_diameter", "d", "mm", "diameter of the throttle orifice"),
         Parameter::required("discharge_coefficient", "Cd2", "-", "discharge coefficient of the throttle")
