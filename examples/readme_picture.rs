@@ -39,8 +39,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         };
         let series = vec![
             Series::line("healthy model", points(&diagnosed.healthy[index], 1)).styled(2, 1),
-            Series::dots("measured", points(measured, DOTS)).styled(5, 0),
             Series::line("model with the faults found", points(&diagnosed.model[index], 1)).styled(1, 0),
+            Series::dots("measured", points(measured, DOTS)).styled(0, 0),
         ];
         panels.push(Chart::new(title, Axis::new("time", "s").over(0.0, END), Axis::new(name, &unit.symbol), series));
     }
