@@ -5,7 +5,6 @@
 //! writes `docs/figures/series-1.svg`.
 
 use std::error::Error;
-use std::io::Write;
 use std::path::Path;
 
 use borescope::diagnosis::{Options, diagnose};
