@@ -72,12 +72,7 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
             return fill(&file.map_err(|error| failed(&error))?, write).map_err(|error| failed(&error));
         }
     }
-    let folder = folder_of(&target);
-    if !folder.is_dir() {
-        return Err(Complaint::new(Kind::Missing, format!("there is no folder `{}` to write into", folder.display()))
-            .in_file(path)
-            .help("create the folder first, or name another one"));
-    }
+    let folder = existing_folder(&target, path)?;
     let temporary = temporary_in(&folder).map_err(|error| failed(&error))?;
     fill(temporary.as_file(), write).map_err(|error| failed(&error))?;
     if let Some(there) = before {
@@ -85,6 +80,24 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
     }
     temporary.persist(&target).map_err(|error| failed(&error.error))?;
     Ok(())
+}
+
+/// Refuses a file whose folder does not exist, before long work is done for it.
+///
+/// # Errors
+/// A parent folder that does not exist.
+pub fn check_folder(path: &Path) -> Result<(), Complaint> {
+    existing_folder(path, path).map(|_| ())
+}
+
+fn existing_folder(target: &Path, path: &Path) -> Result<PathBuf, Complaint> {
+    let folder = folder_of(target);
+    if folder.is_dir() {
+        return Ok(folder);
+    }
+    Err(Complaint::new(Kind::Missing, format!("there is no folder `{}` to write into", folder.display()))
+        .in_file(path)
+        .help("create the folder first, or name another one"))
 }
 
 fn fill(file: &File, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {

@@ -8,7 +8,7 @@ use clap::Args;
 use super::{Failure, Format, Status, write_json};
 use crate::complaint::Complaint;
 use crate::diagnosis::{Diagnosed, Options, Verdict, diagnose};
-use crate::files::write_atomically;
+use crate::files::{check_folder, write_atomically};
 use crate::model::Model;
 use crate::record::Record;
 use crate::report::diagnosis::{html, write_text};
@@ -41,6 +41,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         return Err(Complaint::new(crate::complaint::Kind::Contradiction, "`--report` with more than one record")
             .help("write one page per record: call `diagnose` once for each")
             .into());
+    }
+    if let Some(report) = &arguments.report {
+        check_folder(report)?;
     }
     let model = Model::new(Rig::read(&arguments.rig)?);
     let options = Options { seed: arguments.seed, ..Options::default() };

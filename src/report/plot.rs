@@ -126,13 +126,22 @@ pub struct Chart {
     pub bands: Vec<Band>,
     pub markers: Vec<Marker>,
     pub rules: Vec<Rule>,
+    /// Height in px, legend and axis included; `None` takes that of the figure.
+    pub height: Option<f64>,
 }
 
 impl Chart {
     /// A panel with these curves and nothing else; the other fields may be filled afterwards.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis, series: Vec<Series>) -> Self {
         let (envelopes, bands, markers, rules) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { title: title.into(), x, y, series, envelopes, bands, markers, rules }
+        Self { title: title.into(), x, y, series, envelopes, bands, markers, rules, height: None }
+    }
+
+    /// The same panel in a height of its own, in px.
+    #[must_use]
+    pub fn high(mut self, height: f64) -> Self {
+        self.height = Some(height);
+        self
     }
 }
 
@@ -146,7 +155,7 @@ pub struct Figure {
     pub panels: Vec<Chart>,
     /// Width in px.
     pub width: f64,
-    /// Height of one panel in px, legend and axis included.
+    /// Height of a panel that has none of its own, in px, legend and axis included.
     pub panel_height: f64,
 }
 

@@ -11,13 +11,16 @@ const RIGHT: f64 = 20.0;
 const TITLE: f64 = 26.0;
 const LEGEND_ROW: f64 = 18.0;
 const BOTTOM: f64 = 50.0;
+/// A panel needs this much for title, legend and axis, and a little to draw in.
+const LEAST: f64 = 140.0;
 /// Mean width of a character at 12 px; a legend needs an estimate, and this is on the safe side.
 const CHARACTER: f64 = 6.9;
 const SAMPLE: f64 = 28.0;
 
 pub(super) fn figure(figure: &Figure) -> String {
-    let (width, panel) = (figure.width.max(200.0), figure.panel_height.max(160.0));
-    let height = panel * figure.panels.len() as f64;
+    let width = figure.width.max(200.0);
+    let panel = |chart: &Chart| chart.height.unwrap_or(figure.panel_height).max(LEAST);
+    let height: f64 = figure.panels.iter().map(panel).sum();
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" viewBox=\"0 0 {width:.0} {height:.0}\" \
          width=\"{width:.0}\" height=\"{height:.0}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" \
@@ -26,10 +29,12 @@ pub(super) fn figure(figure: &Figure) -> String {
         escape(&figure.title),
         escape(&figure.description)
     );
-    for (index, chart) in figure.panels.iter().enumerate() {
+    let mut top = 0.0;
+    for chart in &figure.panels {
         let mut canvas = Canvas { out: String::new() };
-        canvas.chart(chart, index as f64 * panel, width, panel);
+        canvas.chart(chart, top, width, panel(chart));
         out.push_str(&canvas.out);
+        top += panel(chart);
     }
     out.push_str("</svg>\n");
     out
