@@ -141,7 +141,7 @@ fn neighbourhood(problem: &RecordProblem<'_>, seed: u64) -> Result<MultiStart, F
     fit::multi_start(problem, &starts, Loss::SoftL1 { k: FAR }, tolerances)
 }
 
-/// Everything that is uncertain but no fault: parameters with a standard deviation, and what sensors show at zero.
+/// Everything that is uncertain but no fault, what sensors show at zero included.
 fn uncertain(model: &Model) -> Vec<Estimated> {
     let rig = &model.rig;
     let is_fault = |parameter: usize| rig.faults.iter().any(|fault| fault.parameter == parameter);
@@ -157,17 +157,7 @@ fn uncertain(model: &Model) -> Vec<Estimated> {
     };
     // What is uncertain anew in each switching is in the weights; see `noise`.
     let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0 && !parameter.anew);
-    let mut all: Vec<Estimated> = stated
-        .filter(|(index, _)| !is_fault(*index))
-        .map(|(index, parameter)| within(index, parameter.sigma))
-        .collect();
-    for sensor in &rig.sensors {
-        let offset = sensor.first_parameter;
-        if rig.parameters[offset].sigma == 0.0 && sensor.tolerance > 0.0 && !is_fault(offset) {
-            all.push(within(offset, sensor.tolerance));
-        }
-    }
-    all
+    stated.filter(|(index, _)| !is_fault(*index)).map(|(index, parameter)| within(index, parameter.sigma)).collect()
 }
 
 /// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.

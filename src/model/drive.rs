@@ -161,9 +161,7 @@ fn smooth(input: &Input, time: &[f64], values: &[f64], holds: impl Fn(usize) -> 
     let mut line = Vec::new();
     let mut first = 0;
     for row in 1..=values.len() {
-        let jumps = row == values.len()
-            || (values[row] - values[row - 1]).abs() > JUMP * std::f64::consts::SQRT_2 * input.noise;
-        if !jumps {
+        if row < values.len() && !jumps(values, row, input.noise) {
             continue;
         }
         let rows = first..row;
@@ -181,6 +179,18 @@ fn smooth(input: &Input, time: &[f64], values: &[f64], holds: impl Fn(usize) -> 
     }
     line
 }
+
+/// Whether the value leaves the row before by more than noise and the ramp around it explain.
+fn jumps(values: &[f64], row: usize, sigma: f64) -> bool {
+    let first = row.saturating_sub(AROUND).max(1);
+    let mut steps: Vec<f64> = (first..values.len().min(row + AROUND + 1)).map(|k| values[k] - values[k - 1]).collect();
+    let middle = steps.len() / 2;
+    let ramp = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    (values[row] - values[row - 1] - ramp).abs() > JUMP * std::f64::consts::SQRT_2 * sigma
+}
+
+/// Rows to each side whose median step is taken as the ramp.
+const AROUND: usize = 4;
 
 /// Least-squares broken line through samples, halving intervals until the misfit looks like noise.
 fn fit_line(time: &[f64], values: &[f64], start: f64, end: f64, sigma: f64) -> Vec<Stretch> {

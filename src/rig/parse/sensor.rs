@@ -37,28 +37,35 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
     let column = table.get("column").map(|column| column.text()).transpose()?.unwrap_or(name).to_owned();
     let place = value.place();
     let first_parameter = rig.parameters.len();
-    let own =
-        |key: &str, default: f64, unit: &Unit, bounds: (f64, f64), meaning: &str| -> Result<Parameter, Complaint> {
-            let stated = table.get(key).map(|value| value.stated(unit.dimension)).transpose()?;
-            let (value, sigma) = stated.map_or((default, None), |stated| (stated.value, stated.sigma));
-            if value < bounds.0 {
-                return Err(Complaint::new(Kind::Bounds, format!("the {key} of sensor `{name}` is negative"))
-                    .at(place.clone())
-                    .help(format!("{meaning}: {}", range(bounds, unit))));
-            }
-            Ok(Parameter {
-                id: format!("sensor.{name}.{key}"),
-                unit: unit.clone(),
-                value,
-                bounds,
-                sigma: sigma.unwrap_or(0.0),
-                anew: false,
-                meaning: meaning.to_owned(),
-                place: place.clone(),
-            })
-        };
-    let offset = own("offset", 0.0, &unit, (f64::NEG_INFINITY, f64::INFINITY), "what the sensor shows at zero")?;
-    let gain = own("gain", 1.0, &Unit::dimensionless(), (0.0, f64::INFINITY), "what the sensor shows per true value")?;
+    let own = |key: &str,
+               default: f64,
+               sigma_unstated: f64,
+               unit: &Unit,
+               bounds: (f64, f64),
+               meaning: &str|
+     -> Result<Parameter, Complaint> {
+        let stated = table.get(key).map(|value| value.stated(unit.dimension)).transpose()?;
+        let (value, sigma) = stated.map_or((default, None), |stated| (stated.value, stated.sigma));
+        if value < bounds.0 {
+            return Err(Complaint::new(Kind::Bounds, format!("the {key} of sensor `{name}` is negative"))
+                .at(place.clone())
+                .help(format!("{meaning}: {}", range(bounds, unit))));
+        }
+        Ok(Parameter {
+            id: format!("sensor.{name}.{key}"),
+            unit: unit.clone(),
+            value,
+            bounds,
+            sigma: sigma.unwrap_or(sigma_unstated),
+            anew: false,
+            meaning: meaning.to_owned(),
+            place: place.clone(),
+        })
+    };
+    let offset =
+        own("offset", 0.0, tolerance, &unit, (f64::NEG_INFINITY, f64::INFINITY), "what the sensor shows at zero")?;
+    let gain =
+        own("gain", 1.0, 0.0, &Unit::dimensionless(), (0.0, f64::INFINITY), "what the sensor shows per true value")?;
     rig.parameters.extend([offset, gain]);
     table.finish()?;
     rig.sensors.push(Sensor {
