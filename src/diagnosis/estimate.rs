@@ -21,9 +21,13 @@ const FITTED: usize = 2;
 const NEIGHBOURHOOD: f64 = 1e-3;
 /// Iterations after which a start that has not found a neighbourhood is given up.
 const FIRST_ITERATIONS: u64 = 25;
-/// Relative decrease of the cost that ends each round of fit and renewed weights. Weights hang on the fit only through when
-/// things happen, so the first round may be rough; the last one ends far below a rise of 1 in chi-square.
+/// Relative decrease of the cost that ends each round of fit and renewed weights; the last one is kept for further rounds.
+/// It ends far below a rise of 1 in chi-square.
 const ROUNDS: [f64; 2] = [1e-4, 2e-6];
+/// Most rounds. Weights hang on the fit only through when things happen, so two are enough unless the start was far.
+const MOST_ROUNDS: usize = 5;
+/// Standard errors by which no fault moves any more when the rounds end.
+const SETTLED: f64 = 0.2;
 
 /// Where the fit starts.
 #[derive(Debug, Clone, PartialEq)]
@@ -111,20 +115,26 @@ pub fn estimate<'a>(
     let nominal = rig.nominal();
     theta.extend(all.iter().skip(theta.len()).map(|estimated| nominal[estimated.parameter]));
     let mut problem = RecordProblem::new(model, drive, &record.time, data, rough, all);
-    let mut best: Option<Fit> = None;
-    for function in ROUNDS {
-        let tolerances = Tolerances { function, ..Tolerances::default() };
+    let options = UncertaintyOptions { series: problem.series(), ..UncertaintyOptions::default() };
+    let mut round = 0;
+    let (fit, uncertainty) = loop {
+        let tolerances = Tolerances { function: ROUNDS[round.min(ROUNDS.len() - 1)], ..Tolerances::default() };
         problem.weights = weights(&problem, record, &theta).map_err(unsolved)?;
         let fit = fit::fit(&problem, &theta, Loss::Huber { k: ROBUST }, tolerances).map_err(failed)?;
-        theta.clone_from(&fit.theta);
         solves += 1 + fit.misfit_evaluations + fit.linearisations;
-        best = Some(fit);
-    }
-    let Some(fit) = best else {
-        return Err(failed(FitError::NoStart { tried: 0 }));
+        round += 1;
+        let before = std::mem::replace(&mut theta, fit.theta.clone());
+        if round < ROUNDS.len() {
+            continue;
+        }
+        let uncertainty = Uncertainty::at(&fit, &options);
+        let settled = (0..rig.faults.len()).all(|i| {
+            uncertainty.standard_error[i].as_ref().map_or(true, |sigma| (theta[i] - before[i]).abs() <= SETTLED * sigma)
+        });
+        if settled || round == MOST_ROUNDS {
+            break (fit, uncertainty);
+        }
     };
-    let options = UncertaintyOptions { series: problem.series(), ..UncertaintyOptions::default() };
-    let uncertainty = Uncertainty::at(&fit, &options);
     Ok(Estimate { problem, fit, uncertainty, solves })
 }
 
@@ -164,11 +174,12 @@ fn uncertain(model: &Model) -> Vec<Estimated> {
 fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Weights, SimulationError> {
     let model = problem.model;
     let rig = &model.rig;
+    let is_fault = |parameter: usize| rig.faults.iter().any(|fault| fault.parameter == parameter);
     let constants: Vec<usize> = rig
         .parameters
         .iter()
         .enumerate()
-        .filter(|(_, parameter)| parameter.sigma > 0.0 && parameter.anew)
+        .filter(|(index, parameter)| parameter.sigma > 0.0 && parameter.anew && !is_fault(*index))
         .map(|(index, _)| index)
         .collect();
     let solved = model.sensitivities(&problem.parameters(theta), &constants, problem.drive, problem.times)?;

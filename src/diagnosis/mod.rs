@@ -11,7 +11,7 @@ pub mod problem;
 mod result;
 
 use crate::complaint::{Complaint, Kind, Place};
-use crate::fit::{Fit, FitError, Identifiable, Interval, Profiler};
+use crate::fit::{End, Fit, FitError, Identifiable, Interval, Missing, Profiler};
 use crate::model::{Drive, Model};
 use crate::record::Record;
 use crate::report::number::rounded;
@@ -66,6 +66,11 @@ const RESTARTS: usize = 3;
 /// Columns that are missing, or a model that cannot be solved.
 pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Diagnosed, Complaint> {
     let rig = &model.rig;
+    if rig.sensors.is_empty() {
+        return Err(Complaint::new(Kind::MissingEntry, "the rig has no sensors, so a record shows nothing of it")
+            .at(Place::file(&rig.path))
+            .help("add `[sensors]`, one line per measured column"));
+    }
     let drive = Drive::from_record(rig, record)?;
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;
     let failed = |error: FitError| {
@@ -78,7 +83,7 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
     let mut solves = estimate.solves;
     let mut restarts = 0;
     let (intervals, weighed) = loop {
-        let (intervals, spent) = intervals(&estimate).map_err(failed)?;
+        let (intervals, spent) = intervals(&estimate, restarts < RESTARTS).map_err(failed)?;
         solves += spent;
         let better = intervals.iter().filter_map(|interval| interval.better.as_ref());
         let better = better.min_by(|a, b| a.cost.total_cmp(&b.cost)).map(|better| better.theta.clone());
@@ -90,7 +95,7 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
             }
             _ => {
                 let mut profiler = Profiler::new(&estimate.problem, &estimate.fit).map_err(failed)?;
-                let weighed = hypotheses::weigh(&estimate, &intervals, profiler.conditional()).map_err(failed)?;
+                let weighed = hypotheses::weigh(&estimate, &intervals, profiler.conditional());
                 solves += profiler.conditional().misfit_evaluations + profiler.conditional().linearisations;
                 break (intervals, weighed);
             }
@@ -111,7 +116,11 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
         (true, true) => Verdict::Faulty,
         (true, false) => Verdict::Healthy,
     };
-    let nominal = model.simulate(&rig.nominal(), &drive, &record.time);
+    let mut parameters = rig.nominal();
+    for fault in &rig.faults {
+        parameters[fault.parameter] = fault.healthy;
+    }
+    let nominal = model.simulate(&parameters, &drive, &record.time);
     let healthy = nominal.map(|outputs| outputs.values).unwrap_or_default();
     let alarms = residuals.iter().filter_map(|residual| residual.alarm_at_s);
     let detected_at_s = match verdict {
@@ -142,15 +151,15 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
     Ok(Diagnosed { diagnosis, model: outputs, healthy, misfit })
 }
 
-/// The interval of every fault, and the simulations that they took.
-fn intervals(estimate: &Estimate<'_>) -> Result<(Vec<Interval>, u64), FitError> {
+/// The interval of every fault (with `restart` up to the one that showed a better optimum), and the simulations they took.
+fn intervals(estimate: &Estimate<'_>, restart: bool) -> Result<(Vec<Interval>, u64), FitError> {
     let mut profiler = Profiler::new(&estimate.problem, &estimate.fit)?;
     let mut intervals = Vec::new();
     for i in 0..estimate.problem.model.rig.faults.len() {
         let interval = profiler.interval(i, LEVEL, estimate.uncertainty.inflation[i])?;
         let better = interval.better.is_some();
         intervals.push(interval);
-        if better {
+        if better && restart {
             break;
         }
     }
@@ -204,7 +213,8 @@ fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], misfit: &[Vec<f64>]) 
                 rmse: rounded(unit.difference_from_si((square / rows).sqrt()), DIGITS),
                 noise_sigma: rounded(unit.difference_from_si(sensor.noise), DIGITS),
                 chi2_reduced,
-                adequate: chi2_reduced <= ADEQUATE,
+                // Four standard deviations of the mean square of so few samples.
+                adequate: chi2_reduced <= ADEQUATE + 4.0 * (2.0 / rows).sqrt(),
             }
         })
         .collect()
@@ -219,7 +229,8 @@ fn faults(estimate: &Estimate<'_>, intervals: &[Interval], probabilities: &[f64]
             let parameter = &rig.parameters[fault.parameter];
             let shown = |si: f64| rounded(parameter.unit.from_si(si), DIGITS);
             let interval = intervals.get(i);
-            let ends = interval.map_or([None, None], |interval| [interval.lower, interval.upper]);
+            let ends =
+                interval.map_or([None, None], |interval| settled(interval, &estimate.uncertainty.standard_error[i]));
             FaultReport {
                 id: parameter.id.clone(),
                 meaning: parameter.meaning.clone(),
@@ -229,13 +240,31 @@ fn faults(estimate: &Estimate<'_>, intervals: &[Interval], probabilities: &[f64]
                 ci95: ends.map(|end| end.map(shown)),
                 present: probabilities[i] >= PRESENT,
                 probability: probabilities[i],
-                identifiable: interval.map_or(Identifiable::Unidentifiable, |interval| interval.identifiable),
+                identifiable: match ends {
+                    [Some(_), Some(_)] => Identifiable::Bounded,
+                    [Some(_), None] => Identifiable::LowerBoundOnly,
+                    [None, Some(_)] => Identifiable::UpperBoundOnly,
+                    [None, None] => Identifiable::Unidentifiable,
+                },
                 remark: interval
                     .and_then(|interval| remark(&estimate.fit, interval, fault, shown, &parameter.unit.symbol)),
                 biased,
             }
         })
         .collect()
+}
+
+/// The ends of an interval; where the search for one did not settle, the standard error stands in for it, since an open end
+/// says that the record does not bound the value.
+fn settled(interval: &Interval, error: &Result<f64, Missing>) -> [Option<f64>; 2] {
+    let quantile = 1.96;
+    let stand_in = |end: Option<f64>, why: End, sign: f64| match (end, why, error) {
+        (None, End::GaveUp | End::BetterOptimum | End::ModelFails, Ok(sigma)) => {
+            Some(interval.value + sign * quantile * sigma)
+        }
+        _ => end,
+    };
+    [stand_in(interval.lower, interval.lower_end, -1.0), stand_in(interval.upper, interval.upper_end, 1.0)]
 }
 
 /// Why an end of an interval is open.
@@ -246,7 +275,6 @@ fn remark(
     shown: impl Fn(f64) -> f64,
     unit: &str,
 ) -> Option<String> {
-    use crate::fit::End;
     let one = |end: End, bound: f64, side: &str| match end {
         End::Crossed => None,
         End::BoundReached if fit.theta[interval.parameter] == bound => {
@@ -261,8 +289,12 @@ fn remark(
                 interval.threshold
             ))
         }
-        End::ModelFails => Some(format!("the model cannot be solved towards the {side} end")),
-        End::BetterOptimum | End::GaveUp => Some(format!("the search for the {side} end did not settle")),
+        End::ModelFails => {
+            Some(format!("the model cannot be solved towards the {side} end; it is taken from the standard error"))
+        }
+        End::BetterOptimum | End::GaveUp => {
+            Some(format!("the search for the {side} end did not settle; it is taken from the standard error"))
+        }
     };
     let remarks: Vec<String> =
         [one(interval.lower_end, fault.bounds.0, "lower"), one(interval.upper_end, fault.bounds.1, "upper")]

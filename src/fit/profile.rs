@@ -298,7 +298,8 @@ impl Search {
                 t = if round % 4 == 3 || !safe.is_finite() { inside.0 + 0.5 * width } else { safe };
             }
         }
-        (None, End::GaveUp)
+        // Where there is a bracket its outer side is an end, if not a sharp one.
+        (outside.map(|(o, _)| value_at(o)), End::GaveUp)
     }
 
     fn root_at<P: Problem>(

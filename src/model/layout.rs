@@ -186,6 +186,11 @@ impl Layout {
     }
 }
 
+/// Number of states of a rig.
+pub fn states(rig: &Rig) -> usize {
+    Layout::of(rig).states
+}
+
 /// Whether any component gives the node capacity: a volume, or a mass.
 pub fn has_capacity(rig: &Rig, node: usize) -> bool {
     let nominal = rig.nominal();

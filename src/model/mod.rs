@@ -12,6 +12,6 @@ mod simulate;
 mod start;
 
 pub use drive::{Drive, Piece};
-pub use layout::has_capacity;
+pub use layout::{has_capacity, states};
 pub use recording::{cycle_times, decimals_of, input_columns, recording};
-pub use simulate::{Effort, Model, Outputs, Sensitivities, SimulationError, Tolerance};
+pub use simulate::{Effort, MOST_STATES, Model, Outputs, Sensitivities, SimulationError, Tolerance};

@@ -12,6 +12,9 @@ use crate::rig::Rig;
 /// Parameters whose sensitivities are carried through one integration.
 const LANES: usize = 4;
 
+/// Most states that the solver is built for.
+pub const MOST_STATES: usize = 24;
+
 /// Accuracy of the integration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
@@ -108,7 +111,7 @@ macro_rules! with_states {
                 const $N: usize = 24;
                 $body
             }
-            states => Err(SimulationError::TooLarge { states, most: 24 }),
+            states => Err(SimulationError::TooLarge { states, most: $crate::model::MOST_STATES }),
         }
     };
 }

@@ -33,6 +33,12 @@ impl Parameter {
         self
     }
 
+    /// The same, above zero: a law divides by it.
+    pub const fn positive(mut self) -> Self {
+        self.bounds.0 = f64::MIN_POSITIVE;
+        self
+    }
+
     /// The same, with physical limits in `unit`.
     pub const fn within(mut self, low: f64, high: f64) -> Self {
         self.bounds = (low, high);

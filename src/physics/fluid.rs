@@ -10,9 +10,10 @@ pub const CARD: Card = Card {
     source: "any data sheet; ISO 3448 for the viscosity class",
     validity: "One temperature, no free air; see the effects for what bends these.",
     parameters: &[
-        Parameter::required("density", "rho", "kg/m3", "density at working temperature").or(870.0),
-        Parameter::required("viscosity", "mu", "mPa.s", "dynamic viscosity at working temperature").or(45.5),
+        Parameter::required("density", "rho", "kg/m3", "density at working temperature").positive().or(870.0),
+        Parameter::required("viscosity", "mu", "mPa.s", "dynamic viscosity at working temperature").positive().or(45.5),
         Parameter::required("bulk_modulus", "beta", "bar", "effective bulk modulus of fluid and walls")
+            .positive()
             .or(14_000.0)
             .uncertain(0.05),
     ],

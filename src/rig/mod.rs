@@ -19,6 +19,7 @@ pub use sensor::{Hold, Input, Quantity, Sensor, Target};
 pub(crate) fn range(bounds: (f64, f64), unit: &Unit) -> String {
     let shown = |value: f64| crate::units::Quantity { value, unit: unit.clone() };
     match (bounds.0.is_finite(), bounds.1.is_finite()) {
+        (true, false) if bounds.0 > 0.0 && bounds.0 < 1e-300 => "above 0".to_owned(),
         (true, true) => format!("from {} to {}", shown(bounds.0), shown(bounds.1)),
         (true, false) => format!("{} or more", shown(bounds.0)),
         (false, true) => format!("{} or less", shown(bounds.1)),

@@ -23,8 +23,23 @@ pub fn validate(rig: &Rig) -> Result<(), Complaint> {
             .help("add `initial = \"0 bar\"` or the pressure that it starts with"));
         }
     }
+    let states = crate::model::states(rig);
+    if states > crate::model::MOST_STATES {
+        let most = crate::model::MOST_STATES;
+        return Err(Complaint::new(Kind::Bounds, format!("the rig has {states} states, more than {most}"))
+            .at(crate::complaint::Place::file(&rig.path))
+            .help("join nodes whose pressures are alike, or leave out sensor lags that do not matter"));
+    }
+    if let Some(fault) = rig.faults.get(MOST_FAULTS) {
+        return Err(Complaint::new(Kind::Bounds, format!("more than {MOST_FAULTS} faults"))
+            .at(fault.place.clone())
+            .help("no record can tell so many apart; keep those that can happen"));
+    }
     columns(rig)
 }
+
+/// Most faults of one rig.
+const MOST_FAULTS: usize = 40;
 
 /// One column belongs to one sensor or input.
 fn columns(rig: &Rig) -> Result<(), Complaint> {

@@ -29,7 +29,7 @@ pub const CARD: Card = Card {
     validity: "Zero lap, equal edges; leaks laminar. The opening coefficient is common or per path.",
     parameters: &[
         Parameter::required("rated_flow", "q_r", "L/min", "flow of one path, fully open, at the rated drop"),
-        Parameter::required("rated_drop", "dp_r", "bar", "rated pressure drop of one path"),
+        Parameter::required("rated_drop", "dp_r", "bar", "rated pressure drop of one path").positive(),
         share("opening", "alpha", "opening coefficient common to all paths"),
         share("opening_PA", "alpha_PA", "further opening coefficient of the path P to A"),
         share("opening_PB", "alpha_PB", "further opening coefficient of the path P to B"),
@@ -37,7 +37,7 @@ pub const CARD: Card = Card {
         share("opening_BT", "alpha_BT", "further opening coefficient of the path B to T"),
         leak("leak_AT", "G_AT", "internal leakage from A to T"),
         leak("leak_PB", "G_PB", "internal leakage from P to B"),
-        Parameter::required("lag", "tau", "ms", "time constant with which the spool follows the command")
+        Parameter::required("lag", "tau", "ms", "time constant with which the spool follows the command").positive()
             .or(8.0)
             .uncertain_anew(0.25),
         TRANSITION,

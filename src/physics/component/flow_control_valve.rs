@@ -25,12 +25,12 @@ pub const CARD: Card = Card {
             .or(0.7)
             .within(0.1, 1.0),
         Parameter::required("area_gradient", "W1", "mm2/mm", "area of the reducing valve per opening"),
-        Parameter::required("max_opening", "x_max", "mm", "opening at which the reducing valve is saturated"),
-        Parameter::required("spring_rate", "K", "N/m", "spring of the reducing valve"),
+        Parameter::required("max_opening", "x_max", "mm", "opening at which the reducing valve is saturated").positive(),
+        Parameter::required("spring_rate", "K", "N/m", "spring of the reducing valve").positive(),
         Parameter::required("spring_compression", "x1", "mm", "compression of the spring at zero opening"),
         Parameter::required("spool_area", "A", "mm2", "area on which the throttle's pressure drop acts"),
         Parameter::required("flow_force", "f", "-", "Cv cos(theta) of the flow force; 0 switches it off").or(0.0),
-        Parameter::required("lag", "tau", "ms", "time constant of the opening").or(4.0).uncertain_anew(0.25),
+        Parameter::required("lag", "tau", "ms", "time constant of the opening").positive().or(4.0).uncertain_anew(0.25),
         TRANSITION,
     ],
     ports: &[Port::hydraulic("in", "inlet"), Port::hydraulic("out", "outlet")],
@@ -132,7 +132,11 @@ impl<T: Real> FlowControlValve<T> {
     /// up to the common one is found by Newton's method on values, and two last steps carry the derivatives.
     #[inline]
     fn in_series(&self, reducing: T, drop: T) -> (T, T) {
-        if reducing.re() <= 0.0 || self.throttle.re() <= 0.0 {
+        if self.throttle.re() <= 0.0 {
+            // A blocked throttle takes the whole drop.
+            return (self.throttle * root(drop, self.transition), drop);
+        }
+        if reducing.re() <= 0.0 {
             return (reducing * root(drop, self.transition), T::zero());
         }
         let (size, sign) = (drop.abs(), drop.re().signum());

@@ -15,8 +15,8 @@ pub const CARD: Card = Card {
     parameters: &[
         Parameter::required("set_pressure", "p_c", "bar", "cracking pressure"),
         Parameter::required("rated_flow", "q_r", "L/min", "flow at the rated overpressure"),
-        Parameter::required("rated_overpressure", "e_r", "bar", "pressure above cracking at the rated flow"),
-        Parameter::required("lag", "tau", "ms", "time constant of the opening").or(3.0).uncertain_anew(0.25),
+        Parameter::required("rated_overpressure", "e_r", "bar", "pressure above cracking at the rated flow").positive(),
+        Parameter::required("lag", "tau", "ms", "time constant of the opening").positive().or(3.0).uncertain_anew(0.25),
     ],
     ports: &[Port::hydraulic("P", "pressure side"), Port::hydraulic("T", "tank side")],
     states: &[State {

@@ -12,7 +12,7 @@ pub const CARD: Card = Card {
     law: "p = p_atm + rho g h;  C = A/(rho g), so that A h' = sum of flows",
     source: "hydrostatics",
     validity: "Prismatic, slow: no inertia of the fluid; the level may exceed the wall (overflow is an effect).",
-    parameters: &[Parameter::required("area", "A", "cm2", "horizontal cross-section")],
+    parameters: &[Parameter::required("area", "A", "cm2", "horizontal cross-section").positive()],
     ports: &[Port::hydraulic("P", "at the bottom")],
     // Some 10 cm of level: on the scale of a pump line, errors of centimetres would pass.
     pressure_scale: 1e3,
