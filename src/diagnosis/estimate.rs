@@ -17,6 +17,10 @@ const FAR: f64 = 10.0;
 const SAMPLED_PER_FAULT: usize = 10;
 /// How many of them are fitted from.
 const FITTED: usize = 2;
+/// Cost per sample from which on the first starts are taken to have missed; noise alone costs 1/2.
+const POOR: f64 = 1.0;
+/// How many times more starts are then tried.
+const FURTHER: usize = 3;
 /// Relative decrease of the cost that ends the search for the neighbourhood.
 const NEIGHBOURHOOD: f64 = 1e-3;
 /// Iterations after which a start that has not found a neighbourhood is given up.
@@ -138,17 +142,34 @@ pub fn estimate<'a>(
     Ok(Estimate { problem, fit, uncertainty, solves })
 }
 
-/// Finds the neighbourhood of the best fit with the faults alone.
+/// Finds the neighbourhood of the best fit with the faults alone; where no start fits, with more starts.
 fn neighbourhood(problem: &RecordProblem<'_>, seed: u64) -> Result<MultiStart, FitError> {
     let faults = &problem.model.rig.faults;
-    let starts = Starts {
+    let tolerances = Tolerances { function: NEIGHBOURHOOD, max_iterations: FIRST_ITERATIONS, ..Tolerances::default() };
+    let mut starts = Starts {
         given: vec![faults.iter().map(|fault| fault.healthy).collect()],
         sampled: SAMPLED_PER_FAULT * faults.len(),
         fitted: FITTED,
         seed,
     };
-    let tolerances = Tolerances { function: NEIGHBOURHOOD, max_iterations: FIRST_ITERATIONS, ..Tolerances::default() };
-    fit::multi_start(problem, &starts, Loss::SoftL1 { k: FAR }, tolerances)
+    let loss = Loss::SoftL1 { k: FAR };
+    let first = fit::multi_start(problem, &starts, loss, tolerances)?;
+    let samples = (problem.times.len() * problem.measured.len()) as f64;
+    if first.best.cost <= POOR * samples {
+        return Ok(first);
+    }
+    starts.given = vec![first.best.theta.clone()];
+    starts.sampled *= FURTHER;
+    starts.fitted *= FURTHER;
+    starts.seed = seed.wrapping_add(1);
+    let second = fit::multi_start(problem, &starts, loss, tolerances)?;
+    let better = if second.best.cost < first.best.cost { second.best } else { first.best };
+    Ok(MultiStart {
+        best: better,
+        misfit_evaluations: first.misfit_evaluations + second.misfit_evaluations,
+        linearisations: first.linearisations + second.linearisations,
+        ..second
+    })
 }
 
 /// Everything that is uncertain but no fault, what sensors show at zero included.
