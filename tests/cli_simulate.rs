@@ -120,7 +120,7 @@ fn settings_reach_the_circuit_and_wrong_ones_are_told() {
         ),
         (
             "relief.lag=0s",
-            "error: fixtures/telescopic/rig.toml:43: `--set relief.lag=0s`: 0 s is outside the physical bounds\n  help: time \
+            "error: fixtures/telescopic/rig.toml:42: `--set relief.lag=0s`: 0 s is outside the physical bounds\n  help: time \
              constant of the opening: above 0\n",
         ),
     ] {

@@ -40,9 +40,12 @@ pub struct Weighed {
 /// `sqrt(2 pi) sigma / range`. Kass and Raftery, JASA 90 (1995), section 4.1.
 ///
 /// Rises are taken from the linear model first; where that leaves a set in question, it is fitted anew.
+/// Sets with a fault about which the record says nothing (`blind`) are left out: such a fault can neither be claimed nor bear
+/// what others cannot.
 pub fn weigh(
     estimate: &Estimate<'_>,
     intervals: &[Interval],
+    blind: &[bool],
     conditional: &mut Conditional<'_, super::problem::RecordProblem<'_>>,
 ) -> Weighed {
     let rig = &estimate.problem.model.rig;
@@ -73,9 +76,13 @@ pub fn weigh(
     let information = Information::of(estimate, n);
     // The faults whose absence alone the record does not bear.
     let all: u64 = (1 << n) - 1;
+    let unseen = (0..n).filter(|&i| blind.get(i).copied().unwrap_or(false)).fold(0_u64, |set, i| set | 1 << i);
     let near = (0..n).filter(|&i| information.rise(all & !(1 << i)) > DECISIVE).fold(0, |set, i| set | 1 << i);
-    let mut sets: Vec<(u64, f64)> =
-        candidates(n, near).into_iter().map(|set| (set, score(set, information.rise(set)))).collect();
+    let mut sets: Vec<(u64, f64)> = candidates(n, near)
+        .into_iter()
+        .filter(|set| set & unseen == 0)
+        .map(|set| (set, score(set, information.rise(set))))
+        .collect();
     sets.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut fitted = 0;
     for index in 0..sets.len() {

@@ -95,7 +95,8 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
             }
             _ => {
                 let mut profiler = Profiler::new(&estimate.problem, &estimate.fit).map_err(failed)?;
-                let weighed = hypotheses::weigh(&estimate, &intervals, profiler.conditional());
+                let weighed =
+                    hypotheses::weigh(&estimate, &intervals, &blind(&estimate, &intervals), profiler.conditional());
                 solves += profiler.conditional().misfit_evaluations + profiler.conditional().linearisations;
                 break (intervals, weighed);
             }
@@ -238,7 +239,8 @@ fn faults(estimate: &Estimate<'_>, intervals: &[Interval], probabilities: &[f64]
                 unit: parameter.unit.symbol.clone(),
                 healthy: shown(fault.healthy),
                 ci95: ends.map(|end| end.map(shown)),
-                present: probabilities[i] >= PRESENT,
+                // What the record does not bound away from its healthy value is not called a fault, however a set scores.
+                present: probabilities[i] >= PRESENT && !holds(ends, fault.healthy),
                 probability: probabilities[i],
                 identifiable: match ends {
                     [Some(_), Some(_)] => Identifiable::Bounded,
@@ -265,6 +267,17 @@ fn settled(interval: &Interval, error: &Result<f64, Missing>) -> [Option<f64>; 2
         _ => end,
     };
     [stand_in(interval.lower, interval.lower_end, -1.0), stand_in(interval.upper, interval.upper_end, 1.0)]
+}
+
+/// Which faults the record says nothing about: both ends of their intervals are open.
+fn blind(estimate: &Estimate<'_>, intervals: &[Interval]) -> Vec<bool> {
+    let errors = &estimate.uncertainty.standard_error;
+    intervals.iter().zip(errors).map(|(interval, error)| settled(interval, error) == [None, None]).collect()
+}
+
+/// Whether an interval (SI, open ends unbounded) holds a value.
+fn holds(ends: [Option<f64>; 2], value: f64) -> bool {
+    ends[0].is_none_or(|low| low <= value) && ends[1].is_none_or(|high| value <= high)
 }
 
 /// Why an end of an interval is open.

@@ -338,7 +338,7 @@ pub fn figures(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Vec<Figure>
             let mut whole = Chart::new(&sensor.name, time(start, end), value(), series(start, end)).high(230.0);
             whole.bands.clone_from(&bands);
             if let Some(at) = diagnosed.diagnosis.detected_at_s {
-                whole.rules.push(Rule::Vertical { x: at, label: "first residual fired".to_owned() });
+                whole.rules.push(Rule::Vertical { x: at, label: "detected".to_owned() });
             }
             let mut panels = vec![whole];
             if let Some(at) = switching {
