@@ -6,6 +6,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::fit::{self, Fit, FitError, Loss, MultiStart, Starts, Tolerances, Uncertainty, UncertaintyOptions};
 use crate::model::{Drive, Model, SimulationError, Tolerance};
 use crate::record::Record;
+use crate::rig::{InitialPressure, NodeKind, Quantity, Target};
 
 /// Uncertain parameters are searched this many standard deviations to both sides.
 const REACH: f64 = 5.0;
@@ -17,6 +18,8 @@ const FAR: f64 = 10.0;
 const SAMPLED_PER_FAULT: usize = 10;
 /// How many of them are fitted from.
 const FITTED: usize = 2;
+/// Share to which the pressures at the start are known.
+const START: f64 = 0.01;
 /// Cost per sample from which on the first starts are taken to have missed; noise alone costs 1/2.
 const POOR: f64 = 1.0;
 /// How many times more starts are then tried.
@@ -225,6 +228,30 @@ fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Resul
             late.iter_mut().zip(plain).for_each(|(late, plain)| *late -= plain);
         }
         changes.push(shifted);
+    }
+    // Where the pressures start is known no better than a sensor shows, nor than to a hundredth.
+    let first = phases.first().map_or(0, |phase| phase.end);
+    for (node, start) in rig.nodes.iter().enumerate() {
+        let NodeKind::Volume { initial } = start.kind else { continue };
+        let shown = rig
+            .sensors
+            .iter()
+            .filter(|sensor| sensor.target == Target::Node(node) && sensor.quantity == Quantity::Pressure);
+        let known = match initial {
+            InitialPressure::Given(pressure) => START * pressure.abs(),
+            InitialPressure::Balance | InitialPressure::Record => START * problem.drive.readings[node].abs(),
+        };
+        let mut drive = problem.drive.clone();
+        drive.nudges[node] = shown.map(|sensor| sensor.noise).fold(known, f64::max);
+        if drive.nudges[node] == 0.0 {
+            continue;
+        }
+        let mut nudged = model.simulate(&problem.parameters(theta), &drive, &problem.times[..first])?.values;
+        for (nudged, plain) in nudged.iter_mut().zip(&solved.outputs.values) {
+            nudged.iter_mut().zip(plain).for_each(|(nudged, plain)| *nudged -= plain);
+            nudged.resize(plain.len(), 0.0);
+        }
+        changes.push(nudged);
     }
     Ok(Weights::new(rig, &phases, &variance, &changes))
 }

@@ -11,7 +11,8 @@
 //!   around, is a shift of the whole curve that the phases below account for; the rest is the sample's own tolerance.
 //! - *Phases.* Between two events, model and sensor may differ by a constant and by a slope of the size of the sensor's
 //!   tolerance, and by what each uncertain time constant (and valve edge's progression) would have done had it been another in
-//!   this one switching, and by what a measured load would have done had it acted later. These are random effects: directions of the misfit in which a phase has `1 + (size)²` times the variance of noise.
+//!   this one switching, by what a measured load would have done had it acted later, and at the
+//!   beginning by what another starting pressure would have done. These are random effects: directions of the misfit in which a phase has `1 + (size)²` times the variance of noise.
 //! - A phase therefore says no more about a constant or a slope than the tolerance allows, however many samples it has.
 
 use std::ops::Range;

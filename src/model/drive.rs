@@ -26,6 +26,8 @@ pub struct Drive {
     pub pieces: Vec<Piece>,
     /// First readings of the nodes' gauge pressures, Pa; 0 where nothing measures.
     pub readings: Vec<f64>,
+    /// What is added to the pressure that each node starts with, Pa: zeros, but for asking what another start would do.
+    pub nudges: Vec<f64>,
 }
 
 /// One input as a broken line: `value(t)` runs from `from` to `to` within each stretch, and may jump between them.
@@ -82,7 +84,11 @@ impl Drive {
         let start = if before { first - interval } else { first };
         // 0.004 - 0.004 is 0, whatever the rounding of the intervals says.
         let start = if start.abs() < 1e-6 * interval { 0.0 } else { start };
-        Ok(Self { pieces: merge(&lines, start, last), readings: readings(rig, record)? })
+        Ok(Self {
+            pieces: merge(&lines, start, last),
+            readings: readings(rig, record)?,
+            nudges: vec![0.0; rig.nodes.len()],
+        })
     }
 
     /// From the cycle of a rig file.
@@ -96,7 +102,7 @@ impl Drive {
             pieces.push(Piece { start, end, from, to: phase.inputs.iter().map(|profile| profile.to).collect(), jump });
             start = end;
         }
-        Self { pieces, readings: vec![0.0; rig.nodes.len()] }
+        Self { pieces, readings: vec![0.0; rig.nodes.len()], nudges: vec![0.0; rig.nodes.len()] }
     }
 
     /// Value of an input at a time, SI; at a jump the value before it.

@@ -223,7 +223,7 @@ impl Model {
                 slope: piece.from.iter().zip(&piece.to).map(|(from, to)| (to - from) / length).collect(),
             };
             if index == 0 {
-                start::start(&self.rig, &self.layout, &mut assembly, &drive.readings, piece.start, &mut y);
+                start::start(&self.rig, &self.layout, &mut assembly, drive, piece.start, &mut y);
             }
             if piece.jump {
                 integrator.restart();

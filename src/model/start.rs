@@ -1,6 +1,7 @@
 //! The states at the beginning of a record.
 
 use super::assembly::Assembly;
+use super::drive::Drive;
 use super::layout::Layout;
 use crate::numeric::Scalar;
 use crate::physics::ATMOSPHERE;
@@ -11,12 +12,13 @@ use crate::units::Unit;
 /// Newton steps for a component's own state to come to rest; its rate is piecewise linear or nearly so.
 const REST_STEPS: usize = 30;
 
-/// Fills `y` (states beyond the layout's are left). `readings` holds each node's first measured gauge pressure, Pa.
+/// Fills `y` (states beyond the layout's are left). The drive holds each node's first measured gauge
+/// pressure, and what to add to its start.
 pub fn start<S: Scalar>(
     rig: &Rig,
     layout: &Layout,
     assembly: &mut Assembly<'_, S>,
-    readings: &[f64],
+    drive: &Drive,
     t: f64,
     y: &mut [S],
 ) {
@@ -28,7 +30,7 @@ pub fn start<S: Scalar>(
                 y[state + 1] = S::constant(velocity);
             }
             NodeKind::Volume { initial: InitialPressure::Given(gauge) } => y[state] = S::constant(gauge + ATMOSPHERE),
-            NodeKind::Volume { .. } => y[state] = S::constant(readings[node] + ATMOSPHERE),
+            NodeKind::Volume { .. } => y[state] = S::constant(drive.readings[node] + ATMOSPHERE),
             NodeKind::Held { .. } => {}
         }
     }
@@ -42,6 +44,11 @@ pub fn start<S: Scalar>(
     for (node, state) in layout.node_state.iter().enumerate() {
         if let (Some(state), NodeKind::Volume { initial: InitialPressure::Balance }) = (*state, &rig.nodes[node].kind) {
             balance(rig, layout, assembly, node, state, t, y);
+        }
+    }
+    for (node, state) in layout.node_state.iter().enumerate() {
+        if let (Some(state), NodeKind::Volume { .. }) = (*state, &rig.nodes[node].kind) {
+            y[state] += S::constant(drive.nudges[node]);
         }
     }
     for (component, own) in rig.components.iter().enumerate() {
