@@ -47,7 +47,7 @@ pub enum Seed {
 
 /// The best fit of faults and uncertain parameters to a record.
 pub struct Estimate<'a> {
-    /// The faults of the rig first, in their order, then uncertain parameters, then sensor offsets.
+    /// The faults of the rig first, in their order, then uncertain parameters in theirs.
     pub problem: RecordProblem<'a>,
     pub fit: Fit,
     pub uncertainty: Uncertainty,
@@ -178,7 +178,6 @@ fn neighbourhood(problem: &RecordProblem<'_>, seed: u64) -> Result<MultiStart, F
 /// Everything that is uncertain but no fault, what sensors show at zero included.
 fn uncertain(model: &Model) -> Vec<Estimated> {
     let rig = &model.rig;
-    let is_fault = |parameter: usize| rig.faults.iter().any(|fault| fault.parameter == parameter);
     let within = |parameter: usize, sigma: f64| {
         let known = &rig.parameters[parameter];
         let (low, high) = (known.value - REACH * sigma, known.value + REACH * sigma);
@@ -191,19 +190,18 @@ fn uncertain(model: &Model) -> Vec<Estimated> {
     };
     // What is uncertain anew in each switching is in the weights; see `noise`.
     let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0 && !parameter.anew);
-    stated.filter(|(index, _)| !is_fault(*index)).map(|(index, parameter)| within(index, parameter.sigma)).collect()
+    stated.filter(|(index, _)| !rig.is_fault(*index)).map(|(index, parameter)| within(index, parameter.sigma)).collect()
 }
 
 /// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.
 fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Weights, SimulationError> {
     let model = problem.model;
     let rig = &model.rig;
-    let is_fault = |parameter: usize| rig.faults.iter().any(|fault| fault.parameter == parameter);
     let constants: Vec<usize> = rig
         .parameters
         .iter()
         .enumerate()
-        .filter(|(index, parameter)| parameter.sigma > 0.0 && parameter.anew && !is_fault(*index))
+        .filter(|(index, parameter)| parameter.sigma > 0.0 && parameter.anew && !rig.is_fault(*index))
         .map(|(index, _)| index)
         .collect();
     let solved = model.sensitivities(&problem.parameters(theta), &constants, problem.drive, problem.times)?;

@@ -121,7 +121,7 @@ pub fn weigh(
 }
 
 /// Sets to be weighed, as bits. Of few faults all; of many, those of up to two, and what lies within two faults of `near`,
-/// the set that the intervals suggest.
+/// the faults whose absence alone the record does not bear.
 fn candidates(n: usize, near: u64) -> Vec<u64> {
     if n <= ALL_SETS {
         return (0..1 << n).collect();

@@ -147,8 +147,6 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
         uncertain: uncertain(&estimate),
         faults,
     };
-    let healthy =
-        model.simulate(&rig.nominal(), &drive, &record.time).map(|outputs| outputs.values).unwrap_or_default();
     Ok(Diagnosed { diagnosis, model: outputs, healthy, misfit })
 }
 

@@ -159,6 +159,11 @@ impl Rig {
         format!("write OWNER.PARAMETER; {}", help_with_names(&owner(id), "owners", owners.iter().map(String::as_str)))
     }
 
+    /// Whether the parameter with this index is one of the faults.
+    pub fn is_fault(&self, parameter: usize) -> bool {
+        self.faults.iter().any(|fault| fault.parameter == parameter)
+    }
+
     /// Index of the node with this name.
     pub fn node(&self, name: &str) -> Option<usize> {
         self.nodes.iter().position(|node| node.name == name)
