@@ -1,7 +1,8 @@
 //! Identification: the faults of a rig fitted to a record, together with everything else that is uncertain.
 
 use super::noise::{self, Weights};
-use super::problem::{Estimated, Prior, RecordProblem};
+use super::prior::Gaussian;
+use super::problem::{Estimated, RecordProblem};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::fit::{self, Fit, FitError, Loss, MultiStart, Starts, Tolerances, Uncertainty, UncertaintyOptions};
 use crate::model::{Drive, Model, SimulationError, Tolerance};
@@ -98,7 +99,6 @@ pub fn estimate<'a>(
             parameter: fault.parameter,
             bounds: fault.bounds,
             scale: (fault.bounds.1 - fault.bounds.0) / 4.0,
-            prior: None,
         })
         .collect();
     let variance = noise::variances(rig, record, &data, true);
@@ -111,7 +111,15 @@ pub fn estimate<'a>(
             let mut coarse_model = model.clone();
             coarse_model.tolerance = Tolerance::COARSE;
             let (times, weights) = (&record.time, rough.clone());
-            let coarse = RecordProblem::new(&coarse_model, drive, times, data.clone(), weights, faults.clone());
+            let coarse = RecordProblem::new(
+                &coarse_model,
+                drive,
+                times,
+                data.clone(),
+                weights,
+                faults.clone(),
+                Gaussian::none(),
+            );
             let found = neighbourhood(&coarse, *seed).map_err(failed)?;
             solves += found.misfit_evaluations + found.linearisations;
             found.best.theta
@@ -119,9 +127,15 @@ pub fn estimate<'a>(
     };
     let mut all = faults;
     all.extend(uncertain(model));
+    let known: Vec<usize> = all.iter().skip(rig.faults.len()).map(|estimated| estimated.parameter).collect();
+    let prior = Gaussian::new(
+        (rig.faults.len()..all.len()).collect(),
+        known.iter().map(|&parameter| rig.parameters[parameter].value).collect(),
+        &rig.covariance(&known),
+    );
     let nominal = rig.nominal();
     theta.extend(all.iter().skip(theta.len()).map(|estimated| nominal[estimated.parameter]));
-    let mut problem = RecordProblem::new(model, drive, &record.time, data, rough, all);
+    let mut problem = RecordProblem::new(model, drive, &record.time, data, rough, all, prior);
     let options = UncertaintyOptions { series: problem.series(), ..UncertaintyOptions::default() };
     let mut round = 0;
     let (fit, uncertainty) = loop {
@@ -181,12 +195,7 @@ fn uncertain(model: &Model) -> Vec<Estimated> {
     let within = |parameter: usize, sigma: f64| {
         let known = &rig.parameters[parameter];
         let (low, high) = (known.value - REACH * sigma, known.value + REACH * sigma);
-        Estimated {
-            parameter,
-            bounds: (known.bounds.0.max(low), known.bounds.1.min(high)),
-            scale: sigma,
-            prior: Some(Prior { mean: known.value, sigma }),
-        }
+        Estimated { parameter, bounds: (known.bounds.0.max(low), known.bounds.1.min(high)), scale: sigma }
     };
     // What is uncertain anew in each switching is in the weights; see `noise`.
     let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0 && !parameter.anew);

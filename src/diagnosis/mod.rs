@@ -7,6 +7,7 @@
 pub mod estimate;
 pub mod hypotheses;
 pub mod noise;
+pub mod prior;
 pub mod problem;
 mod result;
 
@@ -135,6 +136,8 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
         record: record.path.display().to_string(),
         verdict,
         detected_at_s,
+        onset_s: None,
+        ambiguity: Vec::new(),
         hypotheses: weighed.hypotheses,
         residuals,
         fit: FitReport {
@@ -321,14 +324,14 @@ fn uncertain(estimate: &Estimate<'_>) -> Vec<UncertainReport> {
     along
         .filter_map(|(i, estimated)| {
             let parameter = &rig.parameters[estimated.parameter];
-            let prior = estimated.prior?;
+            let (mean, sigma) = estimate.problem.prior.of(i)?;
             let unit = &parameter.unit;
             Some(UncertainReport {
                 id: parameter.id.clone(),
                 value: rounded(unit.from_si(estimate.fit.theta[i]), DIGITS),
                 unit: unit.symbol.clone(),
-                nominal: rounded(unit.from_si(prior.mean), DIGITS),
-                sigma_before: rounded(unit.difference_from_si(prior.sigma), DIGITS),
+                nominal: rounded(unit.from_si(mean), DIGITS),
+                sigma_before: rounded(unit.difference_from_si(sigma), DIGITS),
                 sigma_after: estimate.uncertainty.standard_error[i]
                     .as_ref()
                     .ok()

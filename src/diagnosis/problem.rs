@@ -3,17 +3,9 @@
 use nalgebra::DMatrix;
 
 use super::noise::Weights;
+use super::prior::Gaussian;
 use crate::fit::{Linearised, Problem};
 use crate::model::{Drive, Model, SimulationError};
-
-/// What is known of an estimated parameter besides the record.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Prior {
-    /// SI.
-    pub mean: f64,
-    /// One standard deviation, SI.
-    pub sigma: f64,
-}
 
 /// A parameter that is fitted.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,10 +16,9 @@ pub struct Estimated {
     pub bounds: (f64, f64),
     /// Typical magnitude, SI.
     pub scale: f64,
-    pub prior: Option<Prior>,
 }
 
-/// Misfits of a model to a record: every sensor's samples one after the other, then one per prior.
+/// Misfits of a model to a record: every sensor's samples one after the other, then those of what is known before.
 pub struct RecordProblem<'a> {
     pub model: &'a Model,
     pub drive: &'a Drive,
@@ -36,6 +27,7 @@ pub struct RecordProblem<'a> {
     pub measured: Vec<&'a [f64]>,
     pub weights: Weights,
     pub estimated: Vec<Estimated>,
+    pub prior: Gaussian,
     /// All parameters of the rig; the estimated ones are replaced.
     pub base: Vec<f64>,
     bounds: Vec<(f64, f64)>,
@@ -49,9 +41,10 @@ impl<'a> RecordProblem<'a> {
         measured: Vec<&'a [f64]>,
         weights: Weights,
         estimated: Vec<Estimated>,
+        prior: Gaussian,
     ) -> Self {
         let bounds = estimated.iter().map(|estimated| estimated.bounds).collect();
-        Self { model, drive, times, measured, weights, estimated, base: model.rig.nominal(), bounds }
+        Self { model, drive, times, measured, weights, estimated, prior, base: model.rig.nominal(), bounds }
     }
 
     /// All parameters of the rig with the estimated ones at `theta`.
@@ -69,17 +62,13 @@ impl<'a> RecordProblem<'a> {
         (0..self.measured.len()).map(|sensor| sensor * rows..(sensor + 1) * rows).collect()
     }
 
-    fn priors(&self) -> impl Iterator<Item = (usize, Prior)> {
-        self.estimated.iter().enumerate().filter_map(|(index, estimated)| Some((index, estimated.prior?)))
-    }
-
     fn weigh(&self, outputs: &[Vec<f64>], theta: &[f64]) -> Vec<f64> {
         let mut misfit = Vec::with_capacity(self.times.len() * self.measured.len() + theta.len());
         for (model, measured) in outputs.iter().zip(&self.measured) {
             misfit.extend(model.iter().zip(*measured).map(|(m, y)| m - y));
         }
         self.weights.apply(&mut misfit);
-        misfit.extend(self.priors().map(|(index, prior)| (theta[index] - prior.mean) / prior.sigma));
+        misfit.extend(self.prior.misfit(theta).iter());
         misfit
     }
 }
@@ -128,9 +117,7 @@ impl Problem for RecordProblem<'_> {
             self.weights.apply(column.as_mut_slice());
         }
         let first_prior = rows * self.measured.len();
-        for (row, (index, prior)) in self.priors().enumerate() {
-            jacobian[(first_prior + row, index)] = 1.0 / prior.sigma;
-        }
+        self.prior.linearise(&mut jacobian, first_prior);
         Ok(Linearised { misfit, jacobian })
     }
 

@@ -95,6 +95,10 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// End of the window in which the first residual fired, s; where none did, when fitted and healthy model part.
     pub detected_at_s: Option<f64>,
+    /// When the faults began, s; `None` where they are as old as the record, or absent.
+    pub onset_s: Option<f64>,
+    /// Groups of faults that this record cannot tell apart: one of each is there, which one stays open.
+    pub ambiguity: Vec<Vec<String>>,
     /// Every fault of the rig, in its order.
     pub faults: Vec<FaultReport>,
     pub hypotheses: Vec<Hypothesis>,

@@ -28,6 +28,17 @@ pub struct Drive {
     pub readings: Vec<f64>,
     /// What is added to the pressure that each node starts with, Pa: zeros, but for asking what another start would do.
     pub nudges: Vec<f64>,
+    /// Where parameters change within the record.
+    pub onset: Option<Onset>,
+}
+
+/// A moment until which some parameters have other values than after it, such as the beginning of a fault.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Onset {
+    /// s.
+    pub time: f64,
+    /// Indices among the rig's parameters with their values before, SI.
+    pub before: Vec<(usize, f64)>,
 }
 
 /// One input as a broken line: `value(t)` runs from `from` to `to` within each stretch, and may jump between them.
@@ -88,6 +99,7 @@ impl Drive {
             pieces: merge(&lines, start, last),
             readings: readings(rig, record)?,
             nudges: vec![0.0; rig.nodes.len()],
+            onset: None,
         })
     }
 
@@ -102,7 +114,25 @@ impl Drive {
             pieces.push(Piece { start, end, from, to: phase.inputs.iter().map(|profile| profile.to).collect(), jump });
             start = end;
         }
-        Self { pieces, readings: vec![0.0; rig.nodes.len()], nudges: vec![0.0; rig.nodes.len()] }
+        Self { pieces, readings: vec![0.0; rig.nodes.len()], nudges: vec![0.0; rig.nodes.len()], onset: None }
+    }
+
+    /// The same drive, had parameters other values until `onset`; a time outside the drive is moved to its nearer end.
+    #[must_use]
+    pub fn with_onset(mut self, mut onset: Onset) -> Self {
+        let (Some(first), Some(last)) = (self.pieces.first(), self.pieces.last()) else { return self };
+        onset.time = onset.time.clamp(first.start, last.end);
+        let within = self.pieces.iter().position(|piece| piece.start < onset.time && onset.time < piece.end);
+        if let Some(index) = within {
+            let inputs = 0..self.pieces[index].from.len();
+            let middle: Vec<f64> = inputs.map(|input| self.value(input, onset.time)).collect();
+            let (early, late) = (&self.pieces[index], &self.pieces[index]);
+            let late = Piece { start: onset.time, from: middle.clone(), jump: true, ..late.clone() };
+            let early = Piece { end: onset.time, to: middle, ..early.clone() };
+            self.pieces.splice(index..=index, [early, late]);
+        }
+        self.onset = Some(onset);
+        self
     }
 
     /// Value of an input at a time, SI; at a jump the value before it.

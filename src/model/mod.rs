@@ -11,7 +11,7 @@ mod recording;
 mod simulate;
 mod start;
 
-pub use drive::{Drive, Piece};
+pub use drive::{Drive, Onset, Piece};
 pub use layout::{has_capacity, states};
 pub use recording::{cycle_times, decimals_of, input_columns, recording};
 pub use simulate::{Effort, MOST_STATES, Model, Outputs, Sensitivities, SimulationError, Tolerance};

@@ -206,6 +206,13 @@ impl Model {
         times: &[f64],
         mut write: impl FnMut(usize, usize, S),
     ) -> Result<Effort, SimulationError> {
+        let mut before = parameters.to_vec();
+        for &(parameter, value) in drive.onset.iter().flat_map(|onset| &onset.before) {
+            before[parameter] = S::constant(value);
+        }
+        let after = parameters;
+        let begun = |t: f64| drive.onset.as_ref().is_none_or(|onset| t >= onset.time);
+        let mut parameters: &[S] = &before;
         let mut assembly = Assembly::new(&self.rig, &self.layout, parameters);
         let mut atol = [1.0; N];
         for (atol, scale) in atol.iter_mut().zip(&self.layout.scales) {
@@ -217,6 +224,10 @@ impl Model {
         let mut row = 0;
         for (index, piece) in drive.pieces.iter().enumerate() {
             let length = piece.end - piece.start;
+            if begun(piece.start) && !std::ptr::eq(parameters, after) {
+                parameters = after;
+                assembly = Assembly::new(&self.rig, &self.layout, parameters);
+            }
             assembly.inputs = Inputs {
                 start: piece.start,
                 from: piece.from.clone(),

@@ -18,13 +18,26 @@ pub struct Parameter {
     /// Whether the value may be another in each switching: it matters only while something moves, and what stands for it
     /// here (a lag of first order, say) is a simplification.
     pub anew: bool,
+    /// Standard deviation between a data sheet and the part at hand, relative, or in `unit` where the value is 0; what
+    /// calibration on healthy records starts from. 0 for what calibration leaves alone.
+    pub spread: f64,
     pub meaning: &'static str,
 }
 
 impl Parameter {
     /// A parameter that the rig file must give and that is never negative.
     pub const fn required(name: &'static str, symbol: &'static str, unit: &'static str, meaning: &'static str) -> Self {
-        Self { name, symbol, unit, default: None, bounds: (0.0, f64::INFINITY), tolerance: 0.0, anew: false, meaning }
+        Self {
+            name,
+            symbol,
+            unit,
+            default: None,
+            bounds: (0.0, f64::INFINITY),
+            tolerance: 0.0,
+            anew: false,
+            spread: 0.0,
+            meaning,
+        }
     }
 
     /// The same, with a default value in `unit`.
@@ -50,6 +63,12 @@ impl Parameter {
     pub const fn uncertain_anew(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self.anew = true;
+        self
+    }
+
+    /// The same, open to calibration: data sheets miss it by this fraction (one standard deviation).
+    pub const fn calibrated(mut self, spread: f64) -> Self {
+        self.spread = spread;
         self
     }
 

@@ -11,11 +11,15 @@ pub const CARD: Card = Card {
     validity: "One temperature, no free air; see the effects for what bends these.",
     parameters: &[
         Parameter::required("density", "rho", "kg/m3", "density at working temperature").positive().or(870.0),
-        Parameter::required("viscosity", "mu", "mPa.s", "dynamic viscosity at working temperature").positive().or(45.5),
+        Parameter::required("viscosity", "mu", "mPa.s", "dynamic viscosity at working temperature")
+            .positive()
+            .or(45.5)
+            .calibrated(0.05),
         Parameter::required("bulk_modulus", "beta", "bar", "effective bulk modulus of fluid and walls")
             .positive()
             .or(14_000.0)
-            .uncertain(0.05),
+            .uncertain(0.05)
+            .calibrated(0.2),
     ],
     ..Card::EMPTY
 };

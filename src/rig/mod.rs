@@ -1,5 +1,6 @@
 //! The rig file: nodes, components, sensors, inputs, faults, and the cycle that `simulate` runs.
 
+mod calibration;
 mod cycle;
 mod parse;
 mod sensor;
@@ -12,6 +13,7 @@ use crate::complaint::{Complaint, Place, did_you_mean, help_with_names};
 use crate::physics::card::Card;
 use crate::units::Unit;
 
+pub use calibration::Calibration;
 pub use cycle::{Cycle, Phase, Profile};
 pub use sensor::{Hold, Input, Quantity, Sensor, Target};
 
@@ -41,6 +43,8 @@ pub struct Rig {
     pub parameters: Vec<Parameter>,
     pub faults: Vec<Fault>,
     pub cycle: Option<Cycle>,
+    /// What healthy records have taught; the values above hold it already.
+    pub calibration: Option<Calibration>,
 }
 
 /// What a node is, by the ports that meet there.
@@ -102,6 +106,9 @@ pub struct Parameter {
     pub sigma: f64,
     /// Whether it may be another in each switching; see [`crate::physics::card::Parameter::anew`].
     pub anew: bool,
+    /// What calibration on healthy records starts from: one standard deviation between data sheet and part, SI; 0 for what
+    /// it leaves alone.
+    pub spread: f64,
     pub meaning: String,
     pub place: Place,
 }

@@ -1,5 +1,6 @@
 //! From the text of a rig file to a [`Rig`].
 
+mod calibration;
 mod component;
 mod cycle;
 mod fault;
@@ -42,6 +43,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         parameters: Vec::new(),
         faults: Vec::new(),
         cycle: None,
+        calibration: None,
     };
     let fluid_table =
         root.require("fluid", "add `[fluid]` with density, viscosity and bulk_modulus")?.table("`[fluid]`")?;
@@ -77,6 +79,9 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
     }
     if let Some(cycle) = root.get("cycle") {
         rig.cycle = Some(cycle::read_cycle(&rig, &cycle)?);
+    }
+    if let Some(value) = root.get("calibration") {
+        calibration::read_calibration(&mut rig, &value)?;
     }
     root.finish()?;
     Ok(rig)

@@ -29,12 +29,14 @@ pub const CARD: Card = Card {
     validity: "Zero lap, equal edges; leaks laminar. The opening coefficient is common or per path.",
     parameters: &[
         Parameter::required("rated_flow", "q_r", "L/min", "flow of one path, fully open, at the rated drop"),
-        Parameter::required("rated_drop", "dp_r", "bar", "rated pressure drop of one path").positive(),
+        Parameter::required("rated_drop", "dp_r", "bar", "rated pressure drop of one path")
+            .positive()
+            .calibrated(0.05),
         share("opening", "alpha", "opening coefficient common to all paths"),
-        share("opening_PA", "alpha_PA", "further opening coefficient of the path P to A"),
-        share("opening_PB", "alpha_PB", "further opening coefficient of the path P to B"),
-        share("opening_AT", "alpha_AT", "further opening coefficient of the path A to T"),
-        share("opening_BT", "alpha_BT", "further opening coefficient of the path B to T"),
+        share("opening_PA", "alpha_PA", "further opening coefficient of the path P to A").calibrated(0.02),
+        share("opening_PB", "alpha_PB", "further opening coefficient of the path P to B").calibrated(0.02),
+        share("opening_AT", "alpha_AT", "further opening coefficient of the path A to T").calibrated(0.02),
+        share("opening_BT", "alpha_BT", "further opening coefficient of the path B to T").calibrated(0.02),
         leak("leak_AT", "G_AT", "internal leakage from A to T"),
         leak("leak_PB", "G_PB", "internal leakage from P to B"),
         Parameter::required("lag", "tau", "ms", "time constant with which the spool follows the command").positive()

@@ -20,14 +20,17 @@ pub const CARD: Card = Card {
         Parameter::required("orifice_diameter", "d", "mm", "diameter of the throttle orifice"),
         Parameter::required("discharge_coefficient", "Cd2", "-", "discharge coefficient of the throttle")
             .or(0.7)
-            .within(0.1, 1.0),
+            .within(0.1, 1.0)
+            .calibrated(0.03),
         Parameter::required("reducing_discharge_coefficient", "Cd1", "-", "discharge coefficient of the reducing valve")
             .or(0.7)
-            .within(0.1, 1.0),
+            .within(0.1, 1.0)
+            .calibrated(0.03),
         Parameter::required("area_gradient", "W1", "mm2/mm", "area of the reducing valve per opening"),
         Parameter::required("max_opening", "x_max", "mm", "opening at which the reducing valve is saturated").positive(),
         Parameter::required("spring_rate", "K", "N/m", "spring of the reducing valve").positive(),
-        Parameter::required("spring_compression", "x1", "mm", "compression of the spring at zero opening"),
+        Parameter::required("spring_compression", "x1", "mm", "compression of the spring at zero opening")
+            .calibrated(0.03),
         Parameter::required("spool_area", "A", "mm2", "area on which the throttle's pressure drop acts"),
         Parameter::required("flow_force", "f", "-", "Cv cos(theta) of the flow force; 0 switches it off").or(0.0),
         Parameter::required("lag", "tau", "ms", "time constant of the opening").positive().or(4.0).uncertain_anew(0.25),

@@ -11,7 +11,7 @@ pub const CARD: Card = Card {
     law: "q = k max(u, 0)",
     source: "linear characteristic",
     validity: "No dead voltage, no dependence on pressure.",
-    parameters: &[Parameter::required("gain", "k", "L/min/V", "flow per volt")],
+    parameters: &[Parameter::required("gain", "k", "L/min/V", "flow per volt").calibrated(0.1)],
     ports: &[Port::hydraulic("P", "outlet"), Port::hydraulic("T", "inlet")],
     inputs: &[Input { name: "voltage", unit: "V", meaning: "drive signal" }],
     worked: &[Worked {

@@ -16,7 +16,7 @@ pub const CARD: Card = Card {
     validity: "The outlet stands above the level that it falls into; the time of the fall is left out.",
     parameters: &[
         Parameter::required("diameter", "d", "mm", "diameter of the hole"),
-        Parameter::required("discharge_coefficient", "Cd", "-", "discharge coefficient").or(0.7).within(0.1, 1.0),
+        Parameter::required("discharge_coefficient", "Cd", "-", "discharge coefficient").or(0.7).within(0.1, 1.0).calibrated(0.05),
         TRANSITION,
     ],
     ports: &[Port::hydraulic("in", "vessel that drains"), Port::hydraulic("out", "vessel that it falls into")],

@@ -22,7 +22,7 @@ pub const CARD: Card = Card {
     validity: "Incompressible, no cavitation, discharge coefficient independent of the flow.",
     parameters: &[
         Parameter::required("diameter", "d", "mm", "diameter of the hole"),
-        Parameter::required("discharge_coefficient", "Cd", "-", "discharge coefficient").or(0.7).within(0.1, 1.0),
+        Parameter::required("discharge_coefficient", "Cd", "-", "discharge coefficient").or(0.7).within(0.1, 1.0).calibrated(0.05),
         TRANSITION,
     ],
     ports: &[Port::hydraulic("in", "inlet"), Port::hydraulic("out", "outlet")],

@@ -13,9 +13,11 @@ pub const CARD: Card = Card {
     source: "static gradient of a data sheet; Merritt (1967), section 5-6, for the lag",
     validity: "Static line through cracking and rated point; no hysteresis, no flow below the cracking pressure.",
     parameters: &[
-        Parameter::required("set_pressure", "p_c", "bar", "cracking pressure"),
+        Parameter::required("set_pressure", "p_c", "bar", "cracking pressure").calibrated(0.02),
         Parameter::required("rated_flow", "q_r", "L/min", "flow at the rated overpressure"),
-        Parameter::required("rated_overpressure", "e_r", "bar", "pressure above cracking at the rated flow").positive(),
+        Parameter::required("rated_overpressure", "e_r", "bar", "pressure above cracking at the rated flow")
+            .positive()
+            .calibrated(0.2),
         Parameter::required("lag", "tau", "ms", "time constant of the opening").positive().or(3.0).uncertain_anew(0.25),
     ],
     ports: &[Port::hydraulic("P", "pressure side"), Port::hydraulic("T", "tank side")],

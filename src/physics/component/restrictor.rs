@@ -15,7 +15,7 @@ pub const CARD: Card = Card {
     validity: "Turbulent around the rated point.",
     parameters: &[
         Parameter::required("rated_flow", "q_r", "L/min", "flow at the rated pressure drop"),
-        Parameter::required("rated_drop", "dp_r", "bar", "rated pressure drop").positive(),
+        Parameter::required("rated_drop", "dp_r", "bar", "rated pressure drop").positive().calibrated(0.1),
         Parameter::required("opening", "k", "-", "share of the rated area that is open").or(1.0).within(0.0, 2.0),
         TRANSITION,
     ],

@@ -38,16 +38,15 @@ pub(super) fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &T
                     .help(format!("add `{} = \"... {unit}\"`: {}", parameter.name, parameter.meaning)));
             }
         };
+        let of = if value == 0.0 { unit.factor } else { value.abs() };
         rig.parameters.push(Parameter {
             id,
             unit: written,
             value,
             bounds,
-            sigma: sigma.unwrap_or_else(|| {
-                let of = if value == 0.0 { unit.factor } else { value.abs() };
-                parameter.tolerance * of
-            }),
+            sigma: sigma.unwrap_or(parameter.tolerance * of),
             anew: parameter.anew,
+            spread: parameter.spread * of,
             meaning: parameter.meaning.to_owned(),
             place,
         });

@@ -3,7 +3,7 @@
 use super::{difference, named};
 use crate::complaint::{Complaint, Kind, help_with_names};
 use crate::physics::card::PortKind;
-use crate::rig::sensor::TOLERANCE;
+use crate::rig::sensor::{GAIN_SPREAD, OFFSET_SPREAD, TOLERANCE};
 use crate::rig::source::Value;
 use crate::rig::{Node, NodeKind, Parameter, Quantity, Rig, Sensor, Target, range};
 use crate::units::{Dimension, Unit};
@@ -40,6 +40,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
     let own = |key: &str,
                default: f64,
                sigma_unstated: f64,
+               spread: f64,
                unit: &Unit,
                bounds: (f64, f64),
                meaning: &str|
@@ -58,14 +59,29 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
             bounds,
             sigma: sigma.unwrap_or(sigma_unstated),
             anew: false,
+            spread,
             meaning: meaning.to_owned(),
             place: place.clone(),
         })
     };
-    let offset =
-        own("offset", 0.0, tolerance, &unit, (f64::NEG_INFINITY, f64::INFINITY), "what the sensor shows at zero")?;
-    let gain =
-        own("gain", 1.0, 0.0, &Unit::dimensionless(), (0.0, f64::INFINITY), "what the sensor shows per true value")?;
+    let offset = own(
+        "offset",
+        0.0,
+        tolerance,
+        OFFSET_SPREAD * noise,
+        &unit,
+        (f64::NEG_INFINITY, f64::INFINITY),
+        "what the sensor shows at zero",
+    )?;
+    let gain = own(
+        "gain",
+        1.0,
+        0.0,
+        GAIN_SPREAD,
+        &Unit::dimensionless(),
+        (0.0, f64::INFINITY),
+        "what the sensor shows per true value",
+    )?;
     rig.parameters.extend([offset, gain]);
     table.finish()?;
     rig.sensors.push(Sensor {
