@@ -1,59 +1,40 @@
-//! Identification: the faults of a rig fitted to a record, together with everything else that is uncertain.
+//! From a record to its explanation: weights, starts, isolation, until nothing moves any more.
 
+use super::case::{Case, members};
+use super::hypotheses::{Isolation, isolate};
 use super::noise::{self, Weights};
 use super::prior::Gaussian;
 use super::problem::{Estimated, RecordProblem};
 use crate::complaint::{Complaint, Kind, Place};
-use crate::fit::{self, Fit, FitError, Loss, MultiStart, Starts, Tolerances, Uncertainty, UncertaintyOptions};
+use crate::fit::{self, FitError, Loss, Starts, Tolerances};
 use crate::model::{Drive, Model, SimulationError, Tolerance};
 use crate::record::Record;
 use crate::rig::{InitialPressure, NodeKind, Quantity, Target};
 
-/// Uncertain parameters are searched this many standard deviations to both sides.
-const REACH: f64 = 5.0;
-/// A misfit of more standard deviations pulls with constant force only (Huber); one sample in 400 is beyond by chance.
-const ROBUST: f64 = 3.0;
 /// Width of the loss while the faults are still far off: large misfits keep pulling, but not with their square.
 const FAR: f64 = 10.0;
 /// Points of the fault box that are simulated before any is fitted from, per fault.
 const SAMPLED_PER_FAULT: usize = 10;
 /// How many of them are fitted from.
-const FITTED: usize = 2;
+const FITTED: usize = 3;
 /// Share to which the pressures at the start are known.
 const START: f64 = 0.01;
-/// Cost per sample from which on the first starts are taken to have missed; noise alone costs 1/2.
+/// Cost per sample from which on a start is taken to have missed; noise alone costs 1/2.
 const POOR: f64 = 1.0;
-/// How many times more starts are then tried.
-const FURTHER: usize = 3;
 /// Relative decrease of the cost that ends the search for the neighbourhood.
 const NEIGHBOURHOOD: f64 = 1e-3;
 /// Iterations after which a start that has not found a neighbourhood is given up.
 const FIRST_ITERATIONS: u64 = 25;
-/// Relative decrease of the cost that ends each round of fit and renewed weights; the last one is kept for further rounds.
-/// It ends far below a rise of 1 in chi-square.
-const ROUNDS: [f64; 2] = [1e-4, 2e-6];
-/// Most rounds. Weights hang on the fit only through when things happen, so two are enough unless the start was far.
-const MOST_ROUNDS: usize = 5;
+/// Most rounds of isolation and renewed weights. Weights hang on the fit only through when things happen, so two are
+/// enough unless the start was far.
+const MOST_ROUNDS: usize = 4;
 /// Standard errors by which no fault moves any more when the rounds end.
-const SETTLED: f64 = 0.2;
+const SETTLED: f64 = 0.3;
 
-/// Where the fit starts.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Seed {
-    /// From the healthy rig and from points of the fault box, drawn with this seed.
-    Sampled(u64),
-    /// From values of all estimated parameters.
-    Given(Vec<f64>),
-}
-
-/// The best fit of faults and uncertain parameters to a record.
+/// The explanation of a record.
 pub struct Estimate<'a> {
-    /// The faults of the rig first, in their order, then uncertain parameters in theirs.
-    pub problem: RecordProblem<'a>,
-    pub fit: Fit,
-    pub uncertainty: Uncertainty,
-    /// Evaluations of the model, those with sensitivities included.
-    pub solves: u64,
+    pub case: Case<'a>,
+    pub isolation: Isolation,
 }
 
 /// The columns of a record that the rig's sensors read, SI.
@@ -72,7 +53,7 @@ pub fn measured<'a>(model: &Model, record: &'a Record) -> Result<Vec<&'a [f64]>,
         .collect()
 }
 
-/// Fits the faults of the rig to a record.
+/// Explains a record by faults of the rig, from the healthy rig or from `guess` (all estimated parameters).
 ///
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved at any start.
@@ -80,7 +61,8 @@ pub fn estimate<'a>(
     model: &'a Model,
     record: &'a Record,
     drive: &'a Drive,
-    seed: &Seed,
+    seed: u64,
+    guess: Option<&[f64]>,
 ) -> Result<Estimate<'a>, Complaint> {
     let rig = &model.rig;
     let data = measured(model, record)?;
@@ -91,115 +73,100 @@ pub fn estimate<'a>(
             .help("check values and units of the rig with `borescope check`")
     };
     let unsolved = |error: SimulationError| failed(FitError::Start { source: error.into() });
-
-    let faults: Vec<Estimated> = rig
-        .faults
-        .iter()
-        .map(|fault| Estimated {
-            parameter: fault.parameter,
-            bounds: fault.bounds,
-            scale: (fault.bounds.1 - fault.bounds.0) / 4.0,
-        })
-        .collect();
     let variance = noise::variances(rig, record, &data, true);
     let phases = noise::phases(rig, drive, &record.time, &variance);
     let rough = Weights::new(rig, &phases, &variance, &[]);
-    let mut solves = 0;
-    let mut theta = match seed {
-        Seed::Given(theta) => theta.clone(),
-        Seed::Sampled(seed) => {
-            let mut coarse_model = model.clone();
-            coarse_model.tolerance = Tolerance::COARSE;
-            let (times, weights) = (&record.time, rough.clone());
-            let coarse = RecordProblem::new(
-                &coarse_model,
-                drive,
-                times,
-                data.clone(),
-                weights,
-                faults.clone(),
-                Gaussian::none(),
-            );
-            let found = neighbourhood(&coarse, *seed).map_err(failed)?;
-            solves += found.misfit_evaluations + found.linearisations;
-            found.best.theta
+    let mut case = Case::new(model, record, drive, data, rough.clone());
+    let start = guess.map_or_else(|| case.mean.clone(), <[f64]>::to_vec);
+    let mut best = settle(&mut case, &start);
+    let samples = (case.full.times.len() * case.full.measured.len()) as f64;
+    let missed =
+        |found: &Found| found.as_ref().map_or(true, |(isolation, _)| isolation.best.cost > 2.0 * POOR * samples);
+    if guess.is_none() && missed(&best) {
+        case.full.weights = rough.clone();
+        for theta in neighbourhoods(&case, seed).map_err(failed)? {
+            case.full.weights = rough.clone();
+            let other = settle(&mut case, &theta);
+            let cost = |found: &Found| found.as_ref().map_or(f64::INFINITY, |(isolation, _)| isolation.best.cost);
+            if cost(&other) < cost(&best) {
+                best = other;
+            }
+            if !missed(&best) {
+                break;
+            }
         }
-    };
-    let mut all = faults;
-    all.extend(uncertain(model));
-    let known: Vec<usize> = all.iter().skip(rig.faults.len()).map(|estimated| estimated.parameter).collect();
-    let prior = Gaussian::new(
-        (rig.faults.len()..all.len()).collect(),
-        known.iter().map(|&parameter| rig.parameters[parameter].value).collect(),
-        &rig.covariance(&known),
-    );
-    let nominal = rig.nominal();
-    theta.extend(all.iter().skip(theta.len()).map(|estimated| nominal[estimated.parameter]));
-    let mut problem = RecordProblem::new(model, drive, &record.time, data, rough, all, prior);
-    let options = UncertaintyOptions { series: problem.series(), ..UncertaintyOptions::default() };
-    let mut round = 0;
-    let (fit, uncertainty) = loop {
-        let tolerances = Tolerances { function: ROUNDS[round.min(ROUNDS.len() - 1)], ..Tolerances::default() };
-        problem.weights = weights(&problem, record, &theta).map_err(unsolved)?;
-        let fit = fit::fit(&problem, &theta, Loss::Huber { k: ROBUST }, tolerances).map_err(failed)?;
-        solves += 1 + fit.misfit_evaluations + fit.linearisations;
-        round += 1;
-        let before = std::mem::replace(&mut theta, fit.theta.clone());
-        if round < ROUNDS.len() {
-            continue;
-        }
-        let uncertainty = Uncertainty::at(&fit, &options);
-        let settled = (0..rig.faults.len()).all(|i| {
-            uncertainty.standard_error[i].as_ref().map_or(true, |sigma| (theta[i] - before[i]).abs() <= SETTLED * sigma)
-        });
-        if settled || round == MOST_ROUNDS {
-            break (fit, uncertainty);
-        }
-    };
-    Ok(Estimate { problem, fit, uncertainty, solves })
+    }
+    let (isolation, weights) = best.map_err(unsolved)?;
+    case.full.weights = weights;
+    Ok(Estimate { case, isolation })
 }
 
-/// Finds the neighbourhood of the best fit with the faults alone; where no start fits, with more starts.
-fn neighbourhood(problem: &RecordProblem<'_>, seed: u64) -> Result<MultiStart, FitError> {
-    let faults = &problem.model.rig.faults;
+/// An explanation and the weights it was found with.
+type Found = Result<(Isolation, Weights), SimulationError>;
+
+/// Explains the record from a guess; renews the weights where the explanation puts the events, and the explanation with
+/// them, until no fault moves.
+fn settle(case: &mut Case<'_>, guess: &[f64]) -> Found {
+    let mut isolation = isolate(case, guess)?;
+    for _ in 0..MOST_ROUNDS {
+        case.full.weights = weights(&case.full, case.record, &isolation.best.theta)?;
+        let before = isolation;
+        isolation = isolate(case, &before.best.theta)?;
+        let still = |fault: usize| {
+            let sigma = isolation.reduced.sigma(isolation.set(), fault);
+            let sigma = sigma.map_or(case.range(fault), |sigma| sigma * isolation.quadratic.scale[fault]);
+            (isolation.best.theta[fault] - before.best.theta[fault]).abs() <= SETTLED * sigma
+        };
+        if isolation.set() == before.set() && members(isolation.set()).all(still) {
+            break;
+        }
+    }
+    Ok((isolation, case.full.weights.clone()))
+}
+
+/// Places to start from that the faults of components alone explain best.
+fn neighbourhoods(case: &Case<'_>, seed: u64) -> Result<Vec<Vec<f64>>, FitError> {
+    let rig = case.rig();
+    let of_component: Vec<usize> = (0..case.faults())
+        .filter(|&fault| {
+            !rig.sensors.iter().any(|sensor| {
+                (sensor.first_parameter..sensor.first_parameter + 2).contains(&rig.faults[fault].parameter)
+            })
+        })
+        .collect();
+    let mut coarse_model = case.full.model.clone();
+    coarse_model.tolerance = Tolerance::COARSE;
+    let estimated: Vec<Estimated> = of_component.iter().map(|&fault| case.full.estimated[fault].clone()).collect();
+    let full = &case.full;
+    let mut coarse = RecordProblem::new(
+        &coarse_model,
+        full.drive,
+        full.times,
+        full.measured.clone(),
+        full.weights.clone(),
+        estimated,
+        Gaussian::none(),
+    );
+    coarse.base.clone_from(&full.base);
     let tolerances = Tolerances { function: NEIGHBOURHOOD, max_iterations: FIRST_ITERATIONS, ..Tolerances::default() };
-    let mut starts = Starts {
-        given: vec![faults.iter().map(|fault| fault.healthy).collect()],
-        sampled: SAMPLED_PER_FAULT * faults.len(),
+    let starts = Starts {
+        given: vec![of_component.iter().map(|&fault| case.mean[fault]).collect()],
+        sampled: SAMPLED_PER_FAULT * of_component.len(),
         fitted: FITTED,
         seed,
     };
-    let loss = Loss::SoftL1 { k: FAR };
-    let first = fit::multi_start(problem, &starts, loss, tolerances)?;
-    let samples = (problem.times.len() * problem.measured.len()) as f64;
-    if first.best.cost <= POOR * samples {
-        return Ok(first);
-    }
-    starts.given = vec![first.best.theta.clone()];
-    starts.sampled *= FURTHER;
-    starts.fitted *= FURTHER;
-    starts.seed = seed.wrapping_add(1);
-    let second = fit::multi_start(problem, &starts, loss, tolerances)?;
-    let better = if second.best.cost < first.best.cost { second.best } else { first.best };
-    Ok(MultiStart {
-        best: better,
-        misfit_evaluations: first.misfit_evaluations + second.misfit_evaluations,
-        linearisations: first.linearisations + second.linearisations,
-        ..second
-    })
-}
-
-/// Everything that is uncertain but no fault, what sensors show at zero included.
-fn uncertain(model: &Model) -> Vec<Estimated> {
-    let rig = &model.rig;
-    let within = |parameter: usize, sigma: f64| {
-        let known = &rig.parameters[parameter];
-        let (low, high) = (known.value - REACH * sigma, known.value + REACH * sigma);
-        Estimated { parameter, bounds: (known.bounds.0.max(low), known.bounds.1.min(high)), scale: sigma }
-    };
-    // What is uncertain anew in each switching is in the weights; see `noise`.
-    let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0 && !parameter.anew);
-    stated.filter(|(index, _)| !rig.is_fault(*index)).map(|(index, parameter)| within(index, parameter.sigma)).collect()
+    let found = fit::multi_start(&coarse, &starts, Loss::SoftL1 { k: FAR }, tolerances)?;
+    Ok(found
+        .optima
+        .iter()
+        .map(|optimum| {
+            let mut theta = case.mean.clone();
+            for (&fault, value) in of_component.iter().zip(&optimum.theta) {
+                theta[fault] = *value;
+            }
+            theta
+        })
+        .collect())
 }
 
 /// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.

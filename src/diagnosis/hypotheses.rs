@@ -1,21 +1,34 @@
 //! Isolation: which set of faults explains the record, each set with its probability.
+//!
+//! Around the best explanation so far the cost is a quadratic form, and with everything uncertain eliminated a set of
+//! faults is weighed by solving a system as small as the set. So every set of up to three faults, and every set near the
+//! best one, is weighed in that form; the best of them are fitted to the record itself; the form is renewed at the
+//! winner; until the winner stays.
 
-use nalgebra::{DMatrix, DVector};
+use std::fmt;
+
+use nalgebra::DVector;
 use serde::Serialize;
 
-use super::estimate::Estimate;
-use crate::fit::{Conditional, Interval};
+use super::case::{Case, Set, has, members};
+use super::descend::{Point, descend};
+use super::quadratic::{Quadratic, Reduced};
+use crate::model::SimulationError;
 
-/// Probability of each fault before the record is seen.
-const PRIOR: f64 = 0.1;
-/// A set whose price alone makes it this much less probable (difference of logarithms) than the best is not fitted anew.
-const HOPELESS: f64 = 12.0;
-/// Nor is one whose rise, by the linear model, is this many times larger than what would decide: laws bend, but not so far.
-const DECISIVE: f64 = 400.0;
-/// Most sets that are fitted anew.
-const MOST_FITS: usize = 64;
-/// Up to this many faults every set is weighed.
-const ALL_SETS: usize = 10;
+/// Number of faults expected in a record before it is seen.
+const EXPECTED: f64 = 0.3;
+/// Most faults of a set that is weighed without being near the best one.
+const MOST_AT_ONCE: usize = 3;
+/// Sets within this logarithm of the best, in the quadratic form, are fitted to the record.
+const IN_QUESTION: f64 = 8.0;
+/// Most sets that are fitted in each round.
+const MOST_FITS: usize = 12;
+/// Most rounds.
+const MOST_ROUNDS: usize = 12;
+/// Steps of each fit in a round.
+const STEPS: usize = 3;
+/// A winner that promises no more than this decrease of the cost stays.
+const SETTLED: f64 = 0.1;
 /// Sets with less probability are left out of the list.
 const NEGLIGIBLE: f64 = 1e-6;
 
@@ -27,162 +40,280 @@ pub struct Hypothesis {
     pub probability: f64,
 }
 
-/// Sets of faults with their probabilities.
+/// One set with the logarithm of its evidence, relative to the others only.
+#[derive(Debug, Clone)]
 pub struct Weighed {
-    /// The most probable first; probabilities sum to one but for what is negligible.
-    pub hypotheses: Vec<Hypothesis>,
-    /// Probability of each fault of the rig, over all sets.
-    pub faults: Vec<f64>,
+    pub set: Set,
+    pub score: f64,
+    /// Its fit, where it was fitted to the record.
+    pub point: Option<Point>,
 }
 
-/// Weighs all sets of faults by Laplace's approximation to their evidence: the rise of chi-square when the faults outside
-/// the set are held at their healthy values, and for each fault in it the share of its range that the record leaves,
-/// `sqrt(2 pi) sigma / range`. Kass and Raftery, JASA 90 (1995), section 4.1.
+/// Where the search ended.
+pub struct Isolation {
+    /// The best first.
+    pub weighed: Vec<Weighed>,
+    pub best: Point,
+    /// The form at the best.
+    pub quadratic: Quadratic,
+    pub reduced: Reduced,
+    /// Of each fault: what colour in the misfits does to its variance.
+    pub inflation: Vec<f64>,
+    pub rounds: u64,
+    pub stopped: Stopped,
+}
+
+/// What ended the search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stopped {
+    Settled,
+    Rounds,
+    Unsolvable,
+}
+
+impl fmt::Display for Stopped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Settled => write!(
+                f,
+                "no other set of faults is more probable, and no step of this one lowers chi-square by more than {SETTLED}"
+            ),
+            Self::Rounds => write!(f, "{MOST_ROUNDS} rounds of isolation did not settle"),
+            Self::Unsolvable => f.write_str("no set of faults can be simulated"),
+        }
+    }
+}
+
+impl Isolation {
+    pub fn set(&self) -> Set {
+        self.weighed.first().map_or(0, |best| best.set)
+    }
+
+    /// Probability of each set, in the order of `weighed`.
+    pub fn probabilities(&self) -> Vec<f64> {
+        let best = self.weighed.iter().map(|set| set.score).fold(f64::NEG_INFINITY, f64::max);
+        let shares: Vec<f64> = self.weighed.iter().map(|set| (set.score - best).exp()).collect();
+        let total: f64 = shares.iter().sum();
+        shares.iter().map(|share| share / total).collect()
+    }
+
+    /// Probability of each fault of the rig, over all sets.
+    pub fn of_faults(&self, count: usize) -> Vec<f64> {
+        let mut faults = vec![0.0_f64; count];
+        for (set, probability) in self.weighed.iter().zip(self.probabilities()) {
+            members(set.set).for_each(|fault| faults[fault] += probability);
+        }
+        faults.into_iter().map(|probability| probability.min(1.0)).collect()
+    }
+
+    /// Sets that are not negligible, with the ids of their faults.
+    pub fn hypotheses(&self, case: &Case<'_>) -> Vec<Hypothesis> {
+        let rig = case.rig();
+        let id = |fault: usize| rig.parameters[rig.faults[fault].parameter].id.clone();
+        self.weighed
+            .iter()
+            .zip(self.probabilities())
+            .filter(|(_, probability)| *probability >= NEGLIGIBLE)
+            .map(|(set, probability)| Hypothesis { faults: members(set.set).map(id).collect(), probability })
+            .collect()
+    }
+}
+
+/// Probability of each of so many faults before the record.
+pub fn prior(faults: usize) -> f64 {
+    EXPECTED / faults.max(3) as f64
+}
+
+/// Finds the sets of faults that explain the record, from a first guess of all estimated parameters.
 ///
-/// Rises are taken from the linear model first; where that leaves a set in question, it is fitted anew.
-/// Sets with a fault about which the record says nothing (`blind`) are left out: such a fault can neither be claimed nor bear
-/// what others cannot.
-pub fn weigh(
-    estimate: &Estimate<'_>,
-    intervals: &[Interval],
-    blind: &[bool],
-    conditional: &mut Conditional<'_, super::problem::RecordProblem<'_>>,
-) -> Weighed {
-    let rig = &estimate.problem.model.rig;
-    let n = rig.faults.len();
-    let inflation = &estimate.uncertainty.inflation;
-    let price: Vec<f64> = (0..n)
-        .map(|i| {
-            let fault = &rig.faults[i];
-            let range = fault.bounds.1 - fault.bounds.0;
-            let left = match &estimate.uncertainty.standard_error[i] {
-                Ok(sigma) => *sigma,
-                // At a bound: a one-sided interval tells the scale.
-                Err(_) => {
-                    let (low, high) =
-                        (intervals[i].lower.unwrap_or(fault.bounds.0), intervals[i].upper.unwrap_or(fault.bounds.1));
-                    (high - low) / 4.0
-                }
-            };
-            ((2.0 * std::f64::consts::PI).sqrt() * left / range).min(1.0).ln() + (PRIOR / (1.0 - PRIOR)).ln()
+/// # Errors
+/// The model cannot be solved at the guess.
+pub fn isolate(case: &Case<'_>, guess: &[f64]) -> Result<Isolation, SimulationError> {
+    let mut quadratic = Quadratic::at(case, guess)?;
+    let mut best: Option<(Set, Point)> = None;
+    let mut inflation = vec![1.0; case.faults()];
+    let mut rounds = 0;
+    loop {
+        rounds += 1;
+        let reduced = quadratic.reduced(case);
+        if let Some((set, _)) = &best {
+            inflation = inflations(case, &quadratic, *set);
+        }
+        let centre = best.as_ref().map_or(0, |(set, _)| *set);
+        let weighed = weigh(case, &quadratic, &reduced, centre, &inflation);
+        let Some(winner) = weighed.iter().find(|set| set.point.is_some()) else {
+            // Nothing could be solved: the guess is all there is.
+            let point = descend(case, &quadratic, centre, &[], &quadratic.theta, 0);
+            let best = point.ok_or_else(|| SimulationError::Explicit {
+                t: 0.0,
+                reason: "no set of faults can be simulated".to_owned(),
+            })?;
+            let stopped = Stopped::Unsolvable;
+            return Ok(Isolation { weighed, best, quadratic, reduced, inflation, rounds, stopped });
+        };
+        let (set, point) = (winner.set, winner.point.clone().unwrap_or_else(|| unreachable!("it was asked for")));
+        let same = best.as_ref().is_some_and(|(before, at)| *before == set && at.cost - point.cost < SETTLED);
+        let stays = same && point.promised < SETTLED;
+        let moved = quadratic.theta != point.theta;
+        if stays || rounds as usize == MOST_ROUNDS {
+            let stopped = if stays { Stopped::Settled } else { Stopped::Rounds };
+            return Ok(Isolation { weighed, best: point, quadratic, reduced, inflation, rounds, stopped });
+        }
+        if moved {
+            quadratic = Quadratic::at(case, &point.theta)?;
+        }
+        best = Some((set, point));
+    }
+}
+
+/// Weighs all candidates in the quadratic form and fits the best of them.
+fn weigh(case: &Case<'_>, quadratic: &Quadratic, reduced: &Reduced, centre: Set, inflation: &[f64]) -> Vec<Weighed> {
+    let each = prior(case.faults());
+    let odds = (each / (1.0 - each)).ln();
+    let priced = |set: Set| reduced.occam(set, colour(set, 0, inflation)) + odds * f64::from(set.count_ones());
+    let reference = reduced.best(centre).map_or(0.0, |best| best.cost);
+    let score =
+        |set: Set, cost: f64, reference: f64| -0.5 * (cost - reference) / colour(set, centre, inflation) + priced(set);
+    let mut weighed: Vec<(Weighed, Vec<f64>)> = candidates(case.faults(), centre)
+        .into_iter()
+        .filter_map(|set| {
+            let best = reduced.best(set)?;
+            Some((Weighed { set, score: score(set, best.cost, reference), point: None }, best.deviation))
         })
         .collect();
-    // How much colour in the misfits takes from the rise of a set.
-    let calm = |set: u64| (0..n).filter(|i| set & (1 << i) == 0).map(|i| inflation[i]).fold(1.0, f64::max);
-    let score = |set: u64, rise: f64| -> f64 {
-        -0.5 * rise / calm(set) + (0..n).filter(|i| set & (1 << i) != 0).map(|i| price[i]).sum::<f64>()
-    };
-    let priced = |set: u64| score(set, 0.0);
-    let information = Information::of(estimate, n);
-    // The faults whose absence alone the record does not bear.
-    let all: u64 = (1 << n) - 1;
-    let unseen = (0..n).filter(|&i| blind.get(i).copied().unwrap_or(false)).fold(0_u64, |set, i| set | 1 << i);
-    let near = (0..n).filter(|&i| information.rise(all & !(1 << i)) > DECISIVE).fold(0, |set, i| set | 1 << i);
-    let mut sets: Vec<(u64, f64)> = candidates(n, near)
-        .into_iter()
-        .filter(|set| set & unseen == 0)
-        .map(|set| (set, score(set, information.rise(set))))
-        .collect();
-    sets.sort_by(|a, b| b.1.total_cmp(&a.1));
+    weighed.sort_by(|a, b| b.0.score.total_cmp(&a.0.score));
+    let top = weighed.first().map_or(0.0, |(best, _)| best.score);
     let mut fitted = 0;
-    for index in 0..sets.len() {
-        let set = sets[index].0;
-        let best = sets.iter().map(|(_, score)| *score).fold(f64::NEG_INFINITY, f64::max);
-        let decided = priced(set) < best - HOPELESS || information.rise(set) > DECISIVE * calm(set);
-        if set == all || decided || fitted == MOST_FITS {
+    for (place, (set, deviation)) in weighed.iter_mut().enumerate() {
+        let questioned = place == 0 || set.set == centre || set.score > top - IN_QUESTION;
+        if !questioned || fitted >= MOST_FITS {
             continue;
         }
-        let held: Vec<(usize, f64)> =
-            (0..n).filter(|i| set & (1 << i) == 0).map(|i| (i, rig.faults[i].healthy)).collect();
         fitted += 1;
-        let from = conditional.origin().clone();
-        // A set with which the model cannot be solved keeps its guess.
-        if let Ok(found) = conditional.walk(&from, &held, false) {
-            sets[index].1 = score(set, 2.0 * (found.cost - estimate.fit.cost).max(0.0));
+        let mut start = quadratic.theta.clone();
+        for fault in 0..case.faults() {
+            start[fault] = case.mean[fault];
+        }
+        for (fault, deviation) in members(set.set).zip(deviation.iter()) {
+            start[fault] += deviation * quadratic.scale[fault];
+        }
+        set.point = descend(case, quadratic, set.set, &[], &start, STEPS);
+    }
+    // Fitted sets are compared by what they reach; the others keep what the form promises, from the same reference.
+    let reached = weighed.iter().find(|(set, _)| set.set == centre).and_then(|(set, _)| set.point.as_ref());
+    let reached = reached.map_or(reference, |point| point.cost - point.promised.max(0.0));
+    let mut weighed: Vec<Weighed> = weighed.into_iter().map(|(set, _)| set).collect();
+    for set in &mut weighed {
+        if let Some(point) = &set.point {
+            set.score = score(set.set, point.cost - point.promised.max(0.0), reached);
         }
     }
-    let best = sets.iter().map(|(_, score)| *score).fold(f64::NEG_INFINITY, f64::max);
-    let total: f64 = sets.iter().map(|(_, score)| (score - best).exp()).sum();
-    let mut faults = vec![0.0; n];
-    let mut hypotheses = Vec::new();
-    for (set, score) in sets {
-        let probability = (score - best).exp() / total;
-        let members: Vec<usize> = (0..n).filter(|i| set & (1 << i) != 0).collect();
-        for &i in &members {
-            faults[i] += probability;
-        }
-        if probability >= NEGLIGIBLE {
-            let ids = members.iter().map(|&i| rig.parameters[rig.faults[i].parameter].id.clone()).collect();
-            hypotheses.push(Hypothesis { faults: ids, probability });
-        }
-    }
-    hypotheses.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    Weighed { hypotheses, faults: faults.into_iter().map(|p: f64| p.min(1.0)).collect() }
+    weighed.sort_by(|a, b| b.score.total_cmp(&a.score));
+    weighed
 }
 
-/// Sets to be weighed, as bits. Of few faults all; of many, those of up to two, and what lies within two faults of `near`,
-/// the faults whose absence alone the record does not bear.
-fn candidates(n: usize, near: u64) -> Vec<u64> {
-    if n <= ALL_SETS {
-        return (0..1 << n).collect();
+/// Colour that counts when two sets are compared: the most of any fault in which they differ; of a set alone, of its own.
+fn colour(set: Set, centre: Set, inflation: &[f64]) -> f64 {
+    members(set ^ centre).map(|fault| inflation[fault]).fold(1.0, f64::max)
+}
+
+/// What colour in the misfits does to the variance of each fault while those of `set` are present.
+fn inflations(case: &Case<'_>, quadratic: &Quadratic, set: Set) -> Vec<f64> {
+    (0..case.faults())
+        .map(|fault| {
+            direction(case, quadratic, set | 1 << fault, fault)
+                .map_or(1.0, |direction| quadratic.inflation(&direction, &case.full.series()))
+        })
+        .collect()
+}
+
+/// How all parameters move, in scales, with the gradient of one fault: a column of [`inverse`].
+pub(super) fn direction(case: &Case<'_>, quadratic: &Quadratic, set: Set, fault: usize) -> Option<DVector<f64>> {
+    let (inner, free) = information(case, quadratic, set);
+    let mut unit = DVector::zeros(free.len());
+    unit[free.iter().position(|&index| index == fault)?] = 1.0;
+    let solved = nalgebra::Cholesky::new(inner)?.solve(&unit);
+    let mut direction = DVector::zeros(case.len());
+    for (a, &index) in free.iter().enumerate() {
+        direction[index] = solved[a];
     }
-    let all = (1 << n) - 1;
-    let mut sets = vec![all];
-    for centre in [0, near] {
-        for a in 0..n {
-            for b in 0..=a {
-                let (a, b) = (1 << a, 1 << b);
-                sets.extend([centre, centre ^ a, centre ^ a ^ b]);
-            }
+    Some(direction)
+}
+
+/// Covariance of all parameters while the faults of `set` are present, in scales; zero for those that are held.
+pub(super) fn inverse(case: &Case<'_>, quadratic: &Quadratic, set: Set) -> Option<nalgebra::DMatrix<f64>> {
+    let (inner, free) = information(case, quadratic, set);
+    let solved = nalgebra::Cholesky::new(inner)?.inverse();
+    let mut inverse = nalgebra::DMatrix::zeros(case.len(), case.len());
+    for (a, &i) in free.iter().enumerate() {
+        for (b, &j) in free.iter().enumerate() {
+            inverse[(i, j)] = solved[(a, b)];
         }
     }
+    Some(inverse)
+}
+
+/// What record and prior say while the faults of `set` are present, per scales, and which parameters are free then.
+fn information(case: &Case<'_>, quadratic: &Quadratic, set: Set) -> (nalgebra::DMatrix<f64>, Vec<usize>) {
+    let prior = case.prior(set);
+    let free: Vec<usize> = (0..case.len()).filter(|&index| !case.is_held(set, index)).collect();
+    let precision = prior.precision();
+    let mut inner = nalgebra::DMatrix::from_fn(free.len(), free.len(), |a, b| quadratic.matrix()[(free[a], free[b])]);
+    let place = |index: usize| free.iter().position(|&other| other == index);
+    for (a, &i) in prior.members.iter().enumerate() {
+        for (b, &j) in prior.members.iter().enumerate() {
+            let (Some(row), Some(column)) = (place(i), place(j)) else { continue };
+            inner[(row, column)] += precision[(a, b)] * quadratic.scale[i] * quadratic.scale[j];
+        }
+    }
+    for k in 0..free.len() {
+        inner[(k, k)] = inner[(k, k)] * (1.0 + 1e-12) + 1e-9;
+    }
+    (inner, free)
+}
+
+/// Sets to be weighed: those of up to three faults, and those within two exchanges of the best one.
+fn candidates(faults: usize, centre: Set) -> Vec<Set> {
+    let mut sets = vec![0, centre];
+    for a in 0..faults {
+        for b in 0..=a {
+            for c in 0..=b {
+                sets.push(1 << a | 1 << b | 1 << c);
+            }
+            sets.extend([centre ^ (1 << a), centre ^ (1 << a) ^ (1 << b)]);
+        }
+    }
+    debug_assert!(sets.iter().all(|set| set.count_ones() as usize <= MOST_AT_ONCE + 2 + centre.count_ones() as usize));
     sets.sort_unstable();
     sets.dedup();
     sets
 }
 
-/// What the misfits say of the faults near the optimum: `J'J`, everything else free to follow.
-struct Information {
-    matrix: DMatrix<f64>,
-    /// How far each fault is from its healthy value.
-    away: Vec<f64>,
-}
-
-impl Information {
-    fn of(estimate: &Estimate<'_>, n: usize) -> Self {
-        let jacobian = &estimate.fit.linearised.jacobian;
-        let faults = &estimate.problem.model.rig.faults;
-        let away = (0..n).map(|i| estimate.fit.theta[i] - faults[i].healthy).collect();
-        Self { matrix: jacobian.tr_mul(jacobian), away }
-    }
-
-    /// Rise of chi-square, in the linear model, when the faults outside `set` are held at their healthy values. Bounds of
-    /// the others are ignored, so that it is never too high on their account.
-    fn rise(&self, set: u64) -> f64 {
-        let (mut held, mut free) = (Vec::new(), Vec::new());
-        for j in 0..self.matrix.nrows() {
-            let informed = self.matrix[(j, j)] > 0.0;
-            if j < self.away.len() && set & (1 << j) == 0 {
-                held.push(j);
-            } else if informed {
-                free.push(j);
+/// Groups of faults of which one is there and which one stays open: each pair that takes the other's place in sets of
+/// some probability.
+pub fn ambiguity(isolation: &Isolation, faults: usize) -> Vec<Vec<usize>> {
+    const OPEN: f64 = 0.05;
+    let probabilities = isolation.probabilities();
+    let instead = |a: usize, b: usize| -> f64 {
+        let pairs = isolation.weighed.iter().zip(&probabilities);
+        pairs.filter(|(set, _)| has(set.set, a) && !has(set.set, b)).map(|(_, probability)| probability).sum()
+    };
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for a in 0..faults {
+        for b in 0..a {
+            if instead(a, b) < OPEN || instead(b, a) < OPEN {
+                continue;
+            }
+            match groups.iter_mut().find(|group| group.contains(&a) || group.contains(&b)) {
+                Some(group) => [a, b].into_iter().for_each(|fault| {
+                    if !group.contains(&fault) {
+                        group.push(fault);
+                    }
+                }),
+                None => groups.push(vec![b, a]),
             }
         }
-        let pick = |rows: &[usize], columns: &[usize]| {
-            DMatrix::from_fn(rows.len(), columns.len(), |a, b| {
-                // Scaled to a unit diagonal: parameters differ by many powers of ten.
-                let size = |k: usize| self.matrix[(k, k)].sqrt().max(f64::MIN_POSITIVE);
-                self.matrix[(rows[a], columns[b])] / (size(rows[a]) * size(columns[b]))
-            })
-        };
-        let away = DVector::from_fn(held.len(), |k, _| self.away[held[k]] * self.matrix[(held[k], held[k])].sqrt());
-        let direct = away.dot(&(pick(&held, &held) * &away));
-        let across = pick(&free, &held) * &away;
-        let mut inner = pick(&free, &free);
-        for k in 0..free.len() {
-            inner[(k, k)] += 1e-12;
-        }
-        let taken_up = inner.cholesky().map_or(direct, |factor| across.dot(&factor.solve(&across)));
-        (direct - taken_up).max(0.0)
     }
+    groups.iter_mut().for_each(|group| group.sort_unstable());
+    groups
 }

@@ -1,5 +1,7 @@
 //! A rig and a record as a least-squares problem.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use nalgebra::DMatrix;
 
 use super::noise::Weights;
@@ -31,6 +33,8 @@ pub struct RecordProblem<'a> {
     /// All parameters of the rig; the estimated ones are replaced.
     pub base: Vec<f64>,
     bounds: Vec<(f64, f64)>,
+    /// Simulations so far, those with sensitivities included.
+    solves: AtomicU64,
 }
 
 impl<'a> RecordProblem<'a> {
@@ -44,7 +48,18 @@ impl<'a> RecordProblem<'a> {
         prior: Gaussian,
     ) -> Self {
         let bounds = estimated.iter().map(|estimated| estimated.bounds).collect();
-        Self { model, drive, times, measured, weights, estimated, prior, base: model.rig.nominal(), bounds }
+        Self {
+            model,
+            drive,
+            times,
+            measured,
+            weights,
+            estimated,
+            prior,
+            base: model.rig.nominal(),
+            bounds,
+            solves: AtomicU64::new(0),
+        }
     }
 
     /// All parameters of the rig with the estimated ones at `theta`.
@@ -54,6 +69,11 @@ impl<'a> RecordProblem<'a> {
             parameters[estimated.parameter] = value;
         }
         parameters
+    }
+
+    /// Simulations so far, those with sensitivities included.
+    pub fn solves(&self) -> u64 {
+        self.solves.load(Ordering::Relaxed)
     }
 
     /// The parts of the misfit vector that are time series, one per sensor.
@@ -81,6 +101,7 @@ impl Problem for RecordProblem<'_> {
     }
 
     fn misfit(&self, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
+        self.solves.fetch_add(1, Ordering::Relaxed);
         let outputs = self.model.simulate(&self.parameters(theta), self.drive, self.times)?;
         Ok(self.weigh(&outputs.values, theta))
     }
@@ -94,6 +115,7 @@ impl Problem for RecordProblem<'_> {
             .map(|estimated| estimated.parameter)
             .filter(|&parameter| self.of_sensor(parameter).is_none())
             .collect();
+        self.solves.fetch_add(1, Ordering::Relaxed);
         let solved = self.model.sensitivities(&parameters, &inside, self.drive, self.times)?;
         let misfit = self.weigh(&solved.outputs.values, theta);
         let rows = self.times.len();

@@ -46,6 +46,11 @@ pub(super) fn scores_variance(
     total
 }
 
+/// Long-run variance of a series of mean zero, times its length; its sum of squares if the series is white.
+pub fn long_run_variance(scores: &[f64]) -> f64 {
+    long_run(DMatrix::from_row_slice(1, scores.len(), scores), Bandwidth::Andrews)[(0, 0)]
+}
+
 /// Long-run covariance of one series of scores, times its length.
 fn long_run(scores: DMatrix<f64>, bandwidth: Bandwidth) -> DMatrix<f64> {
     let (n, length) = scores.shape();

@@ -29,6 +29,7 @@ mod stopped;
 mod triangle;
 pub mod uncertainty;
 
+pub use coloured::long_run_variance;
 pub use conditional::{Conditional, ConditionalFit};
 pub use error::FitError;
 pub use found::{Bound, Fit};

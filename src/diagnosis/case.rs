@@ -1,0 +1,149 @@
+//! Everything that stays the same while sets of faults are tried on a record.
+
+use nalgebra::DMatrix;
+
+use super::noise::Weights;
+use super::prior::Gaussian;
+use super::problem::{Estimated, RecordProblem};
+use crate::fit::Loss;
+use crate::model::{Drive, Model};
+use crate::record::Record;
+use crate::rig::Rig;
+
+/// A set of faults: bit `i` for fault `i` of the rig.
+pub type Set = u64;
+
+/// Uncertain parameters are searched this many standard deviations to both sides.
+const REACH: f64 = 6.0;
+/// A misfit of more standard deviations pulls with constant force only (Huber); one sample in 400 is beyond by chance.
+pub const ROBUST: Loss = Loss::Huber { k: 3.0 };
+
+/// A record, a rig, and all that may be estimated: the faults first, in their order, then what else is uncertain.
+pub struct Case<'a> {
+    /// All estimated parameters, nothing known before.
+    pub full: RecordProblem<'a>,
+    pub record: &'a Record,
+    /// Of each estimated parameter: healthy value, or what is expected before the record, SI.
+    pub mean: Vec<f64>,
+    /// Estimated parameters with a standard uncertainty before the record; a fault's is that of its healthy value.
+    pub known: Vec<usize>,
+    /// Of `known`, SI.
+    covariance: DMatrix<f64>,
+}
+
+impl<'a> Case<'a> {
+    pub fn new(
+        model: &'a Model,
+        record: &'a Record,
+        drive: &'a Drive,
+        measured: Vec<&'a [f64]>,
+        weights: Weights,
+    ) -> Self {
+        let rig = &model.rig;
+        let estimated = estimated(rig);
+        let mut mean: Vec<f64> = rig.faults.iter().map(|fault| fault.healthy).collect();
+        mean.extend(estimated[mean.len()..].iter().map(|uncertain| rig.parameters[uncertain.parameter].value));
+        let uncertain = |index: &usize| {
+            let parameter = &rig.parameters[estimated[*index].parameter];
+            parameter.sigma > 0.0 && !parameter.anew
+        };
+        let known: Vec<usize> = (0..estimated.len()).filter(uncertain).collect();
+        let covariance = rig.covariance(&known.iter().map(|&index| estimated[index].parameter).collect::<Vec<_>>());
+        let mut full = RecordProblem::new(model, drive, &record.time, measured, weights, estimated, Gaussian::none());
+        for fault in &rig.faults {
+            full.base[fault.parameter] = fault.healthy;
+        }
+        Self { full, record, mean, known, covariance }
+    }
+
+    pub fn rig(&self) -> &'a Rig {
+        &self.full.model.rig
+    }
+
+    /// Number of faults.
+    pub fn faults(&self) -> usize {
+        self.rig().faults.len()
+    }
+
+    /// Number of estimated parameters.
+    pub fn len(&self) -> usize {
+        self.mean.len()
+    }
+
+    /// Whether parameter `index` is a fault outside `set` whose healthy value is exact.
+    pub fn is_held(&self, set: Set, index: usize) -> bool {
+        index < self.faults() && !has(set, index) && !self.known.contains(&index)
+    }
+
+    /// What is known while the faults of `set` are present: of a present fault, nothing.
+    pub fn prior(&self, set: Set) -> Gaussian {
+        let places: Vec<usize> = (0..self.known.len())
+            .filter(|&place| self.known[place] >= self.faults() || !has(set, self.known[place]))
+            .collect();
+        let members: Vec<usize> = places.iter().map(|&place| self.known[place]).collect();
+        let mean = members.iter().map(|&member| self.mean[member]).collect();
+        let covariance = DMatrix::from_fn(places.len(), places.len(), |a, b| self.covariance[(places[a], places[b])]);
+        Gaussian::new(members, mean, &covariance)
+    }
+
+    /// What is known while no fault is present.
+    pub fn healthy_prior(&self) -> Gaussian {
+        self.prior(0)
+    }
+
+    /// Width of the range in which a fault is searched, SI.
+    pub fn range(&self, fault: usize) -> f64 {
+        let (low, high) = self.rig().faults[fault].bounds;
+        high - low
+    }
+
+    /// The problem with only the faults of `set` free (and what is uncertain), and the places of its parameters among all.
+    pub fn problem(&self, set: Set) -> (RecordProblem<'a>, Vec<usize>) {
+        let places: Vec<usize> = (0..self.len()).filter(|&index| !self.is_held(set, index)).collect();
+        let mut prior = self.prior(set);
+        for member in &mut prior.members {
+            // Members are uncertain, so never held.
+            *member = places.iter().position(|place| place == member).unwrap_or_default();
+        }
+        let full = &self.full;
+        let estimated = places.iter().map(|&place| full.estimated[place].clone()).collect();
+        let mut problem = RecordProblem::new(
+            full.model,
+            full.drive,
+            full.times,
+            full.measured.clone(),
+            full.weights.clone(),
+            estimated,
+            prior,
+        );
+        problem.base.clone_from(&full.base);
+        (problem, places)
+    }
+}
+
+/// Whether a set holds a fault.
+pub fn has(set: Set, fault: usize) -> bool {
+    fault < Set::BITS as usize && set & (1 << fault) != 0
+}
+
+/// The faults of a set.
+pub fn members(set: Set) -> impl Iterator<Item = usize> {
+    (0..Set::BITS as usize).filter(move |&fault| has(set, fault))
+}
+
+/// The faults of a rig, then everything uncertain that is no fault, what sensors show at zero included. What is uncertain
+/// anew in each switching is in the weights; see [`super::noise`].
+fn estimated(rig: &Rig) -> Vec<Estimated> {
+    let faults = rig.faults.iter().map(|fault| Estimated {
+        parameter: fault.parameter,
+        bounds: fault.bounds,
+        scale: (fault.bounds.1 - fault.bounds.0) / 4.0,
+    });
+    let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0 && !parameter.anew);
+    let uncertain = stated.filter(|(index, _)| !rig.is_fault(*index)).map(|(index, known)| {
+        let (low, high) = (known.value - REACH * known.sigma, known.value + REACH * known.sigma);
+        let bounds = (known.bounds.0.max(low), known.bounds.1.min(high));
+        Estimated { parameter: index, bounds, scale: known.sigma }
+    });
+    faults.chain(uncertain).collect()
+}

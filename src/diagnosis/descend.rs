@@ -1,0 +1,148 @@
+//! The best fit of one set of faults: steps along a Jacobian from nearby, with fresh misfits.
+//!
+//! A simulation is twenty times cheaper than one with sensitivities to everything, so a step takes its curvature from the
+//! nearest [`Quadratic`] and only its gradient's misfits from here (simplified Gauss-Newton; Deuflhard, *Newton Methods for
+//! Nonlinear Problems*, section 4.3).
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::case::{Case, ROBUST, Set};
+use super::quadratic::Quadratic;
+use crate::fit::Problem;
+
+/// A fit of a set of faults.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// All estimated parameters, SI.
+    pub theta: Vec<f64>,
+    /// Of the record alone.
+    pub misfit: Vec<f64>,
+    /// `2 F` of record and prior.
+    pub cost: f64,
+    /// Decrease of the cost that the next step promises.
+    pub promised: f64,
+}
+
+/// A promise of less is not worth a step: a tenth of what decides anything.
+const ENOUGH: f64 = 0.02;
+/// Halvings of a step that does not pay.
+const HALVINGS: usize = 3;
+
+/// Walks from `start` to the best fit of `set` with each `(parameter, value)` of `held` fixed, in at most `steps` steps.
+/// `None` where the model cannot be solved at the start.
+pub fn descend(
+    case: &Case<'_>,
+    near: &Quadratic,
+    set: Set,
+    held: &[(usize, f64)],
+    start: &[f64],
+    steps: usize,
+) -> Option<Point> {
+    let prior = case.prior(set);
+    let fixed = |index: usize| case.is_held(set, index) || held.iter().any(|(other, _)| *other == index);
+    let free: Vec<usize> = (0..case.len()).filter(|&index| !fixed(index)).collect();
+    let mut theta = start.to_vec();
+    for (index, value) in theta.iter_mut().enumerate() {
+        let (low, high) = case.full.bounds()[index];
+        *value = if case.is_held(set, index) { case.mean[index] } else { value.clamp(low, high) };
+    }
+    for &(index, value) in held {
+        theta[index] = value;
+    }
+    let precision = prior.precision();
+    let mut full = DMatrix::zeros(case.len(), case.len());
+    for (a, &i) in prior.members.iter().enumerate() {
+        for (b, &j) in prior.members.iter().enumerate() {
+            full[(i, j)] = precision[(a, b)] * near.scale[i] * near.scale[j];
+        }
+    }
+    let away = |theta: &[f64]| DVector::from_fn(case.len(), |i, _| (theta[i] - case.mean[i]) / near.scale[i]);
+    let total = |misfit: &[f64], theta: &[f64]| {
+        let away = away(theta);
+        2.0 * ROBUST.cost(misfit) + away.dot(&(&full * &away))
+    };
+    let hessian = DMatrix::from_fn(free.len(), free.len(), |a, b| {
+        let (i, j) = (free[a], free[b]);
+        let curvature = near.matrix()[(i, j)] + full[(i, j)];
+        // Keeps a direction without influence where it is.
+        if a == b { curvature * (1.0 + 1e-12) + 1e-9 } else { curvature }
+    });
+    let misfit = case.full.misfit(&theta).ok()?;
+    let cost = total(&misfit, &theta);
+    let mut here = Point { theta, misfit, cost, promised: 0.0 };
+    if !cost.is_finite() {
+        return None;
+    }
+    for taken in 0..=steps {
+        let gradient = near.gradient(&here.misfit) + &full * away(&here.theta);
+        let slope = DVector::from_fn(free.len(), |a, _| gradient[free[a]]);
+        let room: Vec<(f64, f64)> = free
+            .iter()
+            .map(|&i| {
+                let (low, high) = case.full.bounds()[i];
+                ((low - here.theta[i]) / near.scale[i], (high - here.theta[i]) / near.scale[i])
+            })
+            .collect();
+        let step = bounded_step(&hessian, &slope, &room)?;
+        here.promised = -2.0 * slope.dot(&step) - step.dot(&(&hessian * &step));
+        if here.promised < ENOUGH || taken == steps {
+            break;
+        }
+        let mut share = 1.0;
+        let mut moved = false;
+        for _ in 0..=HALVINGS {
+            let mut theta = here.theta.clone();
+            for (a, &i) in free.iter().enumerate() {
+                let (low, high) = case.full.bounds()[i];
+                theta[i] = (theta[i] + share * step[a] * near.scale[i]).clamp(low, high);
+            }
+            if let Ok(misfit) = case.full.misfit(&theta) {
+                let cost = total(&misfit, &theta);
+                if cost < here.cost {
+                    here = Point { theta, misfit, cost, promised: here.promised };
+                    moved = true;
+                    break;
+                }
+            }
+            share *= 0.3;
+        }
+        if !moved {
+            break;
+        }
+    }
+    Some(here)
+}
+
+/// The step to the minimum of a quadratic form inside a box.
+fn bounded_step(hessian: &DMatrix<f64>, slope: &DVector<f64>, room: &[(f64, f64)]) -> Option<DVector<f64>> {
+    let count = slope.len();
+    let mut ends: Vec<Option<f64>> = vec![None; count];
+    loop {
+        let free: Vec<usize> = (0..count).filter(|&i| ends[i].is_none()).collect();
+        let pull = DVector::from_fn(free.len(), |a, _| {
+            let others = (0..count).filter_map(|j| Some(hessian[(free[a], j)] * ends[j]?));
+            -slope[free[a]] - others.sum::<f64>()
+        });
+        let inner = DMatrix::from_fn(free.len(), free.len(), |a, b| hessian[(free[a], free[b])]);
+        let inside = Cholesky::new(inner)?.solve(&pull);
+        let mut step = DVector::from_fn(count, |i, _| ends[i].unwrap_or(0.0));
+        for (a, &i) in free.iter().enumerate() {
+            step[i] = inside[a];
+        }
+        let mut hit = false;
+        for &i in &free {
+            let end = if step[i] < room[i].0 {
+                room[i].0
+            } else if step[i] > room[i].1 {
+                room[i].1
+            } else {
+                continue;
+            };
+            ends[i] = Some(end);
+            hit = true;
+        }
+        if !hit {
+            return Some(step);
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! Identification: the interval that a record leaves one fault, whatever everything else does.
+//!
+//! The ends lie where the best cost with the fault held there has risen by the quantile of chi-square (profile likelihood;
+//! Venzon and Moolgavkar, Applied Statistics 37 (1988)). The quadratic form tells where that should be and how everything
+//! else should follow, a simulation tells what the cost is there, and the root of the rise, nearly a straight line, is
+//! searched from there. An end that no value within the bounds reaches stays open.
+
+use nalgebra::DVector;
+
+use super::case::{Case, Set};
+use super::descend::{Point, descend};
+use super::hypotheses::{Isolation, direction};
+use super::quadratic::Quadratic;
+use crate::fit::End;
+
+/// Rise of `2 F` that ends a 95 % interval: quantile of chi-square with one degree of freedom.
+pub const RISE: f64 = 3.841_459;
+/// Standard normal quantile of the same.
+pub const QUANTILE: f64 = 1.959_964;
+/// Most values that are tried for one end.
+const MOST_VALUES: usize = 14;
+/// A rise this close to the threshold, relative, is interpolated.
+const CLOSE: f64 = 0.15;
+/// A cost lower than the best by this much is another optimum.
+const BETTER: f64 = 1.0;
+/// A promise left beyond this share of the threshold asks for a new form.
+const STALE: f64 = 0.1;
+/// Most new forms for one end.
+const MOST_FORMS: usize = 3;
+
+/// One end of an interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Side {
+    /// SI; `None` where it is open.
+    pub end: Option<f64>,
+    pub why: End,
+    /// Rise of chi-square at the bound, where that was reached.
+    pub rise: f64,
+}
+
+/// What a record leaves of one fault.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interval {
+    /// Best value, SI.
+    pub value: f64,
+    /// Standard error by the quadratic form, SI; `None` where the record says nothing or the value is at a bound.
+    pub sigma: Option<f64>,
+    pub lower: Side,
+    pub upper: Side,
+    /// Rise of chi-square that ends the interval.
+    pub threshold: f64,
+    /// A better fit, where the search found one.
+    pub better: Option<Point>,
+}
+
+/// The interval of `fault` while those of `set` are free too.
+pub fn interval(case: &Case<'_>, isolation: &Isolation, set: Set, fault: usize) -> Option<Interval> {
+    let set = set | 1 << fault;
+    let near = &isolation.quadratic;
+    let best = descend(case, near, set, &[], &isolation.best.theta, 4)?;
+    let along = direction(case, near, set, fault)?;
+    let colour = near.inflation(&along, &case.full.series());
+    let threshold = RISE * colour;
+    let sigma = isolation.reduced.sigma(set, fault).map(|sigma| sigma * near.scale[fault] * colour.sqrt());
+    let value = best.theta[fault];
+    let (low, high) = case.rig().faults[fault].bounds;
+    let mut search = Search { case, set, fault, best: &best, along, threshold, better: None };
+    let reach = sigma.map_or(0.25 * (high - low), |sigma| QUANTILE * sigma);
+    let lower = search.side(near, low, -reach);
+    let upper = search.side(near, high, reach);
+    let sigma = sigma.filter(|_| value > low && value < high);
+    let better = search.better;
+    Some(Interval { value, sigma, lower, upper, threshold, better })
+}
+
+struct Search<'a, 'b> {
+    case: &'a Case<'b>,
+    set: Set,
+    fault: usize,
+    best: &'a Point,
+    along: DVector<f64>,
+    threshold: f64,
+    better: Option<Point>,
+}
+
+impl Search<'_, '_> {
+    /// The end between the value and `bound`, `reach` away by the quadratic form.
+    fn side(&mut self, near: &Quadratic, bound: f64, reach: f64) -> Side {
+        let value = self.best.theta[self.fault];
+        let target = self.threshold.sqrt();
+        if value == bound {
+            return Side { end: None, why: End::BoundReached, rise: 0.0 };
+        }
+        let inside = |at: f64| if reach < 0.0 { at.max(bound) } else { at.min(bound) };
+        let (mut form, mut renewed) = (None, 0);
+        // Values with the root of their rise: the last below the threshold, the first above.
+        let mut below = (value, 0.0);
+        let mut above: Option<(f64, f64)> = None;
+        let mut from = self.best.clone();
+        let mut at = inside(value + reach);
+        for _ in 0..MOST_VALUES {
+            let near = form.as_ref().unwrap_or(near);
+            let start = self.follow(near, &from, at);
+            let Some(mut point) = descend(self.case, near, self.set, &[(self.fault, at)], &start, 2) else {
+                // The model fails there: nearer, if there is a nearer one.
+                if (at - below.0).abs() < 1e-3 * reach.abs() {
+                    return Side { end: None, why: End::ModelFails, rise: below.1 * below.1 };
+                }
+                at = f64::midpoint(at, below.0);
+                continue;
+            };
+            if point.promised > STALE * self.threshold && renewed < MOST_FORMS {
+                renewed += 1;
+                if let Ok(fresh) = Quadratic::at(self.case, &point.theta)
+                    && let Some(further) = descend(self.case, &fresh, self.set, &[(self.fault, at)], &point.theta, 3)
+                {
+                    point = further;
+                    form = Some(fresh);
+                }
+            }
+            let rise = point.cost - self.best.cost;
+            if rise < -BETTER && self.better.as_ref().is_none_or(|better| point.cost < better.cost) {
+                self.better = Some(point.clone());
+                return Side { end: None, why: End::BetterOptimum, rise: 0.0 };
+            }
+            let root = rise.max(0.0).sqrt();
+            if (rise / self.threshold - 1.0).abs() < CLOSE {
+                let end = below.0 + (at - below.0) * ((target - below.1) / (root - below.1)).clamp(0.0, 2.0);
+                return Side { end: Some(inside(end)), why: End::Crossed, rise };
+            }
+            if root < target {
+                below = (at, root);
+                from = point;
+                if at == bound {
+                    return Side { end: None, why: End::BoundReached, rise };
+                }
+            } else {
+                above = Some((at, root));
+            }
+            at = match above {
+                // Between a value below and one above: on the chord, but not at its ends.
+                Some(above) => {
+                    let share = ((target - below.1) / (above.1 - below.1)).clamp(0.1, 0.9);
+                    below.0 + share * (above.0 - below.0)
+                }
+                None => {
+                    let slope = below.1 / (below.0 - value);
+                    let further = value + (target / slope).clamp(-1e300, 1e300);
+                    let most = value + 4.0 * (below.0 - value);
+                    inside(if reach < 0.0 { further.max(most) } else { further.min(most) })
+                }
+            };
+        }
+        Side { end: None, why: End::GaveUp, rise: below.1 * below.1 }
+    }
+
+    /// Everything as the quadratic form expects it with the fault held at a value.
+    fn follow(&self, near: &Quadratic, from: &Point, at: f64) -> Vec<f64> {
+        let share = (at - from.theta[self.fault]) / (self.along[self.fault] * near.scale[self.fault]);
+        (0..self.case.len()).map(|i| from.theta[i] + share * self.along[i] * near.scale[i]).collect()
+    }
+}

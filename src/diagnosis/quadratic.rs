@@ -1,0 +1,200 @@
+//! The cost of a record around one point: a quadratic form that answers for every set of faults at once.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use super::case::{Case, ROBUST, Set, members};
+use crate::fit::{Problem, long_run_variance};
+use crate::model::SimulationError;
+
+/// `2 F(theta) = sum rho(r²)` of the record alone, and its quadratic model by Gauss and Newton. Parameters are in units of
+/// their scales, so that they can be compared.
+pub struct Quadratic {
+    /// Where it was taken, SI.
+    pub theta: Vec<f64>,
+    pub misfit: Vec<f64>,
+    pub scale: Vec<f64>,
+    /// Rows of misfits, columns of all estimated parameters, per scale.
+    jacobian: DMatrix<f64>,
+    /// `J' W J` with the weights of the robust loss.
+    matrix: DMatrix<f64>,
+}
+
+/// What is left for the faults when everything uncertain follows them: a form over their deviations from healthy.
+pub struct Reduced {
+    pub matrix: DMatrix<f64>,
+    gradient: DVector<f64>,
+    /// `2 F` of the healthy rig, in the quadratic model.
+    constant: f64,
+    /// Deviations allowed, in scales.
+    room: Vec<(f64, f64)>,
+    /// Inverse variance of a fault's deviation before the record, per scale squared.
+    spread: Vec<f64>,
+}
+
+/// The best deviations of a set of faults in the quadratic model.
+pub struct Best {
+    /// `2 F` of record and prior.
+    pub cost: f64,
+    /// One per member of the set, in scales.
+    pub deviation: Vec<f64>,
+}
+
+impl Quadratic {
+    /// # Errors
+    /// The model cannot be solved at `theta`.
+    pub fn at(case: &Case<'_>, theta: &[f64]) -> Result<Self, SimulationError> {
+        let linearised = case.full.linearise(theta)?;
+        let scale = case.full.scale();
+        let mut jacobian = linearised.jacobian;
+        for (mut column, scale) in jacobian.column_iter_mut().zip(&scale) {
+            column *= *scale;
+        }
+        let misfit = linearised.misfit;
+        let mut weighted = jacobian.clone();
+        let weights: Vec<f64> = misfit.iter().map(|r| ROBUST.at(r * r).1).collect();
+        for mut column in weighted.column_iter_mut() {
+            for (value, weight) in column.iter_mut().zip(&weights) {
+                *value *= weight;
+            }
+        }
+        let matrix = jacobian.tr_mul(&weighted);
+        Ok(Self { theta: theta.to_vec(), misfit, scale, jacobian, matrix })
+    }
+
+    pub fn matrix(&self) -> &DMatrix<f64> {
+        &self.matrix
+    }
+
+    /// Half the derivative of `2 F` by the parameters in units of their scales, at other misfits, by the Jacobian from here.
+    pub fn gradient(&self, misfit: &[f64]) -> DVector<f64> {
+        let pull = DVector::from_iterator(misfit.len(), misfit.iter().map(|&r| r * ROBUST.at(r * r).1));
+        self.jacobian.tr_mul(&pull)
+    }
+
+    /// By how much colour in the misfits raises the variance of the estimate that moves along `direction` (in scales): its
+    /// long-run variance over that of white misfits; 1 or more.
+    pub fn inflation(&self, direction: &DVector<f64>, series: &[std::ops::Range<usize>]) -> f64 {
+        let influence = &self.jacobian * direction;
+        let (mut coloured, mut white) = (0.0, 0.0);
+        for range in series {
+            let score = |row: usize| {
+                let r = self.misfit[row];
+                influence[row] * r * ROBUST.at(r * r).1
+            };
+            let scores: Vec<f64> = range.clone().map(score).collect();
+            coloured += long_run_variance(&scores);
+            white += range.clone().map(|row| influence[row].powi(2)).sum::<f64>();
+        }
+        if white > 0.0 { (coloured / white).max(1.0) } else { 1.0 }
+    }
+
+    /// The form over the faults with everything uncertain left to follow.
+    pub fn reduced(&self, case: &Case<'_>) -> Reduced {
+        let count = case.faults();
+        let prior = case.healthy_prior();
+        let mut precision = prior.precision();
+        for a in 0..prior.len() {
+            for b in 0..prior.len() {
+                precision[(a, b)] *= self.scale[prior.members[a]] * self.scale[prior.members[b]];
+            }
+        }
+        // From here to the healthy rig.
+        let back = DVector::from_fn(case.len(), |index, _| (case.mean[index] - self.theta[index]) / self.scale[index]);
+        let here = self.gradient(&self.misfit);
+        let gradient = &here + &self.matrix * &back;
+        let constant = 2.0 * ROBUST.cost(&self.misfit) + 2.0 * here.dot(&back) + back.dot(&(&self.matrix * &back));
+        let known = &prior.members;
+        let inner = DMatrix::from_fn(known.len(), known.len(), |a, b| self.matrix[(known[a], known[b])]) + precision;
+        let across = DMatrix::from_fn(known.len(), count, |a, fault| self.matrix[(known[a], fault)]);
+        let own = DVector::from_fn(known.len(), |a, _| gradient[known[a]]);
+        let direct = self.matrix.view((0, 0), (count, count)).into_owned();
+        let pull = gradient.rows(0, count).into_owned();
+        let factor = Cholesky::new(inner);
+        let (matrix, gradient, constant) = match factor {
+            Some(factor) if !known.is_empty() => {
+                let (follow, drawn) = (factor.solve(&across), factor.solve(&own));
+                (direct - across.tr_mul(&follow), pull - across.tr_mul(&drawn), constant - own.dot(&drawn))
+            }
+            _ => (direct, pull, constant),
+        };
+        let faults = &case.rig().faults;
+        let in_scales = |fault: usize, value: f64| (value - case.mean[fault]) / self.scale[fault];
+        let room = (0..count).map(|i| (in_scales(i, faults[i].bounds.0), in_scales(i, faults[i].bounds.1))).collect();
+        let spread = (0..count).map(|i| 2.0 * std::f64::consts::PI * (self.scale[i] / case.range(i)).powi(2)).collect();
+        Reduced { matrix, gradient, constant, room, spread }
+    }
+}
+
+impl Reduced {
+    /// The best deviations of a set; `None` where a fault that can only go one way would have to go the other.
+    pub fn best(&self, set: Set) -> Option<Best> {
+        let all: Vec<usize> = members(set).collect();
+        let mut held: Vec<Option<f64>> = vec![None; all.len()];
+        loop {
+            let free: Vec<usize> = (0..all.len()).filter(|&k| held[k].is_none()).collect();
+            let pull = DVector::from_fn(free.len(), |k, _| {
+                let at = all[free[k]];
+                let others = (0..all.len()).filter_map(|j| Some(self.matrix[(at, all[j])] * held[j]?));
+                self.gradient[at] + others.sum::<f64>()
+            });
+            let factor = self.factor(&free.iter().map(|&k| all[k]).collect::<Vec<_>>())?;
+            let step = factor.solve(&(-&pull));
+            let mut deviation: Vec<f64> = held.iter().map(|held| held.unwrap_or(0.0)).collect();
+            for (place, &k) in free.iter().enumerate() {
+                deviation[k] = step[place];
+            }
+            let outside = free.iter().copied().find(|&k| {
+                let (low, high) = self.room[all[k]];
+                deviation[k] < low || deviation[k] > high
+            });
+            if let Some(k) = outside {
+                let (low, high) = self.room[all[k]];
+                let end = if deviation[k] < low { low } else { high };
+                if end == 0.0 {
+                    return None;
+                }
+                held[k] = Some(end);
+                continue;
+            }
+            let mut cost = self.constant;
+            for (a, &i) in all.iter().enumerate() {
+                cost += 2.0 * self.gradient[i] * deviation[a];
+                cost += all.iter().zip(&deviation).map(|(&j, d)| self.matrix[(i, j)] * d).sum::<f64>() * deviation[a];
+            }
+            return Some(Best { cost, deviation });
+        }
+    }
+
+    fn factor(&self, faults: &[usize]) -> Option<Cholesky<f64, Dyn>> {
+        // A trace of the spread keeps a direction without influence unique.
+        let inner = DMatrix::from_fn(faults.len(), faults.len(), |a, b| {
+            let trace = if a == b { 1e-6 * self.spread[faults[a]] } else { 0.0 };
+            self.matrix[(faults[a], faults[b])] + trace
+        });
+        Cholesky::new(inner)
+    }
+
+    /// Logarithm of the share of its prior volume that the record leaves a set, at most 0: Laplace's approximation with a
+    /// normal prior as high as the uniform one over the range. `colour` divides the information.
+    pub fn occam(&self, set: Set, colour: f64) -> f64 {
+        let all: Vec<usize> = members(set).collect();
+        let ratio = DMatrix::from_fn(all.len(), all.len(), |a, b| {
+            let (i, j) = (all[a], all[b]);
+            let one = if a == b { 1.0 } else { 0.0 };
+            self.matrix[(i, j)] / (colour * (self.spread[i] * self.spread[j]).sqrt()) + one
+        });
+        // Half the logarithm of the determinant is the sum of those of the factor's diagonal.
+        Cholesky::new(ratio).map_or(0.0, |factor| -factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>())
+    }
+
+    /// Standard deviation of one fault while those of `set` are present too, in scales; `None` where the record says nothing.
+    pub fn sigma(&self, set: Set, fault: usize) -> Option<f64> {
+        let all: Vec<usize> = members(set | 1 << fault).collect();
+        let place = all.iter().position(|&member| member == fault)?;
+        let mut unit = DVector::zeros(all.len());
+        unit[place] = 1.0;
+        let variance = self.factor(&all)?.solve(&unit)[place];
+        let most = 1.0 / self.spread[fault];
+        (variance > 0.0 && variance < most).then(|| variance.sqrt())
+    }
+}

@@ -1,0 +1,150 @@
+//! From an explanation to what is reported of each fault, sensor and uncertain parameter.
+
+use super::estimate::Estimate;
+use super::hypotheses::inverse;
+use super::interval::{Interval, QUANTILE, Side};
+use super::result::{ChannelReport, FaultReport, UncertainReport};
+use super::{ADEQUATE, DIGITS, PRESENT, WILD};
+use crate::fit::{End, Identifiable};
+use crate::report::number::rounded;
+
+/// Sum of squares of weighted misfits, wild ones tamed.
+pub(super) fn tame_squares(misfit: &[f64]) -> f64 {
+    misfit.iter().map(|r| r.abs().min(WILD).powi(2)).sum()
+}
+
+/// How well the model follows each sensor.
+pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], misfit: &[Vec<f64>]) -> Vec<ChannelReport> {
+    let rig = estimate.case.rig();
+    let measured = &estimate.case.full.measured;
+    rig.sensors
+        .iter()
+        .enumerate()
+        .map(|(index, sensor)| {
+            let unit = rig.sensor_unit(sensor);
+            let model = outputs.get(index).map_or(&[][..], Vec::as_slice);
+            let rows = measured[index].len().max(1) as f64;
+            let square: f64 = measured[index].iter().zip(model).map(|(y, m)| (y - m) * (y - m)).sum();
+            let chi2_reduced = tame_squares(&misfit[index]) / rows;
+            ChannelReport {
+                name: sensor.name.clone(),
+                unit: unit.symbol.clone(),
+                rmse: rounded(unit.difference_from_si((square / rows).sqrt()), DIGITS),
+                noise_sigma: rounded(unit.difference_from_si(sensor.noise), DIGITS),
+                chi2_reduced,
+                // Four standard deviations of the mean square of so few samples.
+                adequate: chi2_reduced <= ADEQUATE + 4.0 * (2.0 / rows).sqrt(),
+            }
+        })
+        .collect()
+}
+
+/// What the record says of each fault.
+pub(super) fn faults(
+    estimate: &Estimate<'_>,
+    intervals: &[Option<Interval>],
+    probabilities: &[f64],
+    biased: bool,
+) -> Vec<FaultReport> {
+    let rig = estimate.case.rig();
+    rig.faults
+        .iter()
+        .enumerate()
+        .map(|(i, fault)| {
+            let parameter = &rig.parameters[fault.parameter];
+            let shown = |si: f64| rounded(parameter.unit.from_si(si), DIGITS);
+            let interval = intervals[i].as_ref();
+            let ends = interval.map_or([None, None], ends);
+            FaultReport {
+                id: parameter.id.clone(),
+                meaning: parameter.meaning.clone(),
+                value: shown(interval.map_or(estimate.isolation.best.theta[i], |interval| interval.value)),
+                unit: parameter.unit.symbol.clone(),
+                healthy: shown(fault.healthy),
+                ci95: ends.map(|end| end.map(shown)),
+                // What the record does not bound away from its healthy value is not called a fault, however a set scores.
+                present: probabilities[i] >= PRESENT && !holds(ends, fault.healthy),
+                probability: probabilities[i],
+                identifiable: match ends {
+                    [Some(_), Some(_)] => Identifiable::Bounded,
+                    [Some(_), None] => Identifiable::LowerBoundOnly,
+                    [None, Some(_)] => Identifiable::UpperBoundOnly,
+                    [None, None] => Identifiable::Unidentifiable,
+                },
+                remark: interval.and_then(|interval| remark(interval, fault, shown, &parameter.unit.symbol)),
+                biased,
+            }
+        })
+        .collect()
+}
+
+/// The ends of an interval, SI; where the search for one did not settle, the standard error stands in for it, since an open
+/// end says that the record does not bound the value.
+fn ends(interval: &Interval) -> [Option<f64>; 2] {
+    let stand_in = |side: &Side, sign: f64| match (side.end, side.why, interval.sigma) {
+        (None, End::GaveUp | End::BetterOptimum | End::ModelFails, Some(sigma)) => {
+            Some(interval.value + sign * QUANTILE * sigma)
+        }
+        (end, _, _) => end,
+    };
+    [stand_in(&interval.lower, -1.0), stand_in(&interval.upper, 1.0)]
+}
+
+/// Whether an interval (SI, open ends unbounded) holds a value.
+fn holds(ends: [Option<f64>; 2], value: f64) -> bool {
+    ends[0].is_none_or(|low| low <= value) && ends[1].is_none_or(|high| value <= high)
+}
+
+/// Why an end of an interval is open.
+fn remark(interval: &Interval, fault: &crate::rig::Fault, shown: impl Fn(f64) -> f64, unit: &str) -> Option<String> {
+    let one = |end: &Side, bound: f64, side: &str| match end.why {
+        End::Crossed => None,
+        End::BoundReached if interval.value == bound => {
+            Some(format!("the {side} end of the search, {} {unit}, fits best", shown(bound)))
+        }
+        End::BoundReached => Some(format!(
+            "going to the {side} end of the search, {} {unit}, worsens the fit by {:.1} in chi-square, less than the {:.1} \
+             that would bound it",
+            shown(bound),
+            end.rise,
+            interval.threshold
+        )),
+        End::ModelFails => {
+            Some(format!("the model cannot be solved towards the {side} end; it is taken from the standard error"))
+        }
+        End::BetterOptimum | End::GaveUp => {
+            Some(format!("the search for the {side} end did not settle; it is taken from the standard error"))
+        }
+    };
+    let remarks: Vec<String> =
+        [one(&interval.lower, fault.bounds.0, "lower"), one(&interval.upper, fault.bounds.1, "upper")]
+            .into_iter()
+            .flatten()
+            .collect();
+    (!remarks.is_empty()).then(|| remarks.join("; "))
+}
+
+/// What the record says of parameters that are no faults but were estimated along.
+pub(super) fn uncertain(estimate: &Estimate<'_>) -> Vec<UncertainReport> {
+    let (case, isolation) = (&estimate.case, &estimate.isolation);
+    let rig = case.rig();
+    let prior = case.healthy_prior();
+    let inverse = inverse(case, &isolation.quadratic, isolation.set());
+    (case.faults()..case.len())
+        .filter_map(|index| {
+            let parameter = &rig.parameters[case.full.estimated[index].parameter];
+            let (mean, sigma) = prior.of(index)?;
+            let unit = &parameter.unit;
+            let variance = inverse.as_ref().map(|inverse| inverse[(index, index)]);
+            let after = variance.map(|variance| variance.sqrt() * isolation.quadratic.scale[index]);
+            Some(UncertainReport {
+                id: parameter.id.clone(),
+                value: rounded(unit.from_si(isolation.best.theta[index]), DIGITS),
+                unit: unit.symbol.clone(),
+                nominal: rounded(unit.from_si(mean), DIGITS),
+                sigma_before: rounded(unit.difference_from_si(sigma), DIGITS),
+                sigma_after: after.map(|si| rounded(unit.difference_from_si(si), DIGITS)),
+            })
+        })
+        .collect()
+}
