@@ -65,8 +65,17 @@ impl<'a> Case<'a> {
         self.rig().faults.len()
     }
 
+    /// Whether a fault is an offset or a gain of a sensor: readings follow those exactly in a straight line.
+    pub fn is_of_sensor(&self, fault: usize) -> bool {
+        let parameter = self.rig().faults[fault].parameter;
+        self.rig()
+            .sensors
+            .iter()
+            .any(|sensor| (sensor.first_parameter..sensor.first_parameter + 2).contains(&parameter))
+    }
+
     /// Number of estimated parameters.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.mean.len()
     }
 
@@ -91,6 +100,11 @@ impl<'a> Case<'a> {
         self.prior(0)
     }
 
+    /// `2 F` of record and prior while the faults of `set` are present, from the misfits of the record at `theta`.
+    pub fn cost(&self, set: Set, misfit: &[f64], theta: &[f64]) -> f64 {
+        2.0 * ROBUST.cost(misfit) + self.prior(set).misfit(theta).norm_squared()
+    }
+
     /// Width of the range in which a fault is searched, SI.
     pub fn range(&self, fault: usize) -> f64 {
         let (low, high) = self.rig().faults[fault].bounds;
@@ -99,7 +113,7 @@ impl<'a> Case<'a> {
 
     /// The problem with only the faults of `set` free (and what is uncertain), and the places of its parameters among all.
     pub fn problem(&self, set: Set) -> (RecordProblem<'a>, Vec<usize>) {
-        let places: Vec<usize> = (0..self.len()).filter(|&index| !self.is_held(set, index)).collect();
+        let places: Vec<usize> = (0..self.count()).filter(|&index| !self.is_held(set, index)).collect();
         let mut prior = self.prior(set);
         for member in &mut prior.members {
             // Members are uncertain, so never held.

@@ -40,7 +40,7 @@ pub fn descend(
 ) -> Option<Point> {
     let prior = case.prior(set);
     let fixed = |index: usize| case.is_held(set, index) || held.iter().any(|(other, _)| *other == index);
-    let free: Vec<usize> = (0..case.len()).filter(|&index| !fixed(index)).collect();
+    let free: Vec<usize> = (0..case.count()).filter(|&index| !fixed(index)).collect();
     let mut theta = start.to_vec();
     for (index, value) in theta.iter_mut().enumerate() {
         let (low, high) = case.full.bounds()[index];
@@ -50,13 +50,13 @@ pub fn descend(
         theta[index] = value;
     }
     let precision = prior.precision();
-    let mut full = DMatrix::zeros(case.len(), case.len());
+    let mut full = DMatrix::zeros(case.count(), case.count());
     for (a, &i) in prior.members.iter().enumerate() {
         for (b, &j) in prior.members.iter().enumerate() {
             full[(i, j)] = precision[(a, b)] * near.scale[i] * near.scale[j];
         }
     }
-    let away = |theta: &[f64]| DVector::from_fn(case.len(), |i, _| (theta[i] - case.mean[i]) / near.scale[i]);
+    let away = |theta: &[f64]| DVector::from_fn(case.count(), |i, _| (theta[i] - case.mean[i]) / near.scale[i]);
     let total = |misfit: &[f64], theta: &[f64]| {
         let away = away(theta);
         2.0 * ROBUST.cost(misfit) + away.dot(&(&full * &away))

@@ -1,20 +1,20 @@
 //! From a record to its explanation: weights, starts, isolation, until nothing moves any more.
 
 use super::case::{Case, members};
-use super::hypotheses::{Isolation, isolate};
+use super::hypotheses::{Isolation, MOST_ROUNDS, isolate};
 use super::noise::{self, Weights};
 use super::prior::Gaussian;
 use super::problem::{Estimated, RecordProblem};
 use crate::complaint::{Complaint, Kind, Place};
-use crate::fit::{self, FitError, Loss, Starts, Tolerances};
+use crate::fit::{self, FitError, Loss, Problem, Starts, Tolerances};
 use crate::model::{Drive, Model, SimulationError, Tolerance};
 use crate::record::Record;
 use crate::rig::{InitialPressure, NodeKind, Quantity, Target};
 
 /// Width of the loss while the faults are still far off: large misfits keep pulling, but not with their square.
-const FAR: f64 = 10.0;
-/// Points of the fault box that are simulated before any is fitted from, per fault.
-const SAMPLED_PER_FAULT: usize = 10;
+const FAR: Loss = Loss::SoftL1 { k: 10.0 };
+/// Shares of the way to a bound at which single faults and pairs of them are simulated before any is fitted.
+const LEVELS: [f64; 3] = [0.2, 0.5, 0.75];
 /// How many of them are fitted from.
 const FITTED: usize = 3;
 /// Share to which the pressures at the start are known.
@@ -27,7 +27,9 @@ const NEIGHBOURHOOD: f64 = 1e-3;
 const FIRST_ITERATIONS: u64 = 25;
 /// Most rounds of isolation and renewed weights. Weights hang on the fit only through when things happen, so two are
 /// enough unless the start was far.
-const MOST_ROUNDS: usize = 4;
+const MOST_RENEWALS: usize = 4;
+/// Rounds of isolation from the healthy rig: what it takes where the faults are small or those of sensors.
+const FROM_HEALTHY: u64 = 3;
 /// Standard errors by which no fault moves any more when the rounds end.
 const SETTLED: f64 = 0.3;
 
@@ -78,15 +80,17 @@ pub fn estimate<'a>(
     let rough = Weights::new(rig, &phases, &variance, &[]);
     let mut case = Case::new(model, record, drive, data, rough.clone());
     let start = guess.map_or_else(|| case.mean.clone(), <[f64]>::to_vec);
-    let mut best = settle(&mut case, &start);
+    let mut best = settle(&mut case, &start, FROM_HEALTHY);
     let samples = (case.full.times.len() * case.full.measured.len()) as f64;
     let missed =
         |found: &Found| found.as_ref().map_or(true, |(isolation, _)| isolation.best.cost > 2.0 * POOR * samples);
+        eprintln!("missed {} solves {}", missed(&best), case.full.solves());
+    }
     if guess.is_none() && missed(&best) {
         case.full.weights = rough.clone();
         for theta in neighbourhoods(&case, seed).map_err(failed)? {
             case.full.weights = rough.clone();
-            let other = settle(&mut case, &theta);
+            let other = settle(&mut case, &theta, MOST_ROUNDS);
             let cost = |found: &Found| found.as_ref().map_or(f64::INFINITY, |(isolation, _)| isolation.best.cost);
             if cost(&other) < cost(&best) {
                 best = other;
@@ -106,12 +110,12 @@ type Found = Result<(Isolation, Weights), SimulationError>;
 
 /// Explains the record from a guess; renews the weights where the explanation puts the events, and the explanation with
 /// them, until no fault moves.
-fn settle(case: &mut Case<'_>, guess: &[f64]) -> Found {
-    let mut isolation = isolate(case, guess)?;
-    for _ in 0..MOST_ROUNDS {
+fn settle(case: &mut Case<'_>, guess: &[f64], most_rounds: u64) -> Found {
+    let mut isolation = isolate(case, guess, 0, most_rounds, false)?;
+    for _ in 0..MOST_RENEWALS {
         case.full.weights = weights(&case.full, case.record, &isolation.best.theta)?;
         let before = isolation;
-        isolation = isolate(case, &before.best.theta)?;
+        isolation = isolate(case, &before.best.theta, before.set(), most_rounds, true)?;
         let still = |fault: usize| {
             let sigma = isolation.reduced.sigma(isolation.set(), fault);
             let sigma = sigma.map_or(case.range(fault), |sigma| sigma * isolation.quadratic.scale[fault]);
@@ -126,14 +130,7 @@ fn settle(case: &mut Case<'_>, guess: &[f64]) -> Found {
 
 /// Places to start from that the faults of components alone explain best.
 fn neighbourhoods(case: &Case<'_>, seed: u64) -> Result<Vec<Vec<f64>>, FitError> {
-    let rig = case.rig();
-    let of_component: Vec<usize> = (0..case.faults())
-        .filter(|&fault| {
-            !rig.sensors.iter().any(|sensor| {
-                (sensor.first_parameter..sensor.first_parameter + 2).contains(&rig.faults[fault].parameter)
-            })
-        })
-        .collect();
+    let of_component: Vec<usize> = (0..case.faults()).filter(|&fault| !case.is_of_sensor(fault)).collect();
     let mut coarse_model = case.full.model.clone();
     coarse_model.tolerance = Tolerance::COARSE;
     let estimated: Vec<Estimated> = of_component.iter().map(|&fault| case.full.estimated[fault].clone()).collect();
@@ -149,13 +146,15 @@ fn neighbourhoods(case: &Case<'_>, seed: u64) -> Result<Vec<Vec<f64>>, FitError>
     );
     coarse.base.clone_from(&full.base);
     let tolerances = Tolerances { function: NEIGHBOURHOOD, max_iterations: FIRST_ITERATIONS, ..Tolerances::default() };
-    let starts = Starts {
-        given: vec![of_component.iter().map(|&fault| case.mean[fault]).collect()],
-        sampled: SAMPLED_PER_FAULT * of_component.len(),
-        fitted: FITTED,
-        seed,
-    };
-    let found = fit::multi_start(&coarse, &starts, Loss::SoftL1 { k: FAR }, tolerances)?;
+    let healthy: Vec<f64> = of_component.iter().map(|&fault| case.mean[fault]).collect();
+    let mut screened: Vec<(f64, Vec<f64>)> = sparse(&healthy, coarse.bounds())
+        .into_iter()
+        .filter_map(|theta| Some((FAR.cost(&coarse.misfit(&theta).ok()?), theta)))
+        .collect();
+    screened.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let given = screened.into_iter().take(FITTED).map(|(_, theta)| theta).collect();
+    let starts = Starts { given, sampled: 0, fitted: 0, seed };
+    let found = fit::multi_start(&coarse, &starts, FAR, tolerances)?;
     Ok(found
         .optima
         .iter()
@@ -167,6 +166,30 @@ fn neighbourhoods(case: &Case<'_>, seed: u64) -> Result<Vec<Vec<f64>>, FitError>
             theta
         })
         .collect())
+}
+
+/// Few faults at a time, each at a few levels towards each of its bounds: healthy, singles and pairs.
+fn sparse(healthy: &[f64], bounds: &[(f64, f64)]) -> Vec<Vec<f64>> {
+    let levels = |i: usize| {
+        let ends = [bounds[i].0, bounds[i].1].into_iter().filter(move |&end| end != healthy[i]);
+        ends.flat_map(move |end| LEVELS.map(|share| healthy[i] + share * (end - healthy[i])))
+    };
+    let mut points = vec![healthy.to_vec()];
+    for a in 0..healthy.len() {
+        for at in levels(a) {
+            let mut single = healthy.to_vec();
+            single[a] = at;
+            for b in 0..a {
+                for at in levels(b) {
+                    let mut pair = single.clone();
+                    pair[b] = at;
+                    points.push(pair);
+                }
+            }
+            points.push(single);
+        }
+    }
+    points
 }
 
 /// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.

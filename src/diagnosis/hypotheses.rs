@@ -13,6 +13,7 @@ use serde::Serialize;
 use super::case::{Case, Set, has, members};
 use super::descend::{Point, descend};
 use super::quadratic::{Quadratic, Reduced};
+use crate::fit::Problem;
 use crate::model::SimulationError;
 
 /// Number of faults expected in a record before it is seen.
@@ -24,7 +25,7 @@ const IN_QUESTION: f64 = 8.0;
 /// Most sets that are fitted in each round.
 const MOST_FITS: usize = 12;
 /// Most rounds.
-const MOST_ROUNDS: usize = 12;
+pub const MOST_ROUNDS: u64 = 12;
 /// Steps of each fit in a round.
 const STEPS: usize = 3;
 /// A winner that promises no more than this decrease of the cost stays.
@@ -78,7 +79,7 @@ impl fmt::Display for Stopped {
                 f,
                 "no other set of faults is more probable, and no step of this one lowers chi-square by more than {SETTLED}"
             ),
-            Self::Rounds => write!(f, "{MOST_ROUNDS} rounds of isolation did not settle"),
+            Self::Rounds => f.write_str("the rounds of isolation did not settle"),
             Self::Unsolvable => f.write_str("no set of faults can be simulated"),
         }
     }
@@ -124,52 +125,60 @@ pub fn prior(faults: usize) -> f64 {
     EXPECTED / faults.max(3) as f64
 }
 
-/// Finds the sets of faults that explain the record, from a first guess of all estimated parameters.
+/// Logarithm of its odds.
+fn prior_odds(faults: usize) -> f64 {
+    let each = prior(faults);
+    (each / (1.0 - each)).ln()
+}
+
+/// Finds the sets of faults that explain the record, from a first guess of all estimated parameters and of the set;
+/// `thorough` tries also what the quadratic form cannot see.
 ///
 /// # Errors
 /// The model cannot be solved at the guess.
-pub fn isolate(case: &Case<'_>, guess: &[f64]) -> Result<Isolation, SimulationError> {
+pub fn isolate(
+    case: &Case<'_>,
+    guess: &[f64],
+    mut centre: Set,
+    most_rounds: u64,
+    thorough: bool,
+) -> Result<Isolation, SimulationError> {
     let mut quadratic = Quadratic::at(case, guess)?;
-    let mut best: Option<(Set, Point)> = None;
-    let mut inflation = vec![1.0; case.faults()];
     let mut rounds = 0;
     loop {
         rounds += 1;
         let reduced = quadratic.reduced(case);
-        if let Some((set, _)) = &best {
-            inflation = inflations(case, &quadratic, *set);
-        }
-        let centre = best.as_ref().map_or(0, |(set, _)| *set);
+        let inflation = inflations(case, &quadratic, centre);
         let weighed = weigh(case, &quadratic, &reduced, centre, &inflation);
-        let Some(winner) = weighed.iter().find(|set| set.point.is_some()) else {
+        let Some((set, best)) = weighed.iter().find_map(|set| Some((set.set, set.point.clone()?))) else {
             // Nothing could be solved: the guess is all there is.
-            let point = descend(case, &quadratic, centre, &[], &quadratic.theta, 0);
-            let best = point.ok_or_else(|| SimulationError::Explicit {
-                t: 0.0,
-                reason: "no set of faults can be simulated".to_owned(),
-            })?;
+            let unsolvable =
+                || SimulationError::Explicit { t: 0.0, reason: "no set of faults can be simulated".to_owned() };
+            let best = descend(case, &quadratic, centre, &[], &quadratic.theta, 0).ok_or_else(unsolvable)?;
             let stopped = Stopped::Unsolvable;
             return Ok(Isolation { weighed, best, quadratic, reduced, inflation, rounds, stopped });
         };
-        let (set, point) = (winner.set, winner.point.clone().unwrap_or_else(|| unreachable!("it was asked for")));
-        let same = best.as_ref().is_some_and(|(before, at)| *before == set && at.cost - point.cost < SETTLED);
-        let stays = same && point.promised < SETTLED;
-        let moved = quadratic.theta != point.theta;
-        if stays || rounds as usize == MOST_ROUNDS {
+        let gained = case.cost(set, &quadratic.misfit, &quadratic.theta) - best.cost;
+        let stays = set == centre && gained < SETTLED && best.promised < SETTLED;
+        let unseen = if stays && thorough && rounds < most_rounds {
+            // What the form cannot see from here may explain the record better.
+            probe(case, &quadratic, &reduced, set, &best, &inflation)
+        } else {
+            None
+        };
+        if unseen.is_none() && (stays || rounds >= most_rounds) {
             let stopped = if stays { Stopped::Settled } else { Stopped::Rounds };
-            return Ok(Isolation { weighed, best: point, quadratic, reduced, inflation, rounds, stopped });
+            return Ok(Isolation { weighed, best, quadratic, reduced, inflation, rounds, stopped });
         }
-        if moved {
-            quadratic = Quadratic::at(case, &point.theta)?;
-        }
-        best = Some((set, point));
+        let (set, best) = unseen.unwrap_or((set, best));
+        quadratic = Quadratic::at(case, &best.theta)?;
+        centre = set;
     }
 }
 
 /// Weighs all candidates in the quadratic form and fits the best of them.
 fn weigh(case: &Case<'_>, quadratic: &Quadratic, reduced: &Reduced, centre: Set, inflation: &[f64]) -> Vec<Weighed> {
-    let each = prior(case.faults());
-    let odds = (each / (1.0 - each)).ln();
+    let odds = prior_odds(case.faults());
     let priced = |set: Set| reduced.occam(set, colour(set, 0, inflation)) + odds * f64::from(set.count_ones());
     let reference = reduced.best(centre).map_or(0.0, |best| best.cost);
     let score =
@@ -191,9 +200,7 @@ fn weigh(case: &Case<'_>, quadratic: &Quadratic, reduced: &Reduced, centre: Set,
         }
         fitted += 1;
         let mut start = quadratic.theta.clone();
-        for fault in 0..case.faults() {
-            start[fault] = case.mean[fault];
-        }
+        start[..case.faults()].copy_from_slice(&case.mean[..case.faults()]);
         for (fault, deviation) in members(set.set).zip(deviation.iter()) {
             start[fault] += deviation * quadratic.scale[fault];
         }
@@ -210,6 +217,48 @@ fn weigh(case: &Case<'_>, quadratic: &Quadratic, reduced: &Reduced, centre: Set,
     }
     weighed.sort_by(|a, b| b.score.total_cmp(&a.score));
     weighed
+}
+
+/// Shares of the way to a bound at which a fault is tried that the form may not see: a clearance leaks with its cube.
+const PROBES: [f64; 2] = [0.08, 0.35];
+/// A change of the misfits that the form misses by more than this share, squared, is one that it does not see.
+const UNSEEN: f64 = 0.1;
+
+/// A better set than `set`, with one fault more, that the quadratic form at `point` does not promise.
+fn probe(
+    case: &Case<'_>,
+    quadratic: &Quadratic,
+    reduced: &Reduced,
+    set: Set,
+    point: &Point,
+    inflation: &[f64],
+) -> Option<(Set, Point)> {
+    let odds = prior_odds(case.faults());
+    let mut best: Option<(f64, Set, Point)> = None;
+    for fault in (0..case.faults()).filter(|&fault| !has(set, fault) && !case.is_of_sensor(fault)) {
+        let (low, high) = case.rig().faults[fault].bounds;
+        for (bound, share) in [low, high].into_iter().flat_map(|bound| PROBES.map(|share| (bound, share))) {
+            let at = case.mean[fault] + share * (bound - case.mean[fault]);
+            if at == case.mean[fault] {
+                continue;
+            }
+            let mut theta = point.theta.clone();
+            theta[fault] = at;
+            let Ok(misfit) = case.full.misfit(&theta) else { continue };
+            if quadratic.foresees(fault, at - point.theta[fault], &point.misfit, &misfit, UNSEEN) {
+                continue;
+            }
+            let more = set | 1 << fault;
+            let Some(near) = descend(case, quadratic, more, &[(fault, at)], &theta, 1) else { continue };
+            // The best value along the way is not known yet, so what the fault costs is taken at its cheapest.
+            let gain = 0.5 * (point.cost - near.cost + near.promised) / inflation[fault] + odds;
+            let price = reduced.occam(1 << fault, 1.0).min(0.0);
+            if gain + price.max(-3.0) > 0.0 && best.as_ref().is_none_or(|(before, ..)| gain > *before) {
+                best = Some((gain, more, near));
+            }
+        }
+    }
+    best.map(|(_, set, point)| (set, point))
 }
 
 /// Colour that counts when two sets are compared: the most of any fault in which they differ; of a set alone, of its own.
@@ -233,7 +282,7 @@ pub(super) fn direction(case: &Case<'_>, quadratic: &Quadratic, set: Set, fault:
     let mut unit = DVector::zeros(free.len());
     unit[free.iter().position(|&index| index == fault)?] = 1.0;
     let solved = nalgebra::Cholesky::new(inner)?.solve(&unit);
-    let mut direction = DVector::zeros(case.len());
+    let mut direction = DVector::zeros(case.count());
     for (a, &index) in free.iter().enumerate() {
         direction[index] = solved[a];
     }
@@ -244,7 +293,7 @@ pub(super) fn direction(case: &Case<'_>, quadratic: &Quadratic, set: Set, fault:
 pub(super) fn inverse(case: &Case<'_>, quadratic: &Quadratic, set: Set) -> Option<nalgebra::DMatrix<f64>> {
     let (inner, free) = information(case, quadratic, set);
     let solved = nalgebra::Cholesky::new(inner)?.inverse();
-    let mut inverse = nalgebra::DMatrix::zeros(case.len(), case.len());
+    let mut inverse = nalgebra::DMatrix::zeros(case.count(), case.count());
     for (a, &i) in free.iter().enumerate() {
         for (b, &j) in free.iter().enumerate() {
             inverse[(i, j)] = solved[(a, b)];
@@ -256,7 +305,7 @@ pub(super) fn inverse(case: &Case<'_>, quadratic: &Quadratic, set: Set) -> Optio
 /// What record and prior say while the faults of `set` are present, per scales, and which parameters are free then.
 fn information(case: &Case<'_>, quadratic: &Quadratic, set: Set) -> (nalgebra::DMatrix<f64>, Vec<usize>) {
     let prior = case.prior(set);
-    let free: Vec<usize> = (0..case.len()).filter(|&index| !case.is_held(set, index)).collect();
+    let free: Vec<usize> = (0..case.count()).filter(|&index| !case.is_held(set, index)).collect();
     let precision = prior.precision();
     let mut inner = nalgebra::DMatrix::from_fn(free.len(), free.len(), |a, b| quadratic.matrix()[(free[a], free[b])]);
     let place = |index: usize| free.iter().position(|&other| other == index);

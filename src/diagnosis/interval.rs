@@ -57,6 +57,9 @@ pub struct Interval {
 pub fn interval(case: &Case<'_>, isolation: &Isolation, set: Set, fault: usize) -> Option<Interval> {
     let set = set | 1 << fault;
     let near = &isolation.quadratic;
+    if case.is_of_sensor(fault) {
+        return straight(case, isolation, set, fault);
+    }
     let best = descend(case, near, set, &[], &isolation.best.theta, 4)?;
     let along = direction(case, near, set, fault)?;
     let colour = near.inflation(&along, &case.full.series());
@@ -71,6 +74,36 @@ pub fn interval(case: &Case<'_>, isolation: &Isolation, set: Set, fault: usize) 
     let sigma = sigma.filter(|_| value > low && value < high);
     let better = search.better;
     Some(Interval { value, sigma, lower, upper, threshold, better })
+}
+
+/// The interval of an offset or a gain: readings follow it in a straight line, so the quadratic form is the profile.
+fn straight(case: &Case<'_>, isolation: &Isolation, set: Set, fault: usize) -> Option<Interval> {
+    let (near, best) = (&isolation.quadratic, &isolation.best);
+    let along = direction(case, near, set, fault)?;
+    let colour = near.inflation(&along, &case.full.series());
+    let sigma = (along[fault] * colour).sqrt() * near.scale[fault];
+    // One step along the form from the best of all sets: where this fault is not in it, it stands at its healthy value.
+    let slope = near.gradient(&best.misfit);
+    let prior = case.prior(set);
+    let mut pull = slope;
+    let away = prior.members.iter().zip(&prior.mean).map(|(&member, mean)| best.theta[member] - mean);
+    let pulled = prior.precision() * DVector::from_iterator(prior.len(), away);
+    for (place, &member) in prior.members.iter().enumerate() {
+        pull[member] += pulled[place] * near.scale[member];
+    }
+    let step = -along.dot(&pull) * near.scale[fault];
+    let (low, high) = case.rig().faults[fault].bounds;
+    let value = (best.theta[fault] + step).clamp(low, high);
+    let side = |end: f64, bound: f64| {
+        if (low..=high).contains(&end) {
+            Side { end: Some(end), why: End::Crossed, rise: RISE * colour }
+        } else {
+            Side { end: None, why: End::BoundReached, rise: ((bound - value) / sigma).powi(2) * colour }
+        }
+    };
+    let (lower, upper) = (side(value - QUANTILE * sigma, low), side(value + QUANTILE * sigma, high));
+    let known = sigma.is_finite() && sigma < high - low;
+    Some(Interval { value, sigma: known.then_some(sigma), lower, upper, threshold: RISE * colour, better: None })
 }
 
 struct Search<'a, 'b> {
@@ -157,6 +190,6 @@ impl Search<'_, '_> {
     /// Everything as the quadratic form expects it with the fault held at a value.
     fn follow(&self, near: &Quadratic, from: &Point, at: f64) -> Vec<f64> {
         let share = (at - from.theta[self.fault]) / (self.along[self.fault] * near.scale[self.fault]);
-        (0..self.case.len()).map(|i| from.theta[i] + share * self.along[i] * near.scale[i]).collect()
+        (0..self.case.count()).map(|i| from.theta[i] + share * self.along[i] * near.scale[i]).collect()
     }
 }

@@ -90,6 +90,8 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
             _ => break intervals,
         }
     };
+        eprintln!("intervals done, solves {}", estimate.case.full.solves());
+    }
     let (case, isolation) = (&estimate.case, &estimate.isolation);
     let outputs = model
         .simulate(&case.full.parameters(&isolation.best.theta), &drive, &record.time)

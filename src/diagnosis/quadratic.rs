@@ -71,6 +71,19 @@ impl Quadratic {
         self.jacobian.tr_mul(&pull)
     }
 
+    /// Whether the Jacobian foresees what moving one parameter by `step` (SI) does to the misfits, up to a share of the
+    /// squared change.
+    pub fn foresees(&self, parameter: usize, step: f64, before: &[f64], after: &[f64], share: f64) -> bool {
+        let column = self.jacobian.column(parameter);
+        let (mut missed, mut change) = (0.0, 0.0);
+        for ((slope, before), after) in column.iter().zip(before).zip(after) {
+            let moved = after - before;
+            missed += (moved - slope * step / self.scale[parameter]).powi(2);
+            change += moved * moved;
+        }
+        missed <= share * change
+    }
+
     /// By how much colour in the misfits raises the variance of the estimate that moves along `direction` (in scales): its
     /// long-run variance over that of white misfits; 1 or more.
     pub fn inflation(&self, direction: &DVector<f64>, series: &[std::ops::Range<usize>]) -> f64 {
@@ -99,7 +112,8 @@ impl Quadratic {
             }
         }
         // From here to the healthy rig.
-        let back = DVector::from_fn(case.len(), |index, _| (case.mean[index] - self.theta[index]) / self.scale[index]);
+        let back =
+            DVector::from_fn(case.count(), |index, _| (case.mean[index] - self.theta[index]) / self.scale[index]);
         let here = self.gradient(&self.misfit);
         let gradient = &here + &self.matrix * &back;
         let constant = 2.0 * ROBUST.cost(&self.misfit) + 2.0 * here.dot(&back) + back.dot(&(&self.matrix * &back));

@@ -130,7 +130,7 @@ pub(super) fn uncertain(estimate: &Estimate<'_>) -> Vec<UncertainReport> {
     let rig = case.rig();
     let prior = case.healthy_prior();
     let inverse = inverse(case, &isolation.quadratic, isolation.set());
-    (case.faults()..case.len())
+    (case.faults()..case.count())
         .filter_map(|index| {
             let parameter = &rig.parameters[case.full.estimated[index].parameter];
             let (mean, sigma) = prior.of(index)?;
