@@ -84,8 +84,6 @@ pub fn estimate<'a>(
     let samples = (case.full.times.len() * case.full.measured.len()) as f64;
     let missed =
         |found: &Found| found.as_ref().map_or(true, |(isolation, _)| isolation.best.cost > 2.0 * POOR * samples);
-        eprintln!("missed {} solves {}", missed(&best), case.full.solves());
-    }
     if guess.is_none() && missed(&best) {
         case.full.weights = rough.clone();
         for theta in neighbourhoods(&case, seed).map_err(failed)? {
@@ -193,7 +191,7 @@ fn sparse(healthy: &[f64], bounds: &[(f64, f64)]) -> Vec<Vec<f64>> {
 }
 
 /// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.
-fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Weights, SimulationError> {
+pub(crate) fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Weights, SimulationError> {
     let model = problem.model;
     let rig = &model.rig;
     let constants: Vec<usize> = rig

@@ -126,7 +126,7 @@ pub fn prior(faults: usize) -> f64 {
 }
 
 /// Logarithm of its odds.
-fn prior_odds(faults: usize) -> f64 {
+pub(super) fn prior_odds(faults: usize) -> f64 {
     let each = prior(faults);
     (each / (1.0 - each)).ln()
 }
@@ -322,7 +322,7 @@ fn information(case: &Case<'_>, quadratic: &Quadratic, set: Set) -> (nalgebra::D
 }
 
 /// Sets to be weighed: those of up to three faults, and those within two exchanges of the best one.
-fn candidates(faults: usize, centre: Set) -> Vec<Set> {
+pub(super) fn candidates(faults: usize, centre: Set) -> Vec<Set> {
     let mut sets = vec![0, centre];
     for a in 0..faults {
         for b in 0..=a {

@@ -7,6 +7,7 @@
 pub mod case;
 pub mod descend;
 pub mod estimate;
+pub mod expected;
 pub mod hypotheses;
 pub mod interval;
 pub mod noise;
@@ -90,8 +91,6 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
             _ => break intervals,
         }
     };
-        eprintln!("intervals done, solves {}", estimate.case.full.solves());
-    }
     let (case, isolation) = (&estimate.case, &estimate.isolation);
     let outputs = model
         .simulate(&case.full.parameters(&isolation.best.theta), &drive, &record.time)

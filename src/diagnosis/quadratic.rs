@@ -201,6 +201,14 @@ impl Reduced {
         Cholesky::new(ratio).map_or(0.0, |factor| -factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>())
     }
 
+    /// Independent combinations of faults of which the record says more than their ranges do.
+    pub fn rank(&self) -> usize {
+        let ratio = DMatrix::from_fn(self.spread.len(), self.spread.len(), |i, j| {
+            self.matrix[(i, j)] / (self.spread[i] * self.spread[j]).sqrt()
+        });
+        ratio.symmetric_eigenvalues().iter().filter(|information| **information > 1.0).count()
+    }
+
     /// Standard deviation of one fault while those of `set` are present too, in scales; `None` where the record says nothing.
     pub fn sigma(&self, set: Set, fault: usize) -> Option<f64> {
         let all: Vec<usize> = members(set | 1 << fault).collect();

@@ -1,0 +1,108 @@
+//! What a record would say about faults before it is taken: expected widths, rank, and the set most easily mistaken for the
+//! true one.
+//!
+//! The quadratic form of a record without noise, taken at the faults themselves, weighs every other set of faults as
+//! [`super::hypotheses`] does. Under noise the logarithm of the ratio of two likelihoods is normal with the variance of
+//! twice its mean, so what a set is expected to win by tells how often it wins.
+
+use super::case::{Case, Set, has, members};
+use super::estimate::weights;
+use super::hypotheses::{candidates, prior_odds};
+use super::noise::{self, Weights};
+use super::quadratic::{Quadratic, Reduced};
+use crate::model::{Drive, Model, SimulationError};
+use crate::record::Record;
+
+/// What a record would say at one operating point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Expected {
+    /// Standard error of each fault of the rig with the given ones present too, SI; `None` where the record would say nothing.
+    pub sigma: Vec<Option<f64>>,
+    /// Independent combinations of faults of which the record would say more than their ranges do.
+    pub rank: usize,
+    /// Of each given fault, in the order given: whether every set without it would lose.
+    pub identifiable: Vec<bool>,
+    /// The set most easily mistaken for the given one (indices of faults); `None` where there is no other.
+    pub rival: Option<Rival>,
+}
+
+/// A set of faults that may be mistaken for the true one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rival {
+    /// Indices among the rig's faults.
+    pub faults: Vec<usize>,
+    /// By how much the true set is expected to win, natural logarithm of the ratio of probabilities.
+    pub nats: f64,
+    /// Probability that noise turns the order, one-sided normal.
+    pub mistaken: f64,
+}
+
+/// A set is called identifiable if noise turns the order against each rival in fewer than one record of this many.
+const ONE_IN: f64 = 100.0;
+
+/// What a record driven by `drive` at the rows of `record` would say if each `(fault, value)` (index among the rig's
+/// faults, SI) were present. Of `record` only times and inputs are used.
+///
+/// # Errors
+/// The model cannot be solved with these faults.
+pub fn expected(
+    model: &Model,
+    record: &Record,
+    drive: &Drive,
+    faults: &[(usize, f64)],
+) -> Result<Expected, SimulationError> {
+    let rig = &model.rig;
+    let mut parameters = rig.nominal();
+    for fault in &rig.faults {
+        parameters[fault.parameter] = fault.healthy;
+    }
+    for &(fault, value) in faults {
+        parameters[rig.faults[fault].parameter] = value;
+    }
+    let outputs = model.simulate(&parameters, drive, &record.time)?.values;
+    let data: Vec<&[f64]> = outputs.iter().map(Vec::as_slice).collect();
+    let variance = noise::variances(rig, record, &data, false);
+    let phases = noise::phases(rig, drive, &record.time, &variance);
+    let rough = Weights::new(rig, &phases, &variance, &[]);
+    let mut case = Case::new(model, record, drive, data, rough);
+    let mut theta = case.mean.clone();
+    for &(fault, value) in faults {
+        theta[fault] = value;
+    }
+    case.full.weights = weights(&case.full, record, &theta)?;
+    let quadratic = Quadratic::at(&case, &theta)?;
+    let reduced = quadratic.reduced(&case);
+    let truth = faults.iter().fold(0, |set: Set, &(fault, _)| set | 1 << fault);
+    let rivals = rivals(&case, &reduced, truth);
+    let identifiable = faults.iter().map(|&(fault, _)| {
+        rivals.iter().filter(|(set, _)| !has(*set, fault)).all(|(_, rival)| rival.mistaken * ONE_IN <= 1.0)
+    });
+    let identifiable = identifiable.collect();
+    let sigma = |fault: usize| Some(reduced.sigma(truth, fault)? * quadratic.scale[fault]);
+    Ok(Expected {
+        sigma: (0..case.faults()).map(sigma).collect(),
+        rank: reduced.rank(),
+        identifiable,
+        rival: rivals.into_iter().map(|(_, rival)| rival).max_by(|a, b| a.mistaken.total_cmp(&b.mistaken)),
+    })
+}
+
+/// Every other set that might be taken for `truth`.
+fn rivals(case: &Case<'_>, reduced: &Reduced, truth: Set) -> Vec<(Set, Rival)> {
+    let odds = prior_odds(case.faults());
+    let priced = |set: Set| reduced.occam(set, 1.0) + odds * f64::from(set.count_ones());
+    let Some(best) = reduced.best(truth) else { return Vec::new() };
+    let own = priced(truth);
+    candidates(case.faults(), truth)
+        .into_iter()
+        .filter(|&set| set != truth)
+        .filter_map(|set| {
+            let rise = (reduced.best(set)?.cost - best.cost).max(0.0);
+            let nats = own - priced(set) + 0.5 * rise;
+            // With one fault more than the truth the likelihood gains half a chi-square; 1 stands for its spread.
+            let spread = rise.max(1.0).sqrt();
+            let mistaken = 0.5 * statrs::function::erf::erfc(nats / spread / std::f64::consts::SQRT_2);
+            Some((set, Rival { faults: members(set).collect(), nats, mistaken }))
+        })
+        .collect()
+}
