@@ -25,6 +25,7 @@
 //! [`record`] and [`rig`], then [`model`] (from [`physics`], solved by [`numeric`]), [`residual`] and [`fit`], [`diagnosis`],
 //! [`report`]. [`structure`] says beforehand what can be told apart.
 
+pub mod calibration;
 pub mod cli;
 pub mod complaint;
 pub mod diagnosis;

@@ -170,7 +170,7 @@ fn neighbourhoods(case: &Case<'_>, seed: u64) -> Result<Vec<Vec<f64>>, FitError>
 }
 
 /// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.
-fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Weights, SimulationError> {
+pub(crate) fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Weights, SimulationError> {
     let model = problem.model;
     let rig = &model.rig;
     let constants: Vec<usize> = rig

@@ -15,7 +15,7 @@ use crate::units::Unit;
 
 pub use calibration::Calibration;
 pub use cycle::{Cycle, Phase, Profile};
-pub use sensor::{Hold, Input, Quantity, Sensor, Target};
+pub use sensor::{Hold, Input, Quantity, Sensor, TOLERANCE, Target};
 
 /// Physical limits, SI, in words.
 pub(crate) fn range(bounds: (f64, f64), unit: &Unit) -> String {
