@@ -2,12 +2,12 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::prior::Gaussian;
 use crate::diagnosis::problem::Estimated;
-use crate::fit::{Linearised, Problem};
+use crate::fit::{Linearised, Loss, Problem};
 use crate::model::{Drive, Model, SimulationError, Tolerance};
 use crate::record::Record;
 
@@ -44,15 +44,15 @@ pub(super) struct Solutions<'a> {
     /// All parameters of the rig; the estimated ones are replaced.
     base: Vec<f64>,
     /// Derivatives need not be as exact as curves.
-    coarse: Model,
+    pub coarse: Model,
     /// Of each estimated parameter: the sensor whose offset (false) or gain (true) it is.
     of_sensor: Vec<Option<(usize, bool)>>,
     known: Mutex<Known>,
 }
 
 /// Derivatives are taken anew where a parameter has moved by more than this share of what was known of it before: laws bend
-/// over such a distance by less than a hundredth, which moves the optimum by less than a hundredth of a standard error.
-const BENT: f64 = 0.25;
+/// over such a distance by a few hundredths, which moves the optimum by less than a tenth of a standard error.
+const BENT: f64 = 0.5;
 
 impl<'a> Solutions<'a> {
     pub fn new(model: &'a Model, records: &'a [Healthy<'a>], estimated: Vec<Estimated>) -> Self {
@@ -167,15 +167,42 @@ impl<'a> Solutions<'a> {
 }
 
 /// The misfits to all records, one record after the other, weighted; behind them those of what the data sheet says.
+///
+/// As a [`Problem`] it is turned into as many rows as there are parameters, and one more for what none of them explains: with
+/// `J = Q R`, `Q'r` and `|r - Q Q'r|` have the cost and the gradient of `r`, and the search need not see the samples.
 pub(super) struct Joint<'a> {
     pub solutions: &'a Solutions<'a>,
     /// One per record.
     pub weights: Vec<Weights>,
     pub prior: &'a Gaussian,
     pub bounds: Vec<(f64, f64)>,
+    /// Factors on the misfits that keep wild ones from pulling, as found at the start; empty for ones.
+    pub robust: Vec<f64>,
+    reduced: Mutex<Option<(Arc<Slopes>, Arc<Reduced>)>>,
 }
 
-impl Joint<'_> {
+/// A Jacobian, weighted and with the robust factors, and its triangle.
+struct Reduced {
+    jacobian: DMatrix<f64>,
+    /// Lower triangle, the transpose of `R`.
+    lower: DMatrix<f64>,
+}
+
+impl<'a> Joint<'a> {
+    pub fn new(solutions: &'a Solutions<'a>, weights: Vec<Weights>, prior: &'a Gaussian) -> Self {
+        let bounds = solutions.estimated.iter().map(|one| one.bounds).collect();
+        Self { solutions, weights, prior, bounds, robust: Vec::new(), reduced: Mutex::default() }
+    }
+
+    /// The same with robust factors: those of a loss at the misfits of `theta`.
+    pub fn robust(mut self, theta: &[f64], loss: Loss) -> Result<Self, SimulationError> {
+        self.robust = self.weighted(theta)?.iter().map(|r| loss.at(r * r).1.sqrt()).collect();
+        // What the data sheet says is no sample that may be wild.
+        let first = self.robust.len() - self.prior.len();
+        self.robust[first..].fill(1.0);
+        Ok(self)
+    }
+
     /// The parts of the misfit vector that are time series: sensor by sensor, record by record.
     pub fn series(&self) -> Vec<std::ops::Range<usize>> {
         let mut series = Vec::new();
@@ -188,16 +215,9 @@ impl Joint<'_> {
         }
         series
     }
-}
 
-impl Problem for Joint<'_> {
-    type Error = SimulationError;
-
-    fn bounds(&self) -> &[(f64, f64)] {
-        &self.bounds
-    }
-
-    fn misfit(&self, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
+    /// All misfits, without robust factors.
+    pub fn weighted(&self, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
         let curves = self.solutions.curves(theta)?;
         let mut all = Vec::new();
         for (record, weights) in self.weights.iter().enumerate() {
@@ -209,8 +229,9 @@ impl Problem for Joint<'_> {
         Ok(all)
     }
 
-    fn linearise(&self, theta: &[f64]) -> Result<Linearised, SimulationError> {
-        let misfit = self.misfit(theta)?;
+    /// All misfits and their derivatives, without robust factors.
+    pub fn whole(&self, theta: &[f64]) -> Result<Linearised, SimulationError> {
+        let misfit = self.weighted(theta)?;
         let mut jacobian = DMatrix::zeros(misfit.len(), theta.len());
         let mut first = 0;
         for (record, weights) in self.weights.iter().enumerate() {
@@ -223,6 +244,67 @@ impl Problem for Joint<'_> {
         }
         self.prior.linearise(&mut jacobian, first);
         Ok(Linearised { misfit, jacobian })
+    }
+
+    /// The Jacobian near `theta`: `anew` where parameters have moved too far from where it was taken.
+    fn reduced(&self, theta: &[f64], anew: bool) -> Result<Arc<Reduced>, SimulationError> {
+        let mut kept = self.reduced.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((at, reduced)) = &*kept
+            && (!anew || Arc::ptr_eq(at, &self.solutions.slopes(theta)?))
+        {
+            return Ok(reduced.clone());
+        }
+        let mut jacobian = self.whole(theta)?.jacobian;
+        for mut column in jacobian.column_iter_mut() {
+            column.iter_mut().zip(&self.robust).for_each(|(slot, factor)| *slot *= factor);
+        }
+        // The prior gives every direction a length, so that there is a factor.
+        let gram = jacobian.tr_mul(&jacobian);
+        let p = gram.nrows();
+        let lower = gram.cholesky().map_or_else(|| DMatrix::identity(p, p), |factor| factor.l());
+        let reduced = Arc::new(Reduced { jacobian, lower });
+        *kept = Some((self.solutions.slopes(theta)?, reduced.clone()));
+        Ok(reduced)
+    }
+
+    fn rows(&self, theta: &[f64], reduced: &Reduced) -> Result<Vec<f64>, SimulationError> {
+        let mut misfit = DVector::from_vec(self.weighted(theta)?);
+        misfit.iter_mut().zip(&self.robust).for_each(|(slot, factor)| *slot *= factor);
+        let gradient = reduced.jacobian.tr_mul(&misfit);
+        let along = reduced.lower.solve_lower_triangular(&gradient).unwrap_or(gradient);
+        let rest = (misfit.norm_squared() - along.norm_squared()).max(0.0).sqrt();
+        let mut rows: Vec<f64> = along.iter().copied().collect();
+        rows.push(rest);
+        Ok(rows)
+    }
+
+    /// Covariance of the parameters near `theta` for white misfits, SI: that of the linear model, bounds ignored. The prior
+    /// bounds every direction.
+    pub fn covariance(&self, theta: &[f64]) -> Result<DMatrix<f64>, SimulationError> {
+        let lower = &self.reduced(theta, true)?.lower;
+        let p = lower.nrows();
+        let unit = DMatrix::identity(p, p);
+        let inverse = lower.solve_lower_triangular(&unit).unwrap_or(unit);
+        Ok(inverse.tr_mul(&inverse))
+    }
+}
+
+impl Problem for Joint<'_> {
+    type Error = SimulationError;
+
+    fn bounds(&self) -> &[(f64, f64)] {
+        &self.bounds
+    }
+
+    fn misfit(&self, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
+        self.rows(theta, &*self.reduced(theta, false)?)
+    }
+
+    fn linearise(&self, theta: &[f64]) -> Result<Linearised, SimulationError> {
+        let reduced = self.reduced(theta, true)?;
+        let mut jacobian = reduced.lower.transpose();
+        jacobian = jacobian.insert_row(theta.len(), 0.0);
+        Ok(Linearised { misfit: self.rows(theta, &reduced)?, jacobian })
     }
 
     fn scale(&self) -> Vec<f64> {

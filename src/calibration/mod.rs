@@ -21,7 +21,7 @@ use crate::diagnosis::estimate;
 use crate::diagnosis::noise::{Weights, phases, variances};
 use crate::diagnosis::prior::Gaussian;
 use crate::diagnosis::problem::{Estimated, RecordProblem};
-use crate::fit::{self, Fit, FitError, Loss, Tolerances};
+use crate::fit::{self, FitError, Loss, Tolerances};
 use crate::model::{Drive, Model, SimulationError};
 use crate::record::Record;
 use crate::rig::{Rig, Sensor, TOLERANCE};
@@ -59,9 +59,12 @@ const REACH: f64 = 5.0;
 const ROBUST: f64 = 3.0;
 /// Width of the loss while the parameters are still those of the data sheet.
 const FAR: f64 = 10.0;
-/// Relative decrease of the cost that ends the first fit, and those of the rounds: far below a rise of 1 in chi-square.
-const ENDS: [f64; 3] = [1e-3, 1e-5, 1e-6];
-const FIRST_ITERATIONS: u64 = 15;
+/// Fits before the first round, each with the wild misfits of the one before held back.
+const FIRST: usize = 2;
+/// Relative decrease of the cost that ends them, and those of the rounds: far below a rise of 1 in chi-square.
+const FIRST_END: f64 = 1e-3;
+const END: f64 = 1e-6;
+const MOST_ITERATIONS: u64 = 20;
 /// Relative changes of noise and tolerance, and standard errors of a parameter, below which rounds are settled.
 const SETTLED: (f64, f64, f64) = (0.02, 0.1, 0.2);
 /// A tolerance is no less than this share of the noise of a sample.
@@ -124,29 +127,35 @@ pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result
     let open = open(&model.rig);
     let prior = prior(&model.rig, &open);
     let solutions = Solutions::new(&model, &taken, open);
-    let start = prior.mean.clone();
     let mut rounds = Rounds { rig: model.rig.clone(), noises: vec![None; rig.sensors.len()], solutions, prior: &prior };
-    let weights = taken.iter().map(|one| rough(&model.rig, one)).collect();
-    let far = Tolerances { function: ENDS[0], max_iterations: FIRST_ITERATIONS, ..Tolerances::default() };
-    let mut fit = rounds.fit(weights, &start, Loss::SoftL1 { k: FAR }, far).map_err(failed)?;
+    let rough: Vec<Weights> = taken.iter().map(|one| rough(&model.rig, one)).collect();
+    let mut theta = prior.mean.clone();
+    for _ in 0..FIRST {
+        let joint = rounds.joint(rough.clone(), &theta, Loss::SoftL1 { k: FAR }).map_err(unsolved)?;
+        theta = fit::fit(&joint, &theta, Loss::None, ends(FIRST_END)).map_err(failed)?.theta;
+    }
     let mut round = 0;
-    let weights = loop {
+    let (fit, weights) = loop {
         round += 1;
         let before = rounds.rig.clone();
-        rounds.estimate_noise(&fit.theta).map_err(unsolved)?;
-        rounds.estimate_tolerance(&fit.theta).map_err(unsolved)?;
-        let weights = rounds.weights(&rounds.rig, &fit.theta).map_err(unsolved)?;
-        let ends = Tolerances { function: ENDS[round.min(ENDS.len() - 1)], ..Tolerances::default() };
-        let next = rounds.fit(weights.clone(), &fit.theta, Loss::Huber { k: ROBUST }, ends).map_err(failed)?;
-        let errors = result::standard_errors(&next, &prior);
-        let moved = next.theta.iter().zip(&fit.theta).map(|(now, before)| (now - before).abs());
+        rounds.estimate_noise(&theta).map_err(unsolved)?;
+        rounds.estimate_tolerance(&theta, round == 1).map_err(unsolved)?;
+        let weights = rounds.weights(&rounds.rig, &theta).map_err(unsolved)?;
+        let joint = rounds.joint(weights.clone(), &theta, Loss::Huber { k: ROBUST }).map_err(unsolved)?;
+        let fit = fit::fit(&joint, &theta, Loss::None, ends(END)).map_err(failed)?;
+        let errors = joint.covariance(&fit.theta).map_err(unsolved)?.diagonal().map(f64::sqrt);
+        let moved = fit.theta.iter().zip(&theta).map(|(now, before)| (now - before).abs());
         let still = moved.zip(&errors).all(|(moved, error)| moved <= SETTLED.2 * error);
-        fit = next;
-        if round >= options.rounds.max(1) || (still && round >= ENDS.len() - 1 && alike(&before, &rounds.rig)) {
-            break weights;
+        theta.clone_from(&fit.theta);
+        if round >= options.rounds.max(1) || (still && alike(&before, &rounds.rig)) {
+            break (fit, weights);
         }
     };
-    Ok(rounds.finish(rig, records, &fit, weights, round))
+    rounds.finish(rig, records, fit, weights, round).map_err(unsolved)
+}
+
+fn ends(function: f64) -> Tolerances {
+    Tolerances { function, max_iterations: MOST_ITERATIONS, ..Tolerances::default() }
 }
 
 /// Whether noise and tolerance have settled.
@@ -196,13 +205,13 @@ struct Rounds<'a> {
 }
 
 impl Rounds<'_> {
-    fn fit(&self, weights: Vec<Weights>, start: &[f64], loss: Loss, ends: Tolerances) -> Result<Fit, FitError> {
-        let bounds = self.solutions.estimated.iter().map(|one| one.bounds).collect();
-        fit::fit(&Joint { solutions: &self.solutions, weights, prior: self.prior, bounds }, start, loss, ends)
+    fn joint(&self, weights: Vec<Weights>, theta: &[f64], loss: Loss) -> Result<Joint<'_>, SimulationError> {
+        Joint::new(&self.solutions, weights, self.prior).robust(theta, loss)
     }
 
     fn weights(&self, rig: &Rig, theta: &[f64]) -> Result<Vec<Weights>, SimulationError> {
-        let model = Model::new(rig.clone());
+        let mut model = Model::new(rig.clone());
+        model.tolerance = self.solutions.coarse.tolerance;
         let each = self.solutions.records.iter().map(|one| {
             let empty = Weights::new(rig, &[], &[], &[]);
             let (times, open) = (&one.record.time, self.solutions.estimated.clone());
@@ -224,7 +233,7 @@ impl Rounds<'_> {
         Ok(())
     }
 
-    fn estimate_tolerance(&mut self, theta: &[f64]) -> Result<(), SimulationError> {
+    fn estimate_tolerance(&mut self, theta: &[f64], first: bool) -> Result<(), SimulationError> {
         let mut free = self.rig.clone();
         free.sensors.iter_mut().for_each(|sensor| sensor.tolerance = 0.0);
         let weights = self.weights(&free, theta)?;
@@ -251,7 +260,7 @@ impl Rounds<'_> {
         let scale = stated.iter().map(share).collect();
         let evidence = Evidence::new(&free, seen, precision, pull, &colour, scale);
         let start: Vec<f64> = self.rig.sensors.iter().map(|sensor| sensor.tolerance).collect();
-        for (sensor, tolerance) in self.rig.sensors.iter_mut().zip(evidence.tolerances(&start)) {
+        for (sensor, tolerance) in self.rig.sensors.iter_mut().zip(evidence.tolerances(&start, if first { 2 } else { 1 })) {
             sensor.tolerance = tolerance.max(LEAST_TOLERANCE * sensor.noise);
         }
         Ok(())

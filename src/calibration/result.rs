@@ -4,10 +4,10 @@ use nalgebra::DMatrix;
 
 use super::joint::Joint;
 use super::report::{ChannelFit, ParameterReport, RecordReport, Report, SCHEMA, SensorReport};
-use super::{Noise, Rounds};
+use super::{Noise, ROBUST, Rounds};
 use crate::diagnosis::noise::Weights;
-use crate::diagnosis::prior::Gaussian;
-use crate::fit::{Fit, Triangle, Uncertainty, UncertaintyOptions};
+use crate::fit::{Fit, Loss, Uncertainty, UncertaintyOptions};
+use crate::model::SimulationError;
 use crate::record::Record;
 use crate::report::number::rounded;
 use crate::rig::{Calibration, Rig};
@@ -27,24 +27,6 @@ const COARSE: f64 = 3.0;
 /// Share that is taken from all correlations where rounding has spoilt them; the least eigenvalue that counts as none.
 const SHRINK: f64 = 1e-6;
 const SPOILT: f64 = 1e-8;
-
-/// Covariance of the parameters at a fit, in standard deviations of the prior: that of the linear model, bounds ignored. The
-/// prior bounds every direction.
-fn covariance(fit: &Fit, prior: &Gaussian) -> DMatrix<f64> {
-    let mut triangle = Triangle::reduce(&fit.linearised, fit.loss).r;
-    for (mut column, sigma) in triangle.column_iter_mut().zip(&prior.sigma) {
-        column *= *sigma;
-    }
-    let p = prior.len();
-    let unit = DMatrix::identity(p, p);
-    let inverse = triangle.solve_upper_triangular(&unit).unwrap_or(unit);
-    &inverse * inverse.transpose()
-}
-
-/// Standard error of each parameter if the misfits are white, SI.
-pub(super) fn standard_errors(fit: &Fit, prior: &Gaussian) -> Vec<f64> {
-    covariance(fit, prior).diagonal().iter().zip(&prior.sigma).map(|(variance, sigma)| variance.sqrt() * sigma).collect()
-}
 
 /// The nearest matrix with a unit diagonal, eight digits and positive eigenvalues.
 fn correlation(covariance: &DMatrix<f64>) -> DMatrix<f64> {
@@ -70,19 +52,19 @@ impl Rounds<'_> {
         self,
         sheet: &Rig,
         records: &[Record],
-        fit: &Fit,
+        mut fit: Fit,
         weights: Vec<Weights>,
         rounds: usize,
-    ) -> (Rig, Report) {
-        let bounds = self.solutions.estimated.iter().map(|one| one.bounds).collect();
-        let joint = Joint { solutions: &self.solutions, weights, prior: self.prior, bounds };
+    ) -> Result<(Rig, Report), SimulationError> {
+        let loss = Loss::Huber { k: ROBUST };
+        let joint = self.joint(weights, &fit.theta, loss)?;
         let options = UncertaintyOptions { series: joint.series(), ..UncertaintyOptions::default() };
-        let inflation = Uncertainty::at(fit, &options).inflation;
-        let covariance = covariance(fit, self.prior);
+        (fit.linearised, fit.loss) = (joint.whole(&fit.theta)?, loss);
+        let inflation = Uncertainty::at(&fit, &options).inflation;
+        let covariance = joint.covariance(&fit.theta)?;
         // Coloured misfits take from what a record says, but no more than all of it.
-        let sigma: Vec<f64> = (0..fit.theta.len())
-            .map(|i| (covariance[(i, i)] * inflation[i]).min(1.0).sqrt() * self.prior.sigma[i])
-            .collect();
+        let coloured = |i: usize| (covariance[(i, i)] * inflation[i]).sqrt();
+        let sigma: Vec<f64> = self.prior.sigma.iter().enumerate().map(|(i, before)| coloured(i).min(*before)).collect();
         let mut rig = sheet.clone();
         let parameters: Vec<usize> = joint.solutions.estimated.iter().map(|one| one.parameter).collect();
         for (i, &index) in parameters.iter().enumerate() {
@@ -97,8 +79,8 @@ impl Rounds<'_> {
         }
         let names = records.iter().map(|record| record.path.display().to_string()).collect();
         rig.calibration = Some(Calibration { records: names, parameters, correlation: correlation(&covariance) });
-        let report = self.report(sheet, &rig, fit, &joint, rounds);
-        (rig, report)
+        let report = self.report(sheet, &rig, &fit, &joint, rounds);
+        Ok((rig, report))
     }
 
     fn report(&self, sheet: &Rig, rig: &Rig, fit: &Fit, joint: &Joint<'_>, rounds: usize) -> Report {

@@ -14,13 +14,11 @@ use crate::rig::Rig;
 
 /// Sizes of a tolerance, in standard deviations of its sensor's noise, at which its likelihood is evaluated: the least, the
 /// largest, and the ratio of neighbours.
-const GRID: (f64, f64, f64) = (0.01, 30.0, 1.4);
+const GRID: (f64, f64, f64) = (0.01, 30.0, 1.6);
 /// Degrees of freedom of the half-t prior of a tolerance (Gelman, Bayesian Analysis 1 (2006)).
 const FREEDOM: f64 = 4.0;
 /// What remains of a sample when the levels of its phase are taken off counts as no more than this.
 const WILD: f64 = 3.0;
-/// Rounds over all sensors.
-const SWEEPS: usize = 2;
 /// Directions that hold less than this share of the largest are rounding.
 const NOTHING: f64 = 1e-9;
 
@@ -155,14 +153,14 @@ impl Evidence {
         Some(score - log_determinant(&factor) + pull.dot(&factor.solve(&pull)))
     }
 
-    /// Tolerances, SI: roots of the posterior mean squares, each sensor's on a grid with the others at theirs. That is what
+    /// Tolerances, SI: roots of the posterior mean squares, each sensor's on a grid with the others at theirs, `sweeps` times. That is what
     /// the level of the next phase will vary by, and above the most probable value while few phases have been seen.
-    pub fn tolerances(&self, start: &[f64]) -> Vec<f64> {
+    pub fn tolerances(&self, start: &[f64], sweeps: usize) -> Vec<f64> {
         let (least, most, ratio) = GRID;
         let mut sizes: Vec<f64> =
             start.iter().zip(&self.noise).map(|(start, noise)| (start / noise).clamp(least, most)).collect();
         let grid: Vec<f64> = std::iter::successors(Some(least), |size| Some(size * ratio)).take_while(|s| *s < most).collect();
-        for _ in 0..SWEEPS {
+        for _ in 0..sweeps {
             for sensor in 0..sizes.len() {
                 let mut tried = sizes.clone();
                 let scores: Vec<f64> = grid
