@@ -2,6 +2,7 @@
 
 mod calibration;
 mod cycle;
+mod join;
 mod parse;
 mod sensor;
 mod source;
@@ -39,7 +40,7 @@ pub struct Rig {
     pub sensors: Vec<Sensor>,
     pub inputs: Vec<Input>,
     /// Every parameter there is: the fluid's, then each component's in the order of its card, then each sensor's offset
-    /// and gain.
+    /// and gain, then those of components that were joined later ([`Rig::join`]).
     pub parameters: Vec<Parameter>,
     pub faults: Vec<Fault>,
     pub cycle: Option<Cycle>,
