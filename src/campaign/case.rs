@@ -108,7 +108,7 @@ impl Campaign {
                 }
             };
             let mut row = Row::new(case, rig, count, &prepared.disturbed, &injected);
-            (row.redrawn, row.rig_redrawn, row.motion_s) = (redrawn, prepared.redrawn, run.first_motion());
+            (row.redrawn, row.rig_redrawn, row.motion_s) = (redrawn, prepared.redrawn, run.first_motion(&self.rig));
             for fault in 0..row.faults.len() {
                 if row.faults[fault].injected {
                     row.faults[fault].flow_l_min = leakage(&prepared.disturbed, &parameters, fault, &outputs);

@@ -2,7 +2,7 @@
 
 use super::disturb::Disturbed;
 use super::random::{Purpose, Stream};
-use crate::model::{self, Drive};
+use crate::model::{self, Drive, Piece};
 use crate::rig::{Cycle, Fault, Phase, Profile, Rig};
 
 /// Of the faulty cases: how many have one, two and three faults.
@@ -66,10 +66,14 @@ impl Run {
         Self { drive: Drive::from_cycle(rig, &cycle), times: model::cycle_times(rig, &cycle), interval: cycle.interval }
     }
 
-    /// When something first changes after the start, s: before that no fault can show but in what stands still.
-    pub fn first_motion(&self) -> f64 {
-        let start = self.drive.pieces.first().map_or(0.0, |piece| piece.start);
-        self.drive.pieces.iter().find(|piece| piece.jump && piece.start > start).map_or(start, |piece| piece.start)
+    /// When a command first leaves zero, s; the start where there is none. Before that, most faults cannot show.
+    pub fn first_motion(&self, rig: &Rig) -> f64 {
+        let commands = |piece: &&Piece| {
+            let values = rig.inputs.iter().zip(piece.from.iter().zip(&piece.to));
+            values.filter(|(input, _)| input.noise == 0.0).any(|(_, (from, to))| *from != 0.0 || *to != 0.0)
+        };
+        let first = self.drive.pieces.iter().find(commands).or_else(|| self.drive.pieces.first());
+        first.map_or(0.0, |piece| piece.start)
     }
 }
 

@@ -91,7 +91,7 @@ pub struct Row {
     pub count: usize,
     /// When the faults began, s; `None` where they are as old as the record.
     pub onset_s: Option<f64>,
-    /// First change of a command or load, s.
+    /// When a command first leaves zero, s.
     pub motion_s: f64,
     pub outcome: Outcome,
     pub failure: Option<String>,
