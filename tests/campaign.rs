@@ -110,7 +110,7 @@ fn wrong_options_are_told() {
 #[test]
 fn no_disturbance_leaves_the_rig_and_a_disturbance_keeps_every_index() {
     let rig = Rig::read(TELESCOPIC).unwrap();
-    let mut random = || Stream::of(1, Purpose::Rig(0, 0));
+    let random = || Stream::of(1, Purpose::Rig(0, 0));
     let same = disturb(&rig, 0.0, &mut random()).unwrap();
     assert_eq!(same.rig.nominal(), rig.nominal());
     assert_eq!(same.rig.components.len(), rig.components.len());
@@ -166,6 +166,7 @@ fn case(case: usize, outcome: Outcome, top: &[&str], probability: f64, faults: [
         rig: 0,
         redrawn: 0,
         rig_redrawn: 0,
+        rig_adequate: Some(true),
         count: faults.iter().filter(|fault| fault.injected).count(),
         onset_s: None,
         motion_s: 0.5,

@@ -75,12 +75,7 @@ const LEAST_TOLERANCE: f64 = 0.02;
 ///
 /// # Errors
 /// No records, no sensors, missing columns, a model that cannot be solved, a rig file that cannot be read.
-pub fn calibrate(
-    rig_text: &str,
-    rig: &Rig,
-    records: &[Record],
-    options: &Options,
-) -> Result<Calibrated, Complaint> {
+pub fn calibrate(rig_text: &str, rig: &Rig, records: &[Record], options: &Options) -> Result<Calibrated, Complaint> {
     let bare = write::without_calibration(&rig.path, rig_text)?;
     let sheet = Rig::parse(&rig.path, bare.clone())?;
     let (learnt, report) = calibrate_rig(&sheet, records, options)?;
@@ -94,9 +89,7 @@ pub fn calibrate(
 /// # Errors
 /// As [`calibrate`].
 pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result<(Rig, Report), Complaint> {
-    let lacks = |what: &str, help: &str| {
-        Complaint::new(Kind::MissingEntry, what).at(Place::file(&rig.path)).help(help)
-    };
+    let lacks = |what: &str, help: &str| Complaint::new(Kind::MissingEntry, what).at(Place::file(&rig.path)).help(help);
     if records.is_empty() {
         return Err(lacks("there are no records to calibrate on", "give at least one record of the healthy rig"));
     }
@@ -172,7 +165,8 @@ fn open(rig: &Rig) -> Vec<Estimated> {
     let mut open = Vec::new();
     for (index, parameter) in rig.parameters.iter().enumerate() {
         let fault = rig.faults.iter().find(|fault| fault.parameter == index);
-        let known = if fault.is_some() && parameter.spread == 0.0 { 0.0 } else { parameter.spread.max(parameter.sigma) };
+        let known =
+            if fault.is_some() && parameter.spread == 0.0 { 0.0 } else { parameter.spread.max(parameter.sigma) };
         if known == 0.0 || parameter.anew {
             continue;
         }
@@ -260,7 +254,9 @@ impl Rounds<'_> {
         let scale = stated.iter().map(share).collect();
         let evidence = Evidence::new(&free, seen, precision, pull, &colour, scale);
         let start: Vec<f64> = self.rig.sensors.iter().map(|sensor| sensor.tolerance).collect();
-        for (sensor, tolerance) in self.rig.sensors.iter_mut().zip(evidence.tolerances(&start, if first { 2 } else { 1 })) {
+        for (sensor, tolerance) in
+            self.rig.sensors.iter_mut().zip(evidence.tolerances(&start, if first { 2 } else { 1 }))
+        {
             sensor.tolerance = tolerance.max(LEAST_TOLERANCE * sensor.noise);
         }
         Ok(())

@@ -171,7 +171,16 @@ mod tests {
         let n = 20_000;
         let h = 10.0 / n as f64;
         let sum: f64 = (0..=n)
-            .map(|k| f(k as f64 * h) * if k == 0 || k == n { 1.0 } else if k % 2 == 1 { 4.0 } else { 2.0 })
+            .map(|k| {
+                f(k as f64 * h)
+                    * if k == 0 || k == n {
+                        1.0
+                    } else if k % 2 == 1 {
+                        4.0
+                    } else {
+                        2.0
+                    }
+            })
             .sum();
         approx::assert_abs_diff_eq!(sum * h / 3.0, TAME_MEAN, epsilon = 1e-5);
     }

@@ -89,7 +89,8 @@ impl Rounds<'_> {
         for (i, one) in self.solutions.estimated.iter().enumerate() {
             let (known, found) = (&sheet.parameters[one.parameter], &rig.parameters[one.parameter]);
             let unit = &known.unit;
-            let (value, spread) = (|si| rounded(unit.from_si(si), DIGITS), |si| rounded(unit.difference_from_si(si), DIGITS));
+            let (value, spread) =
+                (|si| rounded(unit.from_si(si), DIGITS), |si| rounded(unit.difference_from_si(si), DIGITS));
             let (before, sigma_before) = (self.prior.mean[i], self.prior.sigma[i]);
             let away = (found.value - before) / sigma_before;
             if away.abs() > FAR_OFF {

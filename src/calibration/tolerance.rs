@@ -110,7 +110,8 @@ impl Evidence {
             let picked: Vec<usize> = (0..sensors).flat_map(|s| s * rows + phase.start..s * rows + phase.end).collect();
             let (level, columns) = (levels.select_rows(&picked), columns.select_rows(&picked));
             let misfit = DVector::from_fn(picked.len(), |k, _| misfit[picked[k]]);
-            let coloured = DMatrix::from_fn(picked.len(), level.ncols(), |k, j| level[(k, j)] * colour[picked[k] / rows]);
+            let coloured =
+                DMatrix::from_fn(picked.len(), level.ncols(), |k, j| level[(k, j)] * colour[picked[k] / rows]);
             let eigen = SymmetricEigen::new(level.tr_mul(&level));
             let largest = eigen.eigenvalues.max();
             let kept: Vec<usize> =
@@ -159,7 +160,8 @@ impl Evidence {
         let (least, most, ratio) = GRID;
         let mut sizes: Vec<f64> =
             start.iter().zip(&self.noise).map(|(start, noise)| (start / noise).clamp(least, most)).collect();
-        let grid: Vec<f64> = std::iter::successors(Some(least), |size| Some(size * ratio)).take_while(|s| *s < most).collect();
+        let grid: Vec<f64> =
+            std::iter::successors(Some(least), |size| Some(size * ratio)).take_while(|s| *s < most).collect();
         for _ in 0..sweeps {
             for sensor in 0..sizes.len() {
                 let mut tried = sizes.clone();

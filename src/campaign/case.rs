@@ -8,6 +8,7 @@ use super::draw::{Injected, Run};
 use super::measured::measured;
 use super::random::{Purpose, Stream};
 use super::row::Row;
+use crate::calibration;
 use crate::complaint::Complaint;
 use crate::diagnosis::{self, Diagnosed, diagnose};
 use crate::model::{Model, Outputs};
@@ -31,6 +32,8 @@ pub struct Prepared {
     simulated: Model,
     /// Of the data sheet, calibrated.
     pub model: Model,
+    /// Whether the calibrated model explains the healthy records.
+    pub adequate: bool,
     /// The healthy records.
     pub records: Vec<Record>,
     /// How often it was drawn anew because a simulation came to no end.
@@ -72,8 +75,10 @@ impl Campaign {
             });
             match records.collect::<Result<Vec<Record>, crate::model::SimulationError>>() {
                 Ok(records) => {
-                    let (calibrated, _) = calibrate_rig(&self.rig, &records)?;
-                    return Ok(Prepared { disturbed, simulated, model: Model::new(calibrated), records, redrawn });
+                    let options = calibration::Options::default();
+                    let (calibrated, report) = calibration::calibrate_rig(&self.rig, &records, &options)?;
+                    let (model, adequate) = (Model::new(calibrated), report.adequate);
+                    return Ok(Prepared { disturbed, simulated, model, adequate, records, redrawn });
                 }
                 Err(error) => last = error.to_string(),
             }
@@ -109,6 +114,7 @@ impl Campaign {
             };
             let mut row = Row::new(case, rig, count, &prepared.disturbed, &injected);
             (row.redrawn, row.rig_redrawn, row.motion_s) = (redrawn, prepared.redrawn, run.first_motion(&self.rig));
+            row.rig_adequate = Some(prepared.adequate);
             for fault in 0..row.faults.len() {
                 if row.faults[fault].injected {
                     row.faults[fault].flow_l_min = leakage(&prepared.disturbed, &parameters, fault, &outputs);
@@ -187,9 +193,4 @@ fn pressure<'a>(rig: &Rig, outputs: &'a Outputs, node: usize) -> Option<&'a [f64
     let sits =
         |sensor: &crate::rig::Sensor| sensor.target == Target::Node(node) && sensor.quantity == Quantity::Pressure;
     outputs.values.get(rig.sensors.iter().position(sits)?).map(Vec::as_slice)
-}
-
-/// Stands in until the crate can calibrate: the data sheet as it is.
-fn calibrate_rig(rig: &Rig, _records: &[Record]) -> Result<(Rig, ()), Complaint> {
-    Ok((rig.clone(), ()))
 }

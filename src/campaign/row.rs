@@ -87,6 +87,8 @@ pub struct Row {
     /// How often the case, and its rig, were drawn anew because a simulation came to no end.
     pub redrawn: usize,
     pub rig_redrawn: usize,
+    /// Whether the calibrated model explains the healthy records of its rig; `None` where nothing was simulated.
+    pub rig_adequate: Option<bool>,
     /// How many faults were to be injected.
     pub count: usize,
     /// When the faults began, s; `None` where they are as old as the record.
@@ -141,6 +143,7 @@ impl Row {
             rig,
             redrawn: 0,
             rig_redrawn: 0,
+            rig_adequate: None,
             count,
             onset_s: injected.onset,
             motion_s: 0.0,

@@ -8,11 +8,12 @@ use clap::Args;
 use serde::Serialize;
 
 use super::{Failure, Format, Status, write_json};
+use crate::calibration;
 use crate::campaign::store::{Finished, Journal, digest};
 use crate::campaign::{Campaign, HEALTHY, Options, Outcome, Row};
 use crate::complaint::{Complaint, Kind};
 use crate::diagnosis::Diagnosis;
-use crate::files::{check_folder, read_text};
+use crate::files::{check_folder, read_text, write_atomically};
 use crate::report;
 use crate::rig::Rig;
 
@@ -33,7 +34,8 @@ pub struct Arguments {
     /// Go on with the journal in the folder
     #[arg(long, requires = "output")]
     resume: bool,
-    /// Run only the case with this number, from 0, and print its truth and its diagnosis; with `-o` write its record
+    /// Run only the case with this number, from 0, and print its truth and its diagnosis; with `-o` write its
+    /// record, and its rig's healthy records and calibrated rig file
     #[arg(long, value_name = "K", conflicts_with = "resume")]
     case: Option<usize>,
     /// How the result is written
@@ -85,7 +87,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     }
     let campaign = Campaign::new(rig, options)?;
     if let Some(case) = arguments.case {
-        return alone(&campaign, case, arguments, out);
+        return alone(&campaign, &text, case, arguments, out);
     }
     let (mut journal, mut rows) = match &arguments.output {
         None => (None, Vec::new()),
@@ -122,7 +124,13 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     Ok(Status::Done)
 }
 
-fn alone(campaign: &Campaign, case: usize, arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+fn alone(
+    campaign: &Campaign,
+    rig_text: &str,
+    case: usize,
+    arguments: &Arguments,
+    out: &mut dyn Write,
+) -> Result<Status, Failure> {
     let replay = campaign.replay(case)?;
     if let Some(folder) = &arguments.output {
         std::fs::create_dir_all(folder).map_err(|error| {
@@ -131,6 +139,12 @@ fn alone(campaign: &Campaign, case: usize, arguments: &Arguments, out: &mut dyn 
         let healthy = campaign.prepared(replay.row.rig).map(|prepared| prepared.records.as_slice()).unwrap_or_default();
         for record in healthy.iter().chain(&replay.record) {
             record.write(folder.join(&record.path))?;
+        }
+        if !healthy.is_empty() {
+            let options = calibration::Options::default();
+            let calibrated = calibration::calibrate(rig_text, &campaign.rig, healthy, &options)?;
+            let path = folder.join(format!("rig_{}.toml", replay.row.rig));
+            write_atomically(&path, |file| file.write_all(calibrated.text.as_bytes()))?;
         }
     }
     let diagnosis = replay.diagnosed.as_ref().map(|diagnosed| &diagnosed.diagnosis);
