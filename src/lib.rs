@@ -23,8 +23,10 @@
 //!
 //! Data flows one way, and nothing lower knows anything higher:
 //! [`record`] and [`rig`], then [`model`] (from [`physics`], solved by [`numeric`]), [`residual`] and [`fit`], [`diagnosis`],
-//! [`report`]. [`structure`] says beforehand what can be told apart.
+//! [`report`]. [`structure`] says beforehand what can be told apart, [`campaign`] measures how well it goes.
 
+pub mod calibration;
+pub mod campaign;
 pub mod cli;
 pub mod complaint;
 pub mod diagnosis;

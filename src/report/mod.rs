@@ -1,5 +1,6 @@
 //! What a reader gets to see: line charts, self-contained pages, and the part of the reference that the cards give.
 
+pub mod campaign;
 pub mod diagnosis;
 pub mod html;
 pub mod number;

@@ -2,6 +2,7 @@
 
 mod calibration;
 mod cycle;
+mod join;
 mod parse;
 mod sensor;
 mod source;
@@ -15,7 +16,7 @@ use crate::units::Unit;
 
 pub use calibration::Calibration;
 pub use cycle::{Cycle, Phase, Profile};
-pub use sensor::{Hold, Input, Quantity, Sensor, Target};
+pub use sensor::{Hold, Input, Quantity, Sensor, TOLERANCE, Target};
 
 /// Physical limits, SI, in words.
 pub(crate) fn range(bounds: (f64, f64), unit: &Unit) -> String {
@@ -39,7 +40,7 @@ pub struct Rig {
     pub sensors: Vec<Sensor>,
     pub inputs: Vec<Input>,
     /// Every parameter there is: the fluid's, then each component's in the order of its card, then each sensor's offset
-    /// and gain.
+    /// and gain, then those of components that were joined later ([`Rig::join`]).
     pub parameters: Vec<Parameter>,
     pub faults: Vec<Fault>,
     pub cycle: Option<Cycle>,

@@ -78,6 +78,7 @@ macro_rules! components {
 
 components! {
     check_valve::CheckValve,
+    coulomb_friction::CoulombFriction,
     cylinder::Cylinder,
     directional_valve::DirectionalValve,
     external_force::ExternalForce,

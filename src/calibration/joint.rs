@@ -1,0 +1,313 @@
+//! Several healthy records of one rig as one least-squares problem.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::diagnosis::noise::Weights;
+use crate::diagnosis::prior::Gaussian;
+use crate::diagnosis::problem::Estimated;
+use crate::fit::{Linearised, Loss, Problem};
+use crate::model::{Drive, Model, SimulationError, Tolerance};
+use crate::record::Record;
+
+/// A healthy record with what drives it.
+pub(super) struct Healthy<'a> {
+    pub record: &'a Record,
+    pub drive: Drive,
+    /// `[sensor][row]`, SI.
+    pub measured: Vec<&'a [f64]>,
+}
+
+/// What the sensors read: `[record][sensor][row]`, SI.
+pub(super) type Curves = Vec<Vec<Vec<f64>>>;
+
+/// Derivatives of the curves: `[record][parameter][sensor][row]`, and where they were taken.
+struct Slopes {
+    at: Vec<f64>,
+    by: Vec<Vec<Vec<Vec<f64>>>>,
+}
+
+#[derive(Default)]
+struct Known {
+    curves: Option<(Vec<f64>, Arc<Curves>)>,
+    slopes: Option<Arc<Slopes>>,
+    simulations: u64,
+    sensitivities: u64,
+}
+
+/// The model's answers to all records. Noise and tolerance do not enter here, so that one answer serves many weights.
+pub(super) struct Solutions<'a> {
+    pub model: &'a Model,
+    pub records: &'a [Healthy<'a>],
+    pub estimated: Vec<Estimated>,
+    /// All parameters of the rig; the estimated ones are replaced.
+    base: Vec<f64>,
+    /// Derivatives need not be as exact as curves.
+    pub coarse: Model,
+    /// Of each estimated parameter: the sensor whose offset (false) or gain (true) it is.
+    of_sensor: Vec<Option<(usize, bool)>>,
+    known: Mutex<Known>,
+}
+
+/// Derivatives are taken anew where a parameter has moved by more than this share of what was known of it before: laws bend
+/// over such a distance by a few hundredths, which moves the optimum by less than a tenth of a standard error.
+const BENT: f64 = 0.5;
+
+impl<'a> Solutions<'a> {
+    pub fn new(model: &'a Model, records: &'a [Healthy<'a>], estimated: Vec<Estimated>) -> Self {
+        let rig = &model.rig;
+        let of_sensor = |estimated: &Estimated| {
+            rig.sensors.iter().enumerate().find_map(|(index, sensor)| {
+                let place = estimated.parameter.checked_sub(sensor.first_parameter)?;
+                (place < 2).then_some((index, place == 1))
+            })
+        };
+        let mut coarse = model.clone();
+        coarse.tolerance = Tolerance::COARSE;
+        Self {
+            of_sensor: estimated.iter().map(of_sensor).collect(),
+            base: rig.nominal(),
+            coarse,
+            known: Mutex::default(),
+            model,
+            records,
+            estimated,
+        }
+    }
+
+    /// Solutions of the model so far: plain ones, and with derivatives.
+    pub fn effort(&self) -> (u64, u64) {
+        let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        (known.simulations, known.sensitivities)
+    }
+
+    pub fn parameters(&self, theta: &[f64]) -> Vec<f64> {
+        let mut parameters = self.base.clone();
+        for (estimated, &value) in self.estimated.iter().zip(theta) {
+            parameters[estimated.parameter] = value;
+        }
+        parameters
+    }
+
+    pub fn curves(&self, theta: &[f64]) -> Result<Arc<Curves>, SimulationError> {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((at, curves)) = &known.curves
+            && at == theta
+        {
+            return Ok(curves.clone());
+        }
+        let parameters = self.parameters(theta);
+        let solve = |one: &Healthy<'_>| Ok(self.model.simulate(&parameters, &one.drive, &one.record.time)?.values);
+        // Records are independent, so one thread each changes nothing but the time.
+        let solved: Vec<Result<_, SimulationError>> = std::thread::scope(|scope| {
+            let running: Vec<_> = self.records.iter().map(|one| scope.spawn(move || solve(one))).collect();
+            running
+                .into_iter()
+                .map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+                .collect()
+        });
+        let curves = Arc::new(solved.into_iter().collect::<Result<Curves, _>>()?);
+        known.simulations += self.records.len() as u64;
+        known.curves = Some((theta.to_vec(), curves.clone()));
+        Ok(curves)
+    }
+
+    fn slopes(&self, theta: &[f64]) -> Result<Arc<Slopes>, SimulationError> {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(slopes) = &known.slopes {
+            let moved = |((a, b), estimated): ((&f64, &f64), &Estimated)| (a - b).abs() > BENT * estimated.scale;
+            if !slopes.at.iter().zip(theta).zip(&self.estimated).any(moved) {
+                return Ok(slopes.clone());
+            }
+        }
+        let parameters = self.parameters(theta);
+        // Offsets and gains of sensors act on the finished reading; only the others need an integration.
+        let inside = self.estimated.iter().zip(&self.of_sensor).filter(|(_, sensor)| sensor.is_none());
+        let inside: Vec<usize> = inside.map(|(estimated, _)| estimated.parameter).collect();
+        let mut by = Vec::new();
+        for one in self.records {
+            by.push(self.coarse.sensitivities(&parameters, &inside, &one.drive, &one.record.time)?.derivatives);
+        }
+        let slopes = Arc::new(Slopes { at: theta.to_vec(), by });
+        known.sensitivities += self.records.len() as u64;
+        known.slopes = Some(slopes.clone());
+        Ok(slopes)
+    }
+
+    /// Model minus measurement of one record, SI, one sensor after the other.
+    pub fn misfit(&self, curves: &Curves, record: usize) -> Vec<f64> {
+        let pairs = curves[record].iter().zip(&self.records[record].measured);
+        pairs.flat_map(|(model, measured)| model.iter().zip(*measured).map(|(m, y)| m - y)).collect()
+    }
+
+    /// Derivatives of [`Solutions::misfit`], one column per estimated parameter, unweighted.
+    pub fn columns(&self, theta: &[f64], record: usize) -> Result<DMatrix<f64>, SimulationError> {
+        let curves = self.curves(theta)?;
+        let slopes = self.slopes(theta)?;
+        let parameters = self.parameters(theta);
+        let rows = self.records[record].record.time.len();
+        let mut columns = DMatrix::zeros(rows * self.model.rig.sensors.len(), theta.len());
+        let mut inside = slopes.by[record].iter();
+        for (mut column, of_sensor) in columns.column_iter_mut().zip(&self.of_sensor) {
+            if let Some((sensor, is_gain)) = *of_sensor {
+                let first = self.model.rig.sensors[sensor].first_parameter;
+                let (offset, gain) = (parameters[first], parameters[first + 1]);
+                for (slot, value) in column.iter_mut().skip(sensor * rows).zip(&curves[record][sensor]) {
+                    *slot = if is_gain { (value - offset) / gain } else { 1.0 };
+                }
+            } else if let Some(derivative) = inside.next() {
+                for (slot, derivative) in column.iter_mut().zip(derivative.iter().flatten()) {
+                    *slot = *derivative;
+                }
+            }
+        }
+        Ok(columns)
+    }
+}
+
+/// The misfits to all records, one record after the other, weighted; behind them those of what the data sheet says.
+///
+/// As a [`Problem`] it is turned into as many rows as there are parameters, and one more for what none of them explains: with
+/// `J = Q R`, `Q'r` and `|r - Q Q'r|` have the cost and the gradient of `r`, and the search need not see the samples.
+pub(super) struct Joint<'a> {
+    pub solutions: &'a Solutions<'a>,
+    /// One per record.
+    pub weights: Vec<Weights>,
+    pub prior: &'a Gaussian,
+    pub bounds: Vec<(f64, f64)>,
+    /// Factors on the misfits that keep wild ones from pulling, as found at the start; empty for ones.
+    pub robust: Vec<f64>,
+    reduced: Mutex<Option<(Arc<Slopes>, Arc<Reduced>)>>,
+}
+
+/// A Jacobian, weighted and with the robust factors, and its triangle.
+struct Reduced {
+    jacobian: DMatrix<f64>,
+    /// Lower triangle, the transpose of `R`.
+    lower: DMatrix<f64>,
+}
+
+impl<'a> Joint<'a> {
+    pub fn new(solutions: &'a Solutions<'a>, weights: Vec<Weights>, prior: &'a Gaussian) -> Self {
+        let bounds = solutions.estimated.iter().map(|one| one.bounds).collect();
+        Self { solutions, weights, prior, bounds, robust: Vec::new(), reduced: Mutex::default() }
+    }
+
+    /// The same with robust factors: those of a loss at the misfits of `theta`.
+    pub fn robust(mut self, theta: &[f64], loss: Loss) -> Result<Self, SimulationError> {
+        self.robust = self.weighted(theta)?.iter().map(|r| loss.at(r * r).1.sqrt()).collect();
+        // What the data sheet says is no sample that may be wild.
+        let first = self.robust.len() - self.prior.len();
+        self.robust[first..].fill(1.0);
+        Ok(self)
+    }
+
+    /// The parts of the misfit vector that are time series: sensor by sensor, record by record.
+    pub fn series(&self) -> Vec<std::ops::Range<usize>> {
+        let mut series = Vec::new();
+        let mut first = 0;
+        for one in self.solutions.records {
+            for measured in &one.measured {
+                series.push(first..first + measured.len());
+                first += measured.len();
+            }
+        }
+        series
+    }
+
+    /// All misfits, without robust factors.
+    pub fn weighted(&self, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
+        let curves = self.solutions.curves(theta)?;
+        let mut all = Vec::new();
+        for (record, weights) in self.weights.iter().enumerate() {
+            let mut misfit = self.solutions.misfit(&curves, record);
+            weights.apply(&mut misfit);
+            all.append(&mut misfit);
+        }
+        all.extend(self.prior.misfit(theta).iter());
+        Ok(all)
+    }
+
+    /// All misfits and their derivatives, without robust factors.
+    pub fn whole(&self, theta: &[f64]) -> Result<Linearised, SimulationError> {
+        let misfit = self.weighted(theta)?;
+        let mut jacobian = DMatrix::zeros(misfit.len(), theta.len());
+        let mut first = 0;
+        for (record, weights) in self.weights.iter().enumerate() {
+            let mut columns = self.solutions.columns(theta, record)?;
+            for mut column in columns.column_iter_mut() {
+                weights.apply(column.as_mut_slice());
+            }
+            jacobian.rows_mut(first, columns.nrows()).copy_from(&columns);
+            first += columns.nrows();
+        }
+        self.prior.linearise(&mut jacobian, first);
+        Ok(Linearised { misfit, jacobian })
+    }
+
+    /// The Jacobian near `theta`: `anew` where parameters have moved too far from where it was taken.
+    fn reduced(&self, theta: &[f64], anew: bool) -> Result<Arc<Reduced>, SimulationError> {
+        let mut kept = self.reduced.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((at, reduced)) = &*kept
+            && (!anew || Arc::ptr_eq(at, &self.solutions.slopes(theta)?))
+        {
+            return Ok(reduced.clone());
+        }
+        let mut jacobian = self.whole(theta)?.jacobian;
+        for mut column in jacobian.column_iter_mut() {
+            column.iter_mut().zip(&self.robust).for_each(|(slot, factor)| *slot *= factor);
+        }
+        // The prior gives every direction a length, so that there is a factor.
+        let gram = jacobian.tr_mul(&jacobian);
+        let p = gram.nrows();
+        let lower = gram.cholesky().map_or_else(|| DMatrix::identity(p, p), |factor| factor.l());
+        let reduced = Arc::new(Reduced { jacobian, lower });
+        *kept = Some((self.solutions.slopes(theta)?, reduced.clone()));
+        Ok(reduced)
+    }
+
+    fn rows(&self, theta: &[f64], reduced: &Reduced) -> Result<Vec<f64>, SimulationError> {
+        let mut misfit = DVector::from_vec(self.weighted(theta)?);
+        misfit.iter_mut().zip(&self.robust).for_each(|(slot, factor)| *slot *= factor);
+        let gradient = reduced.jacobian.tr_mul(&misfit);
+        let along = reduced.lower.solve_lower_triangular(&gradient).unwrap_or(gradient);
+        let rest = (misfit.norm_squared() - along.norm_squared()).max(0.0).sqrt();
+        let mut rows: Vec<f64> = along.iter().copied().collect();
+        rows.push(rest);
+        Ok(rows)
+    }
+
+    /// Covariance of the parameters near `theta` for white misfits, SI: that of the linear model, bounds ignored. The prior
+    /// bounds every direction.
+    pub fn covariance(&self, theta: &[f64]) -> Result<DMatrix<f64>, SimulationError> {
+        let lower = &self.reduced(theta, true)?.lower;
+        let p = lower.nrows();
+        let unit = DMatrix::identity(p, p);
+        let inverse = lower.solve_lower_triangular(&unit).unwrap_or(unit);
+        Ok(inverse.tr_mul(&inverse))
+    }
+}
+
+impl Problem for Joint<'_> {
+    type Error = SimulationError;
+
+    fn bounds(&self) -> &[(f64, f64)] {
+        &self.bounds
+    }
+
+    fn misfit(&self, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
+        self.rows(theta, &*self.reduced(theta, false)?)
+    }
+
+    fn linearise(&self, theta: &[f64]) -> Result<Linearised, SimulationError> {
+        let reduced = self.reduced(theta, true)?;
+        let mut jacobian = reduced.lower.transpose();
+        jacobian = jacobian.insert_row(theta.len(), 0.0);
+        Ok(Linearised { misfit: self.rows(theta, &reduced)?, jacobian })
+    }
+
+    fn scale(&self) -> Vec<f64> {
+        self.solutions.estimated.iter().map(|estimated| estimated.scale).collect()
+    }
+}

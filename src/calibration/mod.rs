@@ -1,0 +1,264 @@
+//! Calibration: what a data sheet never gets right, learnt from healthy records.
+//!
+//! [`calibrate`] fits every parameter that a part may have otherwise than its data sheet (or that is stated as uncertain)
+//! to all healthy records together, with the data sheet as prior; noise of the sensors and tolerance of the model are
+//! estimated along. The result is a rig file with a `[calibration]`, which later fits take as prior with its covariance.
+//!
+//! One round is: noise from the fast part of the misfit, tolerance from the levels of its phases, weights from both, and
+//! the most probable parameters under them. Rounds end when none of it moves any more.
+
+mod joint;
+mod noise;
+mod report;
+mod result;
+mod tolerance;
+mod write;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::complaint::{Complaint, Kind, Place};
+use crate::diagnosis::estimate;
+use crate::diagnosis::noise::{Weights, phases, variances};
+use crate::diagnosis::prior::Gaussian;
+use crate::diagnosis::problem::{Estimated, RecordProblem};
+use crate::fit::{self, FitError, Loss, Tolerances};
+use crate::model::{Drive, Model, SimulationError};
+use crate::record::Record;
+use crate::rig::{Rig, Sensor, TOLERANCE};
+use joint::{Healthy, Joint, Solutions};
+use noise::Noise;
+pub use report::{ChannelFit, ParameterReport, RecordReport, Report, SCHEMA, SensorReport};
+use tolerance::{Evidence, Seen};
+
+/// What the user may choose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Most rounds of noise, tolerance and fit.
+    pub rounds: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { rounds: 4 }
+    }
+}
+
+/// A calibrated rig.
+#[derive(Debug, Clone)]
+pub struct Calibrated {
+    /// As reading `text` gives it.
+    pub rig: Rig,
+    /// The rig file with its `[calibration]` written anew behind everything else, which is untouched.
+    pub text: String,
+    pub report: Report,
+}
+
+/// Parameters are searched this many standard deviations to both sides.
+const REACH: f64 = 5.0;
+/// A misfit of more standard deviations pulls with constant force only (Huber).
+const ROBUST: f64 = 3.0;
+/// Width of the loss while the parameters are still those of the data sheet.
+const FAR: f64 = 10.0;
+/// Fits before the first round, each with the wild misfits of the one before held back.
+const FIRST: usize = 2;
+/// Relative decrease of the cost that ends them, and those of the rounds: far below a rise of 1 in chi-square.
+const FIRST_END: f64 = 1e-3;
+const END: f64 = 1e-6;
+const MOST_ITERATIONS: u64 = 20;
+/// Relative changes of noise and tolerance, and standard errors of a parameter, below which rounds are settled.
+const SETTLED: (f64, f64, f64) = (0.02, 0.1, 0.2);
+/// A tolerance is no less than this share of the noise of a sample.
+const LEAST_TOLERANCE: f64 = 0.02;
+
+/// Calibrates the rig of a rig file on healthy records. `rig_text` is the text of the file, `rig` what was read from it; a
+/// calibration that is already there is replaced, not used.
+///
+/// # Errors
+/// No records, no sensors, missing columns, a model that cannot be solved, a rig file that cannot be read.
+pub fn calibrate(rig_text: &str, rig: &Rig, records: &[Record], options: &Options) -> Result<Calibrated, Complaint> {
+    let bare = write::without_calibration(&rig.path, rig_text)?;
+    let sheet = Rig::parse(&rig.path, bare.clone())?;
+    let (learnt, report) = calibrate_rig(&sheet, records, options)?;
+    let text = bare + &write::section(&learnt, &report);
+    Ok(Calibrated { rig: Rig::parse(&rig.path, text.clone())?, text, report })
+}
+
+/// The same for a rig that has no file. Values, standard uncertainties and their correlation, healthy values of faults, noise and tolerance of
+/// the rig that comes back are those found. Its own values are taken as a data sheet's.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result<(Rig, Report), Complaint> {
+    let lacks = |what: &str, help: &str| Complaint::new(Kind::MissingEntry, what).at(Place::file(&rig.path)).help(help);
+    if records.is_empty() {
+        return Err(lacks("there are no records to calibrate on", "give at least one record of the healthy rig"));
+    }
+    if rig.sensors.is_empty() {
+        return Err(lacks(
+            "the rig has no sensors, so a record shows nothing of it",
+            "add `[sensors]`, one line per measured column",
+        ));
+    }
+    let failed = |error: FitError| {
+        let mut complaint = Complaint::new(Kind::Computation, format!("the rig could not be calibrated: {error}"))
+            .at(Place::file(&rig.path));
+        complaint.places.extend(records.iter().map(|record| Place::file(&record.path)));
+        complaint.help("check values and units of the rig with `borescope check`")
+    };
+    let unsolved = |error: SimulationError| failed(FitError::Start { source: error.into() });
+
+    let mut healthy = rig.clone();
+    for fault in &rig.faults {
+        healthy.parameters[fault.parameter].value = fault.healthy;
+    }
+    let model = Model::new(healthy);
+    let taken = records.iter().map(|record| {
+        let measured = estimate::measured(&model, record)?;
+        Ok(Healthy { record, drive: Drive::from_record(&model.rig, record)?, measured })
+    });
+    let taken = taken.collect::<Result<Vec<_>, Complaint>>()?;
+    let open = open(&model.rig);
+    let prior = prior(&model.rig, &open);
+    let solutions = Solutions::new(&model, &taken, open);
+    let mut rounds = Rounds { rig: model.rig.clone(), noises: vec![None; rig.sensors.len()], solutions, prior: &prior };
+    let rough: Vec<Weights> = taken.iter().map(|one| rough(&model.rig, one)).collect();
+    let mut theta = prior.mean.clone();
+    for _ in 0..FIRST {
+        let joint = rounds.joint(rough.clone(), &theta, Loss::SoftL1 { k: FAR }).map_err(unsolved)?;
+        theta = fit::fit(&joint, &theta, Loss::None, ends(FIRST_END)).map_err(failed)?.theta;
+    }
+    let mut round = 0;
+    let (fit, weights) = loop {
+        round += 1;
+        let before = rounds.rig.clone();
+        rounds.estimate_noise(&theta).map_err(unsolved)?;
+        rounds.estimate_tolerance(&theta, round == 1).map_err(unsolved)?;
+        let weights = rounds.weights(&rounds.rig, &theta).map_err(unsolved)?;
+        let joint = rounds.joint(weights.clone(), &theta, Loss::Huber { k: ROBUST }).map_err(unsolved)?;
+        let fit = fit::fit(&joint, &theta, Loss::None, ends(END)).map_err(failed)?;
+        let errors = joint.covariance(&fit.theta).map_err(unsolved)?.diagonal().map(f64::sqrt);
+        let moved = fit.theta.iter().zip(&theta).map(|(now, before)| (now - before).abs());
+        let still = moved.zip(&errors).all(|(moved, error)| moved <= SETTLED.2 * error);
+        theta.clone_from(&fit.theta);
+        if round >= options.rounds.max(1) || (still && alike(&before, &rounds.rig)) {
+            break (fit, weights);
+        }
+    };
+    rounds.finish(rig, records, fit, weights, round).map_err(unsolved)
+}
+
+fn ends(function: f64) -> Tolerances {
+    Tolerances { function, max_iterations: MOST_ITERATIONS, ..Tolerances::default() }
+}
+
+/// Whether noise and tolerance have settled.
+fn alike(before: &Rig, after: &Rig) -> bool {
+    before.sensors.iter().zip(&after.sensors).all(|(before, after)| {
+        (after.noise - before.noise).abs() <= SETTLED.0 * before.noise
+            && (after.tolerance - before.tolerance).abs() <= SETTLED.1 * before.tolerance.max(after.tolerance)
+    })
+}
+
+/// What calibration fits: what a part may have otherwise than its data sheet, and what is stated as uncertain. Faults stay
+/// at their healthy values but for those whose healthy value a data sheet does not get right.
+fn open(rig: &Rig) -> Vec<Estimated> {
+    let mut open = Vec::new();
+    for (index, parameter) in rig.parameters.iter().enumerate() {
+        let fault = rig.faults.iter().find(|fault| fault.parameter == index);
+        let known =
+            if fault.is_some() && parameter.spread == 0.0 { 0.0 } else { parameter.spread.max(parameter.sigma) };
+        if known == 0.0 || parameter.anew {
+            continue;
+        }
+        let (low, high) = fault.map_or(parameter.bounds, |fault| fault.bounds);
+        let (near, far) = (parameter.value - REACH * known, parameter.value + REACH * known);
+        open.push(Estimated { parameter: index, bounds: (low.max(near), high.min(far)), scale: known });
+    }
+    open
+}
+
+fn prior(rig: &Rig, open: &[Estimated]) -> Gaussian {
+    let mean = open.iter().map(|one| rig.parameters[one.parameter].value).collect();
+    let variance = DVector::from_iterator(open.len(), open.iter().map(|one| one.scale * one.scale));
+    Gaussian::new((0..open.len()).collect(), mean, &DMatrix::from_diagonal(&variance))
+}
+
+/// Weights before anything has been fitted.
+fn rough(rig: &Rig, one: &Healthy<'_>) -> Weights {
+    let variance = variances(rig, one.record, &one.measured, true);
+    Weights::new(rig, &phases(rig, &one.drive, &one.record.time, &variance), &variance, &[])
+}
+
+/// What changes from round to round.
+struct Rounds<'a> {
+    /// With the noise and tolerance found so far.
+    rig: Rig,
+    noises: Vec<Option<Noise>>,
+    solutions: Solutions<'a>,
+    prior: &'a Gaussian,
+}
+
+impl Rounds<'_> {
+    fn joint(&self, weights: Vec<Weights>, theta: &[f64], loss: Loss) -> Result<Joint<'_>, SimulationError> {
+        Joint::new(&self.solutions, weights, self.prior).robust(theta, loss)
+    }
+
+    fn weights(&self, rig: &Rig, theta: &[f64]) -> Result<Vec<Weights>, SimulationError> {
+        let mut model = Model::new(rig.clone());
+        model.tolerance = self.solutions.coarse.tolerance;
+        let each = self.solutions.records.iter().map(|one| {
+            let empty = Weights::new(rig, &[], &[], &[]);
+            let (times, open) = (&one.record.time, self.solutions.estimated.clone());
+            let measured = one.measured.clone();
+            let problem = RecordProblem::new(&model, &one.drive, times, measured, empty, open, Gaussian::none());
+            estimate::weights(&problem, one.record, theta)
+        });
+        each.collect()
+    }
+
+    fn estimate_noise(&mut self, theta: &[f64]) -> Result<(), SimulationError> {
+        let curves = self.solutions.curves(theta)?;
+        self.noises = noise::estimate(&self.rig, &self.solutions, &curves);
+        for (sensor, noise) in self.rig.sensors.iter_mut().zip(&self.noises) {
+            if let Some(noise) = noise {
+                sensor.noise = noise.sigma;
+            }
+        }
+        Ok(())
+    }
+
+    fn estimate_tolerance(&mut self, theta: &[f64], first: bool) -> Result<(), SimulationError> {
+        let mut free = self.rig.clone();
+        free.sensors.iter_mut().for_each(|sensor| sensor.tolerance = 0.0);
+        let weights = self.weights(&free, theta)?;
+        let curves = self.solutions.curves(theta)?;
+        let mut seen = Vec::new();
+        for (record, weights) in weights.into_iter().enumerate() {
+            let one = &self.solutions.records[record];
+            let views: Vec<&[f64]> = curves[record].iter().map(Vec::as_slice).collect();
+            let variance = variances(&free, one.record, &views, false);
+            seen.push(Seen {
+                weights,
+                phases: phases(&free, &one.drive, &one.record.time, &variance),
+                misfit: self.solutions.misfit(&curves, record),
+                columns: self.solutions.columns(theta, record)?,
+            });
+        }
+        let precision = self.prior.precision();
+        let away = DVector::from_iterator(theta.len(), self.prior.mean.iter().zip(theta).map(|(mean, at)| mean - at));
+        let pull = &precision * away;
+        let colour: Vec<f64> = self.noises.iter().map(|noise| noise.map_or(1.0, |noise| noise.colour())).collect();
+        let stated = &self.solutions.model.rig.sensors;
+        // A tolerance that is stated as none is not believed, but taken as the usual one.
+        let share = |sensor: &Sensor| if sensor.tolerance > 0.0 { sensor.tolerance / sensor.noise } else { TOLERANCE };
+        let scale = stated.iter().map(share).collect();
+        let evidence = Evidence::new(&free, seen, precision, pull, &colour, scale);
+        let start: Vec<f64> = self.rig.sensors.iter().map(|sensor| sensor.tolerance).collect();
+        for (sensor, tolerance) in
+            self.rig.sensors.iter_mut().zip(evidence.tolerances(&start, if first { 2 } else { 1 }))
+        {
+            sensor.tolerance = tolerance.max(LEAST_TOLERANCE * sensor.noise);
+        }
+        Ok(())
+    }
+}

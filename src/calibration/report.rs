@@ -1,0 +1,84 @@
+//! What a calibration found, for people and programs.
+
+use serde::Serialize;
+
+/// Name and version of the JSON schema.
+pub const SCHEMA: &str = "borescope.calibration/1";
+
+/// What a calibration found. Numbers carry the unit beside them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    pub schema: &'static str,
+    /// The rig file, as it was called.
+    pub rig: String,
+    /// Every parameter that was calibrated, in the order of the rig.
+    pub parameters: Vec<ParameterReport>,
+    /// Every sensor, in the order of the rig.
+    pub sensors: Vec<SensorReport>,
+    /// Every record, in the order given.
+    pub records: Vec<RecordReport>,
+    /// Whether the calibrated model explains every channel of every record.
+    pub adequate: bool,
+    /// What speaks against taking the records for healthy ones of this rig.
+    pub warnings: Vec<String>,
+    /// Mean square of the weighted misfit over all samples.
+    pub chi2_reduced: f64,
+    /// How often noise and tolerance were estimated anew.
+    pub rounds: usize,
+    /// Simulations of a record, those with sensitivities included.
+    pub solves: u64,
+    pub stopped_because: String,
+}
+
+/// A calibrated parameter. Numbers in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterReport {
+    pub id: String,
+    pub meaning: String,
+    pub unit: String,
+    /// Data sheet, or the healthy value of the fault.
+    pub before: f64,
+    /// Standard deviation between data sheet and part.
+    pub sigma_before: f64,
+    pub after: f64,
+    /// Standard error with the records, inflated where the misfit is coloured.
+    pub sigma_after: f64,
+    /// Whether the records told anything: `sigma_after` well below `sigma_before`.
+    pub informed: bool,
+    /// Whether it is a fault, whose healthy value was calibrated.
+    pub fault: bool,
+}
+
+/// Noise and tolerance of a sensor. Numbers in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SensorReport {
+    pub name: String,
+    pub unit: String,
+    pub noise_before: f64,
+    pub noise: f64,
+    /// Correlation of the noise of neighbouring samples; `None` where the noise could not be estimated and stays.
+    pub noise_correlation: Option<f64>,
+    pub tolerance_before: f64,
+    pub tolerance: f64,
+}
+
+/// How the calibrated model follows one record.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RecordReport {
+    pub record: String,
+    pub rows: usize,
+    pub chi2_reduced: f64,
+    pub channels: Vec<ChannelFit>,
+}
+
+/// How the calibrated model follows one sensor in one record. Numbers in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChannelFit {
+    pub name: String,
+    pub unit: String,
+    /// Root mean square of measured minus model.
+    pub rmse: f64,
+    /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
+    pub chi2_reduced: f64,
+    pub adequate: bool,
+}

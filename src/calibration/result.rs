@@ -1,0 +1,207 @@
+//! From the last fit to the calibrated rig and what is told of it.
+
+use nalgebra::DMatrix;
+
+use super::joint::Joint;
+use super::report::{ChannelFit, ParameterReport, RecordReport, Report, SCHEMA, SensorReport};
+use super::{Noise, ROBUST, Rounds};
+use crate::diagnosis::noise::Weights;
+use crate::fit::{Fit, Loss, Uncertainty, UncertaintyOptions};
+use crate::model::SimulationError;
+use crate::record::Record;
+use crate::report::number::rounded;
+use crate::rig::{Calibration, Rig};
+
+/// Digits of a reported number.
+const DIGITS: usize = 7;
+/// A weighted misfit is counted as no more than this, so that a few wild samples do not condemn a model.
+const WILD: f64 = 5.0;
+/// Mean square of the weighted misfit of a channel up to which the model is adequate; the same as in a diagnosis.
+const ADEQUATE: f64 = 1.5;
+/// Records have told something of a parameter if they halved its variance.
+const INFORMED: f64 = 0.7;
+/// Standard deviations of the data sheet beyond which a parameter is not believed to be that of a healthy part.
+const FAR_OFF: f64 = 3.0;
+/// Tolerances that are so many times the stated one, and as large as the noise, hide something.
+const COARSE: f64 = 3.0;
+/// Share that is taken from all correlations where rounding has spoilt them; the least eigenvalue that counts as none.
+const SHRINK: f64 = 1e-6;
+const SPOILT: f64 = 1e-8;
+
+/// The nearest matrix with a unit diagonal, eight digits and positive eigenvalues.
+fn correlation(covariance: &DMatrix<f64>) -> DMatrix<f64> {
+    let size = covariance.diagonal().map(f64::sqrt);
+    let mut kept = 1.0;
+    loop {
+        let one = |i: usize, j: usize| {
+            let r = kept * covariance[(i, j)] / (size[i] * size[j]);
+            if i == j { 1.0 } else { (r * 1e8).round() / 1e8 }
+        };
+        let rounded = DMatrix::from_fn(size.len(), size.len(), one);
+        let least = DMatrix::symmetric_eigenvalues(&rounded).min();
+        if size.is_empty() || least > SPOILT || kept < 0.5 {
+            return rounded;
+        }
+        kept *= 1.0 - SHRINK;
+    }
+}
+
+impl Rounds<'_> {
+    /// The calibrated rig and the report. `sheet` is the rig as given.
+    pub fn finish(
+        self,
+        sheet: &Rig,
+        records: &[Record],
+        mut fit: Fit,
+        weights: Vec<Weights>,
+        rounds: usize,
+    ) -> Result<(Rig, Report), SimulationError> {
+        let loss = Loss::Huber { k: ROBUST };
+        let joint = self.joint(weights, &fit.theta, loss)?;
+        let options = UncertaintyOptions { series: joint.series(), ..UncertaintyOptions::default() };
+        (fit.linearised, fit.loss) = (joint.whole(&fit.theta)?, loss);
+        let inflation = Uncertainty::at(&fit, &options).inflation;
+        let covariance = joint.covariance(&fit.theta)?;
+        // Coloured misfits take from what a record says, but no more than all of it.
+        let coloured = |i: usize| (covariance[(i, i)] * inflation[i]).sqrt();
+        let sigma: Vec<f64> = self.prior.sigma.iter().enumerate().map(|(i, before)| coloured(i).min(*before)).collect();
+        let mut rig = sheet.clone();
+        let parameters: Vec<usize> = joint.solutions.estimated.iter().map(|one| one.parameter).collect();
+        for (i, &index) in parameters.iter().enumerate() {
+            let parameter = &mut rig.parameters[index];
+            (parameter.value, parameter.sigma) = (fit.theta[i], sigma[i]);
+            if let Some(fault) = rig.faults.iter_mut().find(|fault| fault.parameter == index) {
+                fault.healthy = fit.theta[i];
+            }
+        }
+        for (sensor, found) in rig.sensors.iter_mut().zip(&self.rig.sensors) {
+            (sensor.noise, sensor.tolerance) = (found.noise, found.tolerance);
+        }
+        let names = records.iter().map(|record| record.path.display().to_string()).collect();
+        rig.calibration = Some(Calibration { records: names, parameters, correlation: correlation(&covariance) });
+        let report = self.report(sheet, &rig, &fit, &joint, rounds);
+        Ok((rig, report))
+    }
+
+    fn report(&self, sheet: &Rig, rig: &Rig, fit: &Fit, joint: &Joint<'_>, rounds: usize) -> Report {
+        let mut parameters = Vec::new();
+        let mut warnings = Vec::new();
+        for (i, one) in self.solutions.estimated.iter().enumerate() {
+            let (known, found) = (&sheet.parameters[one.parameter], &rig.parameters[one.parameter]);
+            let unit = &known.unit;
+            let (value, spread) =
+                (|si| rounded(unit.from_si(si), DIGITS), |si| rounded(unit.difference_from_si(si), DIGITS));
+            let (before, sigma_before) = (self.prior.mean[i], self.prior.sigma[i]);
+            let away = (found.value - before) / sigma_before;
+            if away.abs() > FAR_OFF {
+                warnings.push(format!(
+                    "`{}` came out at {}, {:.1} standard deviations from the data sheet's {}: is the rig healthy?",
+                    known.id,
+                    shown(value(found.value), &unit.symbol),
+                    away.abs(),
+                    shown(value(before), &unit.symbol)
+                ));
+            }
+            parameters.push(ParameterReport {
+                id: known.id.clone(),
+                meaning: known.meaning.clone(),
+                unit: unit.symbol.clone(),
+                before: value(before),
+                sigma_before: spread(sigma_before),
+                after: value(found.value),
+                sigma_after: spread(found.sigma),
+                informed: found.sigma < INFORMED * sigma_before,
+                fault: sheet.is_fault(one.parameter),
+            });
+        }
+        let mut sensors = Vec::new();
+        for (index, (before, after)) in sheet.sensors.iter().zip(&rig.sensors).enumerate() {
+            let unit = sheet.sensor_unit(before);
+            let spread = |si| rounded(unit.difference_from_si(si), DIGITS);
+            if after.tolerance > COARSE * before.tolerance && after.tolerance > after.noise {
+                warnings.push(format!(
+                    "the model follows `{}` only within {}, {:.1} times the noise of a sample: something is missing in the \
+                     model, or the rig is not healthy",
+                    after.name,
+                    shown(spread(after.tolerance), &unit.symbol),
+                    after.tolerance / after.noise
+                ));
+            }
+            sensors.push(SensorReport {
+                name: before.name.clone(),
+                unit: unit.symbol.clone(),
+                noise_before: spread(before.noise),
+                noise: spread(after.noise),
+                noise_correlation: self.noises[index].map(|noise: Noise| rounded(noise.correlation, 3)),
+                tolerance_before: spread(before.tolerance),
+                tolerance: spread(after.tolerance),
+            });
+        }
+        let records = self.records(sheet, fit, joint, &mut warnings);
+        let samples = self.solutions.records.iter().map(|one| one.record.time.len() * sensors.len()).sum::<usize>();
+        let total: f64 = records.iter().map(|record| record.chi2_reduced * (record.rows * sensors.len()) as f64).sum();
+        let (simulations, sensitivities) = self.solutions.effort();
+        Report {
+            schema: SCHEMA,
+            rig: sheet.path.display().to_string(),
+            adequate: records.iter().all(|record| record.channels.iter().all(|channel| channel.adequate)),
+            parameters,
+            sensors,
+            records,
+            warnings,
+            chi2_reduced: rounded(total / samples.max(1) as f64, DIGITS),
+            rounds,
+            solves: simulations + sensitivities,
+            stopped_because: fit.stopped.to_string(),
+        }
+    }
+
+    fn records(&self, sheet: &Rig, fit: &Fit, joint: &Joint<'_>, warnings: &mut Vec<String>) -> Vec<RecordReport> {
+        let plain = self.solutions.curves(&fit.theta).ok();
+        let mut series = joint.series().into_iter();
+        let mut records = Vec::new();
+        for (record, one) in self.solutions.records.iter().enumerate() {
+            let rows = one.record.time.len().max(1) as f64;
+            let name = one.record.path.display().to_string();
+            let mut channels = Vec::new();
+            for (sensor, (known, range)) in sheet.sensors.iter().zip(series.by_ref()).enumerate() {
+                let tame = |r: &f64| r.abs().min(WILD).powi(2);
+                let chi2 = fit.linearised.misfit[range].iter().map(tame).sum::<f64>() / rows;
+                let away = |curves: &super::joint::Curves| {
+                    let pairs = curves[record][sensor].iter().zip(one.measured[sensor]);
+                    pairs.map(|(model, measured)| (model - measured).powi(2)).sum::<f64>()
+                };
+                let square = plain.as_deref().map_or(f64::NAN, away);
+                let unit = sheet.sensor_unit(known);
+                // Four standard deviations of the mean square of so few samples.
+                let adequate = chi2 <= ADEQUATE + 4.0 * (2.0 / rows).sqrt();
+                if !adequate {
+                    warnings.push(format!(
+                        "{name}: the calibrated model does not explain `{}` (mean square of the weighted misfit {:.2}): is the \
+                         record one of the healthy rig?",
+                        known.name, chi2
+                    ));
+                }
+                channels.push(ChannelFit {
+                    name: known.name.clone(),
+                    unit: unit.symbol.clone(),
+                    rmse: rounded(unit.difference_from_si((square / rows).sqrt()), DIGITS),
+                    chi2_reduced: rounded(chi2, DIGITS),
+                    adequate,
+                });
+            }
+            let mean = channels.iter().map(|channel| channel.chi2_reduced).sum::<f64>() / channels.len().max(1) as f64;
+            records.push(RecordReport {
+                record: name,
+                rows: one.record.time.len(),
+                chi2_reduced: rounded(mean, DIGITS),
+                channels,
+            });
+        }
+        records
+    }
+}
+
+fn shown(value: f64, unit: &str) -> String {
+    crate::report::number::with_unit(value, unit)
+}

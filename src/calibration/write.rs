@@ -1,0 +1,74 @@
+//! The `[calibration]` of a rig file as text.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use toml_edit::DocumentMut;
+
+use super::Report;
+use crate::complaint::{Complaint, Kind, Place};
+use crate::report::number::rounded;
+use crate::rig::Rig;
+use crate::units::Unit;
+
+/// Digits of a value and of a standard deviation.
+const DIGITS: (usize, usize) = (10, 6);
+
+/// The text of a rig file without its `[calibration]`; everything else, comments and order included, is as it was.
+pub(super) fn without_calibration(path: &Path, text: &str) -> Result<String, Complaint> {
+    let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
+        let place = Place::of_byte(path, text, error.span().map_or(0, |span| span.start));
+        Complaint::new(Kind::Syntax, format!("this is not TOML: {}", error.message().replace('\n', "; "))).at(place)
+    })?;
+    if document.remove("calibration").is_none() {
+        return Ok(text.to_owned());
+    }
+    Ok(document.to_string())
+}
+
+/// The `[calibration]` of a calibrated rig, to be put behind the rest.
+pub(super) fn section(rig: &Rig, report: &Report) -> String {
+    let mut text = String::new();
+    // Writing to a `String` cannot fail.
+    let _ = write_section(&mut text, rig, report);
+    text
+}
+
+fn write_section(out: &mut String, rig: &Rig, report: &Report) -> std::fmt::Result {
+    let Some(calibration) = &rig.calibration else { return Ok(()) };
+    writeln!(out, "\n# What healthy records have taught; `borescope calibrate` writes this part anew.")?;
+    writeln!(out, "[calibration]")?;
+    let records: Vec<String> = calibration.records.iter().map(|record| quoted(record)).collect();
+    writeln!(out, "records = [{}]", records.join(", "))?;
+    writeln!(out, "correlation = [")?;
+    for i in 0..calibration.parameters.len() {
+        let row: Vec<String> = (0..=i).map(|j| calibration.correlation[(i, j)].to_string()).collect();
+        writeln!(out, "    [{}],", row.join(", "))?;
+    }
+    writeln!(out, "]\n\n[calibration.values]")?;
+    for (&index, told) in calibration.parameters.iter().zip(&report.parameters) {
+        let parameter = &rig.parameters[index];
+        let unit = &parameter.unit;
+        let (value, sigma) = (unit.from_si(parameter.value), unit.difference_from_si(parameter.sigma));
+        let stated = format!("{} +- {}", quantity(value, DIGITS.0, unit), quantity(sigma, DIGITS.1, unit));
+        let remark = if told.informed { "" } else { "  # as the data sheet has it" };
+        writeln!(out, "{} = {}{remark}", quoted(&parameter.id), quoted(&stated))?;
+    }
+    for sensor in &rig.sensors {
+        let unit = rig.sensor_unit(sensor);
+        let shown = |si| quoted(&quantity(unit.difference_from_si(si), DIGITS.1, &unit));
+        writeln!(out, "\n[calibration.sensors.{}]", quoted(&sensor.name))?;
+        writeln!(out, "noise = {}\ntolerance = {}", shown(sensor.noise), shown(sensor.tolerance))?;
+    }
+    Ok(())
+}
+
+fn quantity(value: f64, digits: usize, unit: &Unit) -> String {
+    let value = rounded(value, digits);
+    if unit.symbol == "-" { value.to_string() } else { format!("{value} {}", unit.symbol) }
+}
+
+/// A text as TOML writes it.
+fn quoted(text: &str) -> String {
+    toml_edit::Value::from(text).to_string()
+}

@@ -1,0 +1,196 @@
+//! One rig, one case: drawn, simulated, diagnosed.
+
+use std::time::Instant;
+
+use super::Campaign;
+use super::disturb::{Disturbed, disturb};
+use super::draw::{Injected, Run};
+use super::measured::measured;
+use super::random::{Purpose, Stream};
+use super::row::Row;
+use crate::calibration;
+use crate::complaint::Complaint;
+use crate::diagnosis::{self, Diagnosed, diagnose};
+use crate::model::{Model, Outputs};
+use crate::physics::component::{Answers, AnyLaw, INPUTS, Seen, VARIABLES, cylinder};
+use crate::physics::fluid::{self, Fluid};
+use crate::physics::{ATMOSPHERE, card::PortKind};
+use crate::record::Record;
+use crate::rig::{Quantity, Rig, Target};
+
+/// Draws after which a rig or case is given up.
+const DRAWS: usize = 100;
+/// Healthy records from which each rig is calibrated.
+const RECORDS: usize = 2;
+/// The pressure difference of a case is the one that this share of its rows stays below.
+const PRESSED: f64 = 0.9;
+
+/// A disturbed rig with what its healthy records have taught.
+pub struct Prepared {
+    pub disturbed: Disturbed,
+    /// Of the disturbed rig.
+    simulated: Model,
+    /// Of the data sheet, calibrated.
+    pub model: Model,
+    /// Whether the calibrated model explains the healthy records.
+    pub adequate: bool,
+    /// The healthy records.
+    pub records: Vec<Record>,
+    /// How often it was drawn anew because a simulation came to no end.
+    pub redrawn: usize,
+}
+
+/// One case with all that a reader may want to see.
+pub struct Replay {
+    pub row: Row,
+    /// `None` where nothing could be simulated.
+    pub record: Option<Record>,
+    /// `None` where the case failed.
+    pub diagnosed: Option<Diagnosed>,
+}
+
+impl Campaign {
+    /// The rig with this number, drawn and calibrated by the first who asks; the message of what went wrong otherwise.
+    pub fn prepared(&self, rig: usize) -> Result<&Prepared, &str> {
+        let message = "there is no such rig";
+        let slot = self.rigs.get(rig).ok_or(message)?;
+        slot.get_or_init(|| self.prepare(rig).map_err(|complaint| complaint.to_string()))
+            .as_ref()
+            .map_err(String::as_str)
+    }
+
+    fn prepare(&self, rig: usize) -> Result<Prepared, Complaint> {
+        let mut last = String::new();
+        for redrawn in 0..DRAWS {
+            let mut random = Stream::of(self.options.seed, Purpose::Rig(rig, redrawn));
+            let disturbed = disturb(&self.rig, self.options.disturbance, &mut random)?;
+            let simulated = Model::new(disturbed.rig.clone());
+            let healthy = disturbed.rig.nominal();
+            let records = (0..RECORDS).map(|number| {
+                let run = Run::draw(&self.rig, &self.cycle, &mut random);
+                let seed = random.seed();
+                let outputs = simulated.simulate(&healthy, &run.drive, &run.times)?;
+                let name = format!("rig_{rig}_healthy_{}.csv", number + 1);
+                Ok(measured(&disturbed, name, &run.drive, &run.times, run.interval, &outputs, seed))
+            });
+            match records.collect::<Result<Vec<Record>, crate::model::SimulationError>>() {
+                Ok(records) => {
+                    let options = calibration::Options::default();
+                    let (calibrated, report) = calibration::calibrate_rig(&self.rig, &records, &options)?;
+                    let (model, adequate) = (Model::new(calibrated), report.adequate);
+                    return Ok(Prepared { disturbed, simulated, model, adequate, records, redrawn });
+                }
+                Err(error) => last = error.to_string(),
+            }
+        }
+        Err(Complaint::new(
+            crate::complaint::Kind::Computation,
+            format!("rig {rig} could not be simulated in {DRAWS} draws: {last}"),
+        )
+        .in_file(&self.rig.path)
+        .help("try the cycle with `borescope simulate`, or a smaller `--disturbance`"))
+    }
+
+    /// Runs one case with `count` faults.
+    pub(super) fn case(&self, case: usize, count: usize) -> Replay {
+        let rig = self.rig_of(case);
+        let prepared = match self.prepared(rig) {
+            Ok(prepared) => prepared,
+            Err(message) => return self.unprepared(case, rig, count, message),
+        };
+        let mut last = String::new();
+        for redrawn in 0..DRAWS {
+            let mut random = Stream::of(self.options.seed, Purpose::Case(case, redrawn));
+            let run = Run::draw(&self.rig, &self.cycle, &mut random);
+            let injected = Injected::draw(&prepared.disturbed, &run, count, &mut random);
+            let drive = injected.drive(&prepared.disturbed, &run);
+            let parameters = injected.parameters(&prepared.disturbed);
+            let outputs = match prepared.simulated.simulate(&parameters, &drive, &run.times) {
+                Ok(outputs) => outputs,
+                Err(error) => {
+                    last = error.to_string();
+                    continue;
+                }
+            };
+            let mut row = Row::new(case, rig, count, &prepared.disturbed, &injected);
+            (row.redrawn, row.rig_redrawn, row.motion_s) = (redrawn, prepared.redrawn, run.first_motion(&self.rig));
+            row.rig_adequate = Some(prepared.adequate);
+            for fault in 0..row.faults.len() {
+                if row.faults[fault].injected {
+                    row.faults[fault].flow_l_min = leakage(&prepared.disturbed, &parameters, fault, &outputs);
+                }
+            }
+            let name = format!("case_{case}.csv");
+            let disturbed = &prepared.disturbed;
+            let record = measured(disturbed, name, &run.drive, &run.times, run.interval, &outputs, random.seed());
+            let begin = Instant::now();
+            let diagnosed = diagnose(&prepared.model, &record, &diagnosis::Options::default());
+            row.seconds = begin.elapsed().as_secs_f64();
+            let diagnosed = match diagnosed {
+                Ok(diagnosed) => {
+                    row.take(&diagnosed.diagnosis);
+                    Some(diagnosed)
+                }
+                Err(complaint) => {
+                    row.failure = Some(complaint.what);
+                    None
+                }
+            };
+            return Replay { row, record: Some(record), diagnosed };
+        }
+        let nothing = Injected { faults: Vec::new(), onset: None };
+        let mut row = Row::new(case, rig, count, &prepared.disturbed, &nothing);
+        (row.redrawn, row.rig_redrawn) = (DRAWS, prepared.redrawn);
+        row.failure = Some(format!("the case could not be simulated in {DRAWS} draws: {last}"));
+        Replay { row, record: None, diagnosed: None }
+    }
+
+    /// The case of a rig that could not be prepared.
+    fn unprepared(&self, case: usize, rig: usize, count: usize, message: &str) -> Replay {
+        let healthy = self.rig.faults.iter().map(|fault| fault.healthy).collect();
+        let disturbed = Disturbed { rig: self.rig.clone(), healthy, input_gain: vec![1.0; self.rig.inputs.len()] };
+        let mut row = Row::new(case, rig, count, &disturbed, &Injected { faults: Vec::new(), onset: None });
+        row.failure = Some(message.to_owned());
+        Replay { row, record: None, diagnosed: None }
+    }
+}
+
+/// Leakage in L/min that a cylinder's clearance makes, the piston at rest, at the difference of its measured chambers
+/// that [`PRESSED`] of the rows stay below; `None` for other faults, and where the chambers are not measured.
+fn leakage(disturbed: &Disturbed, parameters: &[f64], fault: usize, outputs: &Outputs) -> Option<f64> {
+    let rig = &disturbed.rig;
+    let parameter = rig.faults[fault].parameter;
+    let component = rig.components.iter().find(|component| {
+        (component.first_parameter..component.first_parameter + component.card.parameters.len()).contains(&parameter)
+    })?;
+    let own = parameter - component.first_parameter;
+    if component.card.kind != cylinder::CARD.kind || component.card.parameters[own].name != "clearance" {
+        return None;
+    }
+    let [a, b] = [pressure(rig, outputs, component.ports[0])?, pressure(rig, outputs, component.ports[1])?];
+    let mut differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect();
+    differences.sort_by(f64::total_cmp);
+    let difference = *differences.get((PRESSED * differences.len() as f64) as usize)?;
+    let flow = |clearance: f64| {
+        let mut own_values = parameters[component.first_parameter..][..component.card.parameters.len()].to_vec();
+        own_values[own] = clearance;
+        let fluid = Fluid::new(&parameters[..fluid::CARD.parameters.len()]);
+        let mut seen = Seen { z: [0.0; VARIABLES], u: [0.0; INPUTS] };
+        let hydraulic = component.card.ports.iter().filter(|port| port.kind == PortKind::Hydraulic).count();
+        seen.z[..hydraulic].fill(ATMOSPHERE);
+        seen.z[0] += difference;
+        let mut answers = Answers::default();
+        AnyLaw::new(component.card.kind, &own_values, &fluid)?.evaluate(&seen, &mut answers);
+        Some(answers.through[0])
+    };
+    const L_PER_MIN: f64 = 60e3;
+    let leak = (flow(parameters[parameter])? - flow(disturbed.healthy[fault])?) * L_PER_MIN;
+    Some(crate::report::number::rounded(leak, 9))
+}
+
+/// What the pressure sensor at a node reads without noise, Pa.
+fn pressure<'a>(rig: &Rig, outputs: &'a Outputs, node: usize) -> Option<&'a [f64]> {
+    let sits =
+        |sensor: &crate::rig::Sensor| sensor.target == Target::Node(node) && sensor.quantity == Quantity::Pressure;
+    outputs.values.get(rig.sensors.iter().position(sits)?).map(Vec::as_slice)
+}

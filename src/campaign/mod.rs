@@ -1,0 +1,168 @@
+//! How good the diagnosis is, measured on synthetic faults.
+//!
+//! A campaign draws rigs that are near the data sheet but not on it ([`disturb`]), lets each make two healthy records from
+//! which the data sheet is calibrated, as a user would, draws faults ([`draw`]), writes records with coloured noise
+//! ([`measured`]), diagnoses them with the calibrated rig, and compares ([`score`]). Every number has a stream of
+//! random numbers of its own ([`random`]), so that results depend on the options only.
+
+pub mod case;
+pub mod disturb;
+pub mod draw;
+pub mod measured;
+pub mod random;
+pub mod row;
+pub mod score;
+pub mod statistics;
+pub mod store;
+
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+
+use serde::Serialize;
+
+use crate::complaint::{Complaint, Kind, Place};
+use crate::rig::{Cycle, InitialPressure, NodeKind, Rig};
+use case::{Prepared, Replay};
+pub use row::{FaultRow, Outcome, Row};
+
+/// What the user may choose. Two campaigns with the same options and rig file give the same rows.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Options {
+    /// How many cases, above 0.
+    pub cases: usize,
+    pub seed: u64,
+    /// Share of healthy cases, 0 to 1.
+    pub healthy: f64,
+    /// How much rigs are disturbed: 1 as [`disturb`] says, 0 not at all, at most [`MOST_DISTURBANCE`].
+    pub disturbance: f64,
+    /// How many disturbed rigs, above 0.
+    pub rigs: usize,
+}
+
+/// Share of healthy cases where nothing else is asked for.
+pub const HEALTHY: f64 = 0.32;
+/// Beyond this, strayed parameters pile up at their bounds.
+pub const MOST_DISTURBANCE: f64 = 5.0;
+/// Cases that share a rig where nothing else is asked for.
+const PER_RIG: usize = 25;
+
+impl Options {
+    /// Defaults for so many cases.
+    pub fn new(cases: usize) -> Self {
+        Self { cases, seed: 1, healthy: HEALTHY, disturbance: 1.0, rigs: (cases / PER_RIG).max(1) }
+    }
+}
+
+/// A campaign that is laid out.
+pub struct Campaign {
+    pub rig: Rig,
+    pub options: Options,
+    cycle: Cycle,
+    /// How many faults each case has.
+    plan: Vec<usize>,
+    rigs: Vec<OnceLock<Result<Prepared, String>>>,
+}
+
+impl Campaign {
+    /// Lays out a campaign on a rig.
+    ///
+    /// # Errors
+    /// Options outside their limits; a rig without cycle, faults or sensors, or one that starts from a record.
+    pub fn new(rig: Rig, options: Options) -> Result<Self, Complaint> {
+        let option = |what: &str, help: &str| Err(Complaint::new(Kind::Bounds, what).help(help));
+        if options.cases == 0 {
+            return option("a campaign of no cases", "ask for one or more with `--cases`");
+        }
+        if !(0.0..=1.0).contains(&options.healthy) {
+            return option(
+                "the share of healthy cases is not between 0 and 1",
+                "write a share such as `--healthy 0.32`",
+            );
+        }
+        if !(0.0..=MOST_DISTURBANCE).contains(&options.disturbance) {
+            let help = format!("write a number from 0 (none) to {MOST_DISTURBANCE}, such as `--disturbance 1`");
+            return option("the disturbance is out of range", &help);
+        }
+        if options.rigs == 0 || options.rigs > options.cases {
+            let help = format!("write a number from 1 to {}, one rig for each case", options.cases);
+            return option("the number of rigs does not fit that of the cases", &help);
+        }
+        let missing = |what: &str, help: &str| {
+            Err(Complaint::new(Kind::MissingEntry, what).at(Place::file(&rig.path)).help(help))
+        };
+        let Some(cycle) = rig.cycle.clone() else {
+            return missing("the rig file has no `[cycle]` to simulate", "add `[cycle]` with `interval` and `phases`");
+        };
+        if rig.sensors.is_empty() {
+            return missing("the rig has no sensors", "add `[sensors]`, one line per measured column");
+        }
+        if rig.faults.is_empty() {
+            return missing("the rig has no faults to draw", "add `[faults]`, one line per fault");
+        }
+        let from_record = |kind: &NodeKind| *kind == NodeKind::Volume { initial: InitialPressure::Record };
+        if let Some(node) = rig.nodes.iter().find(|node| from_record(&node.kind)) {
+            let what = format!("node `{}` starts at what its sensor shows first, but there is no record", node.name);
+            return Err(Complaint::new(Kind::MissingEntry, what)
+                .at(node.place.clone())
+                .help("add `initial = \"0 bar\"` or the pressure that it starts with"));
+        }
+        let plan = draw::plan(options.cases, options.healthy, rig.faults.len(), options.seed);
+        let rigs = (0..options.rigs).map(|_| OnceLock::new()).collect();
+        Ok(Self { rig, options, cycle, plan, rigs })
+    }
+
+    /// The disturbed rig of a case: neighbours share one.
+    pub fn rig_of(&self, case: usize) -> usize {
+        case * self.options.rigs / self.options.cases
+    }
+
+    /// Runs one case alone.
+    ///
+    /// # Errors
+    /// A number that the campaign does not have.
+    pub fn replay(&self, case: usize) -> Result<Replay, Complaint> {
+        let Some(&count) = self.plan.get(case) else {
+            let last = self.options.cases - 1;
+            return Err(Complaint::new(Kind::Bounds, format!("there is no case {case}"))
+                .help(format!("cases count from 0 to {last}")));
+        };
+        Ok(self.case(case, count))
+    }
+
+    /// Runs cases on so many threads; `done` gets each row as it comes, and may end the campaign by an error.
+    ///
+    /// # Errors
+    /// What `done` gave.
+    pub fn run(
+        &self,
+        cases: &[usize],
+        threads: usize,
+        mut done: impl FnMut(Row) -> Result<(), Complaint>,
+    ) -> Result<(), Complaint> {
+        let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+        let (give, take) = mpsc::channel();
+        std::thread::scope(|scope| {
+            for _ in 0..threads.clamp(1, cases.len().max(1)) {
+                let (give, next, stop) = (give.clone(), &next, &stop);
+                scope.spawn(move || {
+                    while !stop.load(Ordering::Relaxed) {
+                        let Some(&case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) else { return };
+                        let Some(&count) = self.plan.get(case) else { continue };
+                        if give.send(self.case(case, count).row).is_err() {
+                            return;
+                        }
+                    }
+                });
+            }
+            drop(give);
+            for row in take {
+                if let Err(complaint) = done(row) {
+                    stop.store(true, Ordering::Relaxed);
+                    return Err(complaint);
+                }
+            }
+            Ok(())
+        })
+    }
+}

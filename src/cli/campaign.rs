@@ -1,0 +1,220 @@
+//! `campaign`: how good the diagnosis of a rig is, measured on synthetic faults.
+
+use std::io::{self, IsTerminal, Write};
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::{Failure, Format, Status, write_json};
+use crate::calibration;
+use crate::campaign::store::{Finished, Journal, digest};
+use crate::campaign::{Campaign, HEALTHY, Options, Outcome, Row};
+use crate::complaint::{Complaint, Kind};
+use crate::diagnosis::Diagnosis;
+use crate::files::{check_folder, read_text, write_atomically};
+use crate::report;
+use crate::rig::Rig;
+
+/// Measure the diagnosis of a rig on synthetic faults
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The rig file; its `[cycle]` is what the cases run
+    rig: PathBuf,
+    /// How many cases
+    #[arg(long, value_name = "N")]
+    cases: usize,
+    /// Seed of everything that is drawn
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Write `cases.csv`, `campaign.json`, `report.txt` and a journal into this folder
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Go on with the journal in the folder
+    #[arg(long, requires = "output")]
+    resume: bool,
+    /// Run only the case with this number, from 0, and print its truth and its diagnosis; with `-o` write its
+    /// record, and its rig's healthy records and calibrated rig file
+    #[arg(long, value_name = "K", conflicts_with = "resume")]
+    case: Option<usize>,
+    /// How the result is written
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Share of healthy cases
+    #[arg(long, value_name = "SHARE", default_value_t = HEALTHY)]
+    healthy: f64,
+    /// How far the simulated rigs are from the data sheet, 0 not at all
+    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    disturbance: f64,
+    /// How many disturbed rigs share the cases; without it one for every 25 cases
+    #[arg(long, value_name = "R")]
+    rigs: Option<usize>,
+    /// Threads; without it as many as the machine has. Results do not depend on it
+    #[arg(long, value_name = "T")]
+    threads: Option<usize>,
+}
+
+/// One case alone.
+#[derive(Serialize)]
+struct Alone<'a> {
+    schema: &'static str,
+    case: &'a Row,
+    diagnosis: Option<&'a Diagnosis>,
+}
+
+pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+    let text = read_text(&arguments.rig)?;
+    let rig = Rig::parse(&arguments.rig, text.clone())?;
+    let plain = Options::new(arguments.cases);
+    let options = Options {
+        seed: arguments.seed,
+        healthy: arguments.healthy,
+        disturbance: arguments.disturbance,
+        rigs: arguments.rigs.unwrap_or(plain.rigs),
+        ..plain
+    };
+    let threads = match arguments.threads {
+        Some(0) => {
+            let complaint = Complaint::new(Kind::Bounds, "no threads to work with");
+            return Err(complaint.help("give `--threads` a number above 0, or leave it away").into());
+        }
+        Some(threads) => threads,
+        None => std::thread::available_parallelism().map_or(1, usize::from),
+    };
+    if let Some(folder) = &arguments.output {
+        check_folder(folder)?;
+    }
+    let campaign = Campaign::new(rig, options)?;
+    if let Some(case) = arguments.case {
+        return alone(&campaign, &text, case, arguments, out);
+    }
+    let (mut journal, mut rows) = match &arguments.output {
+        None => (None, Vec::new()),
+        Some(folder) => {
+            let digest = digest(&campaign.options, &text);
+            let (journal, rows) = if arguments.resume {
+                Journal::resume(folder, &digest)?
+            } else {
+                (Journal::begin(folder, &digest)?, Vec::new())
+            };
+            (Some(journal), rows)
+        }
+    };
+    let todo: Vec<usize> = (0..arguments.cases).filter(|case| rows.iter().all(|row| row.case != *case)).collect();
+    let mut progress = Progress::new(&rows, todo.len());
+    let ran = campaign.run(&todo, threads, |row| {
+        if let Some(journal) = &mut journal {
+            journal.add(&row)?;
+        }
+        progress.show(&row);
+        rows.push(row);
+        Ok(())
+    });
+    progress.end();
+    ran?;
+    let finished = Finished::new(&campaign, rows);
+    if let Some(folder) = &arguments.output {
+        finished.write(folder)?;
+    }
+    match arguments.format {
+        Format::Text => out.write_all(report::campaign::write_text(&finished).as_bytes())?,
+        Format::Json => write_json(out, &finished)?,
+    }
+    Ok(Status::Done)
+}
+
+fn alone(
+    campaign: &Campaign,
+    rig_text: &str,
+    case: usize,
+    arguments: &Arguments,
+    out: &mut dyn Write,
+) -> Result<Status, Failure> {
+    let replay = campaign.replay(case)?;
+    if let Some(folder) = &arguments.output {
+        std::fs::create_dir_all(folder).map_err(|error| {
+            Complaint::new(Kind::Unwritable, format!("cannot be created: {error}")).in_file(folder).help("name another")
+        })?;
+        let healthy = campaign.prepared(replay.row.rig).map(|prepared| prepared.records.as_slice()).unwrap_or_default();
+        for record in healthy.iter().chain(&replay.record) {
+            record.write(folder.join(&record.path))?;
+        }
+        if !healthy.is_empty() {
+            let options = calibration::Options::default();
+            let calibrated = calibration::calibrate(rig_text, &campaign.rig, healthy, &options)?;
+            let path = folder.join(format!("rig_{}.toml", replay.row.rig));
+            write_atomically(&path, |file| file.write_all(calibrated.text.as_bytes()))?;
+        }
+    }
+    let diagnosis = replay.diagnosed.as_ref().map(|diagnosed| &diagnosed.diagnosis);
+    match arguments.format {
+        Format::Text => {
+            out.write_all(report::campaign::case(&replay.row).as_bytes())?;
+            if let Some(diagnosis) = diagnosis {
+                writeln!(out)?;
+                out.write_all(report::diagnosis::write_text(diagnosis).as_bytes())?;
+            }
+        }
+        Format::Json => {
+            write_json(out, &Alone { schema: "borescope.campaign-case/1", case: &replay.row, diagnosis })?;
+        }
+    }
+    Ok(Status::Done)
+}
+
+/// One line on a terminal, written over again.
+struct Progress {
+    shown: bool,
+    begin: Instant,
+    done: usize,
+    before: usize,
+    all: usize,
+    healthy: usize,
+    false_alarms: usize,
+}
+
+impl Progress {
+    fn new(before: &[Row], todo: usize) -> Self {
+        let mut progress = Self {
+            shown: io::stderr().is_terminal(),
+            begin: Instant::now(),
+            done: 0,
+            before: before.len(),
+            all: before.len() + todo,
+            healthy: 0,
+            false_alarms: 0,
+        };
+        before.iter().for_each(|row| progress.count(row));
+        progress
+    }
+
+    fn count(&mut self, row: &Row) {
+        if !row.is_faulty() {
+            self.healthy += 1;
+            self.false_alarms += usize::from(row.outcome != Outcome::Healthy);
+        }
+    }
+
+    fn show(&mut self, row: &Row) {
+        self.done += 1;
+        self.count(row);
+        if !self.shown {
+            return;
+        }
+        let finished = self.before + self.done;
+        let left = self.begin.elapsed().as_secs_f64() / self.done as f64 * (self.all - finished) as f64;
+        let Self { all, healthy, false_alarms, .. } = self;
+        // Nobody misses a line that could not be shown.
+        let _ = write!(
+            io::stderr(),
+            "\r{finished} of {all} cases, {false_alarms} false alarms in {healthy} healthy ones, {left:.0} s left \x1b[K"
+        );
+    }
+
+    fn end(&self) {
+        if self.shown && self.done > 0 {
+            let _ = writeln!(io::stderr());
+        }
+    }
+}
