@@ -38,11 +38,11 @@ impl Detection {
         0.5 * self.shift
     }
 
-    /// Threshold of each side of each of `sums` CUSUMs over windows of `window` s (Bonferroni), in standard deviations.
-    /// The clock is that of the record: windows that do not count make it safer.
-    pub fn threshold(&self, sums: usize, window: f64) -> f64 {
+    /// Threshold of each side of each CUSUM of `residuals` residuals over windows of `window` s (Bonferroni), in standard
+    /// deviations. The clock is that of the record: windows that do not count make it safer.
+    pub fn threshold(&self, residuals: usize, window: f64) -> f64 {
         let windows = self.hours_between_false_alarms * 3600.0 / window;
-        cusum::threshold(self.reference(), 2.0 * sums.max(1) as f64 * windows)
+        cusum::threshold(self.reference(), 2.0 * residuals.max(1) as f64 * windows)
     }
 }
 
@@ -108,7 +108,8 @@ pub fn detect(
         generators(rig).into_iter().filter(|generator| generator.variant == Variant::Corrected).collect();
     let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
     let window = super::frame::block_rows(detection.window, interval) as f64 * interval;
-    let threshold = detection.threshold(found.len() * phases(rig).len(), window);
+    // The phases share the clock, so that all their windows together are no more than the record has.
+    let threshold = detection.threshold(found.len(), window);
     found
         .iter()
         .map(|generator| {
@@ -173,7 +174,7 @@ pub(super) fn weighted(series: &Series, open: &[usize]) -> Option<(f64, f64, f64
 }
 
 /// Phases that a record of the rig may have.
-fn phases(rig: &Rig) -> &'static [&'static str] {
+pub(super) fn phases(rig: &Rig) -> &'static [&'static str] {
     if command(rig).is_some() { &["P-A", "P-B", "closed"] } else { &["all"] }
 }
 
@@ -183,7 +184,8 @@ fn command(rig: &Rig) -> Option<usize> {
     valve.inputs.first().copied()
 }
 
-fn phase(rig: &Rig, drive: &Drive, time: f64) -> &'static str {
+/// The phase of a record at a time (s).
+pub(super) fn phase(rig: &Rig, drive: &Drive, time: f64) -> &'static str {
     let Some(input) = command(rig) else { return "all" };
     let command = drive.value(input, time);
     if command.abs() < CLOSED {

@@ -30,6 +30,7 @@ pub struct Generator {
     pub variant: Variant,
     /// Unit in which results are shown; series are SI.
     pub unit: Unit,
+    /// What it compares, in words.
     pub meaning: &'static str,
     pub(super) readings: Vec<Reading>,
     pub(super) form: Form,
@@ -49,7 +50,7 @@ pub enum Gate {
     Undefined,
     /// The window before, from which the noise is taken, does not count or is not there.
     First,
-    /// A check valve may be open.
+    /// A check valve, or a relief valve that the residual takes as shut, may be open.
     CheckValve,
     /// The piston touches an end stop.
     EndStop,
