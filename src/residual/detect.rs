@@ -104,19 +104,48 @@ pub fn detect(
     drive: &Drive,
     detection: &Detection,
 ) -> Result<Vec<ResidualReport>, Complaint> {
-    let found: Vec<Generator> =
-        generators(rig).into_iter().filter(|generator| generator.variant == Variant::Corrected).collect();
-    let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
-    let window = super::frame::block_rows(detection.window, interval) as f64 * interval;
-    // The phases share the clock, so that all their windows together are no more than the record has.
-    let threshold = detection.threshold(found.len(), window);
-    found
-        .iter()
-        .map(|generator| {
-            let series = generator.blocks(rig, record, drive, detection.window)?;
-            Ok(report(rig, drive, generator, &series, detection, threshold))
-        })
-        .collect()
+    Ok(Evaluated::of(rig, record, drive, detection.window)?.judge(detection))
+}
+
+/// The corrected residuals of a rig on a record, to be tested as carefully as one likes.
+#[derive(Debug, Clone)]
+pub struct Evaluated<'a> {
+    rig: &'a Rig,
+    drive: &'a Drive,
+    /// s.
+    window: f64,
+    /// Every residual with its values, one per window.
+    pub residuals: Vec<(Generator, Series)>,
+}
+
+impl<'a> Evaluated<'a> {
+    /// Over windows of about `window` s.
+    ///
+    /// # Errors
+    /// A column that the record lacks or has in another dimension.
+    pub fn of(rig: &'a Rig, record: &Record, drive: &'a Drive, window: f64) -> Result<Self, Complaint> {
+        let corrected = generators(rig).into_iter().filter(|generator| generator.variant == Variant::Corrected);
+        let evaluate = |generator: Generator| {
+            let series = generator.blocks(rig, record, drive, window)?;
+            Ok((generator, series))
+        };
+        let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
+        let window = super::frame::block_rows(window, interval) as f64 * interval;
+        Ok(Self { rig, drive, window, residuals: corrected.map(evaluate).collect::<Result<_, Complaint>>()? })
+    }
+
+    /// Threshold of each side of each CUSUM, in standard deviations. The phases share the clock, so that all their windows
+    /// together are no more than the record has.
+    pub fn threshold(&self, detection: &Detection) -> f64 {
+        detection.threshold(self.residuals.len(), self.window)
+    }
+
+    /// Tests every residual; `detection.window` is that of [`Evaluated::of`].
+    pub fn judge(&self, detection: &Detection) -> Vec<ResidualReport> {
+        let threshold = self.threshold(detection);
+        let all = self.residuals.iter();
+        all.map(|(generator, series)| report(self.rig, self.drive, generator, series, detection, threshold)).collect()
+    }
 }
 
 fn report(

@@ -57,7 +57,7 @@ pub(super) fn settling(rig: &Rig) -> f64 {
     5.0 * (component + sensor)
 }
 
-/// Times at which an input jumps, s.
+/// Times at which an input jumps, s, rising.
 pub(super) fn jumps(drive: &Drive) -> Vec<f64> {
     drive.pieces.iter().filter(|piece| piece.jump).map(|piece| piece.start).collect()
 }
@@ -148,8 +148,8 @@ impl<'a> Prepared<'a> {
     /// A row speaks of the interval before it, so a jump within an interval of the start is inside.
     fn disturbance(&self, rows: &std::ops::Range<usize>) -> Option<f64> {
         let (from, to) = (self.time[rows.start], self.time[rows.end - 1]);
-        let inside = self.jumps.iter().copied().filter(|&jump| jump > from - self.settling && jump <= to);
-        inside.reduce(f64::max)
+        let last = self.jumps.partition_point(|&jump| jump <= to).checked_sub(1)?;
+        Some(self.jumps[last]).filter(|&jump| jump > from - self.settling)
     }
 
     fn gap(&self, rows: std::ops::Range<usize>) -> bool {

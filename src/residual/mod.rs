@@ -36,7 +36,7 @@ mod signature;
 mod view;
 
 pub use cusum::{Alarm, Direction, first_alarm, run_length, threshold};
-pub use detect::{Detection, PhaseMean, ResidualReport, detect};
+pub use detect::{Detection, Evaluated, PhaseMean, ResidualReport, detect};
 pub use find::generators;
 pub use generator::{Gate, Generator, Series, Variant};
 pub use reading::{Reading, Source};
