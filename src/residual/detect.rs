@@ -79,7 +79,8 @@ pub struct ResidualReport {
     pub fired: bool,
     /// End of the window of the alarm, s.
     pub alarm_at_s: Option<f64>,
-    /// Start of the window since which the sum has grown, s.
+    /// When it began to leave zero, s: the start of the window since which the sum has grown, or of the windows before it that
+    /// the change itself has made unsteady.
     pub onset_s: Option<f64>,
     pub direction: Option<Direction>,
     /// What the first directional valve did at the alarm: `P-A`, `P-B` or `closed`; `all` in a rig without one.
@@ -186,12 +187,24 @@ fn report(
         unit: generator.unit.symbol.clone(),
         fired: first.is_some(),
         alarm_at_s: first.as_ref().map(|(alarm, _, here)| series.time[here[alarm.at]]),
-        onset_s: first.as_ref().map(|(alarm, _, here)| series.start[here[alarm.onset]]),
+        onset_s: first.as_ref().map(|(alarm, name, here)| {
+            onset(series, here[alarm.onset], |at| phase(rig, drive, series.time[at]) == *name)
+        }),
         direction: first.as_ref().map(|(alarm, _, _)| alarm.direction),
         phase: first.as_ref().map(|(_, name, _)| *name),
         phases: means,
         windows: open.len(),
     }
+}
+
+/// Start of a window, or of the first of those before it in the same phase that do not count because something moved: what
+/// begins within a stroke shakes the window that it begins in, and takes the noise from the next.
+fn onset(series: &Series, mut at: usize, same_phase: impl Fn(usize) -> bool) -> f64 {
+    let moved = |at: usize| matches!(series.gate[at], Gate::Unsteady | Gate::First) && same_phase(at);
+    while at > 0 && moved(at - 1) {
+        at -= 1;
+    }
+    series.start[at]
 }
 
 /// Weighted mean of the values at `open`, its standard error, and its tolerance, which averaging does not lower.
