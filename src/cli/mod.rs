@@ -8,6 +8,7 @@ mod check;
 mod diagnose;
 mod isolability;
 mod page;
+mod signatures;
 mod simulate;
 
 use std::ffi::OsString;

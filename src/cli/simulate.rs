@@ -199,7 +199,7 @@ fn check_capacities(rig: &Rig, set: &[String]) -> Result<(), Complaint> {
 }
 
 /// What drives the circuit, and the times of the rows.
-fn drive(rig: &Rig, source: Option<&Record>) -> Result<(Drive, Vec<f64>), Complaint> {
+pub(super) fn drive(rig: &Rig, source: Option<&Record>) -> Result<(Drive, Vec<f64>), Complaint> {
     if let Some(record) = source {
         return Ok((Drive::from_record(rig, record)?, record.time.clone()));
     }

@@ -95,6 +95,14 @@ impl Balance {
         Some(())
     }
 
+    /// Components whose law the balance evaluates.
+    pub fn components(&self) -> impl Iterator<Item = usize> {
+        self.terms.iter().filter_map(|term| match term {
+            Term::Stored { view, .. } => Some(view.component),
+            Term::Measured { .. } => None,
+        })
+    }
+
     /// The flow in m³/s, positive into the port.
     pub fn flow<T: Real>(&self, rig: &Rig, p: &[T], x: &[T]) -> T {
         self.terms.iter().fold(T::zero(), |sum, term| {

@@ -38,11 +38,11 @@ impl Detection {
         0.5 * self.shift
     }
 
-    /// Threshold of each side of each of `sums` CUSUMs over windows of `window` s (Bonferroni), in standard deviations.
-    /// The clock is that of the record: windows that do not count make it safer.
-    pub fn threshold(&self, sums: usize, window: f64) -> f64 {
+    /// Threshold of each side of each CUSUM of `residuals` residuals over windows of `window` s (Bonferroni), in standard
+    /// deviations. The clock is that of the record: windows that do not count make it safer.
+    pub fn threshold(&self, residuals: usize, window: f64) -> f64 {
         let windows = self.hours_between_false_alarms * 3600.0 / window;
-        cusum::threshold(self.reference(), 2.0 * sums.max(1) as f64 * windows)
+        cusum::threshold(self.reference(), 2.0 * residuals.max(1) as f64 * windows)
     }
 }
 
@@ -79,7 +79,8 @@ pub struct ResidualReport {
     pub fired: bool,
     /// End of the window of the alarm, s.
     pub alarm_at_s: Option<f64>,
-    /// Start of the window since which the sum has grown, s.
+    /// When it began to leave zero, s: the start of the window since which the sum has grown, or of the windows before it that
+    /// the change itself has made unsteady.
     pub onset_s: Option<f64>,
     pub direction: Option<Direction>,
     /// What the first directional valve did at the alarm: `P-A`, `P-B` or `closed`; `all` in a rig without one.
@@ -104,18 +105,48 @@ pub fn detect(
     drive: &Drive,
     detection: &Detection,
 ) -> Result<Vec<ResidualReport>, Complaint> {
-    let found: Vec<Generator> =
-        generators(rig).into_iter().filter(|generator| generator.variant == Variant::Corrected).collect();
-    let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
-    let window = super::frame::block_rows(detection.window, interval) as f64 * interval;
-    let threshold = detection.threshold(found.len() * phases(rig).len(), window);
-    found
-        .iter()
-        .map(|generator| {
-            let series = generator.blocks(rig, record, drive, detection.window)?;
-            Ok(report(rig, drive, generator, &series, detection, threshold))
-        })
-        .collect()
+    Ok(Evaluated::of(rig, record, drive, detection.window)?.judge(detection))
+}
+
+/// The corrected residuals of a rig on a record, to be tested as carefully as one likes.
+#[derive(Debug, Clone)]
+pub struct Evaluated<'a> {
+    rig: &'a Rig,
+    drive: &'a Drive,
+    /// s.
+    window: f64,
+    /// Every residual with its values, one per window.
+    pub residuals: Vec<(Generator, Series)>,
+}
+
+impl<'a> Evaluated<'a> {
+    /// Over windows of about `window` s.
+    ///
+    /// # Errors
+    /// A column that the record lacks or has in another dimension.
+    pub fn of(rig: &'a Rig, record: &Record, drive: &'a Drive, window: f64) -> Result<Self, Complaint> {
+        let corrected = generators(rig).into_iter().filter(|generator| generator.variant == Variant::Corrected);
+        let evaluate = |generator: Generator| {
+            let series = generator.blocks(rig, record, drive, window)?;
+            Ok((generator, series))
+        };
+        let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
+        let window = super::frame::block_rows(window, interval) as f64 * interval;
+        Ok(Self { rig, drive, window, residuals: corrected.map(evaluate).collect::<Result<_, Complaint>>()? })
+    }
+
+    /// Threshold of each side of each CUSUM, in standard deviations. The phases share the clock, so that all their windows
+    /// together are no more than the record has.
+    pub fn threshold(&self, detection: &Detection) -> f64 {
+        detection.threshold(self.residuals.len(), self.window)
+    }
+
+    /// Tests every residual; `detection.window` is that of [`Evaluated::of`].
+    pub fn judge(&self, detection: &Detection) -> Vec<ResidualReport> {
+        let threshold = self.threshold(detection);
+        let all = self.residuals.iter();
+        all.map(|(generator, series)| report(self.rig, self.drive, generator, series, detection, threshold)).collect()
+    }
 }
 
 fn report(
@@ -156,12 +187,24 @@ fn report(
         unit: generator.unit.symbol.clone(),
         fired: first.is_some(),
         alarm_at_s: first.as_ref().map(|(alarm, _, here)| series.time[here[alarm.at]]),
-        onset_s: first.as_ref().map(|(alarm, _, here)| series.start[here[alarm.onset]]),
+        onset_s: first.as_ref().map(|(alarm, name, here)| {
+            onset(series, here[alarm.onset], |at| phase(rig, drive, series.time[at]) == *name)
+        }),
         direction: first.as_ref().map(|(alarm, _, _)| alarm.direction),
         phase: first.as_ref().map(|(_, name, _)| *name),
         phases: means,
         windows: open.len(),
     }
+}
+
+/// Start of a window, or of the first of those before it in the same phase that do not count because something moved: what
+/// begins within a stroke shakes the window that it begins in, and takes the noise from the next.
+fn onset(series: &Series, mut at: usize, same_phase: impl Fn(usize) -> bool) -> f64 {
+    let moved = |at: usize| matches!(series.gate[at], Gate::Unsteady | Gate::First) && same_phase(at);
+    while at > 0 && moved(at - 1) {
+        at -= 1;
+    }
+    series.start[at]
 }
 
 /// Weighted mean of the values at `open`, its standard error, and its tolerance, which averaging does not lower.
@@ -173,7 +216,7 @@ pub(super) fn weighted(series: &Series, open: &[usize]) -> Option<(f64, f64, f64
 }
 
 /// Phases that a record of the rig may have.
-fn phases(rig: &Rig) -> &'static [&'static str] {
+pub(super) fn phases(rig: &Rig) -> &'static [&'static str] {
     if command(rig).is_some() { &["P-A", "P-B", "closed"] } else { &["all"] }
 }
 
@@ -183,7 +226,8 @@ fn command(rig: &Rig) -> Option<usize> {
     valve.inputs.first().copied()
 }
 
-fn phase(rig: &Rig, drive: &Drive, time: f64) -> &'static str {
+/// The phase of a record at a time (s).
+pub(super) fn phase(rig: &Rig, drive: &Drive, time: f64) -> &'static str {
     let Some(input) = command(rig) else { return "all" };
     let command = drive.value(input, time);
     if command.abs() < CLOSED {

@@ -134,10 +134,6 @@ fn directional(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
     for (edge, name, equation, meaning) in EDGES {
         for printed in [false, true] {
             let label = Label::new(name, equation, meaning);
-            // (16) is printed as it holds.
-            if printed && edge == Edge::Leakage {
-                continue;
-            }
             add(rig, index, if printed { label.printed() } else { label }, found, |readings| {
                 let view = View::of(rig, index, readings)?;
                 let supply = matches!(edge, Edge::Leakage | Edge::Supply);
@@ -153,20 +149,32 @@ fn directional(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
 }
 
 fn pump(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
-    let meaning = "pump flow minus relief flow at the measured pressure minus what leaves the pump line";
-    add(rig, index, Label::new("balance", "-", meaning), found, |readings| {
-        let node = rig.components[index].ports[0];
-        let known: Vec<(usize, usize)> = rig
-            .components
-            .iter()
-            .enumerate()
-            .filter(|(_, component)| matches!(component.card.kind, "pump" | "relief-valve"))
-            .filter(|(_, component)| component.ports[0] == node)
-            .map(|(other, _)| (other, 0))
-            .collect();
-        let flow = Balance::of_node(rig, &known, readings)?;
+    let node = rig.components[index].ports[0];
+    let of_kind = |kind: &'static str| {
+        let all = rig.components.iter().enumerate();
+        all.filter(move |(_, component)| component.card.kind == kind && component.ports[0] == node)
+            .map(|(other, _)| other)
+            .collect::<Vec<usize>>()
+    };
+    let reliefs = of_kind("relief-valve");
+    let balance = |readings: &mut Readings, shut: bool| {
+        let known: Vec<(usize, usize)> = of_kind("pump").iter().chain(&reliefs).map(|&other| (other, 0)).collect();
+        let mut flow = Balance::of_node(rig, &known, readings)?;
         let mut view = |(other, port): &(usize, usize)| Some((View::of(rig, *other, readings)?, *port));
         let laws = known.iter().map(&mut view).collect::<Option<Vec<_>>>()?;
+        if shut {
+            let views = laws.iter().map(|(view, _)| view).filter(|view| reliefs.contains(&view.component));
+            flow.shut.extend(views.cloned());
+        }
         Some(Form::Through { laws, flow, sign: -1.0 })
-    });
+    };
+    let meaning = "pump flow minus relief flow at the measured pressure minus what leaves the pump line";
+    add(rig, index, Label::new("balance", "-", meaning), found, |readings| balance(readings, false));
+    // Above the set pressure a lost displacement and a shifted set pressure look alike; below it only the first is left, and
+    // a relief valve that passes oil there is not in the state that its pressure says.
+    if let Some(&relief) = reliefs.first() {
+        let meaning =
+            "pump flow that leaves neither the pump line nor a relief valve that should be shut at its pressure";
+        add(rig, relief, Label::new("state", "-", meaning), found, |readings| balance(readings, true));
+    }
 }

@@ -77,15 +77,24 @@ impl Form {
         })
     }
 
-    /// Check valves that the formula takes as shut.
-    pub fn shut(&self) -> Vec<&View> {
-        let balances: Vec<&Balance> = match self {
+    fn balances(&self) -> Vec<&Balance> {
+        match self {
             Form::CylinderLeakage { a, b, .. } => vec![a, b],
             Form::Through { flow, .. } | Form::ConstantFlow { flow, .. } => vec![flow],
             Form::Valve { flows, .. } => flows.iter().flatten().collect(),
             Form::Force { .. } => Vec::new(),
-        };
-        balances.into_iter().flat_map(|balance| balance.shut.iter()).collect()
+        }
+    }
+
+    /// Check valves that the formula takes as shut.
+    pub fn shut(&self) -> Vec<&View> {
+        self.balances().into_iter().flat_map(|balance| balance.shut.iter()).collect()
+    }
+
+    /// Components whose parameters the formula holds.
+    pub fn components(&self) -> Vec<usize> {
+        let stored = self.balances().into_iter().flat_map(Balance::components);
+        self.views().into_iter().map(|view| view.component).chain(stored).collect()
     }
 
     /// Components whose law the formula evaluates.

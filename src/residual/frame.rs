@@ -57,7 +57,7 @@ pub(super) fn settling(rig: &Rig) -> f64 {
     5.0 * (component + sensor)
 }
 
-/// Times at which an input jumps, s.
+/// Times at which an input jumps, s, rising.
 pub(super) fn jumps(drive: &Drive) -> Vec<f64> {
     drive.pieces.iter().filter(|piece| piece.jump).map(|piece| piece.start).collect()
 }
@@ -106,7 +106,64 @@ pub(super) fn moment(rig: &Rig, source: Source, time: &[f64], values: &[f64]) ->
     }
 }
 
-/// Non-overlapping windows of about `length` s, laid anew after every jump.
+/// Rows of a record, ready to be cut into windows.
+struct Prepared<'a> {
+    time: &'a [f64],
+    data: Vec<&'a [f64]>,
+    /// Usual interval between rows and nominal length of a window, s.
+    interval: f64,
+    length: f64,
+    jumps: Vec<f64>,
+    settling: f64,
+}
+
+/// Share of a window that may pass without a row. What happens in between shows in the rows around it, or in the next window.
+const GAP: f64 = 0.3;
+
+impl<'a> Prepared<'a> {
+    fn new(rig: &Rig, record: &'a Record, drive: &Drive, sources: &[Source], length: f64) -> Result<Self, Complaint> {
+        let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
+        Ok(Self {
+            time: &record.time,
+            data: channels(rig, record, sources)?,
+            interval,
+            length: block_rows(length, interval) as f64 * interval,
+            jumps: jumps(drive),
+            settling: settling(rig),
+        })
+    }
+
+    /// Rows of the window that begins with this one: those whose time stamps lie within its length, but never fewer than a
+    /// parabola needs. `None` at the end of the record.
+    fn window(&self, first: usize) -> Option<std::ops::Range<usize>> {
+        let end = self.time.get(first)? + self.length - 0.5 * self.interval;
+        let by_time = self.time.partition_point(|&t| t < end);
+        let complete = by_time < self.time.len() || self.time.last()? + self.interval >= end;
+        let rows = first..by_time.max(first + FEWEST);
+        (complete && rows.end <= self.time.len()).then_some(rows)
+    }
+
+    /// The latest jump within these rows, or so shortly before that lags have not settled, s.
+    ///
+    /// A row speaks of the interval before it, so a jump within an interval of the start is inside.
+    fn disturbance(&self, rows: &std::ops::Range<usize>) -> Option<f64> {
+        let (from, to) = (self.time[rows.start], self.time[rows.end - 1]);
+        let last = self.jumps.partition_point(|&jump| jump <= to).checked_sub(1)?;
+        Some(self.jumps[last]).filter(|&jump| jump > from - self.settling)
+    }
+
+    fn gap(&self, rows: std::ops::Range<usize>) -> bool {
+        self.time[rows].windows(2).any(|pair| pair[1] - pair[0] > (GAP * self.length).max(1.5 * self.interval))
+    }
+
+    fn moments(&self, rig: &Rig, sources: &[Source], rows: &std::ops::Range<usize>) -> Vec<Moment> {
+        let pairs = sources.iter().zip(&self.data);
+        pairs.map(|(&source, values)| moment(rig, source, &self.time[rows.clone()], &values[rows.clone()])).collect()
+    }
+}
+
+/// Non-overlapping windows of about `length` s, laid anew after every jump. They follow the time stamps: a window has as many
+/// rows as the record has in its time.
 pub(super) fn blocks(
     rig: &Rig,
     record: &Record,
@@ -114,43 +171,38 @@ pub(super) fn blocks(
     sources: &[Source],
     length: f64,
 ) -> Result<Vec<Frame>, Complaint> {
-    let data = channels(rig, record, sources)?;
-    let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
-    let rows = block_rows(length, interval);
-    let (jumps, settling) = (jumps(drive), settling(rig));
+    let prepared = Prepared::new(rig, record, drive, sources, length)?;
     let mut frames: Vec<Frame> = Vec::new();
     let (mut row, mut follows) = (0, false);
-    while row + rows <= record.time.len() {
-        let time = &record.time[row..row + rows];
-        let (from, to) = (time[0], time[rows - 1]);
-        // A row speaks of the interval before it, so a jump within an interval of the start is inside.
-        let disturbance = jumps
-            .iter()
-            .copied()
-            .filter(|&jump| jump > from - settling && jump <= to)
-            .fold(f64::NEG_INFINITY, f64::max);
-        let gap = time.windows(2).any(|pair| pair[1] - pair[0] > 1.5 * interval);
-        if disturbance.is_finite() {
-            row = record.time.partition_point(|&t| t < disturbance + settling).max(row + 1);
+    while let Some(rows) = prepared.window(row) {
+        if let Some(jump) = prepared.disturbance(&rows) {
+            row = record.time.partition_point(|&t| t < jump + prepared.settling).max(row + 1);
             follows = false;
             continue;
         }
-        let moments =
-            sources.iter().zip(&data).map(|(&source, values)| moment(rig, source, time, &values[row..row + rows]));
-        frames.push(Frame { from, to, moments: moments.collect(), disturbed: gap, follows });
+        let follows_on = follows && !prepared.gap(row - 1..row + 1);
+        frames.push(Frame {
+            from: record.time[rows.start],
+            to: record.time[rows.end - 1],
+            moments: prepared.moments(rig, sources, &rows),
+            disturbed: prepared.gap(rows.clone()),
+            follows: follows_on,
+        });
         follows = true;
-        row += rows;
+        row = rows.end;
     }
     Ok(frames)
 }
 
-/// Samples of a window of about `length` s: enough to fit a parabola and to see whether it fits.
+/// Fewest samples that fit a parabola and show whether it fits.
+const FEWEST: usize = 8;
+
+/// Samples of a regular window of about `length` s.
 pub(super) fn block_rows(length: f64, interval: f64) -> usize {
-    const FEWEST: usize = 8;
     if interval > 0.0 { ((length / interval).round() as usize).max(FEWEST) } else { FEWEST }
 }
 
-/// One frame per sample: the sample itself, its derivatives from the window of about `length` s around it.
+/// One frame per sample: the sample itself, its derivatives from the rows of about `length` s around it.
 pub(super) fn samples(
     rig: &Rig,
     record: &Record,
@@ -158,30 +210,24 @@ pub(super) fn samples(
     sources: &[Source],
     length: f64,
 ) -> Result<Vec<Frame>, Complaint> {
-    let data = channels(rig, record, sources)?;
-    let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
-    let half = block_rows(length, interval) / 2;
-    let (jumps, settling) = (jumps(drive), settling(rig));
+    let prepared = Prepared::new(rig, record, drive, sources, length)?;
+    let half = block_rows(length, prepared.interval) / 2;
     let count = record.time.len();
     if count < 2 * half + 1 {
         return Ok(Vec::new());
     }
     let frame = |row: usize| {
         let first = row.saturating_sub(half).min(count - 2 * half - 1);
-        let window = first..first + 2 * half + 1;
-        let time = &record.time[window.clone()];
-        let (from, to) = (time[0], time[2 * half]);
-        let moments = sources.iter().zip(&data).map(|(&source, values)| {
-            let around = moment(rig, source, time, &values[window.clone()]);
-            let (variance, lag) = (source.variance(rig), source.lag(rig));
-            let mut own = around;
-            own.value[0] = values[row] + lag * around.value[1];
-            own.variance[0] = variance + lag * lag * around.variance[1];
-            own
-        });
+        let rows = first..first + 2 * half + 1;
+        let mut moments = prepared.moments(rig, sources, &rows);
+        for ((own, &source), values) in moments.iter_mut().zip(sources).zip(&prepared.data) {
+            let lag = source.lag(rig);
+            own.value[0] = values[row] + lag * own.value[1];
+            own.variance[0] = source.variance(rig) + lag * lag * own.variance[1];
+        }
         let disturbed =
-            row < half || row + half >= count || jumps.iter().any(|&jump| jump > from - settling && jump <= to);
-        Frame { from: record.time[row], to: record.time[row], moments: moments.collect(), disturbed, follows: row > 0 }
+            row < half || row + half >= count || prepared.disturbance(&rows).is_some() || prepared.gap(rows);
+        Frame { from: record.time[row], to: record.time[row], moments, disturbed, follows: row > 0 }
     };
     Ok((0..count).map(frame).collect())
 }

@@ -6,6 +6,7 @@ use super::reading::{Reading, Source};
 use crate::complaint::Complaint;
 use crate::model::Drive;
 use crate::numeric::{Dual, Real};
+use crate::physics::fluid;
 use crate::record::Record;
 use crate::rig::Rig;
 use crate::units::Unit;
@@ -30,6 +31,7 @@ pub struct Generator {
     pub variant: Variant,
     /// Unit in which results are shown; series are SI.
     pub unit: Unit,
+    /// What it compares, in words.
     pub meaning: &'static str,
     pub(super) readings: Vec<Reading>,
     pub(super) form: Form,
@@ -49,7 +51,7 @@ pub enum Gate {
     Undefined,
     /// The window before, from which the noise is taken, does not count or is not there.
     First,
-    /// A check valve may be open.
+    /// A check valve, or a relief valve that the residual takes as shut, may be open.
     CheckValve,
     /// The piston touches an end stop.
     EndStop,
@@ -142,6 +144,7 @@ impl Generator {
     fn series(&self, rig: &Rig, frames: &[Frame], predictable: bool) -> Series {
         let nominal = healthy(rig);
         let second: Vec<Dual<Dual<f64, 1>, 1>> = nominal.iter().map(|&value| Dual::constant(value)).collect();
+        let first: Vec<Dual<f64, 1>> = nominal.iter().map(|&value| Dual::constant(value)).collect();
         let uncertain = self.uncertain(rig, &nominal);
         let mut series = Series::default();
         let mut before: Option<Seen> = None;
@@ -161,7 +164,7 @@ impl Generator {
             series.start.push(frame.from);
             series.value.push(expansion.as_ref().map_or(f64::NAN, |expansion| expansion.value - expansion.bias));
             series.sigma.push(judge.unwrap_or(own).variance.sqrt());
-            series.tolerance.push(self.tolerance(rig, &uncertain, &shown));
+            series.tolerance.push(self.tolerance(rig, &first, &uncertain, &shown));
             series.gate.push(match (motion, judge) {
                 (Gate::Open, None) => Gate::First,
                 (Gate::Open, Some(judge)) => judge.validity,
@@ -233,22 +236,40 @@ impl Generator {
         if expansion.variance.1.sqrt() > BENT * expansion.variance.0.sqrt() { Gate::Bent } else { Gate::Open }
     }
 
-    /// Parameters with a stated uncertainty, each with the dual numbers that differentiate by it.
+    /// Parameters of the formula with a stated uncertainty, each with the dual numbers that differentiate by it.
     fn uncertain(&self, rig: &Rig, nominal: &[f64]) -> Vec<(f64, Vec<Dual<f64, 1>>)> {
+        let components = self.form.components().into_iter().map(|component| {
+            let component = &rig.components[component];
+            component.first_parameter..component.first_parameter + component.card.parameters.len()
+        });
+        let sensors = self.readings.iter().filter_map(|reading| match reading.source {
+            Source::Sensor(sensor) => {
+                Some(rig.sensors[sensor].first_parameter..rig.sensors[sensor].first_parameter + 2)
+            }
+            Source::Input(_) => None,
+        });
+        let fluid = std::iter::once(0..fluid::CARD.parameters.len());
+        let own: Vec<std::ops::Range<usize>> = fluid.chain(components).chain(sensors).collect();
         let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0);
-        stated.map(|(index, parameter)| (parameter.sigma, along(nominal, index))).collect()
+        let held = stated.filter(|(index, _)| own.iter().any(|range| range.contains(index)));
+        held.map(|(index, parameter)| (parameter.sigma, along(nominal, index))).collect()
     }
 
-    fn tolerance(&self, rig: &Rig, uncertain: &[(f64, Vec<Dual<f64, 1>>)], shown: &[f64]) -> f64 {
+    fn tolerance(
+        &self,
+        rig: &Rig,
+        nominal: &[Dual<f64, 1>],
+        uncertain: &[(f64, Vec<Dual<f64, 1>>)],
+        shown: &[f64],
+    ) -> f64 {
         let mut x: Vec<Dual<f64, 1>> = shown.iter().map(|&value| Dual::constant(value)).collect();
         let by_parameters = uncertain.iter().filter_map(|(sigma, p)| Some(self.residual(rig, p, &x)?.eps[0] * sigma));
         let mut variance: f64 = by_parameters.map(|share| share * share).sum();
-        let p: Vec<Dual<f64, 1>> = healthy(rig).into_iter().map(Dual::constant).collect();
         for (index, reading) in self.readings.iter().enumerate() {
             let systematic = reading.systematic(rig);
             if systematic > 0.0 {
                 x[index].eps[0] = systematic;
-                variance += self.residual(rig, &p, &x).map_or(0.0, |probed| probed.eps[0] * probed.eps[0]);
+                variance += self.residual(rig, nominal, &x).map_or(0.0, |probed| probed.eps[0] * probed.eps[0]);
                 x[index].eps[0] = 0.0;
             }
         }

@@ -13,6 +13,7 @@
 //! | `directional_valve.consumer`, `supply` | healthy flow of the pressure edge minus consumer or supply flow | (18), (20) |
 //! | `directional_valve.return` | healthy flow of the return edge minus the flow that comes back | (14) |
 //! | `pump.balance` | pump flow minus relief flow minus what leaves | - |
+//! | `relief.state` | the same where the pressure says that the relief valve is shut | - |
 //!
 //! **Why (4) is divided by `A1 - A2`.** With the leak from the big to the rod side, `q1 = A1 v + ql` and `q2 = A2 v + ql`,
 //! so `A1 q2 - A2 q1 = (A1 - A2) ql`. Divided by `A1 + A2` as printed, a cylinder of 40 mm bore and 20 mm rod shows
@@ -35,8 +36,8 @@ mod signature;
 mod view;
 
 pub use cusum::{Alarm, Direction, first_alarm, run_length, threshold};
-pub use detect::{Detection, PhaseMean, ResidualReport, detect};
+pub use detect::{Detection, Evaluated, PhaseMean, ResidualReport, detect};
 pub use find::generators;
 pub use generator::{Gate, Generator, Series, Variant};
 pub use reading::{Reading, Source};
-pub use signature::Sensitivity;
+pub use signature::{Sensitivity, Signature, signatures};

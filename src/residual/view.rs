@@ -115,7 +115,7 @@ impl View {
             seen.z[index] = self.settle(rig, p, &seen, index);
         }
         let mut answers = Answers::default();
-        if let Some(law) = law(rig, self.component, p) {
+        if let Some(law) = law(rig, self.component, p, |value| value) {
             law.evaluate(&seen, &mut answers);
         }
         answers
@@ -123,45 +123,78 @@ impl View {
 
     /// The value of the state at which its rate is zero, with the derivatives that follow from it implicitly.
     fn settle<T: Real>(&self, rig: &Rig, p: &[T], seen: &Seen<T>, index: usize) -> T {
-        let lifted: Vec<Dual<T, 1>> = p.iter().map(|&value| Dual::lift(value)).collect();
-        let Some(law) = law(rig, self.component, &lifted) else { return T::zero() };
-        let rate = |state: T| {
-            let mut at = Seen { z: seen.z.map(Dual::lift), u: seen.u.map(Dual::lift) };
-            at.z[index] = Dual::variable(state, 0);
-            let mut answers = Answers::default();
-            law.evaluate(&at, &mut answers);
-            (answers.rate[0].re, answers.rate[0].eps[0])
-        };
-        let newton = |state: T| {
-            let (value, slope) = rate(state);
-            if slope.re() == 0.0 { state } else { state - value / slope }
-        };
-        // The rates fall with their state, so a sign tells the side; Newton alone may hop between an end and the slope.
-        let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
-        let mut state = 0.0;
-        for _ in 0..SEARCH {
-            let value = rate(T::constant(state)).0.re();
-            if value >= 0.0 {
-                low = state;
-            }
-            if value <= 0.0 {
-                high = state;
-            }
-            let next = newton(T::constant(state)).re();
-            if !next.is_finite() || (next - state).abs() <= 1e-14 * state.abs() {
-                break;
-            }
-            let next = if next <= low || next >= high { f64::midpoint(low, high) } else { next };
-            state = next;
-        }
+        // The search needs no derivatives but the one by the state.
+        let plain = Seen { z: seen.z.map(|value| value.re()), u: seen.u.map(|value| value.re()) };
+        let state = search(&Rate::of(rig, self.component, p, &plain, index, |value| Dual::lift(value.re())));
         // Two steps more carry first and second derivatives of everything else into the state.
-        newton(newton(T::constant(state)))
+        let rate = Rate::of(rig, self.component, p, seen, index, Dual::lift);
+        rate.newton(rate.newton(T::constant(state)))
     }
 }
 
-/// The law of a component for the rig's parameters.
-fn law<T: Real>(rig: &Rig, component: usize, p: &[T]) -> Option<AnyLaw<T>> {
+/// Rate of a component's state over the state, everything else given.
+struct Rate<N> {
+    law: Option<AnyLaw<Dual<N, 1>>>,
+    seen: Seen<Dual<N, 1>>,
+    index: usize,
+}
+
+impl<N: Real> Rate<N> {
+    fn of<T: Real>(
+        rig: &Rig,
+        component: usize,
+        p: &[T],
+        seen: &Seen<N>,
+        index: usize,
+        lift: impl Fn(T) -> Dual<N, 1>,
+    ) -> Self {
+        let seen = Seen { z: seen.z.map(Dual::lift), u: seen.u.map(Dual::lift) };
+        Self { law: law(rig, component, p, lift), seen, index }
+    }
+
+    /// Rate and its slope.
+    fn at(&self, state: N) -> (N, N) {
+        let mut seen = self.seen;
+        seen.z[self.index] = Dual::variable(state, 0);
+        let mut answers = Answers::default();
+        if let Some(law) = &self.law {
+            law.evaluate(&seen, &mut answers);
+        }
+        (answers.rate[0].re, answers.rate[0].eps[0])
+    }
+
+    fn newton(&self, state: N) -> N {
+        let (value, slope) = self.at(state);
+        if slope.re() == 0.0 { state } else { state - value / slope }
+    }
+}
+
+/// The zero of a rate.
+fn search(rate: &Rate<f64>) -> f64 {
+    // The rates fall with their state, so a sign tells the side; Newton alone may hop between an end and the slope.
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let mut state = 0.0;
+    for _ in 0..SEARCH {
+        let (value, slope) = rate.at(state);
+        if value >= 0.0 {
+            low = state;
+        }
+        if value <= 0.0 {
+            high = state;
+        }
+        let next = if slope == 0.0 { state } else { state - value / slope };
+        if !next.is_finite() || (next - state).abs() <= 1e-14 * state.abs() {
+            break;
+        }
+        state = if next <= low || next >= high { f64::midpoint(low, high) } else { next };
+    }
+    state
+}
+
+/// The law of a component for the rig's parameters, each as another number.
+fn law<T: Real, N: Real>(rig: &Rig, component: usize, p: &[T], lift: impl Fn(T) -> N) -> Option<AnyLaw<N>> {
     let this = &rig.components[component];
-    let own = p.get(this.first_parameter..)?.get(..this.card.parameters.len())?;
-    AnyLaw::new(this.card.kind, own, &Fluid::new(p.get(..fluid::CARD.parameters.len())?))
+    let lifted = |values: &[T]| values.iter().map(|&value| lift(value)).collect::<Vec<N>>();
+    let own = lifted(p.get(this.first_parameter..)?.get(..this.card.parameters.len())?);
+    AnyLaw::new(this.card.kind, &own, &Fluid::new(&lifted(p.get(..fluid::CARD.parameters.len())?)))
 }

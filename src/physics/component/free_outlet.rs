@@ -1,12 +1,11 @@
 //! Outlet from which the fluid falls freely into the next vessel.
 
-use super::orifice::TRANSITION;
+use super::orifice::{HOLE, Orifice};
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
 use crate::physics::ATMOSPHERE;
-use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::card::{Answer, Card, Port, Worked};
 use crate::physics::fluid::Fluid;
-use crate::physics::law::{orifice_conductance, root};
 
 pub const CARD: Card = Card {
     kind: "free-outlet",
@@ -14,11 +13,7 @@ pub const CARD: Card = Card {
     law: "q = Cd (pi d²/4) sqrt(2/rho) dp / (dp² + dp_t²)^(1/4),  dp = max(p_in - p_atm, 0)",
     source: "Torricelli; the orifice law, paper equation (6), against the atmosphere",
     validity: "The outlet stands above the level that it falls into; the time of the fall is left out.",
-    parameters: &[
-        Parameter::required("diameter", "d", "mm", "diameter of the hole"),
-        Parameter::required("discharge_coefficient", "Cd", "-", "discharge coefficient").or(0.7).within(0.1, 1.0).calibrated(0.05),
-        TRANSITION,
-    ],
+    parameters: HOLE,
     ports: &[Port::hydraulic("in", "vessel that drains"), Port::hydraulic("out", "vessel that it falls into")],
     worked: &[Worked {
         text: "8 mm, Cd 0.7, 870 kg/m3 and 10 kPa of level pass 1.687e-4 m3/s into a vessel under any pressure",
@@ -32,23 +27,16 @@ pub const CARD: Card = Card {
 };
 
 #[derive(Debug, Clone, Copy)]
-pub struct FreeOutlet<T> {
-    conductance: T,
-    transition: T,
-}
+pub struct FreeOutlet<T>(Orifice<T>);
 
 impl<T: Real> Law<T> for FreeOutlet<T> {
     fn new(parameters: &[T], fluid: &Fluid<T>) -> Self {
-        Self {
-            conductance: orifice_conductance(parameters[1], parameters[0], fluid.density()),
-            transition: parameters[2],
-        }
+        Self(Orifice::new(parameters, fluid))
     }
 
     #[inline]
     fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
-        let over = (seen.z[0] - ATMOSPHERE).max(T::zero());
-        let flow = self.conductance * root(over, self.transition);
+        let flow = self.0.flow((seen.z[0] - ATMOSPHERE).max(T::zero()));
         answers.through[0] = flow;
         answers.through[1] = -flow;
     }

@@ -14,17 +14,23 @@ pub const TRANSITION: Parameter =
         .within(1e-4, 10.0)
         .uncertain(2.0);
 
+/// Parameters of a hole, in the order that [`Orifice`] takes them.
+pub const HOLE: &[Parameter] = &[
+    Parameter::required("diameter", "d", "mm", "diameter of the hole"),
+    Parameter::required("discharge_coefficient", "Cd", "-", "discharge coefficient")
+        .or(0.7)
+        .within(0.1, 1.0)
+        .calibrated(0.05),
+    TRANSITION,
+];
+
 pub const CARD: Card = Card {
     kind: "orifice",
     meaning: "Sharp-edged orifice, turbulent with a smooth laminar start.",
     law: "q = Cd (pi d²/4) sqrt(2/rho) dp / (dp² + dp_t²)^(1/4)",
     source: "paper, equation (6)",
     validity: "Incompressible, no cavitation, discharge coefficient independent of the flow.",
-    parameters: &[
-        Parameter::required("diameter", "d", "mm", "diameter of the hole"),
-        Parameter::required("discharge_coefficient", "Cd", "-", "discharge coefficient").or(0.7).within(0.1, 1.0).calibrated(0.05),
-        TRANSITION,
-    ],
+    parameters: HOLE,
     ports: &[Port::hydraulic("in", "inlet"), Port::hydraulic("out", "outlet")],
     worked: &[Worked {
         text: "2 mm, Cd 0.7, 870 kg/m3 and 0.74 MPa pass 5.44 L/min",
@@ -54,8 +60,16 @@ impl<T: Real> Law<T> for Orifice<T> {
     #[inline]
     fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
         let [p_in, p_out, ..] = seen.z;
-        let flow = self.conductance * root(p_in - p_out, self.transition);
+        let flow = self.flow(p_in - p_out);
         answers.through[0] = flow;
         answers.through[1] = -flow;
+    }
+}
+
+impl<T: Real> Orifice<T> {
+    /// Flow in m³/s at a pressure drop in Pa.
+    #[inline]
+    pub fn flow(&self, drop: T) -> T {
+        self.conductance * root(drop, self.transition)
     }
 }

@@ -1,0 +1,172 @@
+//! The signature matrix of `isolability`: which residual answers to which fault, how strongly, at an operating point.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::simulate;
+use crate::complaint::{Complaint, Kind};
+use crate::model::{self, Model};
+use crate::record::Record;
+use crate::report::number::{self, difference_in_unit, in_unit, rounded};
+use crate::residual::{self, Detection, Sensitivity};
+use crate::rig::Rig;
+use crate::units::Unit;
+
+/// One residual in one phase. Numbers in `unit`.
+#[derive(Debug, Serialize)]
+pub struct Row {
+    pub residual: String,
+    pub equation: &'static str,
+    pub meaning: &'static str,
+    pub unit: String,
+    pub phase: &'static str,
+    /// Windows of the operating point that count.
+    pub windows: usize,
+    /// Standard deviation of one window by sensor noise.
+    pub sigma: f64,
+    /// Standard deviation of the mean over the phase by sensor noise.
+    pub sigma_of_mean: f64,
+    /// One standard deviation by what is uncertain but constant.
+    pub tolerance: f64,
+    /// Faults that it answers to.
+    pub faults: Vec<Answer>,
+    /// Offsets and gains of sensors that it answers to and that are no faults of the rig.
+    pub sensors: Vec<Answer>,
+}
+
+/// How a residual answers to one parameter.
+#[derive(Debug, Serialize)]
+pub struct Answer {
+    pub id: String,
+    /// Change of the parameter that `response` belongs to, in `unit`: from healthy to the far end of its range; for a
+    /// sensor one standard deviation of its noise, or 1 % of gain.
+    pub change: f64,
+    pub unit: String,
+    /// Change of the residual, in its unit.
+    pub response: f64,
+    /// Change of the residual per `unit` of the parameter at its healthy value.
+    pub slope: f64,
+    /// `response` over noise of the mean and tolerance together.
+    pub deviations: f64,
+}
+
+/// The matrix at the healthy readings that the model gives along a record's commands and loads, or along the cycle.
+///
+/// `None` where there is neither.
+///
+/// # Errors
+/// An unreadable record, or one without the inputs; a healthy rig that cannot be simulated.
+pub fn rows(rig: &Rig, input: Option<&Path>) -> Result<Option<Vec<Row>>, Complaint> {
+    let source = input.map(Record::read).transpose()?;
+    let (drive, times) = match simulate::drive(rig, source.as_ref()) {
+        Ok(found) => found,
+        Err(_) if source.is_none() => return Ok(None),
+        Err(complaint) => return Err(complaint),
+    };
+    let mut parameters = rig.nominal();
+    for fault in &rig.faults {
+        parameters[fault.parameter] = fault.healthy;
+    }
+    let outputs = Model::new(rig.clone()).simulate(&parameters, &drive, &times).map_err(|error| {
+        Complaint::new(Kind::Computation, format!("the healthy rig could not be simulated: {error}"))
+            .in_file(&rig.path)
+            .help("look for values without physical sense; `borescope check` lists them all")
+    })?;
+    let inputs = model::input_columns(rig, &drive, &times);
+    let record = model::recording(rig, "simulated", times, inputs, &outputs, None);
+    let matrix = residual::signatures(rig, &record, &drive, Detection::default().window)?;
+    let row = |signature: residual::Signature| {
+        let unit = &signature.generator.unit;
+        let (own, others): (Vec<&Sensitivity>, Vec<&Sensitivity>) = signature
+            .answers
+            .iter()
+            .filter(|answer| answer.slope != 0.0 || answer.at_limit != 0.0)
+            .partition(|answer| rig.is_fault(answer.index));
+        let spread = signature.sigma_of_mean.hypot(signature.tolerance);
+        let list = |answers: Vec<&Sensitivity>| answers.into_iter().map(|own| answer(rig, own, unit, spread)).collect();
+        Row {
+            residual: signature.generator.id.clone(),
+            equation: signature.generator.equation,
+            meaning: signature.generator.meaning,
+            unit: unit.symbol.clone(),
+            phase: signature.phase,
+            windows: signature.windows,
+            sigma: difference_in_unit(signature.sigma, unit),
+            sigma_of_mean: difference_in_unit(signature.sigma_of_mean, unit),
+            tolerance: difference_in_unit(signature.tolerance, unit),
+            faults: list(own),
+            sensors: list(others),
+        }
+    };
+    Ok(Some(matrix.into_iter().map(row).collect()))
+}
+
+fn answer(rig: &Rig, answer: &Sensitivity, residual: &Unit, spread: f64) -> Answer {
+    let unit = &rig.parameters[answer.index].unit;
+    Answer {
+        id: answer.parameter.clone(),
+        change: difference_in_unit(answer.step, unit),
+        unit: unit.symbol.clone(),
+        response: difference_in_unit(answer.at_limit, residual),
+        slope: rounded(residual.difference_from_si(answer.slope) / unit.difference_from_si(1.0), 9),
+        deviations: rounded(answer.at_limit / spread, 4),
+    }
+}
+
+/// The matrix as plain text, lines ended by line feeds: a row for each residual and phase, a column for each fault.
+pub fn render(rig: &Rig, rows: Option<&[Row]>) -> String {
+    let Some(rows) = rows else {
+        return "\nNo signatures: they need an operating point, a `[cycle]` in the rig file or `--input RECORD`.\n"
+            .to_owned();
+    };
+    if rows.is_empty() {
+        return "\nNo signatures: no residual of these sensors has windows that count.\n".to_owned();
+    }
+    let mut text = String::new();
+    // Writing to a `String` cannot fail.
+    let _ = write(&mut text, rig, rows);
+    text
+}
+
+fn write(text: &mut String, rig: &Rig, rows: &[Row]) -> std::fmt::Result {
+    writeln!(text, "\nSignatures: how far each residual moves when a fault goes to the far end of its range.")?;
+    for (index, fault) in rig.faults.iter().enumerate() {
+        let parameter = &rig.parameters[fault.parameter];
+        let far = |end: f64| (end - fault.healthy).abs();
+        let end = if far(fault.bounds.1) >= far(fault.bounds.0) { fault.bounds.1 } else { fault.bounds.0 };
+        let [healthy, end] =
+            [fault.healthy, end].map(|si| number::with_unit(in_unit(si, &parameter.unit), &parameter.unit.symbol));
+        writeln!(text, "{:>4} {} from {healthy} to {end}", index + 1, parameter.id)?;
+    }
+    let width = rows.iter().map(|row| row.residual.len()).max().unwrap_or(0);
+    let numbers: String = (1..=rig.faults.len()).map(|number| format!("{number:>10}")).collect();
+    writeln!(
+        text,
+        "  {:width$}  {:8}  {:6}  {:>8}  {:>9}{numbers}  unit",
+        "", "equation", "phase", "noise", "tolerance"
+    )?;
+    for row in rows {
+        let cell = |fault: &crate::rig::Fault| {
+            let id = &rig.parameters[fault.parameter].id;
+            let answer = row.faults.iter().find(|answer| answer.id == *id);
+            match answer.map(|answer| answer.response) {
+                None => format!("{:>10}", "."),
+                // `+0.000` would look like a response.
+                Some(response) if response.abs() < 5e-4 => format!("{:>10}", "0"),
+                Some(response) => format!("{response:>+10.3}"),
+            }
+        };
+        let cells: String = rig.faults.iter().map(cell).collect();
+        let Row { residual, equation, phase, unit, sigma_of_mean, tolerance, .. } = row;
+        writeln!(
+            text,
+            "  {residual:width$}  {equation:8}  {phase:6}  {sigma_of_mean:>8.4}  {tolerance:>9.4}{cells}  {unit}"
+        )?;
+    }
+    writeln!(
+        text,
+        "noise: one standard deviation of the mean over the phase; tolerance: of what averaging does not lower."
+    )
+}
