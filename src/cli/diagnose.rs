@@ -28,9 +28,6 @@ pub struct Arguments {
     /// Also write a page with pictures; only with one record
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
-    /// Seed of the sampled starts of the fit
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
     /// Exit with 1 if a fault or a misfit was found
     #[arg(long)]
     exit_code: bool,
@@ -46,7 +43,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         check_folder(report)?;
     }
     let model = Model::new(Rig::read(&arguments.rig)?);
-    let options = Options { seed: arguments.seed, ..Options::default() };
+    let options = Options::default();
     let mut done: Vec<Diagnosed> = Vec::new();
     let mut bad: Vec<Complaint> = Vec::new();
     for (number, path) in arguments.records.iter().enumerate() {

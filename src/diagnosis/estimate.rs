@@ -1,12 +1,12 @@
 //! From a record to its explanation: weights, starts, isolation, until nothing moves any more.
 
-use super::case::{Case, members};
+use super::case::{Case, Set, members};
 use super::hypotheses::{Isolation, MOST_ROUNDS, isolate};
 use super::noise::{self, Weights};
 use super::prior::Gaussian;
-use super::problem::{Estimated, RecordProblem};
+use super::problem::RecordProblem;
 use crate::complaint::{Complaint, Kind, Place};
-use crate::fit::{self, FitError, Loss, Problem, Starts, Tolerances};
+use crate::fit::{self, FitError, Loss, Problem, Tolerances};
 use crate::model::{Drive, Model, SimulationError, Tolerance};
 use crate::record::Record;
 use crate::rig::{InitialPressure, NodeKind, Quantity, Target};
@@ -55,7 +55,8 @@ pub fn measured<'a>(model: &Model, record: &'a Record) -> Result<Vec<&'a [f64]>,
         .collect()
 }
 
-/// Explains a record by faults of the rig, from the healthy rig or from `guess` (all estimated parameters).
+/// Explains a record by faults of the rig: from a guess of all estimated parameters and the set of faults or else from the
+/// healthy rig; where that misses, from the places that few faults at a time explain best.
 ///
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved at any start.
@@ -63,54 +64,97 @@ pub fn estimate<'a>(
     model: &'a Model,
     record: &'a Record,
     drive: &'a Drive,
-    seed: u64,
-    guess: Option<&[f64]>,
+    guess: Option<(&[f64], Set)>,
 ) -> Result<Estimate<'a>, Complaint> {
-    let rig = &model.rig;
+    let near = near(model, record, drive, guess)?;
+    if near.missed() { screened(near) } else { Ok(near) }
+}
+
+/// Explains a record from a guess or from the healthy rig alone; it may miss.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved there.
+pub fn near<'a>(
+    model: &'a Model,
+    record: &'a Record,
+    drive: &'a Drive,
+    guess: Option<(&[f64], Set)>,
+) -> Result<Estimate<'a>, Complaint> {
     let data = measured(model, record)?;
-    let failed = |error: FitError| {
-        Complaint::new(Kind::Computation, format!("the faults could not be fitted: {error}"))
-            .at(Place::file(&rig.path))
-            .at(Place::file(&record.path))
-            .help("check values and units of the rig with `borescope check`")
+    let mut case = Case::new(model, record, drive, Vec::new(), rough(model, record, drive, &data));
+    case.full.measured = data;
+    let healthy = case.mean.clone();
+    let (start, set, rounds) = match guess {
+        Some((theta, set)) => (theta, set, MOST_ROUNDS),
+        None => (&healthy[..], 0, FROM_HEALTHY),
     };
-    let unsolved = |error: SimulationError| failed(FitError::Start { source: error.into() });
-    let variance = noise::variances(rig, record, &data, true);
-    let phases = noise::phases(rig, drive, &record.time, &variance);
-    let rough = Weights::new(rig, &phases, &variance, &[]);
-    let mut case = Case::new(model, record, drive, data, rough.clone());
-    let start = guess.map_or_else(|| case.mean.clone(), <[f64]>::to_vec);
-    let mut best = settle(&mut case, &start, FROM_HEALTHY);
-    let samples = (case.full.times.len() * case.full.measured.len()) as f64;
-    let missed =
-        |found: &Found| found.as_ref().map_or(true, |(isolation, _)| isolation.best.cost > 2.0 * POOR * samples);
-    if guess.is_none() && missed(&best) {
-        case.full.weights = rough.clone();
-        for theta in neighbourhoods(&case, seed).map_err(failed)? {
-            case.full.weights = rough.clone();
-            let other = settle(&mut case, &theta, MOST_ROUNDS);
-            let cost = |found: &Found| found.as_ref().map_or(f64::INFINITY, |(isolation, _)| isolation.best.cost);
-            if cost(&other) < cost(&best) {
-                best = other;
-            }
-            if !missed(&best) {
-                break;
-            }
-        }
-    }
-    let (isolation, weights) = best.map_err(unsolved)?;
-    case.full.weights = weights;
+    let isolation = settle(&mut case, start, set, rounds)
+        .map_err(|error| failed(model, record, &FitError::Start { source: error.into() }))?;
     Ok(Estimate { case, isolation })
 }
 
-/// An explanation and the weights it was found with.
-type Found = Result<(Isolation, Weights), SimulationError>;
+/// Explains a record anew from the places that few faults at a time explain best, if any of them does better.
+///
+/// # Errors
+/// A model that cannot be solved at any start.
+pub fn screened(mut before: Estimate<'_>) -> Result<Estimate<'_>, Complaint> {
+    let case = &mut before.case;
+    let (model, record) = (case.full.model, case.record);
+    let rough = rough(model, record, case.full.drive, &case.full.measured);
+    let mut best = (before.isolation, std::mem::replace(&mut case.full.weights, rough.clone()));
+    let places = sparsest(case);
+    for place in places.into_iter().take(FITTED) {
+        // A place from which the model cannot be solved is passed over.
+        let Ok(theta) = neighbourhood(case, &place) else { continue };
+        case.full.weights = rough.clone();
+        let Ok(isolation) = settle(case, &theta, 0, MOST_ROUNDS) else { continue };
+        let missed = missed(case, &isolation);
+        if isolation.best.cost < best.0.best.cost || !missed {
+            best = (isolation, case.full.weights.clone());
+        }
+        if !missed {
+            break;
+        }
+    }
+    (before.isolation, before.case.full.weights) = best;
+    Ok(before)
+}
 
-/// Explains the record from a guess; renews the weights where the explanation puts the events, and the explanation with
-/// them, until no fault moves.
-fn settle(case: &mut Case<'_>, guess: &[f64], most_rounds: u64) -> Found {
-    let mut isolation = isolate(case, guess, 0, most_rounds, false)?;
+fn failed(model: &Model, record: &Record, error: &FitError) -> Complaint {
+    Complaint::new(Kind::Computation, format!("the faults could not be fitted: {error}"))
+        .at(Place::file(&model.rig.path))
+        .at(Place::file(&record.path))
+        .help("check values and units of the rig with `borescope check`")
+}
+
+impl Estimate<'_> {
+    /// Whether it leaves more than noise unexplained.
+    pub fn missed(&self) -> bool {
+        missed(&self.case, &self.isolation)
+    }
+}
+
+fn missed(case: &Case<'_>, isolation: &Isolation) -> bool {
+    let samples = (case.full.times.len() * case.full.measured.len()) as f64;
+    isolation.best.cost > 2.0 * POOR * samples
+}
+
+/// Weights from the record alone, before any model has followed it.
+fn rough(model: &Model, record: &Record, drive: &Drive, data: &[&[f64]]) -> Weights {
+    let rig = &model.rig;
+    let variance = noise::variances(rig, record, data, true);
+    let phases = noise::phases(rig, drive, &record.time, &variance);
+    Weights::new(rig, &phases, &variance, &[])
+}
+
+/// Explains the record from a guess. Where that does, weights are renewed where the explanation puts the events, and the
+/// explanation with them, until no fault moves.
+fn settle(case: &mut Case<'_>, guess: &[f64], set: Set, most_rounds: u64) -> Result<Isolation, SimulationError> {
+    let mut isolation = isolate(case, guess, set, most_rounds, false)?;
     for _ in 0..MOST_RENEWALS {
+        if missed(case, &isolation) && most_rounds == FROM_HEALTHY {
+            break;
+        }
         case.full.weights = weights(&case.full, case.record, &isolation.best.theta)?;
         let before = isolation;
         isolation = isolate(case, &before.best.theta, before.set(), most_rounds, true)?;
@@ -123,47 +167,51 @@ fn settle(case: &mut Case<'_>, guess: &[f64], most_rounds: u64) -> Found {
             break;
         }
     }
-    Ok((isolation, case.full.weights.clone()))
+    Ok(isolation)
 }
 
-/// Places to start from that the faults of components alone explain best.
-fn neighbourhoods(case: &Case<'_>, seed: u64) -> Result<Vec<Vec<f64>>, FitError> {
+/// The problem of the components' faults alone, solved coarsely.
+fn coarse<'a>(case: &Case<'a>, model: &'a Model) -> (RecordProblem<'a>, Vec<usize>) {
     let of_component: Vec<usize> = (0..case.faults()).filter(|&fault| !case.is_of_sensor(fault)).collect();
-    let mut coarse_model = case.full.model.clone();
-    coarse_model.tolerance = Tolerance::COARSE;
-    let estimated: Vec<Estimated> = of_component.iter().map(|&fault| case.full.estimated[fault].clone()).collect();
     let full = &case.full;
-    let mut coarse = RecordProblem::new(
-        &coarse_model,
-        full.drive,
-        full.times,
-        full.measured.clone(),
-        full.weights.clone(),
-        estimated,
-        Gaussian::none(),
-    );
+    let estimated = of_component.iter().map(|&fault| full.estimated[fault].clone()).collect();
+    let (measured, weights) = (full.measured.clone(), full.weights.clone());
+    let mut coarse = RecordProblem::new(model, full.drive, full.times, measured, weights, estimated, Gaussian::none());
     coarse.base.clone_from(&full.base);
-    let tolerances = Tolerances { function: NEIGHBOURHOOD, max_iterations: FIRST_ITERATIONS, ..Tolerances::default() };
+    (coarse, of_component)
+}
+
+/// A model that is solved as coarsely as a first search allows.
+fn coarsely(model: &Model) -> Model {
+    let mut model = model.clone();
+    model.tolerance = Tolerance::COARSE;
+    model
+}
+
+/// Few faults of components at a time, those that explain the record best first: `[place][fault of a component]`, SI.
+fn sparsest(case: &Case<'_>) -> Vec<Vec<f64>> {
+    let model = coarsely(case.full.model);
+    let (coarse, of_component) = coarse(case, &model);
     let healthy: Vec<f64> = of_component.iter().map(|&fault| case.mean[fault]).collect();
     let mut screened: Vec<(f64, Vec<f64>)> = sparse(&healthy, coarse.bounds())
         .into_iter()
         .filter_map(|theta| Some((FAR.cost(&coarse.misfit(&theta).ok()?), theta)))
         .collect();
     screened.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let given = screened.into_iter().take(FITTED).map(|(_, theta)| theta).collect();
-    let starts = Starts { given, sampled: 0, fitted: 0, seed };
-    let found = fit::multi_start(&coarse, &starts, FAR, tolerances)?;
-    Ok(found
-        .optima
-        .iter()
-        .map(|optimum| {
-            let mut theta = case.mean.clone();
-            for (&fault, value) in of_component.iter().zip(&optimum.theta) {
-                theta[fault] = *value;
-            }
-            theta
-        })
-        .collect())
+    screened.into_iter().map(|(_, theta)| theta).collect()
+}
+
+/// Where the faults of components alone come from a place: all estimated parameters, SI.
+fn neighbourhood(case: &Case<'_>, place: &[f64]) -> Result<Vec<f64>, FitError> {
+    let model = coarsely(case.full.model);
+    let (coarse, of_component) = coarse(case, &model);
+    let tolerances = Tolerances { function: NEIGHBOURHOOD, max_iterations: FIRST_ITERATIONS, ..Tolerances::default() };
+    let found = fit::fit(&coarse, place, FAR, tolerances)?;
+    let mut theta = case.mean.clone();
+    for (&fault, value) in of_component.iter().zip(&found.theta) {
+        theta[fault] = *value;
+    }
+    Ok(theta)
 }
 
 /// Few faults at a time, each at a few levels towards each of its bounds: healthy, singles and pairs.

@@ -11,6 +11,7 @@ pub mod expected;
 pub mod hypotheses;
 pub mod interval;
 pub mod noise;
+pub mod onset;
 pub mod prior;
 pub mod problem;
 pub mod quadratic;
@@ -20,6 +21,7 @@ mod summary;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::model::{Drive, Model};
 use crate::record::Record;
+use crate::report::number::rounded;
 use crate::residual::{self, Detection};
 use estimate::Estimate;
 pub use hypotheses::Hypothesis;
@@ -28,17 +30,11 @@ pub use result::{ChannelReport, Diagnosis, FaultReport, FitReport, SCHEMA, Uncer
 
 /// What the user may choose.
 #[derive(Debug, Clone, PartialEq)]
+#[derive(Default)]
 pub struct Options {
-    /// Of the sampled starts of the fit.
-    pub seed: u64,
     pub detection: Detection,
 }
 
-impl Default for Options {
-    fn default() -> Self {
-        Self { seed: 1, detection: Detection::default() }
-    }
-}
 
 /// A diagnosis with the curves behind it.
 #[derive(Debug, Clone)]
@@ -77,7 +73,15 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
     }
     let drive = Drive::from_record(rig, record)?;
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;
-    let mut estimate = estimate::estimate(model, record, &drive, options.seed, None)?;
+    let first = estimate::estimate(model, record, &drive, None)?;
+    let begun = onset::find(model, record, &drive, &first)?;
+    let (drive, mut estimate) = match &begun {
+        Some(begun) => {
+            let guess = Some((&begun.theta[..], begun.set));
+            (&begun.drive, estimate::estimate(model, record, &begun.drive, guess)?)
+        }
+        None => (&drive, first),
+    };
     let mut restarts = 0;
     let intervals = loop {
         let intervals = intervals(&estimate);
@@ -86,14 +90,15 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
         match better {
             Some(theta) if restarts < RESTARTS => {
                 restarts += 1;
-                estimate = estimate::estimate(model, record, &drive, options.seed, Some(&theta))?;
+                let set = estimate.isolation.set();
+                estimate = estimate::estimate(model, record, drive, Some((&theta, set)))?;
             }
             _ => break intervals,
         }
     };
     let (case, isolation) = (&estimate.case, &estimate.isolation);
     let outputs = model
-        .simulate(&case.full.parameters(&isolation.best.theta), &drive, &record.time)
+        .simulate(&case.full.parameters(&isolation.best.theta), drive, &record.time)
         .map(|outputs| outputs.values)
         .unwrap_or_default();
     let misfit: Vec<Vec<f64>> =
@@ -106,7 +111,7 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
         (true, true) => Verdict::Faulty,
         (true, false) => Verdict::Healthy,
     };
-    let nominal = model.simulate(&case.full.parameters(&case.mean), &drive, &record.time);
+    let nominal = model.simulate(&case.full.parameters(&case.mean), drive, &record.time);
     let healthy = nominal.map(|outputs| outputs.values).unwrap_or_default();
     let alarms = residuals.iter().filter_map(|residual| residual.alarm_at_s);
     let detected_at_s = match verdict {
@@ -122,7 +127,7 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
         record: record.path.display().to_string(),
         verdict,
         detected_at_s,
-        onset_s: None,
+        onset_s: begun.as_ref().map(|begun| rounded(begun.time, DIGITS)),
         ambiguity: groups.into_iter().map(|group| group.into_iter().map(id).collect()).collect(),
         hypotheses: isolation.hypotheses(case),
         residuals,

@@ -76,6 +76,16 @@ impl<'a> RecordProblem<'a> {
         self.solves.load(Ordering::Relaxed)
     }
 
+    /// Misfits, had something else driven the rig.
+    ///
+    /// # Errors
+    /// The model cannot be solved.
+    pub fn misfit_with(&self, drive: &Drive, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
+        self.solves.fetch_add(1, Ordering::Relaxed);
+        let outputs = self.model.simulate(&self.parameters(theta), drive, self.times)?;
+        Ok(self.weigh(&outputs.values, theta))
+    }
+
     /// The parts of the misfit vector that are time series, one per sensor.
     pub fn series(&self) -> Vec<std::ops::Range<usize>> {
         let rows = self.times.len();
@@ -101,9 +111,7 @@ impl Problem for RecordProblem<'_> {
     }
 
     fn misfit(&self, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
-        self.solves.fetch_add(1, Ordering::Relaxed);
-        let outputs = self.model.simulate(&self.parameters(theta), self.drive, self.times)?;
-        Ok(self.weigh(&outputs.values, theta))
+        self.misfit_with(self.drive, theta)
     }
 
     fn linearise(&self, theta: &[f64]) -> Result<Linearised, SimulationError> {

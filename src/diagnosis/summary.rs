@@ -10,7 +10,12 @@ use crate::report::number::rounded;
 
 /// Sum of squares of weighted misfits, wild ones tamed.
 pub(super) fn tame_squares(misfit: &[f64]) -> f64 {
-    misfit.iter().map(|r| r.abs().min(WILD).powi(2)).sum()
+    misfit.iter().map(|r| tame(*r)).sum()
+}
+
+/// Square of a weighted misfit, that of a wild one cut off.
+pub(super) fn tame(misfit: f64) -> f64 {
+    misfit.abs().min(WILD).powi(2)
 }
 
 /// How well the model follows each sensor.

@@ -1,0 +1,122 @@
+//! Since when: faults that begin within the record.
+//!
+//! Until a fault begins the healthy rig explains the record better than the faulty one, from then on worse. So the running
+//! sum of the logarithm of their likelihood ratio is least where it began (maximum-likelihood change point; Hinkley,
+//! Biometrika 57 (1970)). A beginning within the record is believed where it explains the record better than faults as old
+//! as the record by more than a moment chosen freely among all rows would by chance.
+
+use super::case::{Case, Set, members};
+use super::estimate::{self, Estimate};
+use super::hypotheses::Isolation;
+use super::summary::tame;
+use crate::complaint::Complaint;
+use crate::fit::Problem;
+use crate::model::{Drive, Model, Onset};
+use crate::record::Record;
+
+/// What a beginning must win, in nats, beyond the logarithm of the number of rows that it is chosen among.
+const WORTH: f64 = 5.0;
+/// Halvings of the interval in which the moment is searched.
+const HALVINGS: usize = 5;
+/// Rounds of moment and faults.
+const ROUNDS: usize = 2;
+
+/// A beginning within the record, and the faults since then.
+pub struct Begun {
+    pub drive: Drive,
+    /// s.
+    pub time: f64,
+    /// All estimated parameters, SI.
+    pub theta: Vec<f64>,
+    pub set: Set,
+}
+
+/// Looks for a beginning of the faults within the record; `first` is an explanation by faults as old as the record, good or
+/// bad.
+///
+/// # Errors
+/// As [`estimate::estimate`].
+pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>) -> Result<Option<Begun>, Complaint> {
+    let worth = WORTH + (record.time.len() as f64).ln();
+    let Some((mut row, gain)) = parting(&first.case, &first.isolation) else { return Ok(None) };
+    let shaken = plain.pieces.iter().skip(1).find(|piece| piece.jump).map_or(f64::INFINITY, |piece| piece.start);
+    if gain < worth || record.time[row] <= shaken {
+        return Ok(None);
+    }
+    let mut guess: Option<(Vec<f64>, Set)> = None;
+    let mut found: Option<(Begun, f64)> = None;
+    for _ in 0..ROUNDS {
+        let drive = begun(model, plain, record.time[row]);
+        let explained =
+            estimate::estimate(model, record, &drive, guess.as_ref().map(|(theta, set)| (&theta[..], *set)))?;
+        let (theta, set) = (explained.isolation.best.theta.clone(), explained.isolation.set());
+        if set == 0 {
+            return Ok(None);
+        }
+        let time = refined(&explained.case, model, plain, &theta, row);
+        row = record.time.partition_point(|&t| t < time).min(record.time.len() - 1);
+        let cost = explained.isolation.best.cost;
+        guess = Some((theta.clone(), set));
+        found = Some((Begun { drive: begun(model, plain, time), time, theta, set }, cost));
+    }
+    let Some((begun, cost)) = found else { return Ok(None) };
+    // Do the same faults, as old as the record, explain it as well?
+    let old = estimate::estimate(model, record, plain, Some((&begun.theta, begun.set)))?;
+    let better = 0.5 * (old.isolation.best.cost.min(first.isolation.best.cost) - cost) > worth;
+    Ok(better.then_some(begun))
+}
+
+/// The drive with every fault at its healthy value until `time`.
+fn begun(model: &Model, plain: &Drive, time: f64) -> Drive {
+    let before = model.rig.faults.iter().map(|fault| (fault.parameter, fault.healthy)).collect();
+    plain.clone().with_onset(Onset { time, before })
+}
+
+/// The row from which on the explanation is better than the healthy rig, and by how many nats the healthy one is better
+/// before; `None` without faults or where the healthy rig cannot be simulated.
+fn parting(case: &Case<'_>, isolation: &Isolation) -> Option<(usize, f64)> {
+    let mut theta = isolation.best.theta.clone();
+    members(isolation.set()).for_each(|fault| theta[fault] = case.mean[fault]);
+    if isolation.set() == 0 {
+        return None;
+    }
+    let healthy = case.full.misfit(&theta).ok()?;
+    let rows = case.full.times.len();
+    let (mut sum, mut least) = (0.0, (0, 0.0));
+    for row in 0..rows {
+        for range in case.full.series() {
+            let at = range.start + row;
+            sum += 0.5 * (tame(healthy[at]) - tame(isolation.best.misfit[at]));
+        }
+        if sum < least.1 {
+            least = (row + 1, sum);
+        }
+    }
+    (least.0 < rows).then_some((least.0, -least.1))
+}
+
+/// The moment at which a beginning explains the record best, s: searched around `row` with the faults as they are.
+fn refined(case: &Case<'_>, model: &Model, plain: &Drive, theta: &[f64], row: usize) -> f64 {
+    let times = case.full.times;
+    let cost = |time: f64| {
+        let drive = begun(model, plain, time);
+        case.full.misfit_with(&drive, theta).map_or(f64::INFINITY, |misfit| misfit.iter().map(|r| tame(*r)).sum())
+    };
+    let (first, last) = (times[0], times[times.len() - 1]);
+    let mut best = (times[row], cost(times[row]));
+    let mut step = 0.02 * (last - first);
+    for _ in 0..HALVINGS {
+        // Uphill on both sides before the step is halved.
+        loop {
+            let sides = [best.0 - step, best.0 + step].map(|time| time.clamp(first, last));
+            let tried = sides.map(|time| (time, cost(time)));
+            let better = if tried[0].1 < tried[1].1 { tried[0] } else { tried[1] };
+            if better.1 >= best.1 {
+                break;
+            }
+            best = better;
+        }
+        step /= 3.0;
+    }
+    best.0
+}
