@@ -23,12 +23,15 @@ pub struct Point {
     pub promised: f64,
 }
 
-/// A promise of less is not worth a step: a tenth of what decides anything.
-const ENOUGH: f64 = 0.02;
+/// A promise of less is not worth a step towards a value that is reported.
+pub const EXACT: f64 = 0.02;
+/// Nor, where sets of faults are compared, one of less than this: the promise itself is counted.
+pub const ROUGH: f64 = 0.5;
 /// Halvings of a step that does not pay.
 const HALVINGS: usize = 3;
 
-/// Walks from `start` to the best fit of `set` with each `(parameter, value)` of `held` fixed, in at most `steps` steps.
+/// Walks from `start` to the best fit of `set` with each `(parameter, value)` of `held` fixed, in at most `steps` steps, until
+/// the next promises less than `enough`.
 /// `None` where the model cannot be solved at the start.
 pub fn descend(
     case: &Case<'_>,
@@ -37,6 +40,7 @@ pub fn descend(
     held: &[(usize, f64)],
     start: &[f64],
     steps: usize,
+    enough: f64,
 ) -> Option<Point> {
     let prior = case.prior(set);
     let fixed = |index: usize| case.is_held(set, index) || held.iter().any(|(other, _)| *other == index);
@@ -85,7 +89,7 @@ pub fn descend(
             .collect();
         let step = bounded_step(&hessian, &slope, &room)?;
         here.promised = -2.0 * slope.dot(&step) - step.dot(&(&hessian * &step));
-        if here.promised < ENOUGH || taken == steps {
+        if here.promised < enough || taken == steps {
             break;
         }
         let mut share = 1.0;

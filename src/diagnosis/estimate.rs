@@ -1,7 +1,7 @@
 //! From a record to its explanation: weights, starts, isolation, until nothing moves any more.
 
 use super::case::{Case, Set, members};
-use super::hypotheses::{Isolation, MOST_ROUNDS, isolate};
+use super::hypotheses::{Isolation, MOST_ROUNDS, isolate, unseen};
 use super::noise::{self, Weights};
 use super::prior::Gaussian;
 use super::problem::RecordProblem;
@@ -13,8 +13,10 @@ use crate::rig::{InitialPressure, NodeKind, Quantity, Target};
 
 /// Width of the loss while the faults are still far off: large misfits keep pulling, but not with their square.
 const FAR: Loss = Loss::SoftL1 { k: 10.0 };
-/// Shares of the way to a bound at which single faults and pairs of them are simulated before any is fitted.
+/// Shares of the way to a bound at which single faults are simulated before any is fitted.
 const LEVELS: [f64; 3] = [0.2, 0.5, 0.75];
+/// The same for each of a pair.
+const PAIRED: [f64; 1] = [0.45];
 /// How many of them are fitted from.
 const FITTED: usize = 3;
 /// Share to which the pressures at the start are known.
@@ -29,7 +31,7 @@ const FIRST_ITERATIONS: u64 = 25;
 /// enough unless the start was far.
 const MOST_RENEWALS: usize = 4;
 /// Rounds of isolation from the healthy rig: what it takes where the faults are small or those of sensors.
-const FROM_HEALTHY: u64 = 3;
+const FROM_HEALTHY: u64 = 2;
 /// Standard errors by which no fault moves any more when the rounds end.
 const SETTLED: f64 = 0.3;
 
@@ -128,6 +130,16 @@ fn failed(model: &Model, record: &Record, error: &FitError) -> Complaint {
 }
 
 impl Estimate<'_> {
+    /// Goes on from other values of the estimated parameters, SI; stays where that cannot be solved.
+    #[must_use]
+    pub fn resumed(mut self, theta: &[f64]) -> Self {
+        let set = self.isolation.set();
+        if let Ok(isolation) = settle(&mut self.case, theta, set, MOST_ROUNDS) {
+            self.isolation = isolation;
+        }
+        self
+    }
+
     /// Whether it leaves more than noise unexplained.
     pub fn missed(&self) -> bool {
         missed(&self.case, &self.isolation)
@@ -150,22 +162,25 @@ fn rough(model: &Model, record: &Record, drive: &Drive, data: &[&[f64]]) -> Weig
 /// Explains the record from a guess. Where that does, weights are renewed where the explanation puts the events, and the
 /// explanation with them, until no fault moves.
 fn settle(case: &mut Case<'_>, guess: &[f64], set: Set, most_rounds: u64) -> Result<Isolation, SimulationError> {
-    let mut isolation = isolate(case, guess, set, most_rounds, false)?;
+    let mut isolation = isolate(case, guess, set, most_rounds)?;
     for _ in 0..MOST_RENEWALS {
-        if missed(case, &isolation) && most_rounds == FROM_HEALTHY {
+        if most_rounds == FROM_HEALTHY && missed(case, &isolation) {
             break;
         }
         case.full.weights = weights(&case.full, case.record, &isolation.best.theta)?;
         let before = isolation;
-        isolation = isolate(case, &before.best.theta, before.set(), most_rounds, true)?;
+        isolation = isolate(case, &before.best.theta, before.set(), most_rounds)?;
         let still = |fault: usize| {
             let sigma = isolation.reduced.sigma(isolation.set(), fault);
             let sigma = sigma.map_or(case.range(fault), |sigma| sigma * isolation.quadratic.scale[fault]);
             (isolation.best.theta[fault] - before.best.theta[fault]).abs() <= SETTLED * sigma
         };
-        if isolation.set() == before.set() && members(isolation.set()).all(still) {
-            break;
+        if isolation.set() != before.set() || !members(isolation.set()).all(still) {
+            continue;
         }
+        // What the form cannot see from here may explain the record better.
+        let Some((set, point)) = unseen(case, &isolation) else { break };
+        isolation = isolate(case, &point.theta, set, most_rounds)?;
     }
     Ok(isolation)
 }
@@ -216,23 +231,23 @@ fn neighbourhood(case: &Case<'_>, place: &[f64]) -> Result<Vec<f64>, FitError> {
 
 /// Few faults at a time, each at a few levels towards each of its bounds: healthy, singles and pairs.
 fn sparse(healthy: &[f64], bounds: &[(f64, f64)]) -> Vec<Vec<f64>> {
-    let levels = |i: usize| {
+    let levels = |i: usize, shares: &'static [f64]| {
         let ends = [bounds[i].0, bounds[i].1].into_iter().filter(move |&end| end != healthy[i]);
-        ends.flat_map(move |end| LEVELS.map(|share| healthy[i] + share * (end - healthy[i])))
+        ends.flat_map(move |end| shares.iter().map(move |share| healthy[i] + share * (end - healthy[i])))
+    };
+    let with = |point: &[f64], i: usize, at: f64| {
+        let mut point = point.to_vec();
+        point[i] = at;
+        point
     };
     let mut points = vec![healthy.to_vec()];
     for a in 0..healthy.len() {
-        for at in levels(a) {
-            let mut single = healthy.to_vec();
-            single[a] = at;
-            for b in 0..a {
-                for at in levels(b) {
-                    let mut pair = single.clone();
-                    pair[b] = at;
-                    points.push(pair);
-                }
-            }
-            points.push(single);
+        points.extend(levels(a, &LEVELS).map(|at| with(healthy, a, at)));
+        for at in levels(a, &PAIRED) {
+            let single = with(healthy, a, at);
+            points.extend(
+                (0..a).flat_map(|b| levels(b, &PAIRED).map(move |at| (b, at))).map(|(b, at)| with(&single, b, at)),
+            );
         }
     }
     points
@@ -249,8 +264,11 @@ pub(crate) fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64
         .filter(|(index, parameter)| parameter.sigma > 0.0 && parameter.anew && !rig.is_fault(*index))
         .map(|(index, _)| index)
         .collect();
-    let solved = model.sensitivities(&problem.parameters(theta), &constants, problem.drive, problem.times)?;
-    let curves: Vec<&[f64]> = solved.outputs.values.iter().map(Vec::as_slice).collect();
+    let parameters = problem.parameters(theta);
+    let outputs = model.simulate(&parameters, problem.drive, problem.times)?.values;
+    let solved =
+        model.sensitivities_within(Tolerance::SLOPES, &parameters, &constants, problem.drive, problem.times)?;
+    let curves: Vec<&[f64]> = outputs.iter().map(Vec::as_slice).collect();
     let variance = noise::variances(rig, record, &curves, false);
     let phases = noise::phases(rig, problem.drive, problem.times, &variance);
     let mut changes: Vec<Vec<Vec<f64>>> = solved
@@ -266,8 +284,8 @@ pub(crate) fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64
     if late > 0.0
         && let Ok(drive) = Drive::from_late_record(rig, record, late)
     {
-        let mut shifted = model.simulate(&problem.parameters(theta), &drive, problem.times)?.values;
-        for (late, plain) in shifted.iter_mut().zip(&solved.outputs.values) {
+        let mut shifted = model.simulate(&parameters, &drive, problem.times)?.values;
+        for (late, plain) in shifted.iter_mut().zip(&outputs) {
             late.iter_mut().zip(plain).for_each(|(late, plain)| *late -= plain);
         }
         changes.push(shifted);
@@ -289,8 +307,8 @@ pub(crate) fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64
         if drive.nudges[node] == 0.0 {
             continue;
         }
-        let mut nudged = model.simulate(&problem.parameters(theta), &drive, &problem.times[..first])?.values;
-        for (nudged, plain) in nudged.iter_mut().zip(&solved.outputs.values) {
+        let mut nudged = model.simulate(&parameters, &drive, &problem.times[..first])?.values;
+        for (nudged, plain) in nudged.iter_mut().zip(&outputs) {
             nudged.iter_mut().zip(plain).for_each(|(nudged, plain)| *nudged -= plain);
             nudged.resize(plain.len(), 0.0);
         }

@@ -11,7 +11,7 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use super::case::{Case, Set, has, members};
-use super::descend::{Point, descend};
+use super::descend::{EXACT, Point, ROUGH, descend};
 use super::quadratic::{Quadratic, Reduced};
 use crate::fit::Problem;
 use crate::model::SimulationError;
@@ -21,9 +21,9 @@ const EXPECTED: f64 = 0.3;
 /// Most faults of a set that is weighed without being near the best one.
 const MOST_AT_ONCE: usize = 3;
 /// Sets within this logarithm of the best, in the quadratic form, are fitted to the record.
-const IN_QUESTION: f64 = 8.0;
+const IN_QUESTION: f64 = 5.0;
 /// Most sets that are fitted in each round.
-const MOST_FITS: usize = 12;
+const MOST_FITS: usize = 8;
 /// Most rounds.
 pub const MOST_ROUNDS: u64 = 12;
 /// Steps of each fit in a round.
@@ -131,8 +131,7 @@ pub(super) fn prior_odds(faults: usize) -> f64 {
     (each / (1.0 - each)).ln()
 }
 
-/// Finds the sets of faults that explain the record, from a first guess of all estimated parameters and of the set;
-/// `thorough` tries also what the quadratic form cannot see.
+/// Finds the sets of faults that explain the record, from a first guess of all estimated parameters and of the set.
 ///
 /// # Errors
 /// The model cannot be solved at the guess.
@@ -141,7 +140,6 @@ pub fn isolate(
     guess: &[f64],
     mut centre: Set,
     most_rounds: u64,
-    thorough: bool,
 ) -> Result<Isolation, SimulationError> {
     let mut quadratic = Quadratic::at(case, guess)?;
     let mut rounds = 0;
@@ -154,23 +152,16 @@ pub fn isolate(
             // Nothing could be solved: the guess is all there is.
             let unsolvable =
                 || SimulationError::Explicit { t: 0.0, reason: "no set of faults can be simulated".to_owned() };
-            let best = descend(case, &quadratic, centre, &[], &quadratic.theta, 0).ok_or_else(unsolvable)?;
+            let best = descend(case, &quadratic, centre, &[], &quadratic.theta, 0, ROUGH).ok_or_else(unsolvable)?;
             let stopped = Stopped::Unsolvable;
             return Ok(Isolation { weighed, best, quadratic, reduced, inflation, rounds, stopped });
         };
         let gained = case.cost(set, &quadratic.misfit, &quadratic.theta) - best.cost;
         let stays = set == centre && gained < SETTLED && best.promised < SETTLED;
-        let unseen = if stays && thorough && rounds < most_rounds {
-            // What the form cannot see from here may explain the record better.
-            probe(case, &quadratic, &reduced, set, &best, &inflation)
-        } else {
-            None
-        };
-        if unseen.is_none() && (stays || rounds >= most_rounds) {
+        if stays || rounds >= most_rounds {
             let stopped = if stays { Stopped::Settled } else { Stopped::Rounds };
             return Ok(Isolation { weighed, best, quadratic, reduced, inflation, rounds, stopped });
         }
-        let (set, best) = unseen.unwrap_or((set, best));
         quadratic = Quadratic::at(case, &best.theta)?;
         centre = set;
     }
@@ -204,7 +195,8 @@ fn weigh(case: &Case<'_>, quadratic: &Quadratic, reduced: &Reduced, centre: Set,
         for (fault, deviation) in members(set.set).zip(deviation.iter()) {
             start[fault] += deviation * quadratic.scale[fault];
         }
-        set.point = descend(case, quadratic, set.set, &[], &start, STEPS);
+        let enough = if place == 0 { EXACT } else { ROUGH };
+        set.point = descend(case, quadratic, set.set, &[], &start, STEPS, enough);
     }
     // Fitted sets are compared by what they reach; the others keep what the form promises, from the same reference.
     let reached = weighed.iter().find(|(set, _)| set.set == centre).and_then(|(set, _)| set.point.as_ref());
@@ -224,16 +216,11 @@ const PROBES: [f64; 2] = [0.08, 0.35];
 /// A change of the misfits that the form misses by more than this share, squared, is one that it does not see.
 const UNSEEN: f64 = 0.1;
 
-/// A better set than `set`, with one fault more, that the quadratic form at `point` does not promise.
-fn probe(
-    case: &Case<'_>,
-    quadratic: &Quadratic,
-    reduced: &Reduced,
-    set: Set,
-    point: &Point,
-    inflation: &[f64],
-) -> Option<(Set, Point)> {
+/// A better set than the best so far, with one fault more, that its quadratic form does not promise.
+pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
     let odds = prior_odds(case.faults());
+    let Isolation { quadratic, reduced, best: point, inflation, .. } = isolation;
+    let set = isolation.set();
     let mut best: Option<(f64, Set, Point)> = None;
     for fault in (0..case.faults()).filter(|&fault| !has(set, fault) && !case.is_of_sensor(fault)) {
         let (low, high) = case.rig().faults[fault].bounds;
@@ -249,7 +236,7 @@ fn probe(
                 continue;
             }
             let more = set | 1 << fault;
-            let Some(near) = descend(case, quadratic, more, &[(fault, at)], &theta, 1) else { continue };
+            let Some(near) = descend(case, quadratic, more, &[(fault, at)], &theta, 1, ROUGH) else { continue };
             // The best value along the way is not known yet, so what the fault costs is taken at its cheapest.
             let gain = 0.5 * (point.cost - near.cost + near.promised) / inflation[fault] + odds;
             let price = reduced.occam(1 << fault, 1.0).min(0.0);

@@ -7,8 +7,8 @@
 
 use nalgebra::DVector;
 
-use super::case::{Case, Set};
-use super::descend::{Point, descend};
+use super::case::{Case, Set, members};
+use super::descend::{EXACT, Point, descend};
 use super::hypotheses::{Isolation, direction};
 use super::quadratic::Quadratic;
 use crate::fit::End;
@@ -17,16 +17,22 @@ use crate::fit::End;
 pub const RISE: f64 = 3.841_459;
 /// Standard normal quantile of the same.
 pub const QUANTILE: f64 = 1.959_964;
+/// A set of this probability is as good as open.
+const OPEN: f64 = 0.05;
 /// Most values that are tried for one end.
-const MOST_VALUES: usize = 14;
+const MOST_VALUES: usize = 10;
 /// A rise this close to the threshold, relative, is interpolated.
 const CLOSE: f64 = 0.15;
-/// A cost lower than the best by this much is another optimum.
-const BETTER: f64 = 1.0;
+/// A cost lower than the best by this share of the threshold is another optimum.
+const BETTER: f64 = 0.25;
 /// A promise left beyond this share of the threshold asks for a new form.
 const STALE: f64 = 0.1;
+/// Steps of each fit.
+const STEPS: usize = 6;
+/// A new form that gains less is the last one.
+const ENOUGH: f64 = 0.1;
 /// Most new forms for one end.
-const MOST_FORMS: usize = 3;
+const MOST_FORMS: usize = 2;
 
 /// One end of an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,20 +59,74 @@ pub struct Interval {
     pub better: Option<Point>,
 }
 
-/// The interval of `fault` while those of `set` are free too.
-pub fn interval(case: &Case<'_>, isolation: &Isolation, set: Set, fault: usize) -> Option<Interval> {
-    let set = set | 1 << fault;
-    let near = &isolation.quadratic;
+/// A set of faults fitted for an interval: its best point, with the form there.
+struct Base {
+    best: Point,
+    /// Where it was renewed.
+    form: Option<Quadratic>,
+}
+
+impl Base {
+    /// Fits `set` from where the search ended; `None` where the model cannot be solved.
+    fn new(case: &Case<'_>, isolation: &Isolation, set: Set) -> Option<Self> {
+        let from = |near: &Quadratic, theta: &[f64]| descend(case, near, set, &[], theta, STEPS, EXACT);
+        let mut best = from(&isolation.quadratic, &isolation.best.theta)?;
+        let mut form = None;
+        for _ in 0..MOST_FORMS {
+            if best.promised < ENOUGH {
+                break;
+            }
+            // From afar: the steps that are left need a slope of their own.
+            let fresh = Quadratic::at(case, &best.theta).ok()?;
+            best = from(&fresh, &best.theta)?;
+            form = Some(fresh);
+        }
+        Some(Self { best, form })
+    }
+}
+
+/// The intervals of all faults, each with those of the best set free too; where other sets are as good as open, each
+/// interval holds what they say too.
+pub fn intervals(case: &Case<'_>, isolation: &Isolation) -> Vec<Option<Interval>> {
+    let mut intervals: Vec<_> = (0..case.faults()).map(|fault| interval(case, isolation, fault)).collect();
+    for (other, probability) in isolation.weighed.iter().zip(isolation.probabilities()) {
+        let Some(point) = other.point.as_ref().filter(|_| probability >= OPEN && other.set != isolation.set()) else {
+            continue;
+        };
+        for fault in members(other.set) {
+            let Some(interval) = &mut intervals[fault] else { continue };
+            let sigma = isolation
+                .reduced
+                .sigma(other.set, fault)
+                .map(|sigma| sigma * isolation.quadratic.scale[fault] * isolation.inflation[fault].sqrt());
+            let Some(sigma) = sigma else { continue };
+            let value = point.theta[fault];
+            if let Some(end) = &mut interval.lower.end {
+                *end = end.min(value - QUANTILE * sigma);
+            }
+            if let Some(end) = &mut interval.upper.end {
+                *end = end.max(value + QUANTILE * sigma);
+            }
+        }
+    }
+    intervals
+}
+
+/// The interval of `fault` while those of the best set are free too.
+fn interval(case: &Case<'_>, isolation: &Isolation, fault: usize) -> Option<Interval> {
+    let set = isolation.set() | 1 << fault;
     if case.is_of_sensor(fault) {
         return straight(case, isolation, set, fault);
     }
-    let best = descend(case, near, set, &[], &isolation.best.theta, 4)?;
+    let Base { best, form } = Base::new(case, isolation, set)?;
+    let near = form.as_ref().unwrap_or(&isolation.quadratic);
     let along = direction(case, near, set, fault)?;
     let colour = near.inflation(&along, &case.full.series());
     let threshold = RISE * colour;
-    let sigma = isolation.reduced.sigma(set, fault).map(|sigma| sigma * near.scale[fault] * colour.sqrt());
-    let value = best.theta[fault];
+    let sigma = (along[fault] * colour).sqrt() * near.scale[fault];
     let (low, high) = case.rig().faults[fault].bounds;
+    let sigma = Some(sigma).filter(|sigma| *sigma < high - low);
+    let value = best.theta[fault];
     let mut search = Search { case, set, fault, best: &best, along, threshold, better: None };
     let reach = sigma.map_or(0.25 * (high - low), |sigma| QUANTILE * sigma);
     let lower = search.side(near, low, -reach);
@@ -121,6 +181,7 @@ impl Search<'_, '_> {
     fn side(&mut self, near: &Quadratic, bound: f64, reach: f64) -> Side {
         let value = self.best.theta[self.fault];
         let target = self.threshold.sqrt();
+        let enough = 0.5 * STALE * self.threshold;
         if value == bound {
             return Side { end: None, why: End::BoundReached, rise: 0.0 };
         }
@@ -134,7 +195,7 @@ impl Search<'_, '_> {
         for _ in 0..MOST_VALUES {
             let near = form.as_ref().unwrap_or(near);
             let start = self.follow(near, &from, at);
-            let Some(mut point) = descend(self.case, near, self.set, &[(self.fault, at)], &start, 2) else {
+            let Some(mut point) = descend(self.case, near, self.set, &[(self.fault, at)], &start, 2, enough) else {
                 // The model fails there: nearer, if there is a nearer one.
                 if (at - below.0).abs() < 1e-3 * reach.abs() {
                     return Side { end: None, why: End::ModelFails, rise: below.1 * below.1 };
@@ -145,14 +206,15 @@ impl Search<'_, '_> {
             if point.promised > STALE * self.threshold && renewed < MOST_FORMS {
                 renewed += 1;
                 if let Ok(fresh) = Quadratic::at(self.case, &point.theta)
-                    && let Some(further) = descend(self.case, &fresh, self.set, &[(self.fault, at)], &point.theta, 3)
+                    && let Some(further) =
+                        descend(self.case, &fresh, self.set, &[(self.fault, at)], &point.theta, 3, enough)
                 {
                     point = further;
                     form = Some(fresh);
                 }
             }
             let rise = point.cost - self.best.cost;
-            if rise < -BETTER && self.better.as_ref().is_none_or(|better| point.cost < better.cost) {
+            if rise < -BETTER * self.threshold && self.better.as_ref().is_none_or(|better| point.cost < better.cost) {
                 self.better = Some(point.clone());
                 return Side { end: None, why: End::BetterOptimum, rise: 0.0 };
             }

@@ -25,16 +25,13 @@ use crate::report::number::rounded;
 use crate::residual::{self, Detection};
 use estimate::Estimate;
 pub use hypotheses::Hypothesis;
-use interval::Interval;
 pub use result::{ChannelReport, Diagnosis, FaultReport, FitReport, SCHEMA, UncertainReport, Verdict};
 
 /// What the user may choose.
-#[derive(Debug, Clone, PartialEq)]
-#[derive(Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
     pub detection: Detection,
 }
-
 
 /// A diagnosis with the curves behind it.
 #[derive(Debug, Clone)]
@@ -59,6 +56,8 @@ const PRESENT: f64 = 0.5;
 const DIGITS: usize = 7;
 /// How often a better optimum, found on a profile, restarts the fit.
 const RESTARTS: usize = 3;
+/// A restart that lowers the cost by less is the last one.
+const WORTH_RESTARTING: f64 = 1.0;
 
 /// Diagnoses one record of a rig.
 ///
@@ -84,14 +83,17 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
     };
     let mut restarts = 0;
     let intervals = loop {
-        let intervals = intervals(&estimate);
+        let intervals = interval::intervals(&estimate.case, &estimate.isolation);
         let better = intervals.iter().flatten().filter_map(|interval| interval.better.as_ref());
         let better = better.min_by(|a, b| a.cost.total_cmp(&b.cost)).map(|better| better.theta.clone());
         match better {
             Some(theta) if restarts < RESTARTS => {
                 restarts += 1;
-                let set = estimate.isolation.set();
-                estimate = estimate::estimate(model, record, drive, Some((&theta, set)))?;
+                let before = estimate.isolation.best.cost;
+                estimate = estimate.resumed(&theta);
+                if estimate.isolation.best.cost > before - WORTH_RESTARTING {
+                    restarts = RESTARTS;
+                }
             }
             _ => break intervals,
         }
@@ -142,16 +144,6 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
         faults,
     };
     Ok(Diagnosed { diagnosis, model: outputs, healthy, misfit })
-}
-
-/// The interval of every fault, with the faults free that the record has not made less probable than they were before.
-fn intervals(estimate: &Estimate<'_>) -> Vec<Option<Interval>> {
-    let (case, isolation) = (&estimate.case, &estimate.isolation);
-    let doubtful = 0.5 * hypotheses::prior(case.faults());
-    let probabilities = isolation.of_faults(case.faults());
-    let plausible = (0..case.faults()).filter(|&fault| probabilities[fault] >= doubtful);
-    let free = plausible.fold(isolation.set(), |set, fault| set | 1 << fault);
-    (0..case.faults()).map(|fault| interval::interval(case, isolation, free, fault)).collect()
 }
 
 /// When fitted and healthy model part, s: where the running sum of the log likelihood ratio between them, started anew at

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use super::noise::Weights;
 use super::prior::Gaussian;
 use crate::fit::{Linearised, Problem};
-use crate::model::{Drive, Model, SimulationError};
+use crate::model::{Drive, Model, SimulationError, Tolerance};
 
 /// A parameter that is fitted.
 #[derive(Debug, Clone, PartialEq)]
@@ -124,8 +124,10 @@ impl Problem for RecordProblem<'_> {
             .filter(|&parameter| self.of_sensor(parameter).is_none())
             .collect();
         self.solves.fetch_add(1, Ordering::Relaxed);
-        let solved = self.model.sensitivities(&parameters, &inside, self.drive, self.times)?;
-        let misfit = self.weigh(&solved.outputs.values, theta);
+        let outputs = self.model.simulate(&parameters, self.drive, self.times)?;
+        let solved =
+            self.model.sensitivities_within(Tolerance::SLOPES, &parameters, &inside, self.drive, self.times)?;
+        let misfit = self.weigh(&outputs.values, theta);
         let rows = self.times.len();
         let mut jacobian = DMatrix::zeros(misfit.len(), theta.len());
         let mut next = 0;
@@ -135,7 +137,7 @@ impl Problem for RecordProblem<'_> {
                 let first = self.model.rig.sensors[sensor].first_parameter;
                 let (offset, gain) = (parameters[first], parameters[first + 1]);
                 let raw = |value: f64| if is_gain { (value - offset) / gain } else { 1.0 };
-                for (slot, value) in column.iter_mut().skip(sensor * rows).zip(&solved.outputs.values[sensor]) {
+                for (slot, value) in column.iter_mut().skip(sensor * rows).zip(&outputs.values[sensor]) {
                     *slot = raw(*value);
                 }
             } else {

@@ -8,6 +8,7 @@ use crate::model::SimulationError;
 
 /// `2 F(theta) = sum rho(r²)` of the record alone, and its quadratic model by Gauss and Newton. Parameters are in units of
 /// their scales, so that they can be compared.
+#[derive(Debug, Clone)]
 pub struct Quadratic {
     /// Where it was taken, SI.
     pub theta: Vec<f64>,
@@ -20,6 +21,7 @@ pub struct Quadratic {
 }
 
 /// What is left for the faults when everything uncertain follows them: a form over their deviations from healthy.
+#[derive(Debug, Clone)]
 pub struct Reduced {
     pub matrix: DMatrix<f64>,
     gradient: DVector<f64>,

@@ -34,6 +34,9 @@ impl Default for Tolerance {
 impl Tolerance {
     /// Errors of about 100 Pa, a hundredth of what a pressure sensor resolves: for pictures and first searches.
     pub const COARSE: Self = Self { relative: 1e-5, absolute: 1e-5 };
+
+    /// For derivatives: a thousandth of a slope changes a step of a fit, not where it ends.
+    pub const SLOPES: Self = Self { relative: 1e-5, absolute: 1e-5 };
 }
 
 /// What the integrator spent.
@@ -136,7 +139,7 @@ impl Model {
     /// The integrator gives up: parameters without physical sense, or a circuit that tears.
     pub fn simulate(&self, parameters: &[f64], drive: &Drive, times: &[f64]) -> Result<Outputs, SimulationError> {
         let mut values = vec![vec![0.0; times.len()]; self.rig.sensors.len()];
-        let effort = with_states!(self.layout.states, N => self.run::<f64, N>(parameters, drive, times, |row, sensor, value| {
+        let effort = with_states!(self.layout.states, N => self.run::<f64, N>(self.tolerance, parameters, drive, times, |row, sensor, value| {
             values[sensor][row] = value;
         }))?;
         Ok(Outputs { values, effort })
@@ -153,8 +156,23 @@ impl Model {
         drive: &Drive,
         times: &[f64],
     ) -> Result<Sensitivities, SimulationError> {
+        self.sensitivities_within(self.tolerance, parameters, by, drive, times)
+    }
+
+    /// Derivatives of a run of another accuracy, with the readings of that run: slopes need fewer digits than costs.
+    ///
+    /// # Errors
+    /// As [`Model::simulate`].
+    pub fn sensitivities_within(
+        &self,
+        tolerance: Tolerance,
+        parameters: &[f64],
+        by: &[usize],
+        drive: &Drive,
+        times: &[f64],
+    ) -> Result<Sensitivities, SimulationError> {
         let groups: Vec<&[usize]> = by.chunks(LANES).collect();
-        let solve = |group: &[usize]| self.group(parameters, group, drive, times);
+        let solve = |group: &[usize]| self.group(tolerance, parameters, group, drive, times);
         // Groups are independent, so one thread each changes nothing but the time.
         let solved: Vec<_> = std::thread::scope(|scope| {
             let running: Vec<_> = groups.iter().map(|&group| scope.spawn(move || solve(group))).collect();
@@ -179,6 +197,7 @@ impl Model {
 
     fn group(
         &self,
+        tolerance: Tolerance,
         parameters: &[f64],
         by: &[usize],
         drive: &Drive,
@@ -190,7 +209,7 @@ impl Model {
         }
         let mut values = vec![vec![0.0; times.len()]; self.rig.sensors.len()];
         let mut derivatives = vec![values.clone(); by.len()];
-        let effort = with_states!(self.layout.states, N => self.run::<Dual<f64, LANES>, N>(&dual, drive, times, |row, sensor, value| {
+        let effort = with_states!(self.layout.states, N => self.run::<Dual<f64, LANES>, N>(tolerance, &dual, drive, times, |row, sensor, value| {
             values[sensor][row] = value.re;
             for (derivative, eps) in derivatives.iter_mut().zip(value.eps) {
                 derivative[sensor][row] = eps;
@@ -201,6 +220,7 @@ impl Model {
 
     fn run<S: Scalar, const N: usize>(
         &self,
+        tolerance: Tolerance,
         parameters: &[S],
         drive: &Drive,
         times: &[f64],
@@ -216,9 +236,9 @@ impl Model {
         let mut assembly = Assembly::new(&self.rig, &self.layout, parameters);
         let mut atol = [1.0; N];
         for (atol, scale) in atol.iter_mut().zip(&self.layout.scales) {
-            *atol = scale * self.tolerance.absolute;
+            *atol = scale * tolerance.absolute;
         }
-        let mut integrator = Rosenbrock::new(Options::new(self.tolerance.relative, atol));
+        let mut integrator = Rosenbrock::new(Options::new(tolerance.relative, atol));
         let mut y = [S::zero(); N];
         let mut raw = vec![S::zero(); self.rig.sensors.len()];
         let mut row = 0;
