@@ -121,8 +121,7 @@ fn extrapolate(found: &[Found], h: f64) -> ((f64, f64), (f64, f64, f64)) {
     let (x, y) = (mean(&|found| found.threshold), mean(&|found| found.hours().ln()));
     let sxx = mean(&|found| (found.threshold - x).powi(2));
     let slope = mean(&|found| (found.threshold - x) * (found.hours().ln() - y)) / sxx;
-    // The same records serve every threshold, so the errors are not independent; as if they were is the wider of the two for
-    // the level and the narrower for nothing that is used here but the slope.
+    // As if every count were of records of its own. They are the same records, so the slope is known better than this.
     let error = (1.0 / (total * sxx)).sqrt();
     let at = y + slope * (h - x);
     let spread = 1.96 * (1.0 / total + (error * (h - x)).powi(2)).sqrt();

@@ -11,7 +11,7 @@ use crate::model::{self, Model};
 use crate::record::Record;
 use crate::report::number::{self, difference_in_unit, in_unit, rounded};
 use crate::residual::{self, Detection, Sensitivity};
-use crate::rig::Rig;
+use crate::rig::{Fault, Rig};
 use crate::units::Unit;
 
 /// One residual in one phase. Numbers in `unit`.
@@ -115,7 +115,8 @@ fn answer(rig: &Rig, answer: &Sensitivity, residual: &Unit, spread: f64) -> Answ
     }
 }
 
-/// The matrix as plain text, lines ended by line feeds: a row for each residual and phase, a column for each fault.
+/// The matrix as plain text, lines ended by line feeds: a row for each residual and phase, a column for each fault of a
+/// component.
 pub fn render(rig: &Rig, rows: Option<&[Row]>) -> String {
     let Some(rows) = rows else {
         return "\nNo signatures: they need an operating point, a `[cycle]` in the rig file or `--input RECORD`.\n"
@@ -132,7 +133,11 @@ pub fn render(rig: &Rig, rows: Option<&[Row]>) -> String {
 
 fn write(text: &mut String, rig: &Rig, rows: &[Row]) -> std::fmt::Result {
     writeln!(text, "\nSignatures: how far each residual moves when a fault goes to the far end of its range.")?;
-    for (index, fault) in rig.faults.iter().enumerate() {
+    // Sensors would be most of the columns; programs find them.
+    let of_sensor =
+        |fault: &&Fault| rig.sensors.iter().any(|sensor| fault.parameter.wrapping_sub(sensor.first_parameter) < 2);
+    let faults: Vec<&Fault> = rig.faults.iter().filter(|fault| !of_sensor(fault)).collect();
+    for (index, fault) in faults.iter().enumerate() {
         let parameter = &rig.parameters[fault.parameter];
         let far = |end: f64| (end - fault.healthy).abs();
         let end = if far(fault.bounds.1) >= far(fault.bounds.0) { fault.bounds.1 } else { fault.bounds.0 };
@@ -141,14 +146,14 @@ fn write(text: &mut String, rig: &Rig, rows: &[Row]) -> std::fmt::Result {
         writeln!(text, "{:>4} {} from {healthy} to {end}", index + 1, parameter.id)?;
     }
     let width = rows.iter().map(|row| row.residual.len()).max().unwrap_or(0);
-    let numbers: String = (1..=rig.faults.len()).map(|number| format!("{number:>10}")).collect();
+    let numbers: String = (1..=faults.len()).map(|number| format!("{number:>10}")).collect();
     writeln!(
         text,
         "  {:width$}  {:8}  {:6}  {:>8}  {:>9}{numbers}  unit",
         "", "equation", "phase", "noise", "tolerance"
     )?;
     for row in rows {
-        let cell = |fault: &crate::rig::Fault| {
+        let cell = |fault: &&Fault| {
             let id = &rig.parameters[fault.parameter].id;
             let answer = row.faults.iter().find(|answer| answer.id == *id);
             match answer.map(|answer| answer.response) {
@@ -158,7 +163,7 @@ fn write(text: &mut String, rig: &Rig, rows: &[Row]) -> std::fmt::Result {
                 Some(response) => format!("{response:>+10.3}"),
             }
         };
-        let cells: String = rig.faults.iter().map(cell).collect();
+        let cells: String = faults.iter().map(cell).collect();
         let Row { residual, equation, phase, unit, sigma_of_mean, tolerance, .. } = row;
         writeln!(
             text,
@@ -167,6 +172,7 @@ fn write(text: &mut String, rig: &Rig, rows: &[Row]) -> std::fmt::Result {
     }
     writeln!(
         text,
-        "noise: one standard deviation of the mean over the phase; tolerance: of what averaging does not lower."
+        "noise: one standard deviation of the mean over the phase; tolerance: of what averaging does not lower.\n\
+         Offsets and gains of sensors: with `--format json`."
     )
 }
