@@ -16,6 +16,7 @@ use crate::physics::component::{Answers, AnyLaw, INPUTS, Seen, VARIABLES, cylind
 use crate::physics::fluid::{self, Fluid};
 use crate::physics::{ATMOSPHERE, card::PortKind};
 use crate::record::Record;
+use crate::report::number::{difference_in_unit, in_unit, rounded};
 use crate::rig::{Quantity, Rig, Target};
 
 /// Draws after which a rig or case is given up.
@@ -38,6 +39,31 @@ pub struct Prepared {
     pub records: Vec<Record>,
     /// How often it was drawn anew because a simulation came to no end.
     pub redrawn: usize,
+}
+
+impl Prepared {
+    /// Writes a table of all parameters: of the data sheet `rig`, of the disturbed rig, and as calibrated, each in the
+    /// unit of the rig file. What the model leaves out has no data sheet.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn write_truth(&self, rig: &Rig, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+        let mut table = csv::Writer::from_writer(out);
+        table.write_record(["parameter", "unit", "data_sheet", "true", "calibrated", "calibrated_sigma"])?;
+        for (index, real) in self.disturbed.rig.parameters.iter().enumerate() {
+            let shown = |value: f64| in_unit(value, &real.unit).to_string();
+            let (sheet, calibrated) = (rig.parameters.get(index), self.model.rig.parameters.get(index));
+            table.write_record([
+                real.id.clone(),
+                real.unit.symbol.clone(),
+                sheet.map_or(String::new(), |own| shown(own.value)),
+                shown(real.value),
+                calibrated.map_or(String::new(), |own| shown(own.value)),
+                calibrated.map_or(String::new(), |own| difference_in_unit(own.sigma, &real.unit).to_string()),
+            ])?;
+        }
+        table.flush()
+    }
 }
 
 /// One case with all that a reader may want to see.
@@ -185,7 +211,7 @@ fn leakage(disturbed: &Disturbed, parameters: &[f64], fault: usize, outputs: &Ou
     };
     const L_PER_MIN: f64 = 60e3;
     let leak = (flow(parameters[parameter])? - flow(disturbed.healthy[fault])?) * L_PER_MIN;
-    Some(crate::report::number::rounded(leak, 9))
+    Some(rounded(leak, 9))
 }
 
 /// What the pressure sensor at a node reads without noise, Pa.

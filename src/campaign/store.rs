@@ -168,17 +168,16 @@ impl Finished {
         }
     }
 
-    /// Writes table, JSON and report into a folder.
+    /// Writes table, JSON and the report, as people read it, into a folder.
     ///
     /// # Errors
     /// Files that cannot be written.
-    pub fn write(&self, folder: &Path) -> Result<(), Complaint> {
+    pub fn write(&self, folder: &Path, report: &str) -> Result<(), Complaint> {
         write_atomically(&folder.join(CASES), |file| write_table(file, &self.cases))?;
         write_atomically(&folder.join(RESULT), |file| {
             serde_json::to_writer_pretty(&mut *file, self)?;
             writeln!(file)
         })?;
-        let report = crate::report::campaign::write_text(self);
         write_atomically(&folder.join(REPORT), |file| file.write_all(report.as_bytes()))
     }
 }
