@@ -10,6 +10,7 @@ use super::random::{Purpose, Stream};
 use super::row::Row;
 use crate::calibration;
 use crate::complaint::Complaint;
+use crate::diagnosis::expected::expected;
 use crate::diagnosis::{self, Diagnosed, diagnose};
 use crate::model::{Model, Outputs};
 use crate::physics::component::{Answers, AnyLaw, INPUTS, Seen, VARIABLES, cylinder};
@@ -129,7 +130,7 @@ impl Campaign {
             let mut random = Stream::of(self.options.seed, Purpose::Case(case, redrawn));
             let run = Run::draw(&self.rig, &self.cycle, &mut random);
             let injected = Injected::draw(&prepared.disturbed, &run, count, &mut random);
-            let drive = injected.drive(&prepared.disturbed, &run);
+            let drive = injected.drive(&prepared.disturbed.rig, &prepared.disturbed.healthy, &run);
             let parameters = injected.parameters(&prepared.disturbed);
             let outputs = match prepared.simulated.simulate(&parameters, &drive, &run.times) {
                 Ok(outputs) => outputs,
@@ -149,6 +150,7 @@ impl Campaign {
             let name = format!("case_{case}.csv");
             let disturbed = &prepared.disturbed;
             let record = measured(disturbed, name, &run.drive, &run.times, run.interval, &outputs, random.seed());
+            tell_beforehand(&mut row, prepared, &injected, &run, &record);
             let begin = Instant::now();
             let diagnosed = diagnose(&prepared.model, &record, &diagnosis::Options::default());
             row.seconds = begin.elapsed().as_secs_f64();
@@ -178,6 +180,30 @@ impl Campaign {
         let mut row = Row::new(case, rig, count, &disturbed, &Injected { faults: Vec::new(), onset: None });
         row.failure = Some(message.to_owned());
         Replay { row, record: None, diagnosed: None }
+    }
+}
+
+/// Enters whether the faults are identifiable at their size, by the model that diagnoses and without noise.
+fn tell_beforehand(row: &mut Row, prepared: &Prepared, injected: &Injected, run: &Run, record: &Record) {
+    let (rig, disturbed) = (&prepared.model.rig, &prepared.disturbed);
+    // As far from the healthy value that the model knows as the truth is from its own.
+    let moved = |&(index, value): &(usize, f64)| {
+        let fault = &rig.faults[index];
+        let bounds = rig.parameters[fault.parameter].bounds;
+        (index, (fault.healthy + value - disturbed.healthy[index]).clamp(bounds.0, bounds.1))
+    };
+    let faults: Vec<(usize, f64)> = injected.faults.iter().map(moved).collect();
+    let healthy: Vec<f64> = rig.faults.iter().map(|fault| fault.healthy).collect();
+    let drive = Injected { faults: faults.clone(), onset: injected.onset }.drive(rig, &healthy, run);
+    if faults.is_empty() {
+        return;
+    }
+    // Where the model cannot be solved, nothing is known.
+    let Ok(expected) = expected(&prepared.model, record, &drive, &faults) else { return };
+    row.identifiable = Some(expected.identifiable.iter().all(|known| *known));
+    if let Some(rival) = expected.rival {
+        row.rival = rival.faults.iter().filter_map(|&fault| Some(row.faults.get(fault)?.id.clone())).collect();
+        row.mistaken = Some(rounded(rival.mistaken, 6));
     }
 }
 
