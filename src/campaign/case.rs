@@ -32,10 +32,10 @@ pub struct Prepared {
     pub disturbed: Disturbed,
     /// Of the disturbed rig.
     simulated: Model,
-    /// Of the data sheet, calibrated.
-    pub model: Model,
-    /// Whether the calibrated model explains the healthy records.
-    pub adequate: bool,
+    /// Of the data sheet, calibrated; the message of what went wrong otherwise.
+    pub model: Result<Model, String>,
+    /// Whether the calibrated model explains the healthy records; `None` without one.
+    pub adequate: Option<bool>,
     /// The healthy records.
     pub records: Vec<Record>,
     /// How often it was drawn anew because a simulation came to no end.
@@ -53,7 +53,8 @@ impl Prepared {
         table.write_record(["parameter", "unit", "data_sheet", "true", "calibrated", "calibrated_sigma"])?;
         for (index, real) in self.disturbed.rig.parameters.iter().enumerate() {
             let shown = |value: f64| in_unit(value, &real.unit).to_string();
-            let (sheet, calibrated) = (rig.parameters.get(index), self.model.rig.parameters.get(index));
+            let (sheet, calibrated) =
+                (rig.parameters.get(index), self.model.as_ref().ok().and_then(|model| model.rig.parameters.get(index)));
             table.write_record([
                 real.id.clone(),
                 real.unit.symbol.clone(),
@@ -77,7 +78,7 @@ pub struct Replay {
 }
 
 impl Campaign {
-    /// The rig with this number, drawn and calibrated by the first who asks; the message of what went wrong otherwise.
+    /// The rig with this number, drawn and calibrated by the first who asks; a message where it could not be simulated.
     pub fn prepared(&self, rig: usize) -> Result<&Prepared, &str> {
         let message = "there is no such rig";
         let slot = self.rigs.get(rig).ok_or(message)?;
@@ -103,8 +104,9 @@ impl Campaign {
             match records.collect::<Result<Vec<Record>, crate::model::SimulationError>>() {
                 Ok(records) => {
                     let options = calibration::Options::default();
-                    let (calibrated, report) = calibration::calibrate_rig(&self.rig, &records, &options)?;
-                    let (model, adequate) = (Model::new(calibrated), report.adequate);
+                    let calibrated = calibration::calibrate_rig(&self.rig, &records, &options);
+                    let adequate = calibrated.as_ref().ok().map(|(_, report)| report.adequate);
+                    let model = calibrated.map(|(rig, _)| Model::new(rig)).map_err(|complaint| complaint.what);
                     return Ok(Prepared { disturbed, simulated, model, adequate, records, redrawn });
                 }
                 Err(error) => last = error.to_string(),
@@ -141,7 +143,7 @@ impl Campaign {
             };
             let mut row = Row::new(case, rig, count, &prepared.disturbed, &injected);
             (row.redrawn, row.rig_redrawn, row.motion_s) = (redrawn, prepared.redrawn, run.first_motion(&self.rig));
-            row.rig_adequate = Some(prepared.adequate);
+            row.rig_adequate = prepared.adequate;
             for fault in 0..row.faults.len() {
                 if row.faults[fault].injected {
                     row.faults[fault].flow_l_min = leakage(&prepared.disturbed, &parameters, fault, &outputs);
@@ -150,20 +152,21 @@ impl Campaign {
             let name = format!("case_{case}.csv");
             let disturbed = &prepared.disturbed;
             let record = measured(disturbed, name, &run.drive, &run.times, run.interval, &outputs, random.seed());
-            tell_beforehand(&mut row, prepared, &injected, &run, &record);
-            let begin = Instant::now();
-            let diagnosed = diagnose(&prepared.model, &record, &diagnosis::Options::default());
-            row.seconds = begin.elapsed().as_secs_f64();
-            let diagnosed = match diagnosed {
-                Ok(diagnosed) => {
-                    row.take(&diagnosed.diagnosis);
-                    Some(diagnosed)
+            let diagnosed = match &prepared.model {
+                Ok(model) => {
+                    tell_beforehand(&mut row, model, disturbed, &injected, &run, &record);
+                    let begin = Instant::now();
+                    let diagnosed = diagnose(model, &record, &diagnosis::Options::default());
+                    row.seconds = begin.elapsed().as_secs_f64();
+                    diagnosed.map_err(|complaint| complaint.what)
                 }
-                Err(complaint) => {
-                    row.failure = Some(complaint.what);
-                    None
-                }
+                Err(message) => Err(message.clone()),
             };
+            match &diagnosed {
+                Ok(diagnosed) => row.take(&diagnosed.diagnosis),
+                Err(message) => row.failure = Some(message.clone()),
+            }
+            let diagnosed = diagnosed.ok();
             return Replay { row, record: Some(record), diagnosed };
         }
         let nothing = Injected { faults: Vec::new(), onset: None };
@@ -184,8 +187,15 @@ impl Campaign {
 }
 
 /// Enters whether the faults are identifiable at their size, by the model that diagnoses and without noise.
-fn tell_beforehand(row: &mut Row, prepared: &Prepared, injected: &Injected, run: &Run, record: &Record) {
-    let (rig, disturbed) = (&prepared.model.rig, &prepared.disturbed);
+fn tell_beforehand(
+    row: &mut Row,
+    model: &Model,
+    disturbed: &Disturbed,
+    injected: &Injected,
+    run: &Run,
+    record: &Record,
+) {
+    let rig = &model.rig;
     // As far from the healthy value that the model knows as the truth is from its own.
     let moved = |&(index, value): &(usize, f64)| {
         let fault = &rig.faults[index];
@@ -199,7 +209,7 @@ fn tell_beforehand(row: &mut Row, prepared: &Prepared, injected: &Injected, run:
         return;
     }
     // Where the model cannot be solved, nothing is known.
-    let Ok(expected) = expected(&prepared.model, record, &drive, &faults) else { return };
+    let Ok(expected) = expected(model, record, &drive, &faults) else { return };
     row.identifiable = Some(expected.identifiable.iter().all(|known| *known));
     if let Some(rival) = expected.rival {
         row.rival = rival.faults.iter().filter_map(|&fault| Some(row.faults.get(fault)?.id.clone())).collect();

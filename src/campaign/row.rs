@@ -87,7 +87,7 @@ pub struct Row {
     /// How often the case, and its rig, were drawn anew because a simulation came to no end.
     pub redrawn: usize,
     pub rig_redrawn: usize,
-    /// Whether the calibrated model explains the healthy records of its rig; `None` where nothing was simulated.
+    /// Whether the calibrated model explains the healthy records of its rig; `None` where there is none.
     pub rig_adequate: Option<bool>,
     /// How many faults were to be injected.
     pub count: usize,

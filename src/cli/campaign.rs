@@ -167,11 +167,17 @@ fn leave(campaign: &Campaign, rig_text: &str, replay: &Replay, folder: &Path) ->
     for record in &prepared.records {
         record.write(folder.join(&record.path))?;
     }
+    write_atomically(&folder.join(format!("rig_{number}_truth.csv")), |file| {
+        prepared.write_truth(&campaign.rig, file)
+    })?;
+    if prepared.model.is_err() {
+        // The row says why there is no calibrated rig.
+        return Ok(());
+    }
     let options = calibration::Options::default();
     let calibrated = calibration::calibrate(rig_text, &campaign.rig, &prepared.records, &options)?;
     let text = calibrated.text.as_bytes();
-    write_atomically(&folder.join(format!("rig_{number}.toml")), |file| file.write_all(text))?;
-    write_atomically(&folder.join(format!("rig_{number}_truth.csv")), |file| prepared.write_truth(&campaign.rig, file))
+    write_atomically(&folder.join(format!("rig_{number}.toml")), |file| file.write_all(text))
 }
 
 /// One line on a terminal, written over again.

@@ -29,12 +29,10 @@ use interval::Interval;
 pub use result::{ChannelReport, Diagnosis, FaultReport, FitReport, SCHEMA, UncertainReport, Verdict};
 
 /// What the user may choose.
-#[derive(Debug, Clone, PartialEq)]
-#[derive(Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
     pub detection: Detection,
 }
-
 
 /// A diagnosis with the curves behind it.
 #[derive(Debug, Clone)]

@@ -26,10 +26,7 @@ pub fn write_text(finished: &Finished) -> String {
         "without diagnosis {}, cases drawn anew {}, rigs drawn anew {}",
         scores.failed, redrawn.cases, redrawn.rigs
     ));
-    line(&format!(
-        "rigs whose healthy records the calibrated model does not explain: {}",
-        rate(&scores.inadequate_rigs)
-    ));
+    line(&format!("rigs that were not calibrated to an adequate model: {}", rate(&scores.inadequate_rigs)));
     line("");
     groups(&mut line, scores);
     line("");
