@@ -77,6 +77,7 @@ fn threads_and_an_interruption_change_nothing_and_a_case_can_be_replayed() {
     assert!(row["seconds"].take().is_f64() && replayed["case"]["seconds"].take().is_f64());
     assert_eq!(replayed["case"], row);
     assert_eq!(replayed["diagnosis"]["verdict"], row["outcome"]);
+    assert!(row["identifiable"].is_boolean() || row["count"] == 0, "{row}");
     let record = borescope::record::Record::read(alone.join("case_3.csv")).unwrap();
     assert!(record.time.len() > 700 && record.channel("level_2").is_some());
 }
@@ -174,6 +175,8 @@ fn case(case: usize, outcome: Outcome, top: &[&str], probability: f64, faults: [
         failure: None,
         detected_at_s: (outcome != Outcome::Healthy).then_some(0.75),
         identifiable: None,
+        rival: Vec::new(),
+        mistaken: None,
         top: top.iter().map(|id| (*id).to_owned()).collect(),
         top_probability: Some(probability),
         truth_probability: Some(0.0),

@@ -2,7 +2,7 @@
 //!
 //! - Relative links of every page in `docs/` and of `README.md` lead to a file, and `#anchors` to a heading of it.
 //! - A block marked ```` ```toml rig ```` is a whole rig file that parses.
-//! - In a block marked ```` ```console ```` each command `$ borescope check ...` or `$ borescope simulate ...` runs from
+//! - In a block marked ```` ```console ```` each command `$ borescope check ...`, `simulate` or `campaign` runs from
 //!   the root of the repository and ends with exit status 0; with 2 where the block is marked ```` ```console fails ````.
 //!   The lines below a command must all occur in what it prints, in this order; a line that ends in `...` stands for
 //!   every one that begins so, blank ones are passed over. What a command writes with `-o` goes to a temporary folder, where later commands of the
@@ -163,7 +163,8 @@ fn commands_run_and_print_what_is_shown() {
             }
             for (command, lines) in shown {
                 let words: Vec<&str> = command.split_whitespace().collect();
-                let (Some(&"borescope"), Some(&("check" | "simulate"))) = (words.first(), words.get(1)) else {
+                let (Some(&"borescope"), Some(&("check" | "simulate" | "campaign"))) = (words.first(), words.get(1))
+                else {
                     continue;
                 };
                 count += 1;

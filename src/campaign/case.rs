@@ -10,12 +10,14 @@ use super::random::{Purpose, Stream};
 use super::row::Row;
 use crate::calibration;
 use crate::complaint::Complaint;
+use crate::diagnosis::expected::expected;
 use crate::diagnosis::{self, Diagnosed, diagnose};
 use crate::model::{Model, Outputs};
 use crate::physics::component::{Answers, AnyLaw, INPUTS, Seen, VARIABLES, cylinder};
 use crate::physics::fluid::{self, Fluid};
 use crate::physics::{ATMOSPHERE, card::PortKind};
 use crate::record::Record;
+use crate::report::number::{difference_in_unit, in_unit, rounded};
 use crate::rig::{Quantity, Rig, Target};
 
 /// Draws after which a rig or case is given up.
@@ -30,14 +32,40 @@ pub struct Prepared {
     pub disturbed: Disturbed,
     /// Of the disturbed rig.
     simulated: Model,
-    /// Of the data sheet, calibrated.
-    pub model: Model,
-    /// Whether the calibrated model explains the healthy records.
-    pub adequate: bool,
+    /// Of the data sheet, calibrated; the message of what went wrong otherwise.
+    pub model: Result<Model, String>,
+    /// Whether the calibrated model explains the healthy records; `None` without one.
+    pub adequate: Option<bool>,
     /// The healthy records.
     pub records: Vec<Record>,
     /// How often it was drawn anew because a simulation came to no end.
     pub redrawn: usize,
+}
+
+impl Prepared {
+    /// Writes a table of all parameters: of the data sheet `rig`, of the disturbed rig, and as calibrated, each in the
+    /// unit of the rig file. What the model leaves out has no data sheet.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn write_truth(&self, rig: &Rig, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+        let mut table = csv::Writer::from_writer(out);
+        table.write_record(["parameter", "unit", "data_sheet", "true", "calibrated", "calibrated_sigma"])?;
+        for (index, real) in self.disturbed.rig.parameters.iter().enumerate() {
+            let shown = |value: f64| in_unit(value, &real.unit).to_string();
+            let (sheet, calibrated) =
+                (rig.parameters.get(index), self.model.as_ref().ok().and_then(|model| model.rig.parameters.get(index)));
+            table.write_record([
+                real.id.clone(),
+                real.unit.symbol.clone(),
+                sheet.map_or(String::new(), |own| shown(own.value)),
+                shown(real.value),
+                calibrated.map_or(String::new(), |own| shown(own.value)),
+                calibrated.map_or(String::new(), |own| difference_in_unit(own.sigma, &real.unit).to_string()),
+            ])?;
+        }
+        table.flush()
+    }
 }
 
 /// One case with all that a reader may want to see.
@@ -50,7 +78,7 @@ pub struct Replay {
 }
 
 impl Campaign {
-    /// The rig with this number, drawn and calibrated by the first who asks; the message of what went wrong otherwise.
+    /// The rig with this number, drawn and calibrated by the first who asks; a message where it could not be simulated.
     pub fn prepared(&self, rig: usize) -> Result<&Prepared, &str> {
         let message = "there is no such rig";
         let slot = self.rigs.get(rig).ok_or(message)?;
@@ -76,8 +104,9 @@ impl Campaign {
             match records.collect::<Result<Vec<Record>, crate::model::SimulationError>>() {
                 Ok(records) => {
                     let options = calibration::Options::default();
-                    let (calibrated, report) = calibration::calibrate_rig(&self.rig, &records, &options)?;
-                    let (model, adequate) = (Model::new(calibrated), report.adequate);
+                    let calibrated = calibration::calibrate_rig(&self.rig, &records, &options);
+                    let adequate = calibrated.as_ref().ok().map(|(_, report)| report.adequate);
+                    let model = calibrated.map(|(rig, _)| Model::new(rig)).map_err(|complaint| complaint.what);
                     return Ok(Prepared { disturbed, simulated, model, adequate, records, redrawn });
                 }
                 Err(error) => last = error.to_string(),
@@ -103,7 +132,7 @@ impl Campaign {
             let mut random = Stream::of(self.options.seed, Purpose::Case(case, redrawn));
             let run = Run::draw(&self.rig, &self.cycle, &mut random);
             let injected = Injected::draw(&prepared.disturbed, &run, count, &mut random);
-            let drive = injected.drive(&prepared.disturbed, &run);
+            let drive = injected.drive(&prepared.disturbed.rig, &prepared.disturbed.healthy, &run);
             let parameters = injected.parameters(&prepared.disturbed);
             let outputs = match prepared.simulated.simulate(&parameters, &drive, &run.times) {
                 Ok(outputs) => outputs,
@@ -114,7 +143,7 @@ impl Campaign {
             };
             let mut row = Row::new(case, rig, count, &prepared.disturbed, &injected);
             (row.redrawn, row.rig_redrawn, row.motion_s) = (redrawn, prepared.redrawn, run.first_motion(&self.rig));
-            row.rig_adequate = Some(prepared.adequate);
+            row.rig_adequate = prepared.adequate;
             for fault in 0..row.faults.len() {
                 if row.faults[fault].injected {
                     row.faults[fault].flow_l_min = leakage(&prepared.disturbed, &parameters, fault, &outputs);
@@ -123,19 +152,21 @@ impl Campaign {
             let name = format!("case_{case}.csv");
             let disturbed = &prepared.disturbed;
             let record = measured(disturbed, name, &run.drive, &run.times, run.interval, &outputs, random.seed());
-            let begin = Instant::now();
-            let diagnosed = diagnose(&prepared.model, &record, &diagnosis::Options::default());
-            row.seconds = begin.elapsed().as_secs_f64();
-            let diagnosed = match diagnosed {
-                Ok(diagnosed) => {
-                    row.take(&diagnosed.diagnosis);
-                    Some(diagnosed)
+            let diagnosed = match &prepared.model {
+                Ok(model) => {
+                    tell_beforehand(&mut row, model, disturbed, &injected, &run, &record);
+                    let begin = Instant::now();
+                    let diagnosed = diagnose(model, &record, &diagnosis::Options::default());
+                    row.seconds = begin.elapsed().as_secs_f64();
+                    diagnosed.map_err(|complaint| complaint.what)
                 }
-                Err(complaint) => {
-                    row.failure = Some(complaint.what);
-                    None
-                }
+                Err(message) => Err(message.clone()),
             };
+            match &diagnosed {
+                Ok(diagnosed) => row.take(&diagnosed.diagnosis),
+                Err(message) => row.failure = Some(message.clone()),
+            }
+            let diagnosed = diagnosed.ok();
             return Replay { row, record: Some(record), diagnosed };
         }
         let nothing = Injected { faults: Vec::new(), onset: None };
@@ -152,6 +183,37 @@ impl Campaign {
         let mut row = Row::new(case, rig, count, &disturbed, &Injected { faults: Vec::new(), onset: None });
         row.failure = Some(message.to_owned());
         Replay { row, record: None, diagnosed: None }
+    }
+}
+
+/// Enters whether the faults are identifiable at their size, by the model that diagnoses and without noise.
+fn tell_beforehand(
+    row: &mut Row,
+    model: &Model,
+    disturbed: &Disturbed,
+    injected: &Injected,
+    run: &Run,
+    record: &Record,
+) {
+    let rig = &model.rig;
+    // As far from the healthy value that the model knows as the truth is from its own.
+    let moved = |&(index, value): &(usize, f64)| {
+        let fault = &rig.faults[index];
+        let bounds = rig.parameters[fault.parameter].bounds;
+        (index, (fault.healthy + value - disturbed.healthy[index]).clamp(bounds.0, bounds.1))
+    };
+    let faults: Vec<(usize, f64)> = injected.faults.iter().map(moved).collect();
+    let healthy: Vec<f64> = rig.faults.iter().map(|fault| fault.healthy).collect();
+    let drive = Injected { faults: faults.clone(), onset: injected.onset }.drive(rig, &healthy, run);
+    if faults.is_empty() {
+        return;
+    }
+    // Where the model cannot be solved, nothing is known.
+    let Ok(expected) = expected(model, record, &drive, &faults) else { return };
+    row.identifiable = Some(expected.identifiable.iter().all(|known| *known));
+    if let Some(rival) = expected.rival {
+        row.rival = rival.faults.iter().filter_map(|&fault| Some(row.faults.get(fault)?.id.clone())).collect();
+        row.mistaken = Some(rounded(rival.mistaken, 6));
     }
 }
 
@@ -185,7 +247,7 @@ fn leakage(disturbed: &Disturbed, parameters: &[f64], fault: usize, outputs: &Ou
     };
     const L_PER_MIN: f64 = 60e3;
     let leak = (flow(parameters[parameter])? - flow(disturbed.healthy[fault])?) * L_PER_MIN;
-    Some(crate::report::number::rounded(leak, 9))
+    Some(rounded(leak, 9))
 }
 
 /// What the pressure sensor at a node reads without noise, Pa.

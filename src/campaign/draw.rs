@@ -117,10 +117,10 @@ impl Injected {
         parameters
     }
 
-    /// The run's drive, with the values before the faults began.
-    pub fn drive(&self, disturbed: &Disturbed, run: &Run) -> Drive {
+    /// The run's drive, with the healthy values of a rig's faults (SI) before these began.
+    pub fn drive(&self, rig: &Rig, healthy: &[f64], run: &Run) -> Drive {
         let Some(time) = self.onset else { return run.drive.clone() };
-        let before = |&(index, _): &(usize, f64)| (disturbed.rig.faults[index].parameter, disturbed.healthy[index]);
+        let before = |&(index, _): &(usize, f64)| (rig.faults[index].parameter, healthy[index]);
         run.drive.clone().with_onset(model::Onset { time, before: self.faults.iter().map(before).collect() })
     }
 }

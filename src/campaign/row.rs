@@ -87,7 +87,7 @@ pub struct Row {
     /// How often the case, and its rig, were drawn anew because a simulation came to no end.
     pub redrawn: usize,
     pub rig_redrawn: usize,
-    /// Whether the calibrated model explains the healthy records of its rig; `None` where nothing was simulated.
+    /// Whether the calibrated model explains the healthy records of its rig; `None` where there is none.
     pub rig_adequate: Option<bool>,
     /// How many faults were to be injected.
     pub count: usize,
@@ -98,9 +98,12 @@ pub struct Row {
     pub outcome: Outcome,
     pub failure: Option<String>,
     pub detected_at_s: Option<f64>,
-    /// Whether a diagnosis that knows everything but the noise could tell the faults apart from every other set; `None`
-    /// where this was not worked out.
+    /// Whether, by sensitivities at the faults and without noise, every set that lacks one of them would lose; `None` of
+    /// healthy cases and where this could not be worked out.
     pub identifiable: Option<bool>,
+    /// The set most easily mistaken for the injected one, and the probability that noise makes it so.
+    pub rival: Vec<String>,
+    pub mistaken: Option<f64>,
     /// The most probable set of faults, and its probability.
     pub top: Vec<String>,
     pub top_probability: Option<f64>,
@@ -151,6 +154,8 @@ impl Row {
             failure: None,
             detected_at_s: None,
             identifiable: None,
+            rival: Vec::new(),
+            mistaken: None,
             top: Vec::new(),
             top_probability: None,
             truth_probability: None,

@@ -15,7 +15,7 @@ pub struct Scores {
     pub failed: usize,
     /// Cases and rigs that were drawn anew because a simulation came to no end.
     pub redrawn: Redrawn,
-    /// Rigs whose healthy records the calibrated model does not explain, of all rigs.
+    /// Rigs that have no calibrated model, or one that does not explain their healthy records.
     pub inadequate_rigs: Rate,
     pub all: Group,
     /// The faulty cases whose faults are identifiable at their size; `None` where this was not worked out.
@@ -117,7 +117,7 @@ impl Scores {
         let largest = rows.iter().map(|row| row.count).max().unwrap_or(0);
         let group =
             |is: &dyn Fn(&Row) -> bool| Group::of(&every.iter().copied().filter(|row| is(row)).collect::<Vec<_>>());
-        let mut rigs: Vec<&Row> = rows.iter().filter(|row| row.rig_adequate.is_some()).collect();
+        let mut rigs: Vec<&Row> = rows.iter().collect();
         rigs.sort_by_key(|row| row.rig);
         rigs.dedup_by_key(|row| row.rig);
         Self {
@@ -127,7 +127,7 @@ impl Scores {
                 cases: rows.iter().map(|row| row.redrawn).sum(),
                 rigs: rigs.iter().map(|row| row.rig_redrawn).sum(),
             },
-            inadequate_rigs: Rate::of(&rigs, |row| row.rig_adequate == Some(false)),
+            inadequate_rigs: Rate::of(&rigs, |row| row.rig_adequate != Some(true)),
             all: Group::of(&every),
             identifiable: told.then(|| Group::of(&every.iter().filter(identifiable).copied().collect::<Vec<_>>())),
             by_count: (0..=largest).map(|count| group(&|row| row.count == count)).collect(),

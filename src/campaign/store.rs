@@ -168,17 +168,16 @@ impl Finished {
         }
     }
 
-    /// Writes table, JSON and report into a folder.
+    /// Writes table, JSON and the report, as people read it, into a folder.
     ///
     /// # Errors
     /// Files that cannot be written.
-    pub fn write(&self, folder: &Path) -> Result<(), Complaint> {
+    pub fn write(&self, folder: &Path, report: &str) -> Result<(), Complaint> {
         write_atomically(&folder.join(CASES), |file| write_table(file, &self.cases))?;
         write_atomically(&folder.join(RESULT), |file| {
             serde_json::to_writer_pretty(&mut *file, self)?;
             writeln!(file)
         })?;
-        let report = crate::report::campaign::write_text(self);
         write_atomically(&folder.join(REPORT), |file| file.write_all(report.as_bytes()))
     }
 }
@@ -204,6 +203,8 @@ fn write_table(file: &mut dyn Write, rows: &[Row]) -> io::Result<()> {
         "alarmed",
         "isolated",
         "identifiable",
+        "rival",
+        "mistaken",
         "top",
         "top_probability",
         "truth_probability",
@@ -241,6 +242,8 @@ fn write_table(file: &mut dyn Write, rows: &[Row]) -> io::Result<()> {
             row.alarmed().to_string(),
             row.isolated().to_string(),
             row.identifiable.map_or(String::new(), |known| known.to_string()),
+            row.rival.join(";"),
+            number(row.mistaken),
             row.top.join(";"),
             number(row.top_probability),
             number(row.truth_probability),

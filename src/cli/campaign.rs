@@ -1,7 +1,7 @@
 //! `campaign`: how good the diagnosis of a rig is, measured on synthetic faults.
 
 use std::io::{self, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::{Failure, Format, Status, write_json};
 use crate::calibration;
+use crate::campaign::case::Replay;
 use crate::campaign::store::{Finished, Journal, digest};
 use crate::campaign::{Campaign, HEALTHY, Options, Outcome, Row};
 use crate::complaint::{Complaint, Kind};
@@ -114,11 +115,12 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     progress.end();
     ran?;
     let finished = Finished::new(&campaign, rows);
+    let report = report::campaign::write_text(&finished);
     if let Some(folder) = &arguments.output {
-        finished.write(folder)?;
+        finished.write(folder, &report)?;
     }
     match arguments.format {
-        Format::Text => out.write_all(report::campaign::write_text(&finished).as_bytes())?,
+        Format::Text => out.write_all(report.as_bytes())?,
         Format::Json => write_json(out, &finished)?,
     }
     Ok(Status::Done)
@@ -133,19 +135,7 @@ fn alone(
 ) -> Result<Status, Failure> {
     let replay = campaign.replay(case)?;
     if let Some(folder) = &arguments.output {
-        std::fs::create_dir_all(folder).map_err(|error| {
-            Complaint::new(Kind::Unwritable, format!("cannot be created: {error}")).in_file(folder).help("name another")
-        })?;
-        let healthy = campaign.prepared(replay.row.rig).map(|prepared| prepared.records.as_slice()).unwrap_or_default();
-        for record in healthy.iter().chain(&replay.record) {
-            record.write(folder.join(&record.path))?;
-        }
-        if !healthy.is_empty() {
-            let options = calibration::Options::default();
-            let calibrated = calibration::calibrate(rig_text, &campaign.rig, healthy, &options)?;
-            let path = folder.join(format!("rig_{}.toml", replay.row.rig));
-            write_atomically(&path, |file| file.write_all(calibrated.text.as_bytes()))?;
-        }
+        leave(campaign, rig_text, &replay, folder)?;
     }
     let diagnosis = replay.diagnosed.as_ref().map(|diagnosed| &diagnosed.diagnosis);
     match arguments.format {
@@ -161,6 +151,33 @@ fn alone(
         }
     }
     Ok(Status::Done)
+}
+
+/// Writes all that a case is made of: its record, the healthy records of its rig, the rig file that was calibrated on
+/// them, and what the rig's parameters really are.
+fn leave(campaign: &Campaign, rig_text: &str, replay: &Replay, folder: &Path) -> Result<(), Complaint> {
+    std::fs::create_dir_all(folder).map_err(|error| {
+        Complaint::new(Kind::Unwritable, format!("cannot be created: {error}")).in_file(folder).help("name another")
+    })?;
+    if let Some(record) = &replay.record {
+        record.write(folder.join(&record.path))?;
+    }
+    let number = replay.row.rig;
+    let Ok(prepared) = campaign.prepared(number) else { return Ok(()) };
+    for record in &prepared.records {
+        record.write(folder.join(&record.path))?;
+    }
+    write_atomically(&folder.join(format!("rig_{number}_truth.csv")), |file| {
+        prepared.write_truth(&campaign.rig, file)
+    })?;
+    if prepared.model.is_err() {
+        // The row says why there is no calibrated rig.
+        return Ok(());
+    }
+    let options = calibration::Options::default();
+    let calibrated = calibration::calibrate(rig_text, &campaign.rig, &prepared.records, &options)?;
+    let text = calibrated.text.as_bytes();
+    write_atomically(&folder.join(format!("rig_{number}.toml")), |file| file.write_all(text))
 }
 
 /// One line on a terminal, written over again.

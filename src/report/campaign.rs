@@ -26,10 +26,7 @@ pub fn write_text(finished: &Finished) -> String {
         "without diagnosis {}, cases drawn anew {}, rigs drawn anew {}",
         scores.failed, redrawn.cases, redrawn.rigs
     ));
-    line(&format!(
-        "rigs whose healthy records the calibrated model does not explain: {}",
-        rate(&scores.inadequate_rigs)
-    ));
+    line(&format!("rigs that were not calibrated to an adequate model: {}", rate(&scores.inadequate_rigs)));
     line("");
     groups(&mut line, scores);
     line("");
@@ -192,13 +189,21 @@ fn wrong(line: &mut impl FnMut(&str), rows: &[Row]) {
             Some(failure) => write!(text, "; {}", failure.replace('\n', " ")),
             None => write!(
                 text,
-                "; found {}; P(best) {}, P(truth) {}, {} set(s) to {} %, chi2 {}",
+                "; found {}; P(best) {}, P(truth) {}, {} set(s) to {} %, chi2 {}{}",
                 list(&row.found()),
                 number(row.top_probability, ""),
                 number(row.truth_probability, ""),
                 row.ambiguity.unwrap_or(0),
                 100.0 * SURE,
-                number(row.chi2_reduced, "")
+                number(row.chi2_reduced, ""),
+                match row.identifiable {
+                    Some(true) => "; identifiable".to_owned(),
+                    Some(false) => {
+                        let rival: Vec<&str> = row.rival.iter().map(String::as_str).collect();
+                        format!("; not identifiable, P(taken for {}) {}", list(&rival), number(row.mistaken, ""))
+                    }
+                    None => String::new(),
+                }
             ),
         };
         line(&text);

@@ -9,7 +9,7 @@ pub const CARD: Card = Card {
     kind: "coulomb-friction",
     meaning: "Dry friction of a body: a force against the motion that does not depend on its speed.",
     law: "F = -F_c v / sqrt(v² + v_t²)",
-    source: "Coulomb's law, its sign made smooth; Armstrong-Hélouvry, Dupont and Canudas de Wit (1994), section 2.1",
+    source: "Coulomb's law, its sign made smooth; Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 (1994)",
     validity: "No sticking: below the transition speed it acts like viscous friction and a body at rest creeps.",
     parameters: &[
         Parameter::required("force", "F_c", "N", "friction force of the moving body"),
