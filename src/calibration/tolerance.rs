@@ -127,7 +127,7 @@ impl Evidence {
             let seen = directions.tr_mul(&tamed);
             let of_parameter = directions.tr_mul(&columns);
             *pull -= columns.tr_mul(&tamed) - of_parameter.tr_mul(&seen);
-            self.precision += columns.tr_mul(&columns) - of_parameter.tr_mul(&of_parameter);
+            self.precision += columns.transpose() * &columns - of_parameter.tr_mul(&of_parameter);
             let noise = turn.tr_mul(&level.tr_mul(&coloured)) * &turn;
             self.phases.push(Levels { seen, of_level: directions.tr_mul(&level), of_parameter, noise });
         }
