@@ -163,8 +163,8 @@ impl<'a> Solutions<'a> {
 
 /// The misfits to all records, one record after the other, weighted; behind them those of what the data sheet says.
 ///
-/// As a [`Problem`] it is turned into as many rows as there are parameters, and one more for what none of them explains: with
-/// `J = Q R`, `Q'r` and `|r - Q Q'r|` have the cost and the gradient of `r`, and the search need not see the samples.
+/// As a [`Problem`] it is turned into as many rows as there are parameters, and one more for what none of them explains:
+/// with `J = Q R`, `Q'r` and `|r - Q Q'r|` have the cost and the gradient of `r`, and the search need not see the samples.
 pub(super) struct Joint<'a> {
     pub solutions: &'a Solutions<'a>,
     /// One per record.

@@ -87,8 +87,8 @@ pub fn calibrate(rig_text: &str, rig: &Rig, records: &[Record], options: &Option
     Ok(Calibrated { rig: Rig::parse(&rig.path, text.clone())?, text, report })
 }
 
-/// The same for a rig that has no file. Values, standard uncertainties and their correlation, healthy values of faults, noise and tolerance of
-/// the rig that comes back are those found. Its own values are taken as a data sheet's.
+/// The same for a rig that has no file. Values, standard uncertainties and their correlation, healthy values of faults,
+/// noise and tolerance of the rig that comes back are those found. Its own values are taken as a data sheet's.
 ///
 /// # Errors
 /// As [`calibrate`].
@@ -182,7 +182,7 @@ fn open(rig: &Rig) -> Vec<Estimated> {
         }
         let (low, high) = fault.map_or(parameter.bounds, |fault| fault.bounds);
         let (near, far) = (parameter.value - REACH * known, parameter.value + REACH * known);
-        // What is positive by its nature does not vanish: laws are singular there, and the reach of a wide prior is no finding.
+        // What is positive by its nature does not vanish: laws are singular there.
         let low = if low >= 0.0 && parameter.value > 0.0 { low.max(LEAST_SHARE * parameter.value) } else { low };
         open.push(Estimated { parameter: index, bounds: (low.max(near), high.min(far)), scale: known });
     }

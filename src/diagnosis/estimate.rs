@@ -239,7 +239,7 @@ fn sparse(healthy: &[f64], bounds: &[(f64, f64)]) -> Vec<Vec<f64>> {
 }
 
 /// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.
-fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Weights, SimulationError> {
+pub(crate) fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Weights, SimulationError> {
     let Events { variance, phases, changes } = events(problem, record, theta)?;
     Ok(Weights::new(&problem.model.rig, &phases, &variance, &changes))
 }
