@@ -1,4 +1,4 @@
-//! The commands of the README and of the tutorial do what is printed under them.
+//! The commands of the README, of the tutorial and of the how-to of calibration do what is printed under them.
 //!
 //! Every ```` ```console ```` block is run, line by line, in a copy of the fixtures. A line of printed output must occur in the
 //! real one, in its order, numbers apart; `...` stands for lines left out. Verdicts must agree to the digit.
@@ -105,4 +105,9 @@ fn the_readme_prints_what_the_program_prints() {
 #[test]
 fn the_tutorial_prints_what_the_program_prints() {
     holds("docs/tutorial.md");
+}
+
+#[test]
+fn the_how_to_of_calibration_prints_what_the_program_prints() {
+    holds("docs/how-to/calibrate.md");
 }

@@ -8,7 +8,7 @@ use crate::diagnosis::noise::Weights;
 use crate::diagnosis::prior::Gaussian;
 use crate::diagnosis::problem::Estimated;
 use crate::fit::{Linearised, Loss, Problem};
-use crate::model::{Drive, Model, SimulationError, Tolerance};
+use crate::model::{Drive, Model, SimulationError};
 use crate::record::Record;
 
 /// A healthy record with what drives it.
@@ -43,16 +43,14 @@ pub(super) struct Solutions<'a> {
     pub estimated: Vec<Estimated>,
     /// All parameters of the rig; the estimated ones are replaced.
     base: Vec<f64>,
-    /// Derivatives need not be as exact as curves.
-    pub coarse: Model,
     /// Of each estimated parameter: the sensor whose offset (false) or gain (true) it is.
     of_sensor: Vec<Option<(usize, bool)>>,
     known: Mutex<Known>,
 }
 
 /// Derivatives are taken anew where a parameter has moved by more than this share of what was known of it before: laws bend
-/// over such a distance by a few hundredths, which moves the optimum by less than a tenth of a standard error.
-const BENT: f64 = 0.5;
+/// over such a distance by less than a hundredth, which moves the optimum by less than a hundredth of a standard error.
+const BENT: f64 = 0.25;
 
 impl<'a> Solutions<'a> {
     pub fn new(model: &'a Model, records: &'a [Healthy<'a>], estimated: Vec<Estimated>) -> Self {
@@ -63,12 +61,9 @@ impl<'a> Solutions<'a> {
                 (place < 2).then_some((index, place == 1))
             })
         };
-        let mut coarse = model.clone();
-        coarse.tolerance = Tolerance::COARSE;
         Self {
             of_sensor: estimated.iter().map(of_sensor).collect(),
             base: rig.nominal(),
-            coarse,
             known: Mutex::default(),
             model,
             records,
@@ -127,7 +122,7 @@ impl<'a> Solutions<'a> {
         let inside: Vec<usize> = inside.map(|(estimated, _)| estimated.parameter).collect();
         let mut by = Vec::new();
         for one in self.records {
-            by.push(self.coarse.sensitivities(&parameters, &inside, &one.drive, &one.record.time)?.derivatives);
+            by.push(self.model.sensitivities(&parameters, &inside, &one.drive, &one.record.time)?.derivatives);
         }
         let slopes = Arc::new(Slopes { at: theta.to_vec(), by });
         known.sensitivities += self.records.len() as u64;
@@ -168,8 +163,8 @@ impl<'a> Solutions<'a> {
 
 /// The misfits to all records, one record after the other, weighted; behind them those of what the data sheet says.
 ///
-/// As a [`Problem`] it is turned into as many rows as there are parameters, and one more for what none of them explains: with
-/// `J = Q R`, `Q'r` and `|r - Q Q'r|` have the cost and the gradient of `r`, and the search need not see the samples.
+/// As a [`Problem`] it is turned into as many rows as there are parameters, and one more for what none of them explains:
+/// with `J = Q R`, `Q'r` and `|r - Q Q'r|` have the cost and the gradient of `r`, and the search need not see the samples.
 pub(super) struct Joint<'a> {
     pub solutions: &'a Solutions<'a>,
     /// One per record.
@@ -178,7 +173,7 @@ pub(super) struct Joint<'a> {
     pub bounds: Vec<(f64, f64)>,
     /// Factors on the misfits that keep wild ones from pulling, as found at the start; empty for ones.
     pub robust: Vec<f64>,
-    reduced: Mutex<Option<(Arc<Slopes>, Arc<Reduced>)>>,
+    reduced: Mutex<Option<Arc<Reduced>>>,
 }
 
 /// A Jacobian, weighted and with the robust factors, and its triangle.
@@ -201,6 +196,13 @@ impl<'a> Joint<'a> {
         let first = self.robust.len() - self.prior.len();
         self.robust[first..].fill(1.0);
         Ok(self)
+    }
+
+    /// Keeps the search within so many standard deviations of what was known before.
+    pub fn confine(&mut self, reach: f64) {
+        for ((bounds, mean), sigma) in self.bounds.iter_mut().zip(&self.prior.mean).zip(&self.prior.sigma) {
+            *bounds = (bounds.0.max(mean - reach * sigma), bounds.1.min(mean + reach * sigma));
+        }
     }
 
     /// The parts of the misfit vector that are time series: sensor by sensor, record by record.
@@ -246,12 +248,10 @@ impl<'a> Joint<'a> {
         Ok(Linearised { misfit, jacobian })
     }
 
-    /// The Jacobian near `theta`: `anew` where parameters have moved too far from where it was taken.
-    fn reduced(&self, theta: &[f64], anew: bool) -> Result<Arc<Reduced>, SimulationError> {
+    /// The Jacobian near `theta`, kept for the life of the problem: the rounds take it anew.
+    fn reduced(&self, theta: &[f64]) -> Result<Arc<Reduced>, SimulationError> {
         let mut kept = self.reduced.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((at, reduced)) = &*kept
-            && (!anew || Arc::ptr_eq(at, &self.solutions.slopes(theta)?))
-        {
+        if let Some(reduced) = &*kept {
             return Ok(reduced.clone());
         }
         let mut jacobian = self.whole(theta)?.jacobian;
@@ -259,11 +259,12 @@ impl<'a> Joint<'a> {
             column.iter_mut().zip(&self.robust).for_each(|(slot, factor)| *slot *= factor);
         }
         // The prior gives every direction a length, so that there is a factor.
-        let gram = jacobian.tr_mul(&jacobian);
+        let gram = jacobian.transpose() * &jacobian;
         let p = gram.nrows();
-        let lower = gram.cholesky().map_or_else(|| DMatrix::identity(p, p), |factor| factor.l());
+        // Derivatives that are not finite have no factor; the fit then says that it has none.
+        let lower = gram.cholesky().map_or_else(|| DMatrix::from_element(p, p, f64::NAN), |factor| factor.l());
         let reduced = Arc::new(Reduced { jacobian, lower });
-        *kept = Some((self.solutions.slopes(theta)?, reduced.clone()));
+        *kept = Some(reduced.clone());
         Ok(reduced)
     }
 
@@ -278,10 +279,17 @@ impl<'a> Joint<'a> {
         Ok(rows)
     }
 
+    /// Whether no parameter has moved by more than so many standard errors (for white misfits).
+    pub fn within(&self, now: &[f64], before: &[f64], errors: f64) -> Result<bool, SimulationError> {
+        let covariance = self.covariance(now)?;
+        let moved = now.iter().zip(before).enumerate();
+        Ok(moved.into_iter().all(|(i, (now, before))| (now - before).abs() <= errors * covariance[(i, i)].sqrt()))
+    }
+
     /// Covariance of the parameters near `theta` for white misfits, SI: that of the linear model, bounds ignored. The prior
     /// bounds every direction.
     pub fn covariance(&self, theta: &[f64]) -> Result<DMatrix<f64>, SimulationError> {
-        let lower = &self.reduced(theta, true)?.lower;
+        let lower = &self.reduced(theta)?.lower;
         let p = lower.nrows();
         let unit = DMatrix::identity(p, p);
         let inverse = lower.solve_lower_triangular(&unit).unwrap_or(unit);
@@ -297,11 +305,11 @@ impl Problem for Joint<'_> {
     }
 
     fn misfit(&self, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
-        self.rows(theta, &*self.reduced(theta, false)?)
+        self.rows(theta, &*self.reduced(theta)?)
     }
 
     fn linearise(&self, theta: &[f64]) -> Result<Linearised, SimulationError> {
-        let reduced = self.reduced(theta, true)?;
+        let reduced = self.reduced(theta)?;
         let mut jacobian = reduced.lower.transpose();
         jacobian = jacobian.insert_row(theta.len(), 0.0);
         Ok(Linearised { misfit: self.rows(theta, &reduced)?, jacobian })

@@ -17,7 +17,7 @@ mod write;
 use nalgebra::{DMatrix, DVector};
 
 use crate::complaint::{Complaint, Kind, Place};
-use crate::diagnosis::estimate;
+use crate::diagnosis::estimate::{self, Events};
 use crate::diagnosis::noise::{Weights, phases, variances};
 use crate::diagnosis::prior::Gaussian;
 use crate::diagnosis::problem::{Estimated, RecordProblem};
@@ -39,7 +39,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { rounds: 4 }
+        Self { rounds: 6 }
     }
 }
 
@@ -55,18 +55,22 @@ pub struct Calibrated {
 
 /// Parameters are searched this many standard deviations to both sides.
 const REACH: f64 = 5.0;
+/// A positive value is searched down to this share of the data sheet's.
+const LEAST_SHARE: f64 = 0.1;
 /// A misfit of more standard deviations pulls with constant force only (Huber).
 const ROBUST: f64 = 3.0;
 /// Width of the loss while the parameters are still those of the data sheet.
 const FAR: f64 = 10.0;
-/// Fits before the first round, each with the wild misfits of the one before held back.
-const FIRST: usize = 2;
-/// Relative decrease of the cost that ends them, and those of the rounds: far below a rise of 1 in chi-square.
-const FIRST_END: f64 = 1e-3;
-const END: f64 = 1e-6;
-const MOST_ITERATIONS: u64 = 20;
+/// How far each of the fits before the first round may go, in standard deviations of the data sheet: the box widens slowly,
+/// because far steps over bent laws may end in another valley. They end when they change the cost by less than this share.
+const FIRST: [f64; 8] = [0.7, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0];
+const NEAR: f64 = 0.02;
+/// Relative decrease of the cost that ends each fit, far below a rise of 1 in chi-square, and steps after which derivatives
+/// are better taken anew.
+const END: f64 = 1e-5;
+const MOST_ITERATIONS: u64 = 3;
 /// Relative changes of noise and tolerance, and standard errors of a parameter, below which rounds are settled.
-const SETTLED: (f64, f64, f64) = (0.02, 0.1, 0.2);
+const SETTLED: (f64, f64, f64) = (0.05, 0.25, 0.3);
 /// A tolerance is no less than this share of the noise of a sample.
 const LEAST_TOLERANCE: f64 = 0.02;
 
@@ -83,8 +87,8 @@ pub fn calibrate(rig_text: &str, rig: &Rig, records: &[Record], options: &Option
     Ok(Calibrated { rig: Rig::parse(&rig.path, text.clone())?, text, report })
 }
 
-/// The same for a rig that has no file. Values, standard uncertainties and their correlation, healthy values of faults, noise and tolerance of
-/// the rig that comes back are those found. Its own values are taken as a data sheet's.
+/// The same for a rig that has no file. Values, standard uncertainties and their correlation, healthy values of faults,
+/// noise and tolerance of the rig that comes back are those found. Its own values are taken as a data sheet's.
 ///
 /// # Errors
 /// As [`calibrate`].
@@ -123,32 +127,38 @@ pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result
     let mut rounds = Rounds { rig: model.rig.clone(), noises: vec![None; rig.sensors.len()], solutions, prior: &prior };
     let rough: Vec<Weights> = taken.iter().map(|one| rough(&model.rig, one)).collect();
     let mut theta = prior.mean.clone();
-    for _ in 0..FIRST {
-        let joint = rounds.joint(rough.clone(), &theta, Loss::SoftL1 { k: FAR }).map_err(unsolved)?;
-        theta = fit::fit(&joint, &theta, Loss::None, ends(FIRST_END)).map_err(failed)?.theta;
+    let mut cost = f64::INFINITY;
+    for reach in FIRST {
+        let mut joint = rounds.joint(rough.clone(), &theta, Loss::SoftL1 { k: FAR }).map_err(unsolved)?;
+        joint.confine(reach);
+        let fit = fit::fit(&joint, &theta, Loss::None, ends()).map_err(failed)?;
+        let gained = cost - fit.cost;
+        (theta, cost) = (fit.theta, fit.cost);
+        if gained.abs() < NEAR * cost {
+            break;
+        }
     }
     let mut round = 0;
-    let (fit, weights) = loop {
+    let (fit, weights, settled) = loop {
         round += 1;
         let before = rounds.rig.clone();
         rounds.estimate_noise(&theta).map_err(unsolved)?;
-        rounds.estimate_tolerance(&theta, round == 1).map_err(unsolved)?;
-        let weights = rounds.weights(&rounds.rig, &theta).map_err(unsolved)?;
+        let events = rounds.events(&theta).map_err(unsolved)?;
+        rounds.estimate_tolerance(&theta, &events, if round == 1 { 2 } else { 1 }).map_err(unsolved)?;
+        let weights = rounds.weights(&events);
         let joint = rounds.joint(weights.clone(), &theta, Loss::Huber { k: ROBUST }).map_err(unsolved)?;
-        let fit = fit::fit(&joint, &theta, Loss::None, ends(END)).map_err(failed)?;
-        let errors = joint.covariance(&fit.theta).map_err(unsolved)?.diagonal().map(f64::sqrt);
-        let moved = fit.theta.iter().zip(&theta).map(|(now, before)| (now - before).abs());
-        let still = moved.zip(&errors).all(|(moved, error)| moved <= SETTLED.2 * error);
+        let fit = fit::fit(&joint, &theta, Loss::None, ends()).map_err(failed)?;
+        let settled = joint.within(&fit.theta, &theta, SETTLED.2).map_err(unsolved)? && alike(&before, &rounds.rig);
         theta.clone_from(&fit.theta);
-        if round >= options.rounds.max(1) || (still && alike(&before, &rounds.rig)) {
-            break (fit, weights);
+        if settled || round >= options.rounds.max(1) {
+            break (fit, weights, settled);
         }
     };
-    rounds.finish(rig, records, fit, weights, round).map_err(unsolved)
+    rounds.finish(rig, records, fit, weights, (round, settled)).map_err(unsolved)
 }
 
-fn ends(function: f64) -> Tolerances {
-    Tolerances { function, max_iterations: MOST_ITERATIONS, ..Tolerances::default() }
+fn ends() -> Tolerances {
+    Tolerances { function: END, max_iterations: MOST_ITERATIONS, ..Tolerances::default() }
 }
 
 /// Whether noise and tolerance have settled.
@@ -172,6 +182,8 @@ fn open(rig: &Rig) -> Vec<Estimated> {
         }
         let (low, high) = fault.map_or(parameter.bounds, |fault| fault.bounds);
         let (near, far) = (parameter.value - REACH * known, parameter.value + REACH * known);
+        // What is positive by its nature does not vanish: laws are singular there.
+        let low = if low >= 0.0 && parameter.value > 0.0 { low.max(LEAST_SHARE * parameter.value) } else { low };
         open.push(Estimated { parameter: index, bounds: (low.max(near), high.min(far)), scale: known });
     }
     open
@@ -203,17 +215,21 @@ impl Rounds<'_> {
         Joint::new(&self.solutions, weights, self.prior).robust(theta, loss)
     }
 
-    fn weights(&self, rig: &Rig, theta: &[f64]) -> Result<Vec<Weights>, SimulationError> {
-        let mut model = Model::new(rig.clone());
-        model.tolerance = self.solutions.coarse.tolerance;
+    /// The events of each record.
+    fn events(&self, theta: &[f64]) -> Result<Vec<Events>, SimulationError> {
+        let model = Model::new(self.rig.clone());
         let each = self.solutions.records.iter().map(|one| {
-            let empty = Weights::new(rig, &[], &[], &[]);
+            let empty = Weights::new(&self.rig, &[], &[], &[]);
             let (times, open) = (&one.record.time, self.solutions.estimated.clone());
             let measured = one.measured.clone();
             let problem = RecordProblem::new(&model, &one.drive, times, measured, empty, open, Gaussian::none());
-            estimate::weights(&problem, one.record, theta)
+            estimate::events(&problem, one.record, theta)
         });
         each.collect()
+    }
+
+    fn weights(&self, events: &[Events]) -> Vec<Weights> {
+        events.iter().map(|one| Weights::new(&self.rig, &one.phases, &one.variance, &one.changes)).collect()
     }
 
     fn estimate_noise(&mut self, theta: &[f64]) -> Result<(), SimulationError> {
@@ -227,19 +243,15 @@ impl Rounds<'_> {
         Ok(())
     }
 
-    fn estimate_tolerance(&mut self, theta: &[f64], first: bool) -> Result<(), SimulationError> {
+    fn estimate_tolerance(&mut self, theta: &[f64], events: &[Events], sweeps: usize) -> Result<(), SimulationError> {
         let mut free = self.rig.clone();
         free.sensors.iter_mut().for_each(|sensor| sensor.tolerance = 0.0);
-        let weights = self.weights(&free, theta)?;
         let curves = self.solutions.curves(theta)?;
         let mut seen = Vec::new();
-        for (record, weights) in weights.into_iter().enumerate() {
-            let one = &self.solutions.records[record];
-            let views: Vec<&[f64]> = curves[record].iter().map(Vec::as_slice).collect();
-            let variance = variances(&free, one.record, &views, false);
+        for (record, one) in events.iter().enumerate() {
             seen.push(Seen {
-                weights,
-                phases: phases(&free, &one.drive, &one.record.time, &variance),
+                weights: Weights::new(&free, &one.phases, &one.variance, &one.changes),
+                phases: one.phases.clone(),
                 misfit: self.solutions.misfit(&curves, record),
                 columns: self.solutions.columns(theta, record)?,
             });
@@ -254,9 +266,7 @@ impl Rounds<'_> {
         let scale = stated.iter().map(share).collect();
         let evidence = Evidence::new(&free, seen, precision, pull, &colour, scale);
         let start: Vec<f64> = self.rig.sensors.iter().map(|sensor| sensor.tolerance).collect();
-        for (sensor, tolerance) in
-            self.rig.sensors.iter_mut().zip(evidence.tolerances(&start, if first { 2 } else { 1 }))
-        {
+        for (sensor, tolerance) in self.rig.sensors.iter_mut().zip(evidence.tolerances(&start, sweeps)) {
             sensor.tolerance = tolerance.max(LEAST_TOLERANCE * sensor.noise);
         }
         Ok(())

@@ -25,9 +25,10 @@ pub struct Report {
     pub chi2_reduced: f64,
     /// How often noise and tolerance were estimated anew.
     pub rounds: usize,
+    /// Whether nothing moved any more when they ended.
+    pub settled: bool,
     /// Simulations of a record, those with sensitivities included.
     pub solves: u64,
-    pub stopped_because: String,
 }
 
 /// A calibrated parameter. Numbers in `unit`.

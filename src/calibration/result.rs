@@ -54,7 +54,7 @@ impl Rounds<'_> {
         records: &[Record],
         mut fit: Fit,
         weights: Vec<Weights>,
-        rounds: usize,
+        (rounds, settled): (usize, bool),
     ) -> Result<(Rig, Report), SimulationError> {
         let loss = Loss::Huber { k: ROBUST };
         let joint = self.joint(weights, &fit.theta, loss)?;
@@ -79,11 +79,12 @@ impl Rounds<'_> {
         }
         let names = records.iter().map(|record| record.path.display().to_string()).collect();
         rig.calibration = Some(Calibration { records: names, parameters, correlation: correlation(&covariance) });
-        let report = self.report(sheet, &rig, &fit, &joint, rounds);
+        let mut report = self.report(sheet, &rig, &fit, &joint);
+        (report.rounds, report.settled) = (rounds, settled);
         Ok((rig, report))
     }
 
-    fn report(&self, sheet: &Rig, rig: &Rig, fit: &Fit, joint: &Joint<'_>, rounds: usize) -> Report {
+    fn report(&self, sheet: &Rig, rig: &Rig, fit: &Fit, joint: &Joint<'_>) -> Report {
         let mut parameters = Vec::new();
         let mut warnings = Vec::new();
         for (i, one) in self.solutions.estimated.iter().enumerate() {
@@ -114,18 +115,12 @@ impl Rounds<'_> {
                 fault: sheet.is_fault(one.parameter),
             });
         }
-        let mut sensors = Vec::new();
+        let (mut sensors, mut loose) = (Vec::new(), Vec::new());
         for (index, (before, after)) in sheet.sensors.iter().zip(&rig.sensors).enumerate() {
             let unit = sheet.sensor_unit(before);
             let spread = |si| rounded(unit.difference_from_si(si), DIGITS);
             if after.tolerance > COARSE * before.tolerance && after.tolerance > after.noise {
-                warnings.push(format!(
-                    "the model follows `{}` only within {}, {:.1} times the noise of a sample: something is missing in the \
-                     model, or the rig is not healthy",
-                    after.name,
-                    shown(spread(after.tolerance), &unit.symbol),
-                    after.tolerance / after.noise
-                ));
+                loose.push(format!("`{}` {}", after.name, shown(spread(after.tolerance), &unit.symbol)));
             }
             sensors.push(SensorReport {
                 name: before.name.clone(),
@@ -136,6 +131,13 @@ impl Rounds<'_> {
                 tolerance_before: spread(before.tolerance),
                 tolerance: spread(after.tolerance),
             });
+        }
+        if !loose.is_empty() {
+            warnings.push(format!(
+                "throughout a phase the model follows its sensors no better than this, more than the noise of a sample: {}; \
+                 something is missing in the model, or the rig is not healthy",
+                loose.join(", ")
+            ));
         }
         let records = self.records(sheet, fit, joint, &mut warnings);
         let samples = self.solutions.records.iter().map(|one| one.record.time.len() * sensors.len()).sum::<usize>();
@@ -150,9 +152,9 @@ impl Rounds<'_> {
             records,
             warnings,
             chi2_reduced: rounded(total / samples.max(1) as f64, DIGITS),
-            rounds,
+            rounds: 0,
+            settled: false,
             solves: simulations + sensitivities,
-            stopped_because: fit.stopped.to_string(),
         }
     }
 
@@ -163,7 +165,7 @@ impl Rounds<'_> {
         for (record, one) in self.solutions.records.iter().enumerate() {
             let rows = one.record.time.len().max(1) as f64;
             let name = one.record.path.display().to_string();
-            let mut channels = Vec::new();
+            let (mut channels, mut missed) = (Vec::new(), Vec::new());
             for (sensor, (known, range)) in sheet.sensors.iter().zip(series.by_ref()).enumerate() {
                 let tame = |r: &f64| r.abs().min(WILD).powi(2);
                 let chi2 = fit.linearised.misfit[range].iter().map(tame).sum::<f64>() / rows;
@@ -176,11 +178,7 @@ impl Rounds<'_> {
                 // Four standard deviations of the mean square of so few samples.
                 let adequate = chi2 <= ADEQUATE + 4.0 * (2.0 / rows).sqrt();
                 if !adequate {
-                    warnings.push(format!(
-                        "{name}: the calibrated model does not explain `{}` (mean square of the weighted misfit {:.2}): is the \
-                         record one of the healthy rig?",
-                        known.name, chi2
-                    ));
+                    missed.push(format!("`{}` {:.1}", known.name, chi2));
                 }
                 channels.push(ChannelFit {
                     name: known.name.clone(),
@@ -189,6 +187,13 @@ impl Rounds<'_> {
                     chi2_reduced: rounded(chi2, DIGITS),
                     adequate,
                 });
+            }
+            if !missed.is_empty() {
+                warnings.push(format!(
+                    "{name}: the calibrated model does not explain {} (mean square of the weighted misfit): is it a record of \
+                     the healthy rig?",
+                    missed.join(", ")
+                ));
             }
             let mean = channels.iter().map(|channel| channel.chi2_reduced).sum::<f64>() / channels.len().max(1) as f64;
             records.push(RecordReport {

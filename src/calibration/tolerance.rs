@@ -2,8 +2,8 @@
 //!
 //! The misfit of a phase is taken as constant and slope of unknown size (the wanted variance), plus noise, plus what events
 //! may do, plus what parameters do that are not known exactly. Everything but the constants and slopes is integrated out,
-//! so that offsets and coefficients, which the fit has bent to make the constants small, do not make the tolerance too small:
-//! restricted likelihood (Patterson and Thompson, Biometrika 58 (1971)) with what is known of the parameters as prior.
+//! so that offsets and coefficients, which the fit has bent to make the constants small, do not make the tolerance too
+//! small: restricted likelihood (Patterson and Thompson, Biometrika 58 (1971)) with what is known of the parameters as prior.
 
 use std::ops::Range;
 
@@ -127,7 +127,7 @@ impl Evidence {
             let seen = directions.tr_mul(&tamed);
             let of_parameter = directions.tr_mul(&columns);
             *pull -= columns.tr_mul(&tamed) - of_parameter.tr_mul(&seen);
-            self.precision += columns.tr_mul(&columns) - of_parameter.tr_mul(&of_parameter);
+            self.precision += columns.transpose() * &columns - of_parameter.tr_mul(&of_parameter);
             let noise = turn.tr_mul(&level.tr_mul(&coloured)) * &turn;
             self.phases.push(Levels { seen, of_level: directions.tr_mul(&level), of_parameter, noise });
         }
@@ -154,8 +154,9 @@ impl Evidence {
         Some(score - log_determinant(&factor) + pull.dot(&factor.solve(&pull)))
     }
 
-    /// Tolerances, SI: roots of the posterior mean squares, each sensor's on a grid with the others at theirs, `sweeps` times. That is what
-    /// the level of the next phase will vary by, and above the most probable value while few phases have been seen.
+    /// Tolerances, SI: roots of the posterior mean squares, each sensor's on a grid with the others at theirs, `sweeps`
+    /// times. That is what the level of the next phase will vary by, and above the most probable value while few phases
+    /// have been seen.
     pub fn tolerances(&self, start: &[f64], sweeps: usize) -> Vec<f64> {
         let (least, most, ratio) = GRID;
         let mut sizes: Vec<f64> =

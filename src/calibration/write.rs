@@ -51,13 +51,13 @@ fn write_section(out: &mut String, rig: &Rig, report: &Report) -> std::fmt::Resu
         let unit = &parameter.unit;
         let (value, sigma) = (unit.from_si(parameter.value), unit.difference_from_si(parameter.sigma));
         let stated = format!("{} +- {}", quantity(value, DIGITS.0, unit), quantity(sigma, DIGITS.1, unit));
-        let remark = if told.informed { "" } else { "  # as the data sheet has it" };
+        let remark = if told.informed { "" } else { "  # the records say little of it" };
         writeln!(out, "{} = {}{remark}", quoted(&parameter.id), quoted(&stated))?;
     }
     for sensor in &rig.sensors {
         let unit = rig.sensor_unit(sensor);
         let shown = |si| quoted(&quantity(unit.difference_from_si(si), DIGITS.1, &unit));
-        writeln!(out, "\n[calibration.sensors.{}]", quoted(&sensor.name))?;
+        writeln!(out, "\n[calibration.sensors.{}]", toml_edit::Key::new(&sensor.name))?;
         writeln!(out, "noise = {}\ntolerance = {}", shown(sensor.noise), shown(sensor.tolerance))?;
     }
     Ok(())

@@ -3,7 +3,7 @@
 //! Results go to standard output, messages to standard error. Exit status: 0 done, 1 something was found (on request),
 //! 2 could not run; the shell makes 130 of an interrupt.
 
-mod campaign;
+mod calibrate;
 mod check;
 mod diagnose;
 mod isolability;
@@ -30,7 +30,7 @@ struct CommandLine {
 /// A new verb is a line here, a line in [`Verb::run`] and a file.
 #[derive(Debug, Subcommand)]
 enum Verb {
-    Campaign(campaign::Arguments),
+    Calibrate(calibrate::Arguments),
     Check(check::Arguments),
     Diagnose(diagnose::Arguments),
     Isolability(isolability::Arguments),
@@ -40,7 +40,7 @@ enum Verb {
 impl Verb {
     fn run(&self, out: &mut dyn Write) -> Result<Status, Failure> {
         match self {
-            Self::Campaign(arguments) => campaign::run(arguments, out),
+            Self::Calibrate(arguments) => calibrate::run(arguments, out),
             Self::Check(arguments) => check::run(arguments, out),
             Self::Diagnose(arguments) => diagnose::run(arguments, out),
             Self::Isolability(arguments) => isolability::run(arguments, out),

@@ -255,6 +255,22 @@ fn sparse(healthy: &[f64], bounds: &[(f64, f64)]) -> Vec<Vec<f64>> {
 
 /// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.
 pub(crate) fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Weights, SimulationError> {
+    let Events { variance, phases, changes } = events(problem, record, theta)?;
+    Ok(Weights::new(&problem.model.rig, &phases, &variance, &changes))
+}
+
+/// What weights are made of, but for the tolerances.
+pub(crate) struct Events {
+    /// Of each sample, `[sensor][row]`, SI squared.
+    pub variance: Vec<Vec<f64>>,
+    /// Rows between events.
+    pub phases: Vec<std::ops::Range<usize>>,
+    /// Of all readings, by one standard deviation of what may be another in each phase: `[what][sensor][row]`, SI.
+    pub changes: Vec<Vec<Vec<f64>>>,
+}
+
+/// Events at `theta`, where the model has them.
+pub(crate) fn events(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Events, SimulationError> {
     let model = problem.model;
     let rig = &model.rig;
     let constants: Vec<usize> = rig
@@ -314,5 +330,5 @@ pub(crate) fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64
         }
         changes.push(nudged);
     }
-    Ok(Weights::new(rig, &phases, &variance, &changes))
+    Ok(Events { variance, phases, changes })
 }

@@ -147,7 +147,7 @@ fn component(out: &mut String, card: &Card) -> fmt::Result {
 fn parameters(out: &mut String, parameters: &[Parameter]) -> fmt::Result {
     writeln!(
         out,
-        "| parameter | symbol | unit | default | range | uncertainty | meaning |\n|---|---|---|---|---|---|---|"
+        "| parameter | symbol | unit | default | range | uncertainty | calibrated | meaning |\n|---|---|---|---|---|---|---|---|"
     )?;
     for parameter in parameters {
         let default = parameter.default.map_or_else(|| "must be given".to_owned(), number);
@@ -156,12 +156,13 @@ fn parameters(out: &mut String, parameters: &[Parameter]) -> fmt::Result {
         let bounds = (unit.difference_to_si(parameter.bounds.0), unit.difference_to_si(parameter.bounds.1));
         writeln!(
             out,
-            "| `{}` | {} | {} | {default} | {} | {} | {} |",
+            "| `{}` | {} | {} | {default} | {} | {} | {} | {} |",
             parameter.name,
             parameter.symbol.replace('_', "\\_"),
             parameter.unit,
             range(bounds, &unit),
             uncertainty(parameter),
+            calibrated(parameter),
             parameter.meaning
         )?;
     }
@@ -175,6 +176,12 @@ fn uncertainty(parameter: &Parameter) -> String {
         (true, false) => share.to_string(),
         (true, true) => format!("{share}, anew"),
     }
+}
+
+/// What calibration starts from, as the table shows it.
+fn calibrated(parameter: &Parameter) -> String {
+    let share = crate::units::Quantity { value: parameter.spread, unit: percent() };
+    if parameter.spread > 0.0 { share.to_string() } else { String::new() }
 }
 
 fn percent() -> Unit {

@@ -46,7 +46,8 @@ pub(super) fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &T
             bounds,
             sigma: sigma.unwrap_or(parameter.tolerance * of),
             anew: parameter.anew,
-            spread: parameter.spread * of,
+            // What is stated as exact is not calibrated either.
+            spread: if sigma == Some(0.0) { 0.0 } else { parameter.spread * of },
             meaning: parameter.meaning.to_owned(),
             place,
         });

@@ -59,7 +59,8 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
             bounds,
             sigma: sigma.unwrap_or(sigma_unstated),
             anew: false,
-            spread,
+            // What is stated as exact is not calibrated either.
+            spread: if sigma == Some(0.0) { 0.0 } else { spread },
             meaning: meaning.to_owned(),
             place: place.clone(),
         })

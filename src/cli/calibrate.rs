@@ -1,0 +1,154 @@
+//! `calibrate`: what healthy records teach about a rig, written into a new rig file.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::{Failure, Format, Status, write_json};
+use crate::calibration::{Options, Report, calibrate};
+use crate::complaint::{Complaint, Kind, Place};
+use crate::files::{check_folder, read_text, write_atomically};
+use crate::record::Record;
+use crate::report::number::{rounded, text, with_unit};
+use crate::rig::Rig;
+
+/// Learn from healthy records what the data sheet does not tell, and write it into a new rig file
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The rig file; its own calibration, if it has one, is not used
+    rig: PathBuf,
+    /// Records of this rig while it was healthy
+    #[arg(required = true)]
+    records: Vec<PathBuf>,
+    /// Where the calibrated rig file is written
+    #[arg(short, long, value_name = "NEW.toml")]
+    output: PathBuf,
+    /// How the summary is written
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+}
+
+/// Runs the verb; the summary goes to `out`, unless the rig file itself goes to a device.
+pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+    check_folder(&arguments.output)?;
+    check_files(arguments)?;
+    let rig_text = read_text(&arguments.rig)?;
+    let rig = Rig::parse(&arguments.rig, rig_text.clone())?;
+    let mut records = Vec::new();
+    let mut bad = Vec::new();
+    for path in &arguments.records {
+        match Record::read(path) {
+            Ok(record) => records.push(record),
+            Err(complaint) => bad.push(complaint),
+        }
+    }
+    if !bad.is_empty() {
+        return Err(Failure::Complaints(bad));
+    }
+    let calibrated = calibrate(&rig_text, &rig, &records, &Options::default())?;
+    write_atomically(&arguments.output, |file| file.write_all(calibrated.text.as_bytes()))?;
+    // With `-o /dev/stdout` the summary would stand in the rig file.
+    if arguments.output.is_file() {
+        match arguments.format {
+            Format::Json => write_json(out, &calibrated.report)?,
+            Format::Text => write_text(out, &arguments.output, &calibrated.report)?,
+        }
+        out.flush()?;
+    }
+    for warning in &calibrated.report.warnings {
+        // `eprintln!` would panic where standard error is closed.
+        let _ = writeln!(io::stderr(), "warning: {warning}");
+    }
+    Ok(Status::Done)
+}
+
+/// No file twice, and no record in the place of the new rig file.
+fn check_files(arguments: &Arguments) -> Result<(), Complaint> {
+    let real = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let output = real(&arguments.output);
+    for (index, record) in arguments.records.iter().enumerate() {
+        if real(record) == output {
+            return Err(Complaint::new(Kind::Contradiction, "the new rig file would take the place of a record")
+                .at(Place::file(record))
+                .help("name another file with `-o`"));
+        }
+        if let Some(before) = arguments.records[..index].iter().find(|before| real(before) == real(record)) {
+            return Err(Complaint::new(Kind::Duplicate, "the same record is given twice, and would count twice")
+                .at(Place::file(before))
+                .at(Place::file(record))
+                .help("give each record once"));
+        }
+    }
+    Ok(())
+}
+
+fn write_text(out: &mut dyn Write, output: &Path, report: &Report) -> io::Result<()> {
+    let rows: usize = report.records.iter().map(|record| record.rows).sum();
+    let (informed, silent): (Vec<_>, Vec<_>) = report.parameters.iter().partition(|parameter| parameter.informed);
+    writeln!(
+        out,
+        "{}: {} of {} parameters told by {rows} rows of {} record{}",
+        output.display(),
+        informed.len(),
+        report.parameters.len(),
+        report.records.len(),
+        if report.records.len() == 1 { "" } else { "s" }
+    )?;
+    let cells = informed.iter().map(|parameter| {
+        let shown = |value: f64, sigma: f64| format!("{} +- {}", text(value), rounded(sigma, 2));
+        let before = shown(parameter.before, parameter.sigma_before);
+        let unit = if parameter.unit == "-" { "" } else { parameter.unit.as_str() };
+        [
+            parameter.id.clone(),
+            before,
+            "->".to_owned(),
+            format!("{} {unit}", shown(parameter.after, parameter.sigma_after)),
+        ]
+    });
+    write_table(out, "parameters", cells.collect())?;
+    let ids: Vec<&str> = silent.iter().map(|parameter| parameter.id.as_str()).collect();
+    if !ids.is_empty() {
+        writeln!(out, "  of which the records say little: {}", ids.join(", "))?;
+    }
+    let cells = report.sensors.iter().map(|sensor| {
+        let shown = |value: f64| with_unit(rounded(value, 3), &sensor.unit);
+        let noise = format!("noise {} -> {}", shown(sensor.noise_before), shown(sensor.noise));
+        let tolerance = format!("tolerance {} -> {}", shown(sensor.tolerance_before), shown(sensor.tolerance));
+        let colour = sensor.noise_correlation.filter(|r| *r > 0.0);
+        [
+            sensor.name.clone(),
+            noise,
+            tolerance,
+            colour.map_or_else(String::new, |r| format!("neighbours correlated {r}")),
+        ]
+    });
+    write_table(out, "sensors", cells.collect())?;
+    let cells = report.records.iter().map(|record| {
+        let bad: Vec<&str> = record.channels.iter().filter(|one| !one.adequate).map(|one| one.name.as_str()).collect();
+        let verdict =
+            if bad.is_empty() { "explained".to_owned() } else { format!("not explained: {}", bad.join(", ")) };
+        [
+            record.record.clone(),
+            format!("{} rows", record.rows),
+            format!("chi2 {}", rounded(record.chi2_reduced, 3)),
+            verdict,
+        ]
+    });
+    write_table(out, "records", cells.collect())
+}
+
+/// A heading, and lines in columns.
+fn write_table<const N: usize>(out: &mut dyn Write, heading: &str, rows: Vec<[String; N]>) -> io::Result<()> {
+    writeln!(out, "{heading}:")?;
+    let mut widths = [0; N];
+    for row in &rows {
+        widths.iter_mut().zip(row).for_each(|(width, cell)| *width = (*width).max(cell.chars().count()));
+    }
+    for row in &rows {
+        let line: Vec<String> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
+        writeln!(out, "  {}", line.join("  ").trim_end())?;
+    }
+    Ok(())
+}
