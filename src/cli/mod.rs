@@ -4,6 +4,7 @@
 //! 2 could not run; the shell makes 130 of an interrupt.
 
 mod calibrate;
+mod campaign;
 mod check;
 mod diagnose;
 mod isolability;
@@ -31,6 +32,7 @@ struct CommandLine {
 #[derive(Debug, Subcommand)]
 enum Verb {
     Calibrate(calibrate::Arguments),
+    Campaign(campaign::Arguments),
     Check(check::Arguments),
     Diagnose(diagnose::Arguments),
     Isolability(isolability::Arguments),
@@ -41,6 +43,7 @@ impl Verb {
     fn run(&self, out: &mut dyn Write) -> Result<Status, Failure> {
         match self {
             Self::Calibrate(arguments) => calibrate::run(arguments, out),
+            Self::Campaign(arguments) => campaign::run(arguments, out),
             Self::Check(arguments) => check::run(arguments, out),
             Self::Diagnose(arguments) => diagnose::run(arguments, out),
             Self::Isolability(arguments) => isolability::run(arguments, out),
