@@ -29,9 +29,9 @@ const NEIGHBOURHOOD: f64 = 1e-3;
 const FIRST_ITERATIONS: u64 = 25;
 /// Most rounds of isolation and renewed weights. Weights hang on the fit only through when things happen, so two are
 /// enough unless the start was far.
-const MOST_RENEWALS: usize = 4;
+const MOST_RENEWALS: usize = 3;
 /// Rounds of isolation from the healthy rig: what it takes where the faults are small or those of sensors.
-const FROM_HEALTHY: u64 = 2;
+pub const FROM_HEALTHY: u64 = 2;
 /// Standard errors by which no fault moves any more when the rounds end.
 const SETTLED: f64 = 0.3;
 
@@ -68,11 +68,11 @@ pub fn estimate<'a>(
     drive: &'a Drive,
     guess: Option<(&[f64], Set)>,
 ) -> Result<Estimate<'a>, Complaint> {
-    let near = near(model, record, drive, guess)?;
+    let near = near(model, record, drive, guess, if guess.is_some() { MOST_ROUNDS } else { FROM_HEALTHY })?;
     if near.missed() { screened(near) } else { Ok(near) }
 }
 
-/// Explains a record from a guess or from the healthy rig alone; it may miss.
+/// Explains a record from a guess or from the healthy rig alone, in so many rounds; it may miss.
 ///
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved there.
@@ -81,15 +81,13 @@ pub fn near<'a>(
     record: &'a Record,
     drive: &'a Drive,
     guess: Option<(&[f64], Set)>,
+    rounds: u64,
 ) -> Result<Estimate<'a>, Complaint> {
     let data = measured(model, record)?;
     let mut case = Case::new(model, record, drive, Vec::new(), rough(model, record, drive, &data));
     case.full.measured = data;
     let healthy = case.mean.clone();
-    let (start, set, rounds) = match guess {
-        Some((theta, set)) => (theta, set, MOST_ROUNDS),
-        None => (&healthy[..], 0, FROM_HEALTHY),
-    };
+    let (start, set) = guess.unwrap_or((&healthy[..], 0));
     let isolation = settle(&mut case, start, set, rounds)
         .map_err(|error| failed(model, record, &FitError::Start { source: error.into() }))?;
     Ok(Estimate { case, isolation })
@@ -164,7 +162,7 @@ fn rough(model: &Model, record: &Record, drive: &Drive, data: &[&[f64]]) -> Weig
 fn settle(case: &mut Case<'_>, guess: &[f64], set: Set, most_rounds: u64) -> Result<Isolation, SimulationError> {
     let mut isolation = isolate(case, guess, set, most_rounds)?;
     for _ in 0..MOST_RENEWALS {
-        if most_rounds == FROM_HEALTHY && missed(case, &isolation) {
+        if most_rounds < MOST_ROUNDS && missed(case, &isolation) {
             break;
         }
         case.full.weights = weights(&case.full, case.record, &isolation.best.theta)?;

@@ -10,7 +10,7 @@ use std::fmt;
 use nalgebra::DVector;
 use serde::Serialize;
 
-use super::case::{Case, Set, has, members};
+use super::case::{Case, ROBUST, Set, has, members};
 use super::descend::{EXACT, Point, ROUGH, descend};
 use super::quadratic::{Quadratic, Reduced};
 use crate::fit::Problem;
@@ -24,8 +24,11 @@ const MOST_AT_ONCE: usize = 3;
 const IN_QUESTION: f64 = 5.0;
 /// Most sets that are fitted in each round.
 const MOST_FITS: usize = 8;
+/// The same where the cost of a sample is still larger than this.
+const MOST_FITS_FAR: usize = 3;
+const FAR: f64 = 4.0;
 /// Most rounds.
-pub const MOST_ROUNDS: u64 = 12;
+pub const MOST_ROUNDS: u64 = 8;
 /// Steps of each fit in a round.
 const STEPS: usize = 3;
 /// A winner that promises no more than this decrease of the cost stays.
@@ -183,10 +186,13 @@ fn weigh(case: &Case<'_>, quadratic: &Quadratic, reduced: &Reduced, centre: Set,
         .collect();
     weighed.sort_by(|a, b| b.0.score.total_cmp(&a.0.score));
     let top = weighed.first().map_or(0.0, |(best, _)| best.score);
+    // From afar the form is too rough to tell more than a few sets apart.
+    let far = quadratic.misfit.len() as f64 * FAR < 2.0 * ROBUST.cost(&quadratic.misfit);
+    let most = if far { MOST_FITS_FAR } else { MOST_FITS };
     let mut fitted = 0;
     for (place, (set, deviation)) in weighed.iter_mut().enumerate() {
         let questioned = place == 0 || set.set == centre || set.score > top - IN_QUESTION;
-        if !questioned || fitted >= MOST_FITS {
+        if !questioned || fitted >= most {
             continue;
         }
         fitted += 1;

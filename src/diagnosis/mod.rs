@@ -72,8 +72,14 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
     }
     let drive = Drive::from_record(rig, record)?;
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;
-    let first = estimate::estimate(model, record, &drive, None)?;
-    let begun = onset::find(model, record, &drive, &first)?;
+    let mut first = estimate::near(model, record, &drive, None, estimate::FROM_HEALTHY)?;
+    let mut begun = onset::find(model, record, &drive, &first)?;
+    if begun.is_none() && first.missed() {
+        first = estimate::screened(first)?;
+        if !first.missed() {
+            begun = onset::find(model, record, &drive, &first)?;
+        }
+    }
     let (drive, mut estimate) = match &begun {
         Some(begun) => {
             let guess = Some((&begun.theta[..], begun.set));

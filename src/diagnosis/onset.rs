@@ -16,6 +16,10 @@ use crate::record::Record;
 
 /// What a beginning must win, in nats, beyond the logarithm of the number of rows that it is chosen among.
 const WORTH: f64 = 5.0;
+/// Faults as old as the record show when the first command shakes it; a beginning is looked for from so much later on, s.
+const CLEAR: f64 = 0.2;
+/// Rounds of isolation for faults as old as the record, from those of a beginning.
+const COMPARED: u64 = 3;
 /// Halvings of the interval in which the moment is searched.
 const HALVINGS: usize = 5;
 /// Rounds of moment and faults.
@@ -38,11 +42,9 @@ pub struct Begun {
 /// As [`estimate::estimate`].
 pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>) -> Result<Option<Begun>, Complaint> {
     let worth = WORTH + (record.time.len() as f64).ln();
-    let Some((mut row, gain)) = parting(&first.case, &first.isolation) else { return Ok(None) };
     let shaken = plain.pieces.iter().skip(1).find(|piece| piece.jump).map_or(f64::INFINITY, |piece| piece.start);
-    if gain < worth || record.time[row] <= shaken {
-        return Ok(None);
-    }
+    let row = if first.missed() { left(&first.case) } else { parting(&first.case, &first.isolation, worth) };
+    let Some(mut row) = row.filter(|&row| record.time[row] > shaken + CLEAR) else { return Ok(None) };
     let mut guess: Option<(Vec<f64>, Set)> = None;
     let mut found: Option<(Begun, f64)> = None;
     for _ in 0..ROUNDS {
@@ -61,7 +63,7 @@ pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>)
     }
     let Some((begun, cost)) = found else { return Ok(None) };
     // Do the same faults, as old as the record, explain it as well?
-    let old = estimate::estimate(model, record, plain, Some((&begun.theta, begun.set)))?;
+    let old = estimate::near(model, record, plain, Some((&begun.theta, begun.set)), COMPARED)?;
     let better = 0.5 * (old.isolation.best.cost.min(first.isolation.best.cost) - cost) > worth;
     Ok(better.then_some(begun))
 }
@@ -72,9 +74,27 @@ fn begun(model: &Model, plain: &Drive, time: f64) -> Drive {
     plain.clone().with_onset(Onset { time, before })
 }
 
-/// The row from which on the explanation is better than the healthy rig, and by how many nats the healthy one is better
-/// before; `None` without faults or where the healthy rig cannot be simulated.
-fn parting(case: &Case<'_>, isolation: &Isolation) -> Option<(usize, f64)> {
+/// The row from which on the healthy rig misses the record, whatever explains it: where the running sum of its squared
+/// misfits less half their mean is least. `None` where it cannot be simulated, or never follows the record.
+fn left(case: &Case<'_>) -> Option<usize> {
+    let healthy = case.full.misfit(&case.mean).ok()?;
+    let rows = case.full.times.len();
+    let square = |row: usize| case.full.series().into_iter().map(|range| tame(healthy[range.start + row])).sum::<f64>();
+    let squares: Vec<f64> = (0..rows).map(square).collect();
+    let half = 0.5 * squares.iter().sum::<f64>() / rows as f64;
+    let (mut sum, mut least) = (0.0, (0, 0.0));
+    for (row, square) in squares.iter().enumerate() {
+        sum += square - half;
+        if sum < least.1 {
+            least = (row + 1, sum);
+        }
+    }
+    (0 < least.0 && least.0 < rows).then_some(least.0)
+}
+
+/// The row from which on the explanation is better than the healthy rig, if the healthy one is better before by more than
+/// `worth` nats; `None` without faults or where the healthy rig cannot be simulated.
+fn parting(case: &Case<'_>, isolation: &Isolation, worth: f64) -> Option<usize> {
     let mut theta = isolation.best.theta.clone();
     members(isolation.set()).for_each(|fault| theta[fault] = case.mean[fault]);
     if isolation.set() == 0 {
@@ -92,7 +112,7 @@ fn parting(case: &Case<'_>, isolation: &Isolation) -> Option<(usize, f64)> {
             least = (row + 1, sum);
         }
     }
-    (least.0 < rows).then_some((least.0, -least.1))
+    (least.0 < rows && -least.1 > worth).then_some(least.0)
 }
 
 /// The moment at which a beginning explains the record best, s: searched around `row` with the faults as they are.

@@ -36,7 +36,7 @@ impl Tolerance {
     pub const COARSE: Self = Self { relative: 1e-5, absolute: 1e-5 };
 
     /// For derivatives: a thousandth of a slope changes a step of a fit, not where it ends.
-    pub const SLOPES: Self = Self { relative: 1e-5, absolute: 1e-5 };
+    pub const SLOPES: Self = Self { relative: 1e-6, absolute: 1e-6 };
 }
 
 /// What the integrator spent.
