@@ -39,7 +39,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { rounds: 6 }
+        Self { rounds: 12 }
     }
 }
 
@@ -63,8 +63,8 @@ const ROBUST: f64 = 3.0;
 const FAR: f64 = 10.0;
 /// How far each of the fits before the first round may go, in standard deviations of the data sheet: the box widens slowly,
 /// because far steps over bent laws may end in another valley. They end when they change the cost by less than this share.
-const FIRST: [f64; 8] = [0.7, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0];
-const NEAR: f64 = 0.02;
+const FIRST: [f64; 10] = [0.7, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 5.0, 5.0];
+const NEAR: f64 = 0.002;
 /// Relative decrease of the cost that ends each fit, far below a rise of 1 in chi-square, and steps after which derivatives
 /// are better taken anew.
 const END: f64 = 1e-5;
