@@ -24,6 +24,7 @@ use crate::diagnosis::problem::{Estimated, RecordProblem};
 use crate::fit::{self, FitError, Loss, Tolerances};
 use crate::model::{Drive, Model, SimulationError};
 use crate::record::Record;
+use crate::residual::settling;
 use crate::rig::{Rig, Sensor, TOLERANCE};
 use joint::{Healthy, Joint, Solutions};
 use noise::Noise;
@@ -197,8 +198,24 @@ fn prior(rig: &Rig, open: &[Estimated]) -> Gaussian {
 
 /// Weights before anything has been fitted.
 fn rough(rig: &Rig, one: &Healthy<'_>) -> Weights {
-    let variance = variances(rig, one.record, &one.measured, true);
-    Weights::new(rig, &phases(rig, &one.drive, &one.record.time, &variance), &variance, &[])
+    let mut variance = variances(rig, one.record, &one.measured, true);
+    let phases = phases(rig, &one.drive, &one.record.time, &variance);
+    unsettled(rig, one, &mut variance);
+    Weights::new(rig, &phases, &variance, &[])
+}
+
+/// Takes the weight from the samples behind each jump of an input until the lags have settled. Small physics that the model
+/// left out is largest there, and thousands of precise samples would force it upon parameters that nothing else tells.
+fn unsettled(rig: &Rig, one: &Healthy<'_>, variance: &mut [Vec<f64>]) {
+    /// As good as no sample.
+    const NOTHING: f64 = 1e6;
+    let settling = settling(rig);
+    let time = &one.record.time;
+    for jump in one.drive.pieces.iter().filter(|piece| piece.jump) {
+        let from = time.partition_point(|&t| t <= jump.start);
+        let to = time.partition_point(|&t| t <= jump.start + settling);
+        variance.iter_mut().for_each(|sensor| sensor[from..to].iter_mut().for_each(|variance| *variance *= NOTHING));
+    }
 }
 
 /// What changes from round to round.
@@ -223,7 +240,9 @@ impl Rounds<'_> {
             let (times, open) = (&one.record.time, self.solutions.estimated.clone());
             let measured = one.measured.clone();
             let problem = RecordProblem::new(&model, &one.drive, times, measured, empty, open, Gaussian::none());
-            estimate::events(&problem, one.record, theta)
+            let mut events = estimate::events(&problem, one.record, theta)?;
+            unsettled(&self.rig, one, &mut events.variance);
+            Ok(events)
         });
         each.collect()
     }

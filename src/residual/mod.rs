@@ -38,6 +38,7 @@ mod view;
 pub use cusum::{Alarm, Direction, first_alarm, run_length, threshold};
 pub use detect::{Detection, Evaluated, PhaseMean, ResidualReport, detect};
 pub use find::generators;
+pub(crate) use frame::settling;
 pub use generator::{Gate, Generator, Series, Variant};
 pub use reading::{Reading, Source};
 pub use signature::{Sensitivity, Signature, signatures};
