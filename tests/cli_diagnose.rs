@@ -79,7 +79,10 @@ fn the_json_has_every_promised_key_with_its_type() {
 
     let faults = list(&diagnosis, "faults");
     let ids: Vec<&str> = faults.iter().filter_map(|fault| fault["id"].as_str()).collect();
-    assert_eq!(ids, ["cylinder.clearance", "flow_control.orifice_diameter", "directional_valve.opening"]);
+    let rig = borescope::rig::Rig::read(RIG).unwrap();
+    let all: Vec<&str> = rig.faults.iter().map(|fault| rig.parameters[fault.parameter].id.as_str()).collect();
+    assert_eq!(ids, all, "every fault of the rig, in its order");
+    assert_eq!(ids[..3], ["cylinder.clearance", "flow_control.orifice_diameter", "directional_valve.opening"]);
     for fault in faults {
         let keys =
             [("value", "n"), ("unit", "s"), ("healthy", "n"), ("ci95", "a"), ("present", "b"), ("identifiable", "bs")];

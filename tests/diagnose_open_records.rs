@@ -64,6 +64,9 @@ fn open_records() {
         if diagnosis.verdict != expected {
             wrong.push(format!("{name}: {:?} instead of {expected:?}", diagnosis.verdict));
         }
+        for fault in diagnosis.faults.iter().skip(truth.len()).filter(|fault| fault.present) {
+            wrong.push(format!("{name}: {} called present", fault.id));
+        }
         for (fault, truth) in diagnosis.faults.iter().zip(truth) {
             let [low, high] = fault.ci95;
             println!("{name:12}  {:29}  {truth:<6}  {:<9.5}  {low:.5?} to {high:.5?}", fault.id, fault.value);

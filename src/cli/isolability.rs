@@ -1,5 +1,5 @@
-//! `isolability`: which faults a rig and its sensors can tell apart: from the structure, and by the residuals at an operating
-//! point.
+//! `isolability`: which faults a rig and its sensors can tell apart: from the structure, and at an operating point by the
+//! residuals and by how well they could be sized.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::{Failure, Format, Status, signatures, write_json};
+use super::{Failure, Format, Status, expected, signatures, write_json};
 use crate::rig::Rig;
 use crate::structure::{Isolability, analyse, render};
 
@@ -19,6 +19,9 @@ pub struct Arguments {
     /// Take commands and loads of the operating point from this record; without it from the `[cycle]` of the rig file
     #[arg(long, value_name = "RECORD")]
     input: Option<PathBuf>,
+    /// Take this fault as present at the operating point, such as `cylinder.clearance=0.2mm`; may be repeated
+    #[arg(long, value_name = "FAULT=VALUE")]
+    with: Vec<String>,
     /// How the result is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -31,20 +34,32 @@ struct Page<'a> {
     #[serde(flatten)]
     structure: &'a Isolability,
     signatures: Option<Vec<signatures::Row>>,
+    expected: Option<expected::Numbers>,
 }
 
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
     let rig = Rig::read(&arguments.rig)?;
     let structure = analyse(&rig);
-    let signatures = signatures::rows(&rig, arguments.input.as_deref())?;
+    let point = signatures::operating_point(&rig, arguments.input.as_deref())?;
+    let (signatures, expected) = match &point {
+        Some((drive, record)) => {
+            let rows = signatures::rows(&rig, drive, record)?;
+            (Some(rows), Some(expected::numbers(&rig, drive, record, &arguments.with)?))
+        }
+        None => (None, None),
+    };
     match arguments.format {
         Format::Text => {
             out.write_all(render(&structure).as_bytes())?;
             out.write_all(signatures::render(&rig, signatures.as_deref()).as_bytes())?;
+            if let Some(numbers) = &expected {
+                out.write_all(expected::render(numbers).as_bytes())?;
+            }
         }
         Format::Json => {
             let rig = arguments.rig.display().to_string();
-            write_json(out, &Page { schema: "borescope.isolability/1", rig, structure: &structure, signatures })?;
+            let page = Page { schema: "borescope.isolability/1", rig, structure: &structure, signatures, expected };
+            write_json(out, &page)?;
         }
     }
     Ok(Status::Done)

@@ -7,6 +7,7 @@ mod calibrate;
 mod campaign;
 mod check;
 mod diagnose;
+mod expected;
 mod isolability;
 mod page;
 mod signatures;

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::simulate;
 use crate::complaint::{Complaint, Kind};
-use crate::model::{self, Model};
+use crate::model::{self, Drive, Model};
 use crate::record::Record;
 use crate::report::number::{self, difference_in_unit, in_unit, rounded};
 use crate::residual::{self, Detection, Sensitivity};
@@ -52,13 +52,11 @@ pub struct Answer {
     pub deviations: f64,
 }
 
-/// The matrix at the healthy readings that the model gives along a record's commands and loads, or along the cycle.
-///
-/// `None` where there is neither.
+/// The healthy rig along a record's commands and loads, or along the cycle; `None` where there is neither.
 ///
 /// # Errors
 /// An unreadable record, or one without the inputs; a healthy rig that cannot be simulated.
-pub fn rows(rig: &Rig, input: Option<&Path>) -> Result<Option<Vec<Row>>, Complaint> {
+pub fn operating_point(rig: &Rig, input: Option<&Path>) -> Result<Option<(Drive, Record)>, Complaint> {
     let source = input.map(Record::read).transpose()?;
     let (drive, times) = match simulate::drive(rig, source.as_ref()) {
         Ok(found) => found,
@@ -76,7 +74,15 @@ pub fn rows(rig: &Rig, input: Option<&Path>) -> Result<Option<Vec<Row>>, Complai
     })?;
     let inputs = model::input_columns(rig, &drive, &times);
     let record = model::recording(rig, "simulated", times, inputs, &outputs, None);
-    let matrix = residual::signatures(rig, &record, &drive, Detection::default().window)?;
+    Ok(Some((drive, record)))
+}
+
+/// The matrix at the healthy readings of an operating point.
+///
+/// # Errors
+/// Columns that are missing.
+pub fn rows(rig: &Rig, drive: &Drive, record: &Record) -> Result<Vec<Row>, Complaint> {
+    let matrix = residual::signatures(rig, record, drive, Detection::default().window)?;
     let row = |signature: residual::Signature| {
         let unit = &signature.generator.unit;
         let (own, others): (Vec<&Sensitivity>, Vec<&Sensitivity>) = signature
@@ -100,7 +106,7 @@ pub fn rows(rig: &Rig, input: Option<&Path>) -> Result<Option<Vec<Row>>, Complai
             sensors: list(others),
         }
     };
-    Ok(Some(matrix.into_iter().map(row).collect()))
+    Ok(matrix.into_iter().map(row).collect())
 }
 
 fn answer(rig: &Rig, answer: &Sensitivity, residual: &Unit, spread: f64) -> Answer {

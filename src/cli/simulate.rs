@@ -69,8 +69,8 @@ struct Column {
 }
 
 #[derive(Serialize)]
-struct Set {
-    id: String,
+pub(super) struct Set {
+    pub(super) id: String,
     value: f64,
     unit: String,
 }
@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let mut rig = Rig::read(&arguments.rig)?;
     let mut set = Vec::new();
     for text in &arguments.set {
-        set.push(set_parameter(&mut rig, text)?);
+        set.push(set_parameter(&mut rig, "--set", text)?);
     }
     check_capacities(&rig, &arguments.set)?;
     let source = arguments.input.as_deref().map(Record::read).transpose()?;
@@ -156,11 +156,11 @@ fn write_text(out: &mut dyn Write, summary: &Summary) -> std::io::Result<()> {
 }
 
 /// Gives the parameter of `component.parameter=value` its value.
-fn set_parameter(rig: &mut Rig, text: &str) -> Result<Set, Complaint> {
-    let complain = |kind, what: String| Complaint::new(kind, format!("`--set {text}`: {what}"));
+pub(super) fn set_parameter(rig: &mut Rig, option: &str, text: &str) -> Result<Set, Complaint> {
+    let complain = |kind, what: String| Complaint::new(kind, format!("`{option} {text}`: {what}"));
     let Some((id, value)) = text.split_once('=') else {
         return Err(complain(Kind::Syntax, "there is no `=`".to_owned())
-            .help("write PARAMETER=VALUE, such as `--set cylinder.clearance=0.2mm`"));
+            .help(format!("write PARAMETER=VALUE, such as `{option} cylinder.clearance=0.2mm`")));
     };
     let id = id.trim();
     let Some(index) = rig.parameter(id) else {
