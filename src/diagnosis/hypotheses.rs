@@ -18,8 +18,8 @@ use crate::model::SimulationError;
 
 /// Number of faults expected in a record before it is seen.
 const EXPECTED: f64 = 0.3;
-/// Most faults of a set that is weighed without being near the best one.
-const MOST_AT_ONCE: usize = 3;
+/// Most faults of a set: what more of them explain is as well explained by a wrong model.
+const MOST_OF_ALL: u32 = 5;
 /// Sets within this logarithm of the best, in the quadratic form, are fitted to the record.
 const IN_QUESTION: f64 = 5.0;
 /// Most sets that are fitted in each round.
@@ -222,6 +222,51 @@ const PROBES: [f64; 2] = [0.08, 0.35];
 /// A change of the misfits that the form misses by more than this share, squared, is one that it does not see.
 const UNSEEN: f64 = 0.1;
 
+/// Levels at which a single fault is tried in place of several, as shares of the way to a bound.
+const SINGLES: [f64; 4] = [0.1, 0.25, 0.45, 0.7];
+/// Single faults that are fitted in place of several.
+const MOST_SINGLES: usize = 2;
+
+/// A single fault of a component that explains the record better than the several of the best set: a law that bends may
+/// look, from the healthy rig, like two others that do not.
+pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
+    let (set, point) = (isolation.set(), &isolation.best);
+    if set.count_ones() < 2 {
+        return None;
+    }
+    let mut screened: Vec<(f64, usize, Vec<f64>)> = Vec::new();
+    for fault in (0..case.faults()).filter(|&fault| !case.is_of_sensor(fault)) {
+        let (low, high) = case.rig().faults[fault].bounds;
+        let tried = [low, high].into_iter().flat_map(|bound| SINGLES.map(|share| (bound, share)));
+        let best = tried.filter_map(|(bound, share)| {
+            let mut theta = point.theta.clone();
+            theta[..case.faults()].copy_from_slice(&case.mean[..case.faults()]);
+            theta[fault] += share * (bound - theta[fault]);
+            (theta[fault] != case.mean[fault]).then_some(())?;
+            let cost = 2.0 * ROBUST.cost(&case.full.misfit(&theta).ok()?);
+            Some((cost, fault, theta))
+        });
+        screened.extend(best.min_by(|a, b| a.0.total_cmp(&b.0)));
+    }
+    screened.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let odds = prior_odds(case.faults());
+    for (_, fault, mut theta) in screened.into_iter().take(MOST_SINGLES) {
+        let single = 1 << fault;
+        for _ in 0..STEPS {
+            let near = Quadratic::at(case, &theta).ok()?;
+            let Some(fit) = descend(case, &near, single, &[], &theta, STEPS, ROUGH) else { break };
+            let colour = colour(single, set, &isolation.inflation);
+            let priced = near.reduced(case).occam(single, 1.0) - isolation.reduced.occam(set, 1.0);
+            let fewer = odds * (1.0 - f64::from(set.count_ones()));
+            if -0.5 * (fit.cost - fit.promised - point.cost) / colour + priced + fewer > 0.0 {
+                return Some((single, fit));
+            }
+            theta = fit.theta;
+        }
+    }
+    None
+}
+
 /// A better set than the best so far, with one fault more, that its quadratic form does not promise.
 pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
     let odds = prior_odds(case.faults());
@@ -325,7 +370,7 @@ pub(super) fn candidates(faults: usize, centre: Set) -> Vec<Set> {
             sets.extend([centre ^ (1 << a), centre ^ (1 << a) ^ (1 << b)]);
         }
     }
-    debug_assert!(sets.iter().all(|set| set.count_ones() as usize <= MOST_AT_ONCE + 2 + centre.count_ones() as usize));
+    sets.retain(|set| set.count_ones() <= MOST_OF_ALL);
     sets.sort_unstable();
     sets.dedup();
     sets
