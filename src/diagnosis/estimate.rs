@@ -18,7 +18,7 @@ const LEVELS: [f64; 3] = [0.2, 0.5, 0.75];
 /// The same for each of a pair.
 const PAIRED: [f64; 1] = [0.45];
 /// How many of them are fitted from.
-const FITTED: usize = 5;
+const FITTED: usize = 3;
 /// Share to which the pressures at the start are known.
 const START: f64 = 0.01;
 /// Cost per sample from which on a start is taken to have missed; noise alone costs 1/2.
@@ -183,14 +183,15 @@ fn settle(case: &mut Case<'_>, guess: &[f64], set: Set, most_rounds: u64) -> Res
     Ok(isolation)
 }
 
-/// The problem of some faults alone.
-fn alone<'a>(case: &Case<'a>, model: &'a Model, faults: &[usize]) -> RecordProblem<'a> {
+/// The problem of the components' faults alone, solved coarsely.
+fn coarse<'a>(case: &Case<'a>, model: &'a Model) -> (RecordProblem<'a>, Vec<usize>) {
+    let of_component: Vec<usize> = (0..case.faults()).filter(|&fault| !case.is_of_sensor(fault)).collect();
     let full = &case.full;
-    let estimated = faults.iter().map(|&fault| full.estimated[fault].clone()).collect();
+    let estimated = of_component.iter().map(|&fault| full.estimated[fault].clone()).collect();
     let (measured, weights) = (full.measured.clone(), full.weights.clone());
-    let mut alone = RecordProblem::new(model, full.drive, full.times, measured, weights, estimated, Gaussian::none());
-    alone.base.clone_from(&full.base);
-    alone
+    let mut coarse = RecordProblem::new(model, full.drive, full.times, measured, weights, estimated, Gaussian::none());
+    coarse.base.clone_from(&full.base);
+    (coarse, of_component)
 }
 
 /// A model that is solved as coarsely as a first search allows.
@@ -200,40 +201,27 @@ fn coarsely(model: &Model) -> Model {
     model
 }
 
-/// A place to start from: values of a few faults, SI.
-type Spot = Vec<(usize, f64)>;
-
-/// Few faults of components at a time, those that explain the record best first.
-fn sparsest(case: &Case<'_>) -> Vec<Spot> {
+/// Few faults of components at a time, those that explain the record best first: `[place][fault of a component]`, SI.
+fn sparsest(case: &Case<'_>) -> Vec<Vec<f64>> {
     let model = coarsely(case.full.model);
-    let of_component: Vec<usize> = (0..case.faults()).filter(|&fault| !case.is_of_sensor(fault)).collect();
-    let coarse = alone(case, &model, &of_component);
+    let (coarse, of_component) = coarse(case, &model);
     let healthy: Vec<f64> = of_component.iter().map(|&fault| case.mean[fault]).collect();
     let mut screened: Vec<(f64, Vec<f64>)> = sparse(&healthy, coarse.bounds())
         .into_iter()
         .filter_map(|theta| Some((FAR.cost(&coarse.misfit(&theta).ok()?), theta)))
         .collect();
     screened.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let active = |theta: Vec<f64>| {
-        let all = of_component.iter().zip(theta).zip(&healthy);
-        all.filter(|((_, at), healthy)| at != *healthy).map(|((&fault, at), _)| (fault, at)).collect()
-    };
-    screened.into_iter().map(|(_, theta)| active(theta)).collect()
+    screened.into_iter().map(|(_, theta)| theta).collect()
 }
 
-/// Where the faults of a place alone come from there: all estimated parameters, SI. The others stay healthy: what they
-/// would explain by bending, sensors may explain straight.
-fn neighbourhood(case: &Case<'_>, place: &Spot) -> Result<Vec<f64>, FitError> {
-    let mut theta = case.mean.clone();
-    if place.is_empty() {
-        return Ok(theta);
-    }
+/// Where the faults of components alone come from a place: all estimated parameters, SI.
+fn neighbourhood(case: &Case<'_>, place: &[f64]) -> Result<Vec<f64>, FitError> {
     let model = coarsely(case.full.model);
-    let faults: Vec<usize> = place.iter().map(|(fault, _)| *fault).collect();
-    let start: Vec<f64> = place.iter().map(|(_, at)| *at).collect();
+    let (coarse, of_component) = coarse(case, &model);
     let tolerances = Tolerances { function: NEIGHBOURHOOD, max_iterations: FIRST_ITERATIONS, ..Tolerances::default() };
-    let found = fit::fit(&alone(case, &model, &faults), &start, FAR, tolerances)?;
-    for (&fault, value) in faults.iter().zip(&found.theta) {
+    let found = fit::fit(&coarse, place, FAR, tolerances)?;
+    let mut theta = case.mean.clone();
+    for (&fault, value) in of_component.iter().zip(&found.theta) {
         theta[fault] = *value;
     }
     Ok(theta)
