@@ -1,6 +1,6 @@
 //! Everything that stays the same while sets of faults are tried on a record.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::noise::Weights;
 use super::prior::Gaussian;
@@ -111,27 +111,27 @@ impl<'a> Case<'a> {
         high - low
     }
 
-    /// The problem with only the faults of `set` free (and what is uncertain), and the places of its parameters among all.
-    pub fn problem(&self, set: Set) -> (RecordProblem<'a>, Vec<usize>) {
-        let places: Vec<usize> = (0..self.count()).filter(|&index| !self.is_held(set, index)).collect();
-        let mut prior = self.prior(set);
-        for member in &mut prior.members {
-            // Members are uncertain, so never held.
-            *member = places.iter().position(|place| place == member).unwrap_or_default();
+    /// Parameters that are free while the faults of `set` are present.
+    pub fn free(&self, set: Set) -> Vec<usize> {
+        (0..self.count()).filter(|&index| !self.is_held(set, index)).collect()
+    }
+
+    /// What the prior adds to the information on all estimated parameters while the faults of `set` are present, per `scale`.
+    pub fn precision(&self, set: Set, scale: &[f64]) -> DMatrix<f64> {
+        let prior = self.prior(set);
+        let known = prior.precision();
+        let mut precision = DMatrix::zeros(self.count(), self.count());
+        for (a, &i) in prior.members.iter().enumerate() {
+            for (b, &j) in prior.members.iter().enumerate() {
+                precision[(i, j)] = known[(a, b)] * scale[i] * scale[j];
+            }
         }
-        let full = &self.full;
-        let estimated = places.iter().map(|&place| full.estimated[place].clone()).collect();
-        let mut problem = RecordProblem::new(
-            full.model,
-            full.drive,
-            full.times,
-            full.measured.clone(),
-            full.weights.clone(),
-            estimated,
-            prior,
-        );
-        problem.base.clone_from(&full.base);
-        (problem, places)
+        precision
+    }
+
+    /// How far values of all estimated parameters are from what is expected of them, in scales.
+    pub fn away(&self, theta: &[f64], scale: &[f64]) -> DVector<f64> {
+        DVector::from_fn(self.count(), |index, _| (theta[index] - self.mean[index]) / scale[index])
     }
 }
 

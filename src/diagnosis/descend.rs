@@ -1,6 +1,6 @@
 //! The best fit of one set of faults: steps along a Jacobian from nearby, with fresh misfits.
 //!
-//! A simulation is twenty times cheaper than one with sensitivities to everything, so a step takes its curvature from the
+//! A simulation is an order of magnitude cheaper than one with sensitivities to everything, so a step takes its curvature from the
 //! nearest [`Quadratic`] and only its gradient's misfits from here (simplified Gauss-Newton; Deuflhard, *Newton Methods for
 //! Nonlinear Problems*, section 4.3).
 
@@ -42,7 +42,6 @@ pub fn descend(
     steps: usize,
     enough: f64,
 ) -> Option<Point> {
-    let prior = case.prior(set);
     let fixed = |index: usize| case.is_held(set, index) || held.iter().any(|(other, _)| *other == index);
     let free: Vec<usize> = (0..case.count()).filter(|&index| !fixed(index)).collect();
     let mut theta = start.to_vec();
@@ -53,24 +52,12 @@ pub fn descend(
     for &(index, value) in held {
         theta[index] = value;
     }
-    let precision = prior.precision();
-    let mut full = DMatrix::zeros(case.count(), case.count());
-    for (a, &i) in prior.members.iter().enumerate() {
-        for (b, &j) in prior.members.iter().enumerate() {
-            full[(i, j)] = precision[(a, b)] * near.scale[i] * near.scale[j];
-        }
-    }
-    let away = |theta: &[f64]| DVector::from_fn(case.count(), |i, _| (theta[i] - case.mean[i]) / near.scale[i]);
+    let precision = case.precision(set, &near.scale);
     let total = |misfit: &[f64], theta: &[f64]| {
-        let away = away(theta);
-        2.0 * ROBUST.cost(misfit) + away.dot(&(&full * &away))
+        let away = case.away(theta, &near.scale);
+        2.0 * ROBUST.cost(misfit) + away.dot(&(&precision * &away))
     };
-    let hessian = DMatrix::from_fn(free.len(), free.len(), |a, b| {
-        let (i, j) = (free[a], free[b]);
-        let curvature = near.matrix()[(i, j)] + full[(i, j)];
-        // Keeps a direction without influence where it is.
-        if a == b { curvature * (1.0 + 1e-12) + 1e-9 } else { curvature }
-    });
+    let hessian = near.information(&precision, &free);
     let misfit = case.full.misfit(&theta).ok()?;
     let cost = total(&misfit, &theta);
     let mut here = Point { theta, misfit, cost, promised: 0.0 };
@@ -78,7 +65,7 @@ pub fn descend(
         return None;
     }
     for taken in 0..=steps {
-        let gradient = near.gradient(&here.misfit) + &full * away(&here.theta);
+        let gradient = near.gradient(&here.misfit) + &precision * case.away(&here.theta, &near.scale);
         let slope = DVector::from_fn(free.len(), |a, _| gradient[free[a]]);
         let room: Vec<(f64, f64)> = free
             .iter()

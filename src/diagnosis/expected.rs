@@ -8,7 +8,7 @@
 use super::case::{Case, Set, has, members};
 use super::estimate::weights;
 use super::hypotheses::{candidates, prior_odds};
-use super::noise::{self, Weights};
+use super::noise::Weights;
 use super::quadratic::{Quadratic, Reduced};
 use crate::model::{Drive, Model, SimulationError};
 use crate::record::Record;
@@ -61,10 +61,7 @@ pub fn expected(
     }
     let outputs = model.simulate(&parameters, drive, &record.time)?.values;
     let data: Vec<&[f64]> = outputs.iter().map(Vec::as_slice).collect();
-    let variance = noise::variances(rig, record, &data, false);
-    let phases = noise::phases(rig, drive, &record.time, &variance);
-    let rough = Weights::new(rig, &phases, &variance, &[]);
-    let mut case = Case::new(model, record, drive, data, rough);
+    let mut case = Case::new(model, record, drive, data, Weights::new(rig, &[], &[], &[]));
     let mut theta = case.mean.clone();
     for &(fault, value) in faults {
         theta[fault] = value;

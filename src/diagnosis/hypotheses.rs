@@ -7,7 +7,6 @@
 
 use std::fmt;
 
-use nalgebra::DVector;
 use serde::Serialize;
 
 use super::case::{Case, ROBUST, Set, has, members};
@@ -308,55 +307,11 @@ fn colour(set: Set, centre: Set, inflation: &[f64]) -> f64 {
 fn inflations(case: &Case<'_>, quadratic: &Quadratic, set: Set) -> Vec<f64> {
     (0..case.faults())
         .map(|fault| {
-            direction(case, quadratic, set | 1 << fault, fault)
+            quadratic
+                .direction(case, set | 1 << fault, fault)
                 .map_or(1.0, |direction| quadratic.inflation(&direction, &case.full.series()))
         })
         .collect()
-}
-
-/// How all parameters move, in scales, with the gradient of one fault: a column of [`inverse`].
-pub(super) fn direction(case: &Case<'_>, quadratic: &Quadratic, set: Set, fault: usize) -> Option<DVector<f64>> {
-    let (inner, free) = information(case, quadratic, set);
-    let mut unit = DVector::zeros(free.len());
-    unit[free.iter().position(|&index| index == fault)?] = 1.0;
-    let solved = nalgebra::Cholesky::new(inner)?.solve(&unit);
-    let mut direction = DVector::zeros(case.count());
-    for (a, &index) in free.iter().enumerate() {
-        direction[index] = solved[a];
-    }
-    Some(direction)
-}
-
-/// Covariance of all parameters while the faults of `set` are present, in scales; zero for those that are held.
-pub(super) fn inverse(case: &Case<'_>, quadratic: &Quadratic, set: Set) -> Option<nalgebra::DMatrix<f64>> {
-    let (inner, free) = information(case, quadratic, set);
-    let solved = nalgebra::Cholesky::new(inner)?.inverse();
-    let mut inverse = nalgebra::DMatrix::zeros(case.count(), case.count());
-    for (a, &i) in free.iter().enumerate() {
-        for (b, &j) in free.iter().enumerate() {
-            inverse[(i, j)] = solved[(a, b)];
-        }
-    }
-    Some(inverse)
-}
-
-/// What record and prior say while the faults of `set` are present, per scales, and which parameters are free then.
-fn information(case: &Case<'_>, quadratic: &Quadratic, set: Set) -> (nalgebra::DMatrix<f64>, Vec<usize>) {
-    let prior = case.prior(set);
-    let free: Vec<usize> = (0..case.count()).filter(|&index| !case.is_held(set, index)).collect();
-    let precision = prior.precision();
-    let mut inner = nalgebra::DMatrix::from_fn(free.len(), free.len(), |a, b| quadratic.matrix()[(free[a], free[b])]);
-    let place = |index: usize| free.iter().position(|&other| other == index);
-    for (a, &i) in prior.members.iter().enumerate() {
-        for (b, &j) in prior.members.iter().enumerate() {
-            let (Some(row), Some(column)) = (place(i), place(j)) else { continue };
-            inner[(row, column)] += precision[(a, b)] * quadratic.scale[i] * quadratic.scale[j];
-        }
-    }
-    for k in 0..free.len() {
-        inner[(k, k)] = inner[(k, k)] * (1.0 + 1e-12) + 1e-9;
-    }
-    (inner, free)
 }
 
 /// Sets to be weighed: those of up to three faults, and those within two exchanges of the best one.

@@ -9,7 +9,7 @@ use nalgebra::DVector;
 
 use super::case::{Case, Set, members};
 use super::descend::{EXACT, Point, descend};
-use super::hypotheses::{Isolation, direction};
+use super::hypotheses::Isolation;
 use super::quadratic::Quadratic;
 use crate::fit::End;
 
@@ -120,7 +120,7 @@ fn interval(case: &Case<'_>, isolation: &Isolation, fault: usize) -> Option<Inte
     }
     let Base { best, form } = Base::new(case, isolation, set)?;
     let near = form.as_ref().unwrap_or(&isolation.quadratic);
-    let along = direction(case, near, set, fault)?;
+    let along = near.direction(case, set, fault)?;
     let colour = near.inflation(&along, &case.full.series());
     let threshold = RISE * colour;
     let sigma = (along[fault] * colour).sqrt() * near.scale[fault];
@@ -139,18 +139,11 @@ fn interval(case: &Case<'_>, isolation: &Isolation, fault: usize) -> Option<Inte
 /// The interval of an offset or a gain: readings follow it in a straight line, so the quadratic form is the profile.
 fn straight(case: &Case<'_>, isolation: &Isolation, set: Set, fault: usize) -> Option<Interval> {
     let (near, best) = (&isolation.quadratic, &isolation.best);
-    let along = direction(case, near, set, fault)?;
+    let along = near.direction(case, set, fault)?;
     let colour = near.inflation(&along, &case.full.series());
     let sigma = (along[fault] * colour).sqrt() * near.scale[fault];
     // One step along the form from the best of all sets: where this fault is not in it, it stands at its healthy value.
-    let slope = near.gradient(&best.misfit);
-    let prior = case.prior(set);
-    let mut pull = slope;
-    let away = prior.members.iter().zip(&prior.mean).map(|(&member, mean)| best.theta[member] - mean);
-    let pulled = prior.precision() * DVector::from_iterator(prior.len(), away);
-    for (place, &member) in prior.members.iter().enumerate() {
-        pull[member] += pulled[place] * near.scale[member];
-    }
+    let pull = near.gradient(&best.misfit) + case.precision(set, &near.scale) * case.away(&best.theta, &near.scale);
     let step = -along.dot(&pull) * near.scale[fault];
     let (low, high) = case.rig().faults[fault].bounds;
     let value = (best.theta[fault] + step).clamp(low, high);

@@ -167,9 +167,10 @@ fn parted_at(estimate: &Estimate<'_>, healthy: &[Vec<f64>], misfit: &[Vec<f64>],
     let between = detection.hours_between_false_alarms * 3600.0 * rows as f64 / span;
     let mut sum = 0.0_f64;
     let alarm = (0..rows).find(|&row| {
-        let tame = |r: f64| 0.5 * r.abs().min(WILD).powi(2);
-        let gain: f64 =
-            misfit.iter().enumerate().map(|(k, fitted)| tame(column[k * rows + row]) - tame(fitted[row])).sum();
+        let gain = |(k, fitted): (usize, &Vec<f64>)| {
+            0.5 * (summary::tame(column[k * rows + row]) - summary::tame(fitted[row]))
+        };
+        let gain: f64 = misfit.iter().enumerate().map(gain).sum();
         sum = (sum + gain).max(0.0);
         sum > between.ln()
     })?;

@@ -79,17 +79,12 @@ fn begun(model: &Model, plain: &Drive, time: f64) -> Drive {
 fn left(case: &Case<'_>) -> Option<usize> {
     let healthy = case.full.misfit(&case.mean).ok()?;
     let rows = case.full.times.len();
-    let square = |row: usize| case.full.series().into_iter().map(|range| tame(healthy[range.start + row])).sum::<f64>();
+    let series = case.full.series();
+    let square = |row: usize| series.iter().map(|range| tame(healthy[range.start + row])).sum::<f64>();
     let squares: Vec<f64> = (0..rows).map(square).collect();
     let half = 0.5 * squares.iter().sum::<f64>() / rows as f64;
-    let (mut sum, mut least) = (0.0, (0, 0.0));
-    for (row, square) in squares.iter().enumerate() {
-        sum += square - half;
-        if sum < least.1 {
-            least = (row + 1, sum);
-        }
-    }
-    (0 < least.0 && least.0 < rows).then_some(least.0)
+    let (row, _) = least(squares.iter().map(|square| square - half));
+    (0 < row && row < rows).then_some(row)
 }
 
 /// The row from which on the explanation is better than the healthy rig, if the healthy one is better before by more than
@@ -102,17 +97,22 @@ fn parting(case: &Case<'_>, isolation: &Isolation, worth: f64) -> Option<usize> 
     }
     let healthy = case.full.misfit(&theta).ok()?;
     let rows = case.full.times.len();
+    let series = case.full.series();
+    let gain = |at: usize| 0.5 * (tame(healthy[at]) - tame(isolation.best.misfit[at]));
+    let (row, sum) = least((0..rows).map(|row| series.iter().map(|range| gain(range.start + row)).sum()));
+    (row < rows && -sum > worth).then_some(row)
+}
+
+/// Where the running sum is least, as the number of values summed, and the sum there.
+fn least(values: impl Iterator<Item = f64>) -> (usize, f64) {
     let (mut sum, mut least) = (0.0, (0, 0.0));
-    for row in 0..rows {
-        for range in case.full.series() {
-            let at = range.start + row;
-            sum += 0.5 * (tame(healthy[at]) - tame(isolation.best.misfit[at]));
-        }
+    for (row, value) in values.enumerate() {
+        sum += value;
         if sum < least.1 {
             least = (row + 1, sum);
         }
     }
-    (least.0 < rows && -least.1 > worth).then_some(least.0)
+    least
 }
 
 /// The moment at which a beginning explains the record best, s: searched around `row` with the faults as they are.

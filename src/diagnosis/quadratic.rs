@@ -63,8 +63,40 @@ impl Quadratic {
         Ok(Self { theta: theta.to_vec(), misfit, scale, jacobian, matrix })
     }
 
-    pub fn matrix(&self) -> &DMatrix<f64> {
-        &self.matrix
+    /// What record and prior (its `precision` per scales) say of the `free` parameters, per scales.
+    pub fn information(&self, precision: &DMatrix<f64>, free: &[usize]) -> DMatrix<f64> {
+        DMatrix::from_fn(free.len(), free.len(), |a, b| {
+            let information = self.matrix[(free[a], free[b])] + precision[(free[a], free[b])];
+            // Keeps a direction without influence where it is.
+            if a == b { information * (1.0 + 1e-12) + 1e-9 } else { information }
+        })
+    }
+
+    /// How all parameters move, in scales, with the gradient of one fault while those of `set` are present: a column of
+    /// [`Quadratic::inverse`].
+    pub fn direction(&self, case: &Case<'_>, set: Set, fault: usize) -> Option<DVector<f64>> {
+        let free = case.free(set);
+        let mut unit = DVector::zeros(free.len());
+        unit[free.iter().position(|&index| index == fault)?] = 1.0;
+        let solved = Cholesky::new(self.information(&case.precision(set, &self.scale), &free))?.solve(&unit);
+        let mut direction = DVector::zeros(case.count());
+        for (a, &index) in free.iter().enumerate() {
+            direction[index] = solved[a];
+        }
+        Some(direction)
+    }
+
+    /// Covariance of all parameters while the faults of `set` are present, in scales; zero for those that are held.
+    pub fn inverse(&self, case: &Case<'_>, set: Set) -> Option<DMatrix<f64>> {
+        let free = case.free(set);
+        let solved = Cholesky::new(self.information(&case.precision(set, &self.scale), &free))?.inverse();
+        let mut inverse = DMatrix::zeros(case.count(), case.count());
+        for (a, &i) in free.iter().enumerate() {
+            for (b, &j) in free.iter().enumerate() {
+                inverse[(i, j)] = solved[(a, b)];
+            }
+        }
+        Some(inverse)
     }
 
     /// Half the derivative of `2 F` by the parameters in units of their scales, at other misfits, by the Jacobian from here.
@@ -106,21 +138,16 @@ impl Quadratic {
     /// The form over the faults with everything uncertain left to follow.
     pub fn reduced(&self, case: &Case<'_>) -> Reduced {
         let count = case.faults();
-        let prior = case.healthy_prior();
-        let mut precision = prior.precision();
-        for a in 0..prior.len() {
-            for b in 0..prior.len() {
-                precision[(a, b)] *= self.scale[prior.members[a]] * self.scale[prior.members[b]];
-            }
-        }
+        let precision = case.precision(0, &self.scale);
         // From here to the healthy rig.
-        let back =
-            DVector::from_fn(case.count(), |index, _| (case.mean[index] - self.theta[index]) / self.scale[index]);
+        let back = -case.away(&self.theta, &self.scale);
         let here = self.gradient(&self.misfit);
         let gradient = &here + &self.matrix * &back;
         let constant = 2.0 * ROBUST.cost(&self.misfit) + 2.0 * here.dot(&back) + back.dot(&(&self.matrix * &back));
-        let known = &prior.members;
-        let inner = DMatrix::from_fn(known.len(), known.len(), |a, b| self.matrix[(known[a], known[b])]) + precision;
+        let known = &case.known;
+        let inner = DMatrix::from_fn(known.len(), known.len(), |a, b| {
+            self.matrix[(known[a], known[b])] + precision[(known[a], known[b])]
+        });
         let across = DMatrix::from_fn(known.len(), count, |a, fault| self.matrix[(known[a], fault)]);
         let own = DVector::from_fn(known.len(), |a, _| gradient[known[a]]);
         let direct = self.matrix.view((0, 0), (count, count)).into_owned();

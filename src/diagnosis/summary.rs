@@ -1,7 +1,6 @@
 //! From an explanation to what is reported of each fault, sensor and uncertain parameter.
 
 use super::estimate::Estimate;
-use super::hypotheses::inverse;
 use super::interval::{Interval, QUANTILE, Side};
 use super::result::{ChannelReport, FaultReport, UncertainReport};
 use super::{ADEQUATE, DIGITS, PRESENT, WILD};
@@ -134,7 +133,7 @@ pub(super) fn uncertain(estimate: &Estimate<'_>) -> Vec<UncertainReport> {
     let (case, isolation) = (&estimate.case, &estimate.isolation);
     let rig = case.rig();
     let prior = case.healthy_prior();
-    let inverse = inverse(case, &isolation.quadratic, isolation.set());
+    let inverse = isolation.quadratic.inverse(case, isolation.set());
     (case.faults()..case.count())
         .filter_map(|index| {
             let parameter = &rig.parameters[case.full.estimated[index].parameter];
