@@ -19,19 +19,23 @@ pub struct Point {
     pub misfit: Vec<f64>,
     /// `2 F` of record and prior.
     pub cost: f64,
-    /// Decrease of the cost that the next step promises.
+    /// Decrease of the cost that the next step promises, as far as the last one kept its promise.
     pub promised: f64,
+    /// Damping (Levenberg and Marquardt) with which the last step was taken.
+    pub damping: f64,
 }
 
 /// A promise of less is not worth a step towards a value that is reported.
 pub const EXACT: f64 = 0.02;
 /// Nor, where sets of faults are compared, one of less than this: the promise itself is counted.
 pub const ROUGH: f64 = 0.5;
-/// Halvings of a step that does not pay.
-const HALVINGS: usize = 3;
+/// Damping of the first step after one that did not pay, and the factor to the next.
+const DAMPING: (f64, f64) = (0.1, 10.0);
+/// Damping beyond which no step is tried: it would be as short as the noise of the integration.
+const MOST_DAMPING: f64 = 1e3;
 
-/// Walks from `start` to the best fit of `set` with each `(parameter, value)` of `held` fixed, in at most `steps` steps, until
-/// the next promises less than `enough`.
+/// Walks from `start` to the best fit of `set` with each `(parameter, value)` of `held` fixed, from this `damping`,
+/// in at most `steps` steps, until the next promises less than `enough`.
 /// `None` where the model cannot be solved at the start.
 pub fn descend(
     case: &Case<'_>,
@@ -39,8 +43,8 @@ pub fn descend(
     set: Set,
     held: &[(usize, f64)],
     start: &[f64],
-    steps: usize,
-    enough: f64,
+    damping: f64,
+    (steps, enough): (usize, f64),
 ) -> Option<Point> {
     let fixed = |index: usize| case.is_held(set, index) || held.iter().any(|(other, _)| *other == index);
     let free: Vec<usize> = (0..case.count()).filter(|&index| !fixed(index)).collect();
@@ -60,11 +64,13 @@ pub fn descend(
     let hessian = near.information(&precision, &free);
     let misfit = case.full.misfit(&theta).ok()?;
     let cost = total(&misfit, &theta);
-    let mut here = Point { theta, misfit, cost, promised: 0.0 };
+    let mut here = Point { theta, misfit, cost, promised: 0.0, damping };
     if !cost.is_finite() {
         return None;
     }
-    for taken in 0..=steps {
+    let mut kept = 1.0;
+    let mut taken = 0;
+    loop {
         let gradient = near.gradient(&here.misfit) + &precision * case.away(&here.theta, &near.scale);
         let slope = DVector::from_fn(free.len(), |a, _| gradient[free[a]]);
         let room: Vec<(f64, f64)> = free
@@ -74,34 +80,37 @@ pub fn descend(
                 ((low - here.theta[i]) / near.scale[i], (high - here.theta[i]) / near.scale[i])
             })
             .collect();
-        let step = bounded_step(&hessian, &slope, &room)?;
-        here.promised = -2.0 * slope.dot(&step) - step.dot(&(&hessian * &step));
-        if here.promised < enough || taken == steps {
-            break;
-        }
-        let mut share = 1.0;
-        let mut moved = false;
-        for _ in 0..=HALVINGS {
+        // Weakly determined directions move the furthest and bend the most: damping holds them back, not the others.
+        let moved = loop {
+            let mut damped = hessian.clone();
+            for i in 0..free.len() {
+                damped[(i, i)] *= 1.0 + here.damping;
+            }
+            let step = bounded_step(&damped, &slope, &room)?;
+            let promised = -2.0 * slope.dot(&step) - step.dot(&(&hessian * &step));
+            here.promised = promised * kept;
+            if promised < enough || taken == steps {
+                return Some(here);
+            }
             let mut theta = here.theta.clone();
             for (a, &i) in free.iter().enumerate() {
                 let (low, high) = case.full.bounds()[i];
-                theta[i] = (theta[i] + share * step[a] * near.scale[i]).clamp(low, high);
+                theta[i] = (theta[i] + step[a] * near.scale[i]).clamp(low, high);
             }
-            if let Ok(misfit) = case.full.misfit(&theta) {
-                let cost = total(&misfit, &theta);
-                if cost < here.cost {
-                    here = Point { theta, misfit, cost, promised: here.promised };
-                    moved = true;
-                    break;
-                }
+            let better = case.full.misfit(&theta).ok().map(|misfit| (total(&misfit, &theta), misfit));
+            if let Some((cost, misfit)) = better.filter(|(cost, _)| *cost < here.cost) {
+                kept = ((here.cost - cost) / promised).clamp(0.0, 1.0);
+                let damping = if here.damping > DAMPING.0 { here.damping / DAMPING.1 } else { 0.0 };
+                break Point { theta, misfit, cost, promised, damping };
             }
-            share *= 0.3;
-        }
-        if !moved {
-            break;
-        }
+            here.damping = (here.damping * DAMPING.1).max(DAMPING.0);
+            if here.damping > MOST_DAMPING {
+                return Some(Point { promised: 0.0, damping: 0.0, ..here });
+            }
+        };
+        here = moved;
+        taken += 1;
     }
-    Some(here)
 }
 
 /// The step to the minimum of a quadratic form inside a box.

@@ -3,35 +3,25 @@
 use super::case::{Case, Set, members};
 use super::hypotheses::{Isolation, MOST_ROUNDS, isolate, simpler, unseen};
 use super::noise::{self, Weights};
-use super::prior::Gaussian;
 use super::problem::RecordProblem;
+use super::search;
 use crate::complaint::{Complaint, Kind, Place};
-use crate::fit::{self, FitError, Loss, Problem, Tolerances};
-use crate::model::{Drive, Model, SimulationError, Tolerance};
+use crate::fit::FitError;
+use crate::model::{Drive, Model, SimulationError};
 use crate::record::Record;
 use crate::rig::{InitialPressure, NodeKind, Quantity, Target};
 
-/// Width of the loss while the faults are still far off: large misfits keep pulling, but not with their square.
-const FAR: Loss = Loss::SoftL1 { k: 10.0 };
-/// Shares of the way to a bound at which single faults are simulated before any is fitted.
-const LEVELS: [f64; 3] = [0.2, 0.5, 0.75];
-/// The same for each of a pair.
-const PAIRED: [f64; 1] = [0.45];
-/// How many of them are fitted from.
-const FITTED: usize = 3;
 /// Share to which the pressures at the start are known.
 const START: f64 = 0.01;
 /// Cost per sample from which on a start is taken to have missed; noise alone costs 1/2.
 const POOR: f64 = 1.0;
-/// Relative decrease of the cost that ends the search for the neighbourhood.
-const NEIGHBOURHOOD: f64 = 1e-3;
-/// Iterations after which a start that has not found a neighbourhood is given up.
-const FIRST_ITERATIONS: u64 = 25;
 /// Most rounds of isolation and renewed weights. Weights hang on the fit only through when things happen, so two are
 /// enough unless the start was far.
 const MOST_RENEWALS: usize = 3;
 /// Rounds of isolation from the healthy rig: what it takes where the faults are small or those of sensors.
 pub const FROM_HEALTHY: u64 = 2;
+/// A round that leaves this share of a cost that is far too large is the last.
+const STUCK: f64 = 0.5;
 /// Standard errors by which no fault moves any more when the rounds end.
 const SETTLED: f64 = 0.3;
 
@@ -88,8 +78,13 @@ pub fn near<'a>(
     case.full.measured = data;
     let healthy = case.mean.clone();
     let (start, set) = guess.unwrap_or((&healthy[..], 0));
-    let isolation = settle(&mut case, start, set, rounds)
-        .map_err(|error| failed(model, record, &FitError::Start { source: error.into() }))?;
+    let mut settled = || {
+        if guess.is_some() {
+            case.full.weights = weights(&case.full, record, start)?;
+        }
+        settle(&mut case, start, set, rounds)
+    };
+    let isolation = settled().map_err(|error| failed(model, record, &FitError::Start { source: error.into() }))?;
     Ok(Estimate { case, isolation })
 }
 
@@ -101,13 +96,16 @@ pub fn screened(mut before: Estimate<'_>) -> Result<Estimate<'_>, Complaint> {
     let case = &mut before.case;
     let (model, record) = (case.full.model, case.record);
     let rough = rough(model, record, case.full.drive, &case.full.measured);
-    let mut best = (before.isolation, std::mem::replace(&mut case.full.weights, rough.clone()));
-    let places = sparsest(case);
-    for place in places.into_iter().take(FITTED) {
+    let mut best = (before.isolation, std::mem::replace(&mut case.full.weights, rough));
+    for place in search::places(case) {
+        let theta = place.theta(case);
         // A place from which the model cannot be solved is passed over.
-        let Ok(theta) = neighbourhood(case, &place) else { continue };
-        case.full.weights = rough.clone();
-        let Ok(isolation) = settle(case, &theta, 0, MOST_ROUNDS) else { continue };
+        let Ok(isolation) = weights(&case.full, record, &theta).and_then(|weights| {
+            case.full.weights = weights;
+            settle(case, &theta, place.set(), MOST_ROUNDS)
+        }) else {
+            continue;
+        };
         let missed = missed(case, &isolation);
         if isolation.best.cost < best.0.best.cost || !missed {
             best = (isolation, case.full.weights.clone());
@@ -168,6 +166,9 @@ fn settle(case: &mut Case<'_>, guess: &[f64], set: Set, most_rounds: u64) -> Res
         case.full.weights = weights(&case.full, case.record, &isolation.best.theta)?;
         let before = isolation;
         isolation = isolate(case, &before.best.theta, before.set(), most_rounds)?;
+        if missed(case, &isolation) && isolation.best.cost > STUCK * before.best.cost {
+            break;
+        }
         let still = |fault: usize| {
             let sigma = isolation.reduced.sigma(isolation.set(), fault);
             let sigma = sigma.map_or(case.range(fault), |sigma| sigma * isolation.quadratic.scale[fault]);
@@ -181,74 +182,6 @@ fn settle(case: &mut Case<'_>, guess: &[f64], set: Set, most_rounds: u64) -> Res
         isolation = isolate(case, &point.theta, set, most_rounds)?;
     }
     Ok(isolation)
-}
-
-/// The problem of the components' faults alone, solved coarsely.
-fn coarse<'a>(case: &Case<'a>, model: &'a Model) -> (RecordProblem<'a>, Vec<usize>) {
-    let of_component: Vec<usize> = (0..case.faults()).filter(|&fault| !case.is_of_sensor(fault)).collect();
-    let full = &case.full;
-    let estimated = of_component.iter().map(|&fault| full.estimated[fault].clone()).collect();
-    let (measured, weights) = (full.measured.clone(), full.weights.clone());
-    let mut coarse = RecordProblem::new(model, full.drive, full.times, measured, weights, estimated, Gaussian::none());
-    coarse.base.clone_from(&full.base);
-    (coarse, of_component)
-}
-
-/// A model that is solved as coarsely as a first search allows.
-fn coarsely(model: &Model) -> Model {
-    let mut model = model.clone();
-    model.tolerance = Tolerance::COARSE;
-    model
-}
-
-/// Few faults of components at a time, those that explain the record best first: `[place][fault of a component]`, SI.
-fn sparsest(case: &Case<'_>) -> Vec<Vec<f64>> {
-    let model = coarsely(case.full.model);
-    let (coarse, of_component) = coarse(case, &model);
-    let healthy: Vec<f64> = of_component.iter().map(|&fault| case.mean[fault]).collect();
-    let mut screened: Vec<(f64, Vec<f64>)> = sparse(&healthy, coarse.bounds())
-        .into_iter()
-        .filter_map(|theta| Some((FAR.cost(&coarse.misfit(&theta).ok()?), theta)))
-        .collect();
-    screened.sort_by(|a, b| a.0.total_cmp(&b.0));
-    screened.into_iter().map(|(_, theta)| theta).collect()
-}
-
-/// Where the faults of components alone come from a place: all estimated parameters, SI.
-fn neighbourhood(case: &Case<'_>, place: &[f64]) -> Result<Vec<f64>, FitError> {
-    let model = coarsely(case.full.model);
-    let (coarse, of_component) = coarse(case, &model);
-    let tolerances = Tolerances { function: NEIGHBOURHOOD, max_iterations: FIRST_ITERATIONS, ..Tolerances::default() };
-    let found = fit::fit(&coarse, place, FAR, tolerances)?;
-    let mut theta = case.mean.clone();
-    for (&fault, value) in of_component.iter().zip(&found.theta) {
-        theta[fault] = *value;
-    }
-    Ok(theta)
-}
-
-/// Few faults at a time, each at a few levels towards each of its bounds: healthy, singles and pairs.
-fn sparse(healthy: &[f64], bounds: &[(f64, f64)]) -> Vec<Vec<f64>> {
-    let levels = |i: usize, shares: &'static [f64]| {
-        let ends = [bounds[i].0, bounds[i].1].into_iter().filter(move |&end| end != healthy[i]);
-        ends.flat_map(move |end| shares.iter().map(move |share| healthy[i] + share * (end - healthy[i])))
-    };
-    let with = |point: &[f64], i: usize, at: f64| {
-        let mut point = point.to_vec();
-        point[i] = at;
-        point
-    };
-    let mut points = vec![healthy.to_vec()];
-    for a in 0..healthy.len() {
-        points.extend(levels(a, &LEVELS).map(|at| with(healthy, a, at)));
-        for at in levels(a, &PAIRED) {
-            let single = with(healthy, a, at);
-            points.extend(
-                (0..a).flat_map(|b| levels(b, &PAIRED).map(move |at| (b, at))).map(|(b, at)| with(&single, b, at)),
-            );
-        }
-    }
-    points
 }
 
 /// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.
@@ -279,9 +212,8 @@ pub(crate) fn events(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]
         .map(|(index, _)| index)
         .collect();
     let parameters = problem.parameters(theta);
-    let outputs = model.simulate(&parameters, problem.drive, problem.times)?.values;
-    let solved =
-        model.sensitivities_within(Tolerance::SLOPES, &parameters, &constants, problem.drive, problem.times)?;
+    let solved = model.sensitivities(&parameters, &constants, problem.drive, problem.times)?;
+    let outputs = solved.outputs.values;
     let curves: Vec<&[f64]> = outputs.iter().map(Vec::as_slice).collect();
     let variance = noise::variances(rig, record, &curves, false);
     let phases = noise::phases(rig, problem.drive, problem.times, &variance);

@@ -144,33 +144,41 @@ pub fn isolate(
     most_rounds: u64,
 ) -> Result<Isolation, SimulationError> {
     let mut quadratic = Quadratic::at(case, guess)?;
-    let mut rounds = 0;
+    let (mut rounds, mut damping) = (0, 0.0);
     loop {
         rounds += 1;
         let reduced = quadratic.reduced(case);
         let inflation = inflations(case, &quadratic, centre);
-        let weighed = weigh(case, &quadratic, &reduced, centre, &inflation);
+        let weighed = weigh(case, &quadratic, &reduced, (centre, damping), &inflation);
         let Some((set, best)) = weighed.iter().find_map(|set| Some((set.set, set.point.clone()?))) else {
             // Nothing could be solved: the guess is all there is.
             let unsolvable =
                 || SimulationError::Explicit { t: 0.0, reason: "no set of faults can be simulated".to_owned() };
-            let best = descend(case, &quadratic, centre, &[], &quadratic.theta, 0, ROUGH).ok_or_else(unsolvable)?;
+            let best =
+                descend(case, &quadratic, centre, &[], &quadratic.theta, 0.0, (0, ROUGH)).ok_or_else(unsolvable)?;
             let stopped = Stopped::Unsolvable;
             return Ok(Isolation { weighed, best, quadratic, reduced, inflation, rounds, stopped });
         };
         let gained = case.cost(set, &quadratic.misfit, &quadratic.theta) - best.cost;
-        let stays = set == centre && gained < SETTLED && best.promised < SETTLED;
+        let stays = set == centre && gained < SETTLED;
         if stays || rounds >= most_rounds {
             let stopped = if stays { Stopped::Settled } else { Stopped::Rounds };
             return Ok(Isolation { weighed, best, quadratic, reduced, inflation, rounds, stopped });
         }
+        damping = best.damping;
         quadratic = Quadratic::at(case, &best.theta)?;
         centre = set;
     }
 }
 
 /// Weighs all candidates in the quadratic form and fits the best of them.
-fn weigh(case: &Case<'_>, quadratic: &Quadratic, reduced: &Reduced, centre: Set, inflation: &[f64]) -> Vec<Weighed> {
+fn weigh(
+    case: &Case<'_>,
+    quadratic: &Quadratic,
+    reduced: &Reduced,
+    (centre, damping): (Set, f64),
+    inflation: &[f64],
+) -> Vec<Weighed> {
     let odds = prior_odds(case.faults());
     let priced = |set: Set| reduced.occam(set, colour(set, 0, inflation)) + odds * f64::from(set.count_ones());
     let reference = reduced.best(centre).map_or(0.0, |best| best.cost);
@@ -190,18 +198,22 @@ fn weigh(case: &Case<'_>, quadratic: &Quadratic, reduced: &Reduced, centre: Set,
     let most = if far { MOST_FITS_FAR } else { MOST_FITS };
     let mut fitted = 0;
     for (place, (set, deviation)) in weighed.iter_mut().enumerate() {
-        let questioned = place == 0 || set.set == centre || set.score > top - IN_QUESTION;
-        if !questioned || fitted >= most {
+        let questioned = place == 0 || set.score > top - IN_QUESTION;
+        let stay = set.set == centre;
+        if !stay && (!questioned || fitted >= most) {
             continue;
         }
         fitted += 1;
         let mut start = quadratic.theta.clone();
-        start[..case.faults()].copy_from_slice(&case.mean[..case.faults()]);
-        for (fault, deviation) in members(set.set).zip(deviation.iter()) {
-            start[fault] += deviation * quadratic.scale[fault];
+        // The set at hand goes on from where it is, so that no round ends worse than it began.
+        if !stay {
+            start[..case.faults()].copy_from_slice(&case.mean[..case.faults()]);
+            for (fault, deviation) in members(set.set).zip(deviation.iter()) {
+                start[fault] += deviation * quadratic.scale[fault];
+            }
         }
-        let enough = if place == 0 { EXACT } else { ROUGH };
-        set.point = descend(case, quadratic, set.set, &[], &start, STEPS, enough);
+        let enough = if place == 0 || stay { EXACT } else { ROUGH };
+        set.point = descend(case, quadratic, set.set, &[], &start, damping, (STEPS, enough));
     }
     // Fitted sets are compared by what they reach; the others keep what the form promises, from the same reference.
     let reached = weighed.iter().find(|(set, _)| set.set == centre).and_then(|(set, _)| set.point.as_ref());
@@ -253,7 +265,7 @@ pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
         let single = 1 << fault;
         for _ in 0..STEPS {
             let near = Quadratic::at(case, &theta).ok()?;
-            let Some(fit) = descend(case, &near, single, &[], &theta, STEPS, ROUGH) else { break };
+            let Some(fit) = descend(case, &near, single, &[], &theta, 0.0, (STEPS, ROUGH)) else { break };
             let colour = colour(single, set, &isolation.inflation);
             let priced = near.reduced(case).occam(single, 1.0) - isolation.reduced.occam(set, 1.0);
             let fewer = odds * (1.0 - f64::from(set.count_ones()));
@@ -286,7 +298,7 @@ pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
                 continue;
             }
             let more = set | 1 << fault;
-            let Some(near) = descend(case, quadratic, more, &[(fault, at)], &theta, 1, ROUGH) else { continue };
+            let Some(near) = descend(case, quadratic, more, &[(fault, at)], &theta, 0.0, (1, ROUGH)) else { continue };
             // The best value along the way is not known yet, so what the fault costs is taken at its cheapest.
             let gain = 0.5 * (point.cost - near.cost + near.promised) / inflation[fault] + odds;
             let price = reduced.occam(1 << fault, 1.0).min(0.0);

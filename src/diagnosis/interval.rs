@@ -6,6 +6,7 @@
 //! searched from there. An end that no value within the bounds reaches stays open.
 
 use nalgebra::DVector;
+use rayon::prelude::*;
 
 use super::case::{Case, Set, members};
 use super::descend::{EXACT, Point, descend};
@@ -69,7 +70,7 @@ struct Base {
 impl Base {
     /// Fits `set` from where the search ended; `None` where the model cannot be solved.
     fn new(case: &Case<'_>, isolation: &Isolation, set: Set) -> Option<Self> {
-        let from = |near: &Quadratic, theta: &[f64]| descend(case, near, set, &[], theta, STEPS, EXACT);
+        let from = |near: &Quadratic, theta: &[f64]| descend(case, near, set, &[], theta, 0.0, (STEPS, EXACT));
         let mut best = from(&isolation.quadratic, &isolation.best.theta)?;
         let mut form = None;
         for _ in 0..MOST_FORMS {
@@ -88,7 +89,8 @@ impl Base {
 /// The intervals of all faults, each with those of the best set free too; where other sets are as good as open, each
 /// interval holds what they say too.
 pub fn intervals(case: &Case<'_>, isolation: &Isolation) -> Vec<Option<Interval>> {
-    let mut intervals: Vec<_> = (0..case.faults()).map(|fault| interval(case, isolation, fault)).collect();
+    let mut intervals: Vec<_> =
+        (0..case.faults()).into_par_iter().map(|fault| interval(case, isolation, fault)).collect();
     for (other, probability) in isolation.weighed.iter().zip(isolation.probabilities()) {
         let Some(point) = other.point.as_ref().filter(|_| probability >= OPEN && other.set != isolation.set()) else {
             continue;
@@ -188,7 +190,8 @@ impl Search<'_, '_> {
         for _ in 0..MOST_VALUES {
             let near = form.as_ref().unwrap_or(near);
             let start = self.follow(near, &from, at);
-            let Some(mut point) = descend(self.case, near, self.set, &[(self.fault, at)], &start, 2, enough) else {
+            let Some(mut point) = descend(self.case, near, self.set, &[(self.fault, at)], &start, 0.0, (2, enough))
+            else {
                 // The model fails there: nearer, if there is a nearer one.
                 if (at - below.0).abs() < 1e-3 * reach.abs() {
                     return Side { end: None, why: End::ModelFails, rise: below.1 * below.1 };
@@ -200,7 +203,7 @@ impl Search<'_, '_> {
                 renewed += 1;
                 if let Ok(fresh) = Quadratic::at(self.case, &point.theta)
                     && let Some(further) =
-                        descend(self.case, &fresh, self.set, &[(self.fault, at)], &point.theta, 3, enough)
+                        descend(self.case, &fresh, self.set, &[(self.fault, at)], &point.theta, 0.0, (3, enough))
                 {
                     point = further;
                     form = Some(fresh);

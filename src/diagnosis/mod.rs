@@ -16,6 +16,7 @@ pub mod prior;
 pub mod problem;
 pub mod quadratic;
 mod result;
+mod search;
 mod summary;
 
 use crate::complaint::{Complaint, Kind, Place};

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use super::noise::Weights;
 use super::prior::Gaussian;
 use crate::fit::{Linearised, Problem};
-use crate::model::{Drive, Model, SimulationError, Tolerance};
+use crate::model::{Drive, Model, Sensitivities, SimulationError};
 
 /// A parameter that is fitted.
 #[derive(Debug, Clone, PartialEq)]
@@ -124,9 +124,8 @@ impl Problem for RecordProblem<'_> {
             .filter(|&parameter| self.of_sensor(parameter).is_none())
             .collect();
         self.solves.fetch_add(1, Ordering::Relaxed);
-        let outputs = self.model.simulate(&parameters, self.drive, self.times)?;
-        let solved =
-            self.model.sensitivities_within(Tolerance::SLOPES, &parameters, &inside, self.drive, self.times)?;
+        let Sensitivities { outputs, derivatives } =
+            self.model.sensitivities(&parameters, &inside, self.drive, self.times)?;
         let misfit = self.weigh(&outputs.values, theta);
         let rows = self.times.len();
         let mut jacobian = DMatrix::zeros(misfit.len(), theta.len());
@@ -141,7 +140,7 @@ impl Problem for RecordProblem<'_> {
                     *slot = raw(*value);
                 }
             } else {
-                for (slot, derivative) in column.iter_mut().zip(solved.derivatives[next].iter().flatten()) {
+                for (slot, derivative) in column.iter_mut().zip(derivatives[next].iter().flatten()) {
                     *slot = *derivative;
                 }
                 next += 1;

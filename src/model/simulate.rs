@@ -6,6 +6,8 @@ use super::assembly::{Assembly, Inputs};
 use super::drive::Drive;
 use super::layout::Layout;
 use super::start;
+use rayon::prelude::*;
+
 use crate::numeric::{Dual, IntegrationError, Options, Real, Rosenbrock, Scalar};
 use crate::rig::Rig;
 
@@ -29,14 +31,6 @@ impl Default for Tolerance {
     fn default() -> Self {
         Self { relative: 1e-6, absolute: 1e-6 }
     }
-}
-
-impl Tolerance {
-    /// Errors of about 100 Pa, a hundredth of what a pressure sensor resolves: for pictures and first searches.
-    pub const COARSE: Self = Self { relative: 1e-5, absolute: 1e-5 };
-
-    /// For derivatives: a thousandth of a slope changes a step of a fit, not where it ends.
-    pub const SLOPES: Self = Self { relative: 1e-6, absolute: 1e-6 };
 }
 
 /// What the integrator spent.
@@ -139,7 +133,7 @@ impl Model {
     /// The integrator gives up: parameters without physical sense, or a circuit that tears.
     pub fn simulate(&self, parameters: &[f64], drive: &Drive, times: &[f64]) -> Result<Outputs, SimulationError> {
         let mut values = vec![vec![0.0; times.len()]; self.rig.sensors.len()];
-        let effort = with_states!(self.layout.states, N => self.run::<f64, N>(self.tolerance, parameters, drive, times, |row, sensor, value| {
+        let effort = with_states!(self.layout.states, N => self.run::<f64, N>(parameters, drive, times, |row, sensor, value| {
             values[sensor][row] = value;
         }))?;
         Ok(Outputs { values, effort })
@@ -156,39 +150,14 @@ impl Model {
         drive: &Drive,
         times: &[f64],
     ) -> Result<Sensitivities, SimulationError> {
-        self.sensitivities_within(self.tolerance, parameters, by, drive, times)
-    }
-
-    /// Derivatives of a run of another accuracy, with the readings of that run: slopes need fewer digits than costs.
-    ///
-    /// # Errors
-    /// As [`Model::simulate`].
-    pub fn sensitivities_within(
-        &self,
-        tolerance: Tolerance,
-        parameters: &[f64],
-        by: &[usize],
-        drive: &Drive,
-        times: &[f64],
-    ) -> Result<Sensitivities, SimulationError> {
         let groups: Vec<&[usize]> = by.chunks(LANES).collect();
-        let solve = |group: &[usize]| self.group(tolerance, parameters, group, drive, times);
-        // Groups are independent, so one thread each changes nothing but the time.
-        let solved: Vec<_> = std::thread::scope(|scope| {
-            let running: Vec<_> = groups.iter().map(|&group| scope.spawn(move || solve(group))).collect();
-            running.into_iter().map(|thread| thread.join()).collect()
+        let solve = |group: &[usize]| self.group(parameters, group, drive, times);
+        // Groups are independent, so threads change nothing but the time.
+        let solved: Result<Vec<Sensitivities>, _> = groups.par_iter().map(|&group| solve(group)).collect();
+        let all = solved?.into_iter().reduce(|mut all, part| {
+            all.derivatives.extend(part.derivatives);
+            all
         });
-        let mut all: Option<Sensitivities> = None;
-        for result in solved {
-            let part = match result {
-                Ok(part) => part?,
-                Err(panic) => std::panic::resume_unwind(panic),
-            };
-            match &mut all {
-                None => all = Some(part),
-                Some(all) => all.derivatives.extend(part.derivatives),
-            }
-        }
         match all {
             Some(all) => Ok(all),
             None => Ok(Sensitivities { outputs: self.simulate(parameters, drive, times)?, derivatives: Vec::new() }),
@@ -197,7 +166,6 @@ impl Model {
 
     fn group(
         &self,
-        tolerance: Tolerance,
         parameters: &[f64],
         by: &[usize],
         drive: &Drive,
@@ -209,7 +177,7 @@ impl Model {
         }
         let mut values = vec![vec![0.0; times.len()]; self.rig.sensors.len()];
         let mut derivatives = vec![values.clone(); by.len()];
-        let effort = with_states!(self.layout.states, N => self.run::<Dual<f64, LANES>, N>(tolerance, &dual, drive, times, |row, sensor, value| {
+        let effort = with_states!(self.layout.states, N => self.run::<Dual<f64, LANES>, N>(&dual, drive, times, |row, sensor, value| {
             values[sensor][row] = value.re;
             for (derivative, eps) in derivatives.iter_mut().zip(value.eps) {
                 derivative[sensor][row] = eps;
@@ -220,12 +188,12 @@ impl Model {
 
     fn run<S: Scalar, const N: usize>(
         &self,
-        tolerance: Tolerance,
         parameters: &[S],
         drive: &Drive,
         times: &[f64],
         mut write: impl FnMut(usize, usize, S),
     ) -> Result<Effort, SimulationError> {
+        let tolerance = self.tolerance;
         let mut before = parameters.to_vec();
         for &(parameter, value) in drive.onset.iter().flat_map(|onset| &onset.before) {
             before[parameter] = S::constant(value);

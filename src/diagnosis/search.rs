@@ -1,0 +1,200 @@
+//! Where to start when the healthy rig is far off: few faults of components, those that explain the record best.
+//!
+//! Far from the truth the cost has many valleys, and with all faults free it is easy to end in one where some stand in for
+//! others. Sets are therefore grown from nothing, as in orthogonal matching pursuit (Pati, Rezaiifar, Krishnaprasad, 1993): single faults and pairs
+//! are simulated at a few levels, the best are fitted, and the best of those takes one fault more at a time.
+
+use rayon::prelude::*;
+
+use super::case::{Case, ROBUST, Set, has};
+use super::estimate;
+use super::prior::Gaussian;
+use super::problem::RecordProblem;
+use crate::fit::{self, Loss, Problem, Tolerances};
+
+/// Places are compared by how much of the record they explain: a sample that is missed counts, hardly by how much. Position
+/// adds up what is wrong before it, and would drown the rest.
+const FAR: Loss = Loss::Cauchy { k: WIDTH };
+const WIDTH: f64 = 10.0;
+/// A fit widens its loss until this share of the misfits lies within: among misfits that pull with constant force it would
+/// only creep.
+const WITHIN: f64 = 0.75;
+/// Cost per sample up to which a place may be the explanation, before and after its events have got their tolerance; noise
+/// alone costs 1/2.
+const EXPLAINED: (f64, f64) = (20.0, 2.0);
+/// Shares of the way to a bound at which single faults are simulated before any is fitted.
+const LEVELS: [f64; 3] = [0.2, 0.5, 0.75];
+/// The same for each of a pair.
+const PAIRED: [f64; 1] = [0.45];
+/// How many of those are fitted.
+const FITTED: usize = 6;
+/// How many of the fitted ones are grown.
+const GROWN: usize = 2;
+/// Most faults of a grown place.
+const MOST: usize = 3;
+/// How many further faults are fitted at each growth, the most promising ones.
+const TRIED: usize = 3;
+/// Share of the cost that a further fault has to take away.
+const GROWTH: f64 = 0.1;
+/// Relative decrease of the cost that ends a fit.
+const NEIGHBOURHOOD: f64 = 1e-2;
+/// Iterations after which a fit that has not found a neighbourhood is given up.
+const ITERATIONS: u64 = 12;
+
+/// Few faults of components with their values, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Place {
+    pub faults: Vec<(usize, f64)>,
+    /// What it leaves of the record, by a loss that large misfits do not rule.
+    cost: f64,
+}
+
+impl Place {
+    pub fn set(&self) -> Set {
+        self.faults.iter().fold(0, |set, (fault, _)| set | 1 << fault)
+    }
+
+    /// All estimated parameters, SI.
+    pub fn theta(&self, case: &Case<'_>) -> Vec<f64> {
+        let mut theta = case.mean.clone();
+        for &(fault, value) in &self.faults {
+            theta[fault] = value;
+        }
+        theta
+    }
+}
+
+/// Places that few faults explain best, the best first.
+pub fn places(case: &Case<'_>) -> Vec<Place> {
+    let search = Search { case };
+    let mut screened: Vec<Place> =
+        search.sparse().into_par_iter().filter_map(|faults| search.simulated(faults)).collect();
+    sort(&mut screened);
+    screened.truncate(FITTED);
+    let mut fitted: Vec<Place> = screened.par_iter().filter_map(|place| search.fitted(&place.faults)).collect();
+    sort(&mut fitted);
+    if let Some(best) = fitted.first().filter(|best| search.explains(best)) {
+        return vec![best.clone()];
+    }
+    let mut grown: Vec<Place> = Vec::new();
+    for place in fitted.into_iter().take(GROWN) {
+        let place = search.grown(place);
+        if search.explains(&place) {
+            return vec![place];
+        }
+        grown.push(place);
+    }
+    sort(&mut grown);
+    grown.dedup_by_key(|place| place.set());
+    grown
+}
+
+fn sort(places: &mut [Place]) {
+    places.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+}
+
+struct Search<'a> {
+    case: &'a Case<'a>,
+}
+
+impl Search<'_> {
+    /// The problem of these faults alone.
+    fn problem(&self, faults: &[(usize, f64)]) -> RecordProblem<'_> {
+        let full = &self.case.full;
+        let estimated = faults.iter().map(|&(fault, _)| full.estimated[fault].clone()).collect();
+        let (measured, weights) = (full.measured.clone(), full.weights.clone());
+        let mut problem =
+            RecordProblem::new(full.model, full.drive, full.times, measured, weights, estimated, Gaussian::none());
+        problem.base.clone_from(&full.base);
+        problem
+    }
+
+    fn simulated(&self, faults: Vec<(usize, f64)>) -> Option<Place> {
+        let theta: Vec<f64> = faults.iter().map(|(_, value)| *value).collect();
+        let cost = FAR.cost(&self.problem(&faults).misfit(&theta).ok()?);
+        Some(Place { faults, cost })
+    }
+
+    /// The best values of the same faults from these; `None` where the model cannot be solved.
+    fn fitted(&self, faults: &[(usize, f64)]) -> Option<Place> {
+        if faults.is_empty() {
+            return self.simulated(Vec::new());
+        }
+        let start: Vec<f64> = faults.iter().map(|(_, value)| *value).collect();
+        let problem = self.problem(faults);
+        let mut sizes: Vec<f64> = problem.misfit(&start).ok()?.into_iter().map(f64::abs).collect();
+        let at = ((sizes.len() as f64 * WITHIN) as usize).min(sizes.len().checked_sub(1)?);
+        let loss = Loss::SoftL1 { k: sizes.select_nth_unstable_by(at, f64::total_cmp).1.max(WIDTH) };
+        let tolerances = Tolerances { function: NEIGHBOURHOOD, max_iterations: ITERATIONS, ..Tolerances::default() };
+        let found = fit::fit(&problem, &start, loss, tolerances).ok()?;
+        let faults = faults.iter().zip(&found.theta).map(|(&(fault, _), &value)| (fault, value)).collect();
+        Some(Place { faults, cost: FAR.cost(&found.linearised.misfit) })
+    }
+
+    /// Whether a place leaves little more than noise once its events have got their tolerance.
+    fn explains(&self, place: &Place) -> bool {
+        let full = &self.case.full;
+        let samples = (full.times.len() * full.measured.len()) as f64;
+        let theta = place.theta(self.case);
+        if place.cost > EXPLAINED.0 * samples {
+            return false;
+        }
+        let Ok(weights) = estimate::weights(full, self.case.record, &theta) else { return false };
+        let mut there = self.problem(&place.faults);
+        there.weights = weights;
+        let theta: Vec<f64> = place.faults.iter().map(|(_, value)| *value).collect();
+        there.misfit(&theta).is_ok_and(|misfit| ROBUST.cost(&misfit) <= EXPLAINED.1 * samples)
+    }
+
+    /// With one fault more at a time, while each takes away a good share of the cost.
+    fn grown(&self, mut place: Place) -> Place {
+        while place.faults.len() < MOST && !self.explains(&place) {
+            let at_its_best_level = |fault: usize| {
+                let levels = self.levels(fault, &LEVELS).into_iter().filter_map(|at| {
+                    let mut faults = place.faults.clone();
+                    faults.push((fault, at));
+                    self.simulated(faults)
+                });
+                levels.min_by(|a, b| a.cost.total_cmp(&b.cost))
+            };
+            let mut more: Vec<Place> = self.others(&place).into_par_iter().filter_map(at_its_best_level).collect();
+            sort(&mut more);
+            more.truncate(TRIED);
+            let mut more: Vec<Place> = more.par_iter().filter_map(|more| self.fitted(&more.faults)).collect();
+            sort(&mut more);
+            match more.into_iter().next() {
+                Some(more) if more.cost < (1.0 - GROWTH) * place.cost => place = more,
+                _ => break,
+            }
+        }
+        place
+    }
+
+    /// Faults of components that a place does not have.
+    fn others(&self, place: &Place) -> Vec<usize> {
+        let set = place.set();
+        (0..self.case.faults()).filter(|&fault| !has(set, fault) && !self.case.is_of_sensor(fault)).collect()
+    }
+
+    /// Values of a fault at shares of the way to each of its bounds, SI.
+    fn levels(&self, fault: usize, shares: &[f64]) -> Vec<f64> {
+        let (healthy, (low, high)) = (self.case.mean[fault], self.case.rig().faults[fault].bounds);
+        let ends = [low, high].into_iter().filter(|&end| end != healthy);
+        ends.flat_map(|end| shares.iter().map(move |share| healthy + share * (end - healthy))).collect()
+    }
+
+    /// Nothing, single faults and pairs, each at a few levels towards each of its bounds.
+    fn sparse(&self) -> Vec<Vec<(usize, f64)>> {
+        let components: Vec<usize> = (0..self.case.faults()).filter(|&fault| !self.case.is_of_sensor(fault)).collect();
+        let mut all = vec![Vec::new()];
+        for (place, &a) in components.iter().enumerate() {
+            all.extend(self.levels(a, &LEVELS).into_iter().map(|at| vec![(a, at)]));
+            for at in self.levels(a, &PAIRED) {
+                for &b in &components[..place] {
+                    all.extend(self.levels(b, &PAIRED).into_iter().map(|other| vec![(a, at), (b, other)]));
+                }
+            }
+        }
+        all
+    }
+}
