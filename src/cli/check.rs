@@ -212,7 +212,7 @@ fn rig_page(rig: Rig) -> RigPage {
     RigPage {
         file: rig.path.display().to_string(),
         name: rig.name.clone(),
-        nodes: rig.nodes.iter().map(node_line).collect(),
+        nodes: rig.nodes.iter().map(|node| node_line(rig, node)).collect(),
         components: components.collect(),
         states: model.states().to_vec(),
         parameters: parameters.collect(),
@@ -227,11 +227,15 @@ fn rig_page(rig: Rig) -> RigPage {
     }
 }
 
-fn node_line(node: &crate::rig::Node) -> NodeLine {
+fn node_line(rig: &Rig, node: &crate::rig::Node) -> NodeLine {
     let (kind, start) = match &node.kind {
         NodeKind::Held { .. } => ("held pressure", String::new()),
         NodeKind::Volume { initial: InitialPressure::Given(gauge) } => {
             ("volume", format!("at {} bar", rounded(gauge / 1e5, 6)))
+        }
+        NodeKind::Volume { initial: InitialPressure::Uncertain(parameter) } => {
+            let parameter = &rig.parameters[*parameter];
+            ("volume", format!("at {}, uncertain", crate::units::Quantity { value: parameter.value, unit: parameter.unit.clone() }))
         }
         NodeKind::Volume { initial: InitialPressure::Balance } => ("volume", "in balance".to_owned()),
         NodeKind::Volume { initial: InitialPressure::Record } => ("volume", "at its first reading".to_owned()),

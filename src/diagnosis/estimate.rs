@@ -246,6 +246,8 @@ pub(crate) fn events(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]
             .filter(|sensor| sensor.target == Target::Node(node) && sensor.quantity == Quantity::Pressure);
         let known = match initial {
             InitialPressure::Given(pressure) => START * pressure.abs(),
+            // It is estimated.
+            InitialPressure::Uncertain(_) => continue,
             InitialPressure::Balance | InitialPressure::Record => START * problem.drive.readings[node].abs(),
         };
         let mut drive = problem.drive.clone();

@@ -2,13 +2,15 @@
 
 use std::fmt;
 
+use rayon::prelude::*;
+
 use super::assembly::{Assembly, Inputs};
 use super::drive::Drive;
 use super::layout::Layout;
 use super::start;
-use rayon::prelude::*;
 
 use crate::numeric::{Dual, IntegrationError, Options, Real, Rosenbrock, Scalar};
+use crate::physics::effect;
 use crate::rig::Rig;
 
 /// Parameters whose sensitivities are carried through one integration.
@@ -132,10 +134,8 @@ impl Model {
     /// # Errors
     /// The integrator gives up: parameters without physical sense, or a circuit that tears.
     pub fn simulate(&self, parameters: &[f64], drive: &Drive, times: &[f64]) -> Result<Outputs, SimulationError> {
-        let mut values = vec![vec![0.0; times.len()]; self.rig.sensors.len()];
-        let effort = with_states!(self.layout.states, N => self.run::<f64, N>(parameters, drive, times, |row, sensor, value| {
-            values[sensor][row] = value;
-        }))?;
+        let (values, effort) =
+            with_states!(self.layout.states, N => self.readings::<f64, N>(parameters, drive, times))?;
         Ok(Outputs { values, effort })
     }
 
@@ -175,15 +175,29 @@ impl Model {
         for (lane, &parameter) in by.iter().enumerate() {
             dual[parameter].eps[lane] = 1.0;
         }
-        let mut values = vec![vec![0.0; times.len()]; self.rig.sensors.len()];
-        let mut derivatives = vec![values.clone(); by.len()];
-        let effort = with_states!(self.layout.states, N => self.run::<Dual<f64, LANES>, N>(&dual, drive, times, |row, sensor, value| {
-            values[sensor][row] = value.re;
-            for (derivative, eps) in derivatives.iter_mut().zip(value.eps) {
-                derivative[sensor][row] = eps;
-            }
-        }))?;
-        Ok(Sensitivities { outputs: Outputs { values, effort }, derivatives })
+        let (readings, effort) =
+            with_states!(self.layout.states, N => self.readings::<Dual<f64, LANES>, N>(&dual, drive, times))?;
+        let part = |of: &dyn Fn(&Dual<f64, LANES>) -> f64| -> Vec<Vec<f64>> {
+            readings.iter().map(|readings| readings.iter().map(of).collect()).collect()
+        };
+        let derivatives = (0..by.len()).map(|lane| part(&|reading| reading.eps[lane])).collect();
+        Ok(Sensitivities { outputs: Outputs { values: part(&|reading| reading.re), effort }, derivatives })
+    }
+
+    /// What the sensors show, `[sensor][row]`, with what effects do to it.
+    fn readings<S: Scalar, const N: usize>(
+        &self,
+        parameters: &[S],
+        drive: &Drive,
+        times: &[f64],
+    ) -> Result<(Vec<Vec<S>>, Effort), SimulationError> {
+        let mut readings = vec![vec![S::zero(); times.len()]; self.rig.sensors.len()];
+        let effort = self.run::<S, N>(parameters, drive, times, |row, sensor, value| readings[sensor][row] = value)?;
+        for does in &self.rig.readings {
+            let own = &parameters[does.first_parameter..][..does.card.parameters.len()];
+            effect::read(does.card.kind, own, times, &mut readings[does.sensor]);
+        }
+        Ok((readings, effort))
     }
 
     fn run<S: Scalar, const N: usize>(
@@ -222,7 +236,7 @@ impl Model {
                 slope: piece.from.iter().zip(&piece.to).map(|(from, to)| (to - from) / length).collect(),
             };
             if index == 0 {
-                start::start(&self.rig, &self.layout, &mut assembly, drive, piece.start, &mut y);
+                start::start(&self.rig, &self.layout, &mut assembly, parameters, drive, piece.start, &mut y);
             }
             if piece.jump {
                 integrator.restart();

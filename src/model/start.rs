@@ -12,12 +12,13 @@ use crate::units::Unit;
 /// Newton steps for a component's own state to come to rest; its rate is piecewise linear or nearly so.
 const REST_STEPS: usize = 30;
 
-/// Fills `y` (states beyond the layout's are left). The drive holds each node's first measured gauge
+/// Fills `y` (states beyond the layout's are left) for all parameters of the rig, SI. The drive holds each node's first measured gauge
 /// pressure, and what to add to its start.
 pub fn start<S: Scalar>(
     rig: &Rig,
     layout: &Layout,
     assembly: &mut Assembly<'_, S>,
+    parameters: &[S],
     drive: &Drive,
     t: f64,
     y: &mut [S],
@@ -30,6 +31,9 @@ pub fn start<S: Scalar>(
                 y[state + 1] = S::constant(velocity);
             }
             NodeKind::Volume { initial: InitialPressure::Given(gauge) } => y[state] = S::constant(gauge + ATMOSPHERE),
+            NodeKind::Volume { initial: InitialPressure::Uncertain(parameter) } => {
+                y[state] = parameters[parameter] + ATMOSPHERE;
+            }
             NodeKind::Volume { .. } => y[state] = S::constant(drive.readings[node] + ATMOSPHERE),
             NodeKind::Held { .. } => {}
         }

@@ -5,6 +5,7 @@
 
 pub mod card;
 pub mod component;
+pub mod effect;
 pub mod fluid;
 pub mod law;
 

@@ -2,6 +2,7 @@
 
 mod calibration;
 mod cycle;
+mod effect;
 mod join;
 mod parse;
 mod sensor;
@@ -16,6 +17,7 @@ use crate::units::Unit;
 
 pub use calibration::Calibration;
 pub use cycle::{Cycle, Phase, Profile};
+pub use effect::{Given, Placed, Present, Readings, Spot};
 pub use sensor::{Hold, Input, Quantity, Sensor, TOLERANCE, Target};
 
 /// Physical limits, SI, in words.
@@ -43,6 +45,10 @@ pub struct Rig {
     /// and gain, then those of components that were joined later ([`Rig::join`]).
     pub parameters: Vec<Parameter>,
     pub faults: Vec<Fault>,
+    /// Physics beyond that of the components, in the order of the file.
+    pub effects: Vec<Present>,
+    /// What effects do to the readings of sensors.
+    pub readings: Vec<Readings>,
     pub cycle: Option<Cycle>,
     /// What healthy records have taught; the values above hold it already.
     pub calibration: Option<Calibration>,
@@ -64,6 +70,8 @@ pub enum NodeKind {
 pub enum InitialPressure {
     /// Gauge, Pa.
     Given(f64),
+    /// The parameter of this index: gauge, uncertain.
+    Uncertain(usize),
     /// What balances the forces on the body that this node's pressure acts on.
     Balance,
     /// What the sensor at this node shows first.

@@ -3,6 +3,7 @@
 mod calibration;
 mod component;
 mod cycle;
+mod effect;
 mod fault;
 mod input;
 mod node;
@@ -42,6 +43,8 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         inputs: Vec::new(),
         parameters: Vec::new(),
         faults: Vec::new(),
+        effects: Vec::new(),
+        readings: Vec::new(),
         cycle: None,
         calibration: None,
     };
@@ -70,6 +73,11 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
     if let Some(sensors) = root.get("sensors") {
         for (name, value) in sensors.table("`[sensors]`")?.entries() {
             sensor::read_sensor(&mut rig, name, &value)?;
+        }
+    }
+    if let Some(effects) = root.get("effects") {
+        for (id, value) in effects.table("`[effects]`")?.entries() {
+            effect::read_effect(&mut rig, id, &value)?;
         }
     }
     if let Some(faults) = root.get("faults") {

@@ -84,7 +84,7 @@ impl Model {
             };
             if index == 0 {
                 let mut assembly = assembly.borrow_mut();
-                start::start(&self.rig, &self.layout, &mut assembly, drive, piece.start, &mut y);
+                start::start(&self.rig, &self.layout, &mut assembly, parameters, drive, piece.start, &mut y);
             }
             let last = index + 1 == drive.pieces.len();
             let system = |y: &[f64; N], from: f64, to: f64, effort: &mut Effort| {

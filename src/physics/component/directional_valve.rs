@@ -47,6 +47,7 @@ pub const CARD: Card = Card {
         progression("progression_PB", "n_PB", "exponent of the opening area of P to B over the spool position"),
         progression("progression_AT", "n_AT", "exponent of the opening area of A to T over the spool position"),
         progression("progression_BT", "n_BT", "exponent of the opening area of B to T over the spool position"),
+        Parameter::required("dead_band", "d", "-", "share of its way that the spool moves before an edge opens").or(0.0).within(0.0, 0.9),
     ],
     ports: &[
         Port::hydraulic("P", "pressure"),
@@ -89,6 +90,7 @@ pub struct DirectionalValve<T> {
     transition: T,
     /// Of the edges PA, PB, AT, BT.
     progression: [T; 4],
+    dead_band: T,
 }
 
 /// Share of an edge's area that is open at a spool position, `s^n`; `s` where the exponent is 1 and stays so.
@@ -111,12 +113,14 @@ impl<T: Real> Law<T> for DirectionalValve<T> {
             lag: p[9],
             transition: p[10],
             progression: [p[11], p[12], p[13], p[14]],
+            dead_band: p[15],
         }
     }
 
     #[inline]
     fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
-        let [p_p, p_t, p_a, p_b, spool] = seen.z;
+        let [p_p, p_t, p_a, p_b, position] = seen.z;
+        let spool = self.past_dead_band(position);
         let leak_at = self.leak_at * (p_a - p_t);
         let leak_pb = self.leak_pb * (p_p - p_b);
         let (mut into_p, mut into_t) = (leak_pb, -leak_at);
@@ -138,11 +142,21 @@ impl<T: Real> Law<T> for DirectionalValve<T> {
             into_t -= at;
         }
         answers.through = [into_p, into_t, into_a, into_b];
-        answers.rate[0] = (seen.u[0] - spool) / self.lag;
+        answers.rate[0] = (seen.u[0] - position) / self.lag;
     }
 }
 
 impl<T: Real> DirectionalValve<T> {
+    /// What of the spool's way opens an edge, with its sign.
+    #[inline]
+    fn past_dead_band(&self, position: T) -> T {
+        if self.dead_band.is_zero() {
+            return position;
+        }
+        let open = (position.abs() - self.dead_band).max(T::zero()) / (T::one() - self.dead_band);
+        if position.re() < 0.0 { -open } else { open }
+    }
+
     /// Flow in m³/s through the path from P to A, fully switched, between two pressures (Pa).
     #[inline]
     pub fn path_pa(&self, p_p: T, p_a: T) -> T {

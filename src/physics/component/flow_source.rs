@@ -8,10 +8,10 @@ use crate::physics::fluid::Fluid;
 pub const CARD: Card = Card {
     kind: "flow-source",
     meaning: "Pump driven by a recorded voltage: its flow is proportional to it.",
-    law: "q = k max(u, 0)",
+    law: "q = k max(u - u_0, 0)",
     source: "linear characteristic",
-    validity: "No dead voltage, no dependence on pressure.",
-    parameters: &[Parameter::required("gain", "k", "L/min/V", "flow per volt").calibrated(0.1)],
+    validity: "No dependence on pressure.",
+    parameters: &[Parameter::required("gain", "k", "L/min/V", "flow per volt").calibrated(0.1), Parameter::required("dead_voltage", "u_0", "V", "voltage below which nothing is delivered").or(0.0)],
     ports: &[Port::hydraulic("P", "outlet"), Port::hydraulic("T", "inlet")],
     inputs: &[Input { name: "voltage", unit: "V", meaning: "drive signal" }],
     worked: &[Worked {
@@ -28,16 +28,17 @@ pub const CARD: Card = Card {
 #[derive(Debug, Clone, Copy)]
 pub struct FlowSource<T> {
     gain: T,
+    dead_voltage: T,
 }
 
 impl<T: Real> Law<T> for FlowSource<T> {
     fn new(parameters: &[T], _fluid: &Fluid<T>) -> Self {
-        Self { gain: parameters[0] }
+        Self { gain: parameters[0], dead_voltage: parameters[1] }
     }
 
     #[inline]
     fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
-        let flow = self.gain * seen.u[0].max(T::zero());
+        let flow = self.gain * (seen.u[0] - self.dead_voltage).max(T::zero());
         answers.through[0] = -flow;
         answers.through[1] = flow;
     }

@@ -1,6 +1,7 @@
 //! The components, one file each. A new one is its file and its line in `components!`.
 
 use super::card::Card;
+use super::effect::EffectLaw;
 use super::fluid::Fluid;
 use crate::numeric::Real;
 
@@ -57,7 +58,11 @@ macro_rules! components {
 
         /// Any component's law, chosen by kind.
         #[derive(Debug, Clone, Copy)]
-        pub enum AnyLaw<T> { $($name($module::$name<T>)),+ }
+        pub enum AnyLaw<T> {
+            $($name($module::$name<T>),)+
+            /// What an effect has joined to the rig.
+            Effect(EffectLaw<T>),
+        }
 
         impl<T: Real> AnyLaw<T> {
             /// The law of `kind`, or `None` for a kind that is not in [`CARDS`].
@@ -65,12 +70,15 @@ macro_rules! components {
                 $(if kind == $module::CARD.kind {
                     return Some(AnyLaw::$name($module::$name::new(parameters, fluid)));
                 })+
-                None
+                EffectLaw::new(kind, parameters, fluid).map(AnyLaw::Effect)
             }
 
             #[inline]
             pub fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
-                match self { $(AnyLaw::$name(law) => law.evaluate(seen, answers)),+ }
+                match self {
+                    $(AnyLaw::$name(law) => law.evaluate(seen, answers),)+
+                    AnyLaw::Effect(law) => law.evaluate(seen, answers),
+                }
             }
         }
     };

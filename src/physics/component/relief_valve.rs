@@ -9,7 +9,7 @@ use crate::physics::law::root;
 pub const CARD: Card = Card {
     kind: "relief-valve",
     meaning: "Pressure-relief valve whose opening follows the overpressure with a lag.",
-    law: "tau e' = max(p_P - p_T - p_c, 0) - e;  q = q_r (e/e_r) sqrt(dp/(p_c + e_r))",
+    law: "tau e' = (o + sqrt(o² + w²))/2 - e with o = p_P - p_T - p_c;  q = q_r (e/e_r) sqrt(dp/(p_c + e_r))",
     source: "static gradient of a data sheet; Merritt (1967), section 5-6, for the lag",
     validity: "Static line through cracking and rated point; no hysteresis, no flow below the cracking pressure.",
     parameters: &[
@@ -19,6 +19,7 @@ pub const CARD: Card = Card {
             .positive()
             .calibrated(0.2),
         Parameter::required("lag", "tau", "ms", "time constant of the opening").positive().or(3.0).uncertain_anew(0.25),
+        Parameter::required("knee", "w", "bar", "width of a soft knee at the cracking pressure").or(0.0),
     ],
     ports: &[Port::hydraulic("P", "pressure side"), Port::hydraulic("T", "tank side")],
     states: &[State {
@@ -44,13 +45,15 @@ pub struct ReliefValve<T> {
     set_pressure: T,
     gradient: T,
     lag: T,
+    knee: T,
 }
 
 impl<T: Real> Law<T> for ReliefValve<T> {
     fn new(parameters: &[T], _fluid: &Fluid<T>) -> Self {
         let [set_pressure, rated_flow, rated_overpressure, lag] = [parameters[0], parameters[1], parameters[2], parameters[3]];
+        let knee = parameters[4];
         let gradient = rated_flow / (rated_overpressure * (set_pressure + rated_overpressure).sqrt());
-        Self { set_pressure, gradient, lag }
+        Self { set_pressure, gradient, lag, knee }
     }
 
     #[inline]
@@ -61,6 +64,12 @@ impl<T: Real> Law<T> for ReliefValve<T> {
         let flow = self.gradient * followed * root(drop, T::constant(1e3));
         answers.through[0] = flow;
         answers.through[1] = -flow;
-        answers.rate[0] = ((drop - self.set_pressure).max(T::zero()) - followed) / self.lag;
+        let over = drop - self.set_pressure;
+        let wanted = if self.knee.is_zero() {
+            over.max(T::zero())
+        } else {
+            (over + (over * over + self.knee * self.knee).sqrt()) * 0.5
+        };
+        answers.rate[0] = (wanted - followed) / self.lag;
     }
 }

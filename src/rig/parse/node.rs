@@ -3,7 +3,7 @@
 use crate::complaint::{Complaint, Kind};
 use crate::physics::card::PortKind;
 use crate::rig::source::{Table, Value};
-use crate::rig::{InitialPressure, NodeKind, Rig};
+use crate::rig::{InitialPressure, NodeKind, Parameter, Rig};
 use crate::units::Dimension;
 
 /// Decides what a node is from the ports that meet there, and reads how it starts.
@@ -44,7 +44,7 @@ pub(super) fn resolve_node(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resu
     let table = value.table(format!("node `{name}`"))?;
     let node_kind = match (kind, held) {
         (PortKind::Hydraulic, Some(parameter)) => NodeKind::Held { parameter },
-        (PortKind::Hydraulic, None) => NodeKind::Volume { initial: initial_pressure(&table)? },
+        (PortKind::Hydraulic, None) => NodeKind::Volume { initial: initial_pressure(rig, name, &table)? },
         (PortKind::Mechanical, _) => {
             let read = |key: &str, dimension| table.get(key).map(|value| value.quantity(dimension)).transpose();
             NodeKind::Body {
@@ -58,11 +58,28 @@ pub(super) fn resolve_node(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resu
     Ok(())
 }
 
-fn initial_pressure(table: &Table<'_>) -> Result<InitialPressure, Complaint> {
+fn initial_pressure(rig: &mut Rig, name: &str, table: &Table<'_>) -> Result<InitialPressure, Complaint> {
     let Some(value) = table.get("initial") else { return Ok(InitialPressure::Record) };
     match value.text() {
         Ok("balance") => Ok(InitialPressure::Balance),
         Ok("record") => Ok(InitialPressure::Record),
-        _ => Ok(InitialPressure::Given(value.quantity(Dimension::PRESSURE)?.value)),
+        _ => {
+            let stated = value.stated(Dimension::PRESSURE)?;
+            let Some(sigma) = stated.sigma.filter(|sigma| *sigma > 0.0) else {
+                return Ok(InitialPressure::Given(stated.value));
+            };
+            rig.parameters.push(Parameter {
+                id: format!("node.{name}.initial"),
+                unit: stated.unit,
+                value: stated.value,
+                bounds: (-crate::physics::ATMOSPHERE, f64::INFINITY),
+                sigma,
+                anew: false,
+                spread: 0.0,
+                meaning: format!("pressure of node `{name}` at the start"),
+                place: value.place(),
+            });
+            Ok(InitialPressure::Uncertain(rig.parameters.len() - 1))
+        }
     }
 }

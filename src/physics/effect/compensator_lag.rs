@@ -1,0 +1,14 @@
+//! A flow control valve that is slower or faster than its data sheet.
+
+use super::{At, Effect, First, Form, Free};
+
+pub const EFFECT: Effect = Effect {
+    name: "compensator-lag",
+    meaning: "Time constant of the reducing valve.",
+    law: "tau x' = x* - x",
+    source: "first-order dynamics of the spool",
+    validity: "First order.",
+    at: At::Component { kind: "flow-control-valve", named: false },
+    form: Form::Bent,
+    parameters: &[Free { name: "lag", neutral: None, first: First::Value(10.0), plausible: (0.2, 1000.0) }],
+};

@@ -1,0 +1,14 @@
+//! Dead voltage of a pump drive.
+
+use super::{At, Effect, First, Form, Free};
+
+pub const EFFECT: Effect = Effect {
+    name: "dead-voltage",
+    meaning: "Voltage below which the pump does not deliver.",
+    law: "q = k max(u - u_0, 0)",
+    source: "linear characteristic with a threshold",
+    validity: "The same slope above it.",
+    at: At::Component { kind: "flow-source", named: false },
+    form: Form::Bent,
+    parameters: &[Free { name: "dead_voltage", neutral: Some(0.0), first: First::Value(0.5), plausible: (0.0, 5.0) }],
+};

@@ -1,0 +1,56 @@
+//! Compliance of a hose.
+
+use super::{At, Effect, First, Form, Free, Joint};
+use crate::numeric::Real;
+use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::fluid::Fluid;
+
+pub const EFFECT: Effect = Effect {
+    name: "hose-compliance",
+    meaning: CARD.meaning,
+    law: CARD.law,
+    source: CARD.source,
+    validity: CARD.validity,
+    at: At::Node,
+    form: Form::Joined { card: &CARD, joints: &[Joint::Here], shared: &[] },
+    parameters: &[Free { name: "capacity", neutral: Some(0.0), first: First::Value(0.002), plausible: (0.0, 1.0) }],
+};
+
+pub const CARD: Card = Card {
+    kind: "hose-compliance",
+    meaning: "A hose that widens under pressure: more capacity at its node.",
+    law: "C = C_h",
+    source: "elastic pipe; VDI 3833 style capacity per pressure",
+    validity: "Linear: no stiffening, no damping of the wall.",
+    parameters: &[
+        Parameter::required("capacity", "C_h", "cm3/bar", "volume taken up per pressure").or(0.0),
+    ],
+    ports: &[Port::hydraulic("P", "node with the hose")],
+    worked: &[Worked {
+        text: "0.01 cm3/bar are 1e-13 m3/Pa",
+        parameters: &[("capacity", 0.01)],
+        at: &[1e5],
+        inputs: &[],
+        answer: Answer::Capacity(0),
+        expect: 1e-13,
+    }],
+    ..Card::EMPTY
+};
+
+#[derive(Debug, Clone, Copy)]
+pub struct HoseCompliance<T> {
+    capacity: T,
+}
+
+impl<T: Real> Law<T> for HoseCompliance<T> {
+    fn new(p: &[T], _fluid: &Fluid<T>) -> Self {
+        Self { capacity: p[0] }
+    }
+
+    #[inline]
+    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+        let _ = seen;
+        answers.capacity[0] = self.capacity;
+    }
+}

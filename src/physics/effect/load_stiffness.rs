@@ -1,0 +1,55 @@
+//! A spring that is not measured.
+
+use super::{At, Effect, First, Form, Free, Joint};
+use crate::numeric::Real;
+use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::fluid::Fluid;
+
+pub const EFFECT: Effect = Effect {
+    name: "load-stiffness",
+    meaning: CARD.meaning,
+    law: CARD.law,
+    source: CARD.source,
+    validity: CARD.validity,
+    at: At::Component { kind: "cylinder", named: false },
+    form: Form::Joined { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
+    parameters: &[Free { name: "stiffness", neutral: Some(0.0), first: First::Value(1.0), plausible: (-100.0, 1000.0) }],
+};
+
+pub const CARD: Card = Card {
+    kind: "load-stiffness",
+    meaning: "Force that grows with the position of the rod.",
+    law: "F = -k x",
+    source: "Hooke",
+    validity: "Linear, without preload (see load-force).",
+    parameters: &[
+        Parameter::required("stiffness", "k", "N/mm", "force per way").or(0.0).within(-1e4, 1e4),
+    ],
+    ports: &[Port::mechanical("body", "where it acts")],
+    worked: &[Worked {
+        text: "2 N/mm at 100 mm push back with 200 N",
+        parameters: &[("stiffness", 2.0)],
+        at: &[0.1, 0.0],
+        inputs: &[],
+        answer: Answer::Through(0),
+        expect: -200.0,
+    }],
+    ..Card::EMPTY
+};
+
+#[derive(Debug, Clone, Copy)]
+pub struct LoadStiffness<T> {
+    stiffness: T,
+}
+
+impl<T: Real> Law<T> for LoadStiffness<T> {
+    fn new(p: &[T], _fluid: &Fluid<T>) -> Self {
+        Self { stiffness: p[0] }
+    }
+
+    #[inline]
+    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+        answers.through[0] = -(self.stiffness * seen.z[0]);
+    }
+}

@@ -1,0 +1,185 @@
+//! Effects: physics that a model may have left out, one file each. A new one is its file and its line in `effects!`.
+//!
+//! At its neutral value an effect contributes exactly nothing, so the model without it is the model with it at that value.
+//! An effect comes in one of three forms ([`Form`]): a further component that is joined to the circuit, a parameter that a
+//! law has already, or something that a sensor does to what it reads.
+
+use super::card::Card;
+use super::component::{Answers, Law, Seen};
+use super::fluid::Fluid;
+use crate::numeric::Real;
+
+/// Where an effect may sit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum At {
+    /// The fluid, and so the whole rig.
+    Fluid,
+    /// A node with a volume; written `@node`.
+    Node,
+    /// A component of this kind; written `@name` where `named`, else only where there are several.
+    Component { kind: &'static str, named: bool },
+    /// A sensor; written `@name`.
+    Sensor,
+}
+
+/// Which node a port of a joined component meets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Joint {
+    /// The node where the effect sits.
+    Here,
+    /// The node of the rig's tank.
+    Tank,
+    /// The node at this port of the component where the effect sits.
+    Port(&'static str),
+    /// The node into which what stands at the first port drains; the tank where there is none.
+    Next,
+}
+
+/// How an effect changes the model.
+#[derive(Debug, Clone, Copy)]
+pub enum Form {
+    /// One more component.
+    Joined {
+        card: &'static Card,
+        joints: &'static [Joint],
+        /// Parameters that are those of the component where the effect sits: own name, its name.
+        shared: &'static [(&'static str, &'static str)],
+    },
+    /// Parameters that fluid, component or sensor have already.
+    Bent,
+    /// What the sensor does to its readings; the card holds its parameters.
+    Reading { card: &'static Card },
+}
+
+/// A parameter of an effect that is estimated.
+#[derive(Debug, Clone, Copy)]
+pub struct Free {
+    pub name: &'static str,
+    /// What it is when the effect does nothing, in the unit of its card; `None` where it is what the rig has.
+    pub neutral: Option<f64>,
+    /// What is tried first.
+    pub first: First,
+    /// Values with physical sense, in the unit of its card.
+    pub plausible: (f64, f64),
+}
+
+/// Where the search for a parameter of an effect begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum First {
+    /// This value, in the unit of the card.
+    Value(f64),
+    /// This many times the noise of the sensor where the effect sits.
+    Noise(f64),
+    /// This share of the way from the least to the largest reading of the sensor, or level at the node, where it sits.
+    Range(f64),
+}
+
+/// The card of an effect.
+#[derive(Debug, Clone, Copy)]
+pub struct Effect {
+    /// Name in the rig file, before the `@`.
+    pub name: &'static str,
+    pub meaning: &'static str,
+    /// The law as formulas.
+    pub law: &'static str,
+    pub source: &'static str,
+    /// Where the law holds and what it leaves out.
+    pub validity: &'static str,
+    pub at: At,
+    pub form: Form,
+    /// The size first.
+    pub parameters: &'static [Free],
+}
+
+/// What a sensor does to its readings.
+pub trait Reading {
+    /// Changes the readings at `times` (s) in place, by the parameters in the order of the card, SI.
+    fn apply<T: Real>(parameters: &[T], times: &[f64], readings: &mut [T]);
+}
+
+macro_rules! effects {
+    (
+        joined { $($module:ident :: $name:ident),+ $(,)? }
+        readings { $($reading:ident :: $does:ident),+ $(,)? }
+        bent { $($plain:ident),+ $(,)? }
+    ) => {
+        $(mod $module;)+
+        $(mod $reading;)+
+        $(mod $plain;)+
+
+        /// Every effect that a model may be given.
+        pub const EFFECTS: &[&Effect] = &[$(&$module::EFFECT,)+ $(&$plain::EFFECT,)+ $(&$reading::EFFECT),+];
+
+        /// The cards of the laws that effects join to a rig.
+        pub const LAWS: &[&Card] = &[$(&$module::CARD),+];
+
+        /// The law of any joined effect, chosen by kind.
+        #[derive(Debug, Clone, Copy)]
+        pub enum EffectLaw<T> { $($name($module::$name<T>)),+ }
+
+        impl<T: Real> EffectLaw<T> {
+            /// The law of `kind`, or `None` for a kind that is not in [`LAWS`].
+            pub fn new(kind: &str, parameters: &[T], fluid: &Fluid<T>) -> Option<Self> {
+                $(if kind == $module::CARD.kind {
+                    return Some(EffectLaw::$name($module::$name::new(parameters, fluid)));
+                })+
+                None
+            }
+
+            #[inline]
+            pub fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+                match self { $(EffectLaw::$name(law) => law.evaluate(seen, answers)),+ }
+            }
+        }
+
+        /// Does to the readings of a sensor what the effect whose card is `kind` does.
+        pub fn read<T: Real>(kind: &str, parameters: &[T], times: &[f64], readings: &mut [T]) {
+            $(if kind == $reading::CARD.kind {
+                $reading::$does::apply(parameters, times, readings);
+            })+
+        }
+    };
+}
+
+effects! {
+    joined {
+        end_cushioning::EndCushioning,
+        external_leakage::ExternalLeakage,
+        external_orifice_leakage::ExternalOrificeLeakage,
+        hose_compliance::HoseCompliance,
+        load_force::LoadForce,
+        load_mass::LoadMass,
+        load_stiffness::LoadStiffness,
+        orifice_leakage::OrificeLeakage,
+        position_dependent_clearance::PositionDependentClearance,
+        pressure_friction::PressureFriction,
+        progressive_load::ProgressiveLoad,
+        pump_slip::PumpSlip,
+        relief_weeping::ReliefWeeping,
+        reservoir_overflow::ReservoirOverflow,
+        seal_friction::SealFriction,
+    }
+    readings {
+        sensor_delay::SensorDelay,
+        sensor_lag::SensorLag,
+        sensor_saturation::SensorSaturation,
+    }
+    bent {
+        compensator_lag,
+        dead_voltage,
+        entrained_air,
+        pump_droop,
+        relief_knee,
+        sensor_gain,
+        sensor_offset,
+        spool_dead_band,
+        spool_flow_force,
+        spool_lag,
+        viscous_friction,
+    }
+}
+
+/// The effect of this name.
+pub fn effect(name: &str) -> Option<&'static Effect> {
+    EFFECTS.iter().copied().find(|effect| effect.name == name)
+}

@@ -1,0 +1,55 @@
+//! A load that grows with the square of the position.
+
+use super::{At, Effect, First, Form, Free, Joint};
+use crate::numeric::Real;
+use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::fluid::Fluid;
+
+pub const EFFECT: Effect = Effect {
+    name: "progressive-load",
+    meaning: CARD.meaning,
+    law: CARD.law,
+    source: CARD.source,
+    validity: CARD.validity,
+    at: At::Component { kind: "cylinder", named: false },
+    form: Form::Joined { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
+    parameters: &[Free { name: "rate", neutral: Some(0.0), first: First::Value(0.01), plausible: (-10.0, 10.0) }],
+};
+
+pub const CARD: Card = Card {
+    kind: "progressive-load",
+    meaning: "Force that depends on the position and bends: a wall that closes in, a linkage.",
+    law: "F = -k x^2",
+    source: "first curved term of any law of the position",
+    validity: "Meant for one stroke; the sign may be either.",
+    parameters: &[
+        Parameter::required("rate", "k", "N/mm2", "force per square of the way").or(0.0).within(-1e3, 1e3),
+    ],
+    ports: &[Port::mechanical("body", "where it acts")],
+    worked: &[Worked {
+        text: "0.02 N/mm2 at 100 mm push back with 200 N",
+        parameters: &[("rate", 0.02)],
+        at: &[0.1, 0.0],
+        inputs: &[],
+        answer: Answer::Through(0),
+        expect: -200.0,
+    }],
+    ..Card::EMPTY
+};
+
+#[derive(Debug, Clone, Copy)]
+pub struct ProgressiveLoad<T> {
+    rate: T,
+}
+
+impl<T: Real> Law<T> for ProgressiveLoad<T> {
+    fn new(p: &[T], _fluid: &Fluid<T>) -> Self {
+        Self { rate: p[0] }
+    }
+
+    #[inline]
+    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+        answers.through[0] = -(self.rate * seen.z[0] * seen.z[0]);
+    }
+}

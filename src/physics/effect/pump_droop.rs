@@ -1,0 +1,14 @@
+//! Speed of a pump that droops under load.
+
+use super::{At, Effect, First, Form, Free};
+
+pub const EFFECT: Effect = Effect {
+    name: "pump-droop",
+    meaning: "The drive gives way under torque: less speed, less flow.",
+    law: "q = D n (1 - loss) (1 - k (p_P - p_T))",
+    source: "torque characteristic of an asynchronous motor, linear near its rated point",
+    validity: "Linear; for a pump of constant displacement it looks like slip.",
+    at: At::Component { kind: "pump", named: false },
+    form: Form::Bent,
+    parameters: &[Free { name: "droop", neutral: Some(0.0), first: First::Value(0.0003), plausible: (0.0, 0.005) }],
+};

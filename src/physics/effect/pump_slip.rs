@@ -1,0 +1,57 @@
+//! Slip of a pump.
+
+use super::{At, Effect, First, Form, Free, Joint};
+use crate::numeric::Real;
+use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::fluid::Fluid;
+
+pub const EFFECT: Effect = Effect {
+    name: "pump-slip",
+    meaning: CARD.meaning,
+    law: CARD.law,
+    source: CARD.source,
+    validity: CARD.validity,
+    at: At::Component { kind: "pump", named: false },
+    form: Form::Joined { card: &CARD, joints: &[Joint::Port("P"), Joint::Port("T")], shared: &[] },
+    parameters: &[Free { name: "conductance", neutral: Some(0.0), first: First::Value(0.002), plausible: (0.0, 0.05) }],
+};
+
+pub const CARD: Card = Card {
+    kind: "pump-slip",
+    meaning: "Flow back through the gaps of the pump.",
+    law: "q = G (p_P - p_T)",
+    source: "Wilson (1948); laminar slip of a displacement pump",
+    validity: "Laminar; speed and viscosity constant.",
+    parameters: &[
+        Parameter::required("conductance", "G", "L/min/bar", "flow per pressure").or(0.0),
+    ],
+    ports: &[Port::hydraulic("P", "outlet"), Port::hydraulic("T", "inlet")],
+    worked: &[Worked {
+        text: "0.003 L/min/bar under 100 bar slip 0.3 L/min",
+        parameters: &[("conductance", 0.003)],
+        at: &[101e5, 1e5],
+        inputs: &[],
+        answer: Answer::Through(0),
+        expect: 5e-6,
+    }],
+    ..Card::EMPTY
+};
+
+#[derive(Debug, Clone, Copy)]
+pub struct PumpSlip<T> {
+    conductance: T,
+}
+
+impl<T: Real> Law<T> for PumpSlip<T> {
+    fn new(p: &[T], _fluid: &Fluid<T>) -> Self {
+        Self { conductance: p[0] }
+    }
+
+    #[inline]
+    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+        let flow = self.conductance * (seen.z[0] - seen.z[1]);
+        answers.through[0] = flow;
+        answers.through[1] = -flow;
+    }
+}

@@ -1,0 +1,14 @@
+//! Soft knee of a relief valve.
+
+use super::{At, Effect, First, Form, Free};
+
+pub const EFFECT: Effect = Effect {
+    name: "relief-knee",
+    meaning: "A relief valve that opens gradually around its cracking pressure.",
+    law: "e = (dp + sqrt(dp^2 + w^2))/2 with dp = p_P - p_T - p_c",
+    source: "smooth maximum; Merritt (1967), section 5-6",
+    validity: "Symmetric knee of width w.",
+    at: At::Component { kind: "relief-valve", named: false },
+    form: Form::Bent,
+    parameters: &[Free { name: "knee", neutral: Some(0.0), first: First::Value(1.0), plausible: (0.0, 30.0) }],
+};

@@ -1,0 +1,59 @@
+//! A relief valve that weeps before it cracks.
+
+use super::{At, Effect, First, Form, Free, Joint};
+use crate::numeric::Real;
+use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::fluid::Fluid;
+
+pub const EFFECT: Effect = Effect {
+    name: "relief-weeping",
+    meaning: CARD.meaning,
+    law: CARD.law,
+    source: CARD.source,
+    validity: CARD.validity,
+    at: At::Component { kind: "relief-valve", named: false },
+    form: Form::Joined { card: &CARD, joints: &[Joint::Port("P"), Joint::Port("T")], shared: &[] },
+    parameters: &[Free { name: "conductance", neutral: Some(0.0), first: First::Value(0.01), plausible: (0.0, 0.5) }, Free { name: "from", neutral: None, first: First::Value(80.0), plausible: (0.0, 400.0) }],
+};
+
+pub const CARD: Card = Card {
+    kind: "relief-weeping",
+    meaning: "Flow over the relief valve below its cracking pressure.",
+    law: "q = G max(p_P - p_T - p_w, 0)",
+    source: "a worn seat leaks before it lifts; straight line from the weeping pressure",
+    validity: "Meant for the pressures just below cracking; above it the line goes on.",
+    parameters: &[
+        Parameter::required("conductance", "G", "L/min/bar", "flow per pressure above the weeping pressure").or(0.0),
+        Parameter::required("from", "p_w", "bar", "pressure from which on it weeps").or(80.0),
+    ],
+    ports: &[Port::hydraulic("P", "pressure side"), Port::hydraulic("T", "tank side")],
+    worked: &[Worked {
+        text: "0.03 L/min/bar from 80 bar on, at 90 bar: 0.3 L/min",
+        parameters: &[("conductance", 0.03), ("from", 80.0)],
+        at: &[91e5, 1e5],
+        inputs: &[],
+        answer: Answer::Through(0),
+        expect: 5e-6,
+    }],
+    ..Card::EMPTY
+};
+
+#[derive(Debug, Clone, Copy)]
+pub struct ReliefWeeping<T> {
+    conductance: T,
+    from: T,
+}
+
+impl<T: Real> Law<T> for ReliefWeeping<T> {
+    fn new(p: &[T], _fluid: &Fluid<T>) -> Self {
+        Self { conductance: p[0], from: p[1] }
+    }
+
+    #[inline]
+    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+        let flow = self.conductance * (seen.z[0] - seen.z[1] - self.from).max(T::zero());
+        answers.through[0] = flow;
+        answers.through[1] = -flow;
+    }
+}

@@ -1,0 +1,64 @@
+//! Dry friction of seals.
+
+use super::{At, Effect, First, Form, Free, Joint};
+use crate::numeric::Real;
+use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::fluid::Fluid;
+
+pub const EFFECT: Effect = Effect {
+    name: "seal-friction",
+    meaning: CARD.meaning,
+    law: CARD.law,
+    source: CARD.source,
+    validity: CARD.validity,
+    at: At::Component { kind: "cylinder", named: true },
+    form: Form::Joined { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
+    parameters: &[Free { name: "coulomb", neutral: Some(0.0), first: First::Value(150.0), plausible: (0.0, 20000.0) }, Free { name: "breakaway", neutral: Some(0.0), first: First::Value(100.0), plausible: (0.0, 20000.0) }, Free { name: "stribeck_velocity", neutral: None, first: First::Value(8.0), plausible: (0.5, 200.0) }],
+};
+
+pub const CARD: Card = Card {
+    kind: "seal-friction",
+    meaning: "Friction of seals and guides: Coulomb friction, more of it from rest (Stribeck).",
+    law: "F = -(F_c + F_s exp(-(v/v_s)^2)) v / sqrt(v^2 + v_t^2)",
+    source: "Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994), 1083",
+    validity: "No memory: below the transition speed it acts like viscous friction, a body at rest creeps.",
+    parameters: &[
+        Parameter::required("coulomb", "F_c", "N", "friction of the moving body").or(0.0),
+        Parameter::required("breakaway", "F_s", "N", "further friction from rest").or(0.0),
+        Parameter::required("stribeck_velocity", "v_s", "mm/s", "speed over which the breakaway friction fades").positive().or(8.0),
+        Parameter::required("transition_speed", "v_t", "mm/s", "speed at which 71 % of the friction act").positive().or(1.0),
+    ],
+    ports: &[Port::mechanical("body", "what rubs")],
+    worked: &[Worked {
+        text: "10 N with 1 mm/s of transition hold back a body at 0.75 mm/s with 6 N",
+        parameters: &[("coulomb", 10.0), ("transition_speed", 1.0)],
+        at: &[0.0, 0.75e-3],
+        inputs: &[],
+        answer: Answer::Through(0),
+        expect: -6.0,
+    }],
+    ..Card::EMPTY
+};
+
+#[derive(Debug, Clone, Copy)]
+pub struct SealFriction<T> {
+    coulomb: T,
+    breakaway: T,
+    stribeck: T,
+    transition: T,
+}
+
+impl<T: Real> Law<T> for SealFriction<T> {
+    fn new(p: &[T], _fluid: &Fluid<T>) -> Self {
+        Self { coulomb: p[0], breakaway: p[1], stribeck: p[2], transition: p[3] }
+    }
+
+    #[inline]
+    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+        let v = seen.z[1];
+        let share = v / self.stribeck;
+        let size = self.coulomb + self.breakaway * (-(share * share)).exp();
+        answers.through[0] = -(size * v) / (v * v + self.transition * self.transition).sqrt();
+    }
+}

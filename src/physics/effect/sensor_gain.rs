@@ -1,0 +1,14 @@
+//! Gain of a sensor.
+
+use super::{At, Effect, First, Form, Free};
+
+pub const EFFECT: Effect = Effect {
+    name: "sensor-gain",
+    meaning: "What the sensor shows per true value.",
+    law: "y = gain raw",
+    source: "any transducer",
+    validity: "Constant over the record.",
+    at: At::Sensor,
+    form: Form::Bent,
+    parameters: &[Free { name: "gain", neutral: Some(1.0), first: First::Value(1.02), plausible: (0.5, 2.0) }],
+};

@@ -1,0 +1,14 @@
+//! Offset of a sensor.
+
+use super::{At, Effect, First, Form, Free};
+
+pub const EFFECT: Effect = Effect {
+    name: "sensor-offset",
+    meaning: "What the sensor shows at zero.",
+    law: "y = raw + offset",
+    source: "any transducer",
+    validity: "Constant over the record.",
+    at: At::Sensor,
+    form: Form::Bent,
+    parameters: &[Free { name: "offset", neutral: Some(0.0), first: First::Noise(1.0), plausible: (-1e30, 1e30) }],
+};

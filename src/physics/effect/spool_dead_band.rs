@@ -1,0 +1,14 @@
+//! Dead band of a directional control valve.
+
+use super::{At, Effect, First, Form, Free};
+
+pub const EFFECT: Effect = Effect {
+    name: "spool-dead-band",
+    meaning: "Overlap of the spool: it has to move before an edge opens.",
+    law: "s_eff = sign(s) max(|s| - d, 0)/(1 - d)",
+    source: "Merritt (1967), section 5-1",
+    validity: "The same for all edges.",
+    at: At::Component { kind: "directional-valve", named: false },
+    form: Form::Bent,
+    parameters: &[Free { name: "dead_band", neutral: Some(0.0), first: First::Value(0.05), plausible: (0.0, 0.5) }],
+};

@@ -1,0 +1,14 @@
+//! A directional control valve that is slower or faster than its data sheet.
+
+use super::{At, Effect, First, Form, Free};
+
+pub const EFFECT: Effect = Effect {
+    name: "spool-lag",
+    meaning: "Time constant of the spool.",
+    law: "tau s' = u - s",
+    source: "first-order dynamics of the spool",
+    validity: "First order.",
+    at: At::Component { kind: "directional-valve", named: false },
+    form: Form::Bent,
+    parameters: &[Free { name: "lag", neutral: None, first: First::Value(16.0), plausible: (0.2, 2000.0) }],
+};

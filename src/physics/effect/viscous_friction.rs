@@ -1,0 +1,14 @@
+//! Viscous friction beyond the data sheet.
+
+use super::{At, Effect, First, Form, Free};
+
+pub const EFFECT: Effect = Effect {
+    name: "viscous-friction",
+    meaning: "Friction force per speed of the cylinder.",
+    law: "F = -b v",
+    source: "Newtonian film",
+    validity: "Linear.",
+    at: At::Component { kind: "cylinder", named: true },
+    form: Form::Bent,
+    parameters: &[Free { name: "viscous_friction", neutral: None, first: First::Value(1600.0), plausible: (0.0, 1e6) }],
+};

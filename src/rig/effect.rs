@@ -1,0 +1,285 @@
+//! Effects in a rig: where they may sit, and what they become there.
+
+use super::{NodeKind, Parameter, Rig};
+use crate::complaint::{Complaint, Kind, Place, help_with_names};
+use crate::physics::card::Card;
+use crate::physics::effect::{At, EFFECTS, Effect, Form, Joint, effect};
+use crate::units::Unit;
+
+/// An effect at its place in a rig.
+#[derive(Debug, Clone, Copy)]
+pub struct Placed {
+    pub effect: &'static Effect,
+    pub spot: Spot,
+}
+
+/// Where an effect sits, as an index into the rig.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spot {
+    Fluid,
+    Node(usize),
+    Component(usize),
+    Sensor(usize),
+}
+
+/// An effect that a rig has.
+#[derive(Debug, Clone)]
+pub struct Present {
+    /// `kind@place`.
+    pub id: String,
+    pub placed: Placed,
+    /// Indices of its parameters, in the order of the effect.
+    pub parameters: Vec<usize>,
+}
+
+/// What an effect does to the readings of a sensor.
+#[derive(Debug, Clone)]
+pub struct Readings {
+    pub card: &'static Card,
+    pub sensor: usize,
+    pub first_parameter: usize,
+}
+
+/// A parameter of an effect as it is to be: SI, with its standard uncertainty (0: exact).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Given {
+    pub name: String,
+    pub value: f64,
+    pub sigma: f64,
+}
+
+impl Rig {
+    /// Every effect at every place where this rig may have it, in the order of the library.
+    pub fn effect_places(&self) -> Vec<Placed> {
+        EFFECTS.iter().flat_map(|&effect| self.spots(effect).into_iter().map(move |spot| Placed { effect, spot })).collect()
+    }
+
+    fn spots(&self, effect: &Effect) -> Vec<Spot> {
+        match effect.at {
+            At::Fluid => vec![Spot::Fluid],
+            At::Node => {
+                let volume = |&node: &usize| matches!(self.nodes[node].kind, NodeKind::Volume { .. });
+                (0..self.nodes.len()).filter(volume).map(Spot::Node).collect()
+            }
+            At::Component { kind, .. } => (0..self.components.len())
+                .filter(|&component| self.components[component].card.kind == kind)
+                .map(Spot::Component)
+                .collect(),
+            At::Sensor => (0..self.sensors.len()).map(Spot::Sensor).collect(),
+        }
+    }
+
+    /// The name of an effect at its place, `kind@place`, or the kind alone where the place goes without saying.
+    pub fn effect_id(&self, placed: &Placed) -> String {
+        let effect = placed.effect;
+        let place = match placed.spot {
+            Spot::Fluid => None,
+            Spot::Node(node) => Some(&self.nodes[node].name),
+            Spot::Sensor(sensor) => Some(&self.sensors[sensor].name),
+            Spot::Component(component) => {
+                let said = matches!(effect.at, At::Component { named: true, .. }) || self.spots(effect).len() > 1;
+                said.then(|| &self.components[component].name)
+            }
+        };
+        place.map_or_else(|| effect.name.to_owned(), |place| format!("{}@{place}", effect.name))
+    }
+
+    /// The effect of this name at its place.
+    ///
+    /// # Errors
+    /// An effect that is not in the library, or a place where this rig cannot have it.
+    pub fn placed(&self, id: &str) -> Result<Placed, Complaint> {
+        let (name, place) = id.split_once('@').map_or((id, None), |(name, place)| (name, Some(place)));
+        let Some(effect) = effect(name) else {
+            return Err(Complaint::new(Kind::UnknownName, format!("there is no effect `{name}`"))
+                .at(Place::file(&self.path))
+                .help(help_with_names(name, "effects", EFFECTS.iter().map(|effect| effect.name))));
+        };
+        let all: Vec<Placed> = self.spots(effect).into_iter().map(|spot| Placed { effect, spot }).collect();
+        let ids: Vec<String> = all.iter().map(|placed| self.effect_id(placed)).collect();
+        let found = match place {
+            Some(place) => all.iter().find(|placed| self.spot_name(placed.spot) == Some(place)),
+            None if all.len() == 1 => all.first(),
+            None => None,
+        };
+        found.copied().ok_or_else(|| {
+            let complaint = Complaint::new(Kind::UnknownName, format!("this rig cannot have the effect `{id}`"))
+                .at(Place::file(&self.path));
+            if ids.is_empty() {
+                complaint.help(format!("`{name}` needs {}", needs(effect.at)))
+            } else {
+                complaint.help(help_with_names(id, "places", ids.iter().map(String::as_str)))
+            }
+        })
+    }
+
+    fn spot_name(&self, spot: Spot) -> Option<&str> {
+        match spot {
+            Spot::Fluid => None,
+            Spot::Node(node) => Some(&self.nodes[node].name),
+            Spot::Component(component) => Some(&self.components[component].name),
+            Spot::Sensor(sensor) => Some(&self.sensors[sensor].name),
+        }
+    }
+
+    /// Unit of a parameter of an effect at its place, as the rig file writes it.
+    pub fn effect_unit(&self, placed: &Placed, name: &str) -> Unit {
+        let card = match placed.effect.form {
+            Form::Joined { card, .. } | Form::Reading { card } => card,
+            Form::Bent => {
+                let index = self.bent(placed, name);
+                return index.map_or_else(Unit::dimensionless, |index| self.parameters[index].unit.clone());
+            }
+        };
+        match (card.parameters.iter().find(|own| own.name == name).map(|own| own.unit), placed.spot) {
+            // A reading's own limits are in the unit of the sensor.
+            (Some("-"), Spot::Sensor(sensor)) => self.sensor_unit(&self.sensors[sensor]),
+            (Some(unit), _) => Unit::parse(unit).unwrap_or_else(|_| Unit::dimensionless()),
+            (None, _) => Unit::dimensionless(),
+        }
+    }
+
+    /// Index of the parameter that an effect bends.
+    pub fn bent(&self, placed: &Placed, name: &str) -> Option<usize> {
+        let owner = match placed.spot {
+            Spot::Fluid => "fluid".to_owned(),
+            Spot::Sensor(sensor) => format!("sensor.{}", self.sensors[sensor].name),
+            Spot::Component(component) => self.components[component].name.clone(),
+            Spot::Node(_) => return None,
+        };
+        self.parameter(&format!("{owner}.{name}"))
+    }
+
+    /// Gives the rig an effect, and returns the indices of its parameters in the order of the effect. New parameters come
+    /// behind all others, so that every index keeps its meaning.
+    ///
+    /// # Errors
+    /// An effect that the rig has already; a parameter that the effect does not have, or a value outside its bounds.
+    pub fn give_effect(&mut self, placed: &Placed, given: &[Given]) -> Result<Vec<usize>, Complaint> {
+        let id = self.effect_id(placed);
+        let refuse = |kind, what: String| Err(Complaint::new(kind, what).at(Place::file(&self.path)));
+        if self.effects.iter().any(|present| present.id == id) {
+            return refuse(Kind::Duplicate, format!("the rig has the effect `{id}` already"));
+        }
+        let indices: Vec<usize> = match placed.effect.form {
+            Form::Bent => {
+                let own: Option<Vec<usize>> =
+                    placed.effect.parameters.iter().map(|free| self.bent(placed, free.name)).collect();
+                let Some(own) = own else { return refuse(Kind::UnknownName, format!("nothing for `{id}` to bend")) };
+                own
+            }
+            Form::Joined { card, joints, shared } => {
+                let nodes = self.joints(placed, joints);
+                let Some(nodes) = nodes else {
+                    return refuse(Kind::MissingEntry, format!("the effect `{id}` needs a tank in the rig"));
+                };
+                let mut values: Vec<(&str, f64)> =
+                    given.iter().map(|given| (given.name.as_str(), given.value)).collect();
+                if let Spot::Component(component) = placed.spot {
+                    for (own, theirs) in shared.iter().filter(|(own, _)| given.iter().all(|given| given.name != *own)) {
+                        let id = format!("{}.{theirs}", self.components[component].name);
+                        values.extend(self.parameter(&id).map(|index| (*own, self.parameters[index].value)));
+                    }
+                }
+                let first = self.parameters.len();
+                self.join(&id, card, &nodes, &values)?;
+                free_indices(card, placed.effect, first)
+            }
+            Form::Reading { card } => {
+                let Spot::Sensor(sensor) = placed.spot else {
+                    return refuse(Kind::Contradiction, format!("`{id}` needs a sensor"));
+                };
+                let first = self.parameters.len();
+                for own in card.parameters {
+                    let unit = self.effect_unit(placed, own.name);
+                    let default = own.default.map(|default| unit.difference_to_si(default));
+                    let Some(value) =
+                        given.iter().find(|given| given.name == own.name).map(|given| given.value).or(default)
+                    else {
+                        return refuse(Kind::MissingEntry, format!("the effect `{id}` has no `{}`", own.name));
+                    };
+                    // A limit in the unit of a sensor may have either sign.
+                    let low = if own.unit == "-" { f64::NEG_INFINITY } else { unit.difference_to_si(own.bounds.0) };
+                    self.parameters.push(Parameter {
+                        id: format!("{id}.{}", own.name),
+                        bounds: (low, unit.difference_to_si(own.bounds.1)),
+                        unit,
+                        value,
+                        sigma: 0.0,
+                        anew: false,
+                        spread: 0.0,
+                        meaning: own.meaning.to_owned(),
+                        place: Place::file(&self.path),
+                    });
+                }
+                self.readings.push(Readings { card, sensor, first_parameter: first });
+                free_indices(card, placed.effect, first)
+            }
+        };
+        for given in given {
+            let own = placed.effect.parameters.iter().position(|free| free.name == given.name);
+            let Some(index) = own.map(|own| indices[own]) else { continue };
+            let parameter = &mut self.parameters[index];
+            if !(parameter.bounds.0..=parameter.bounds.1).contains(&given.value) {
+                let what = format!("`{}` is outside its physical bounds", parameter.id);
+                return Err(Complaint::new(Kind::Bounds, what)
+                    .at(Place::file(&self.path))
+                    .help(format!("{}: {}", parameter.meaning, super::range(parameter.bounds, &parameter.unit))));
+            }
+            (parameter.value, parameter.sigma, parameter.anew) = (given.value, given.sigma, false);
+        }
+        self.effects.push(Present { id, placed: *placed, parameters: indices.clone() });
+        Ok(indices)
+    }
+
+    /// The nodes that the ports of a joined effect meet; `None` without a tank where one is needed.
+    fn joints(&self, placed: &Placed, joints: &[Joint]) -> Option<Vec<usize>> {
+        let tank = self.components.iter().find(|component| component.card.fixes_pressure.is_some());
+        let tank = tank.map(|component| component.ports[0]);
+        let port = |name: &str| match placed.spot {
+            Spot::Component(component) => {
+                let component = &self.components[component];
+                let place = component.card.ports.iter().position(|port| port.name == name)?;
+                Some(component.ports[place])
+            }
+            _ => None,
+        };
+        let here = match placed.spot {
+            Spot::Node(node) => Some(node),
+            Spot::Component(component) => self.components[component].ports.first().copied(),
+            _ => None,
+        };
+        joints
+            .iter()
+            .map(|joint| match joint {
+                Joint::Here => here,
+                Joint::Tank => tank,
+                Joint::Port(name) => port(name),
+                Joint::Next => self.next(here?).or(tank),
+            })
+            .collect()
+    }
+
+    /// The node into which a reservoir's outlet drains.
+    fn next(&self, node: usize) -> Option<usize> {
+        self.components
+            .iter()
+            .filter(|component| matches!(component.card.kind, "orifice" | "free-outlet"))
+            .find(|component| component.ports[0] == node)
+            .map(|component| component.ports[1])
+    }
+}
+
+fn free_indices(card: &Card, effect: &Effect, first: usize) -> Vec<usize> {
+    let place = |name| card.parameters.iter().position(|own| own.name == name).unwrap_or(0);
+    effect.parameters.iter().map(|free| first + place(free.name)).collect()
+}
+
+fn needs(at: At) -> String {
+    match at {
+        At::Fluid => "a fluid".to_owned(),
+        At::Node => "a node with a volume".to_owned(),
+        At::Component { kind, .. } => format!("a `{kind}`"),
+        At::Sensor => "a sensor".to_owned(),
+    }
+}
