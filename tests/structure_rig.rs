@@ -11,6 +11,38 @@ fn telescopic() -> String {
     std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/telescopic/rig.toml")).unwrap()
 }
 
+/// The three faults of the paper.
+const OF_THE_PAPER: [&str; 3] = ["cylinder.clearance", "flow_control.orifice_diameter", "directional_valve.opening"];
+
+/// The rig with these of its faults and no others.
+fn with_only_faults(text: &str, ids: &[&str]) -> String {
+    let (before, rest) = text.split_once("[faults]\n").unwrap();
+    let (faults, after) = rest.split_once("\n\n").unwrap();
+    let line = |id: &&str| faults.lines().find(|line| line.starts_with(&format!("\"{id}\" = "))).expect(id);
+    let kept: Vec<&str> = ids.iter().map(line).collect();
+    format!("{before}[faults]\n{}\n\n{after}", kept.join("\n"))
+}
+
+/// The rig without these sensors and whatever may be wrong with them.
+fn without_sensors(text: &str, names: &[&str]) -> String {
+    let mut text = text.to_owned();
+    for name in names {
+        let (sensor, faults) = (format!("{name} = {{ quantity"), format!("\"sensor.{name}."));
+        assert!(text.lines().any(|line| line.starts_with(&sensor)), "{name}");
+        let stays = |line: &&str| !line.starts_with(&sensor) && !line.starts_with(&faults);
+        text = text.lines().filter(stays).map(|line| format!("{line}\n")).collect();
+    }
+    text
+}
+
+fn with_faults(text: &str, faults: &str) -> String {
+    text.replace("[faults]\n", &format!("[faults]\n{faults}"))
+}
+
+fn three_faults() -> String {
+    with_only_faults(&telescopic(), &OF_THE_PAPER)
+}
+
 fn parse(text: String) -> Rig {
     Rig::parse("rig.toml", text).unwrap()
 }
@@ -27,7 +59,7 @@ fn held<'a>(structure: &'a Structure, equation: &str) -> (Vec<&'a str>, Vec<&'a 
 
 #[test]
 fn laws_are_probed() {
-    let structure = from_rig(&parse(telescopic()));
+    let structure = from_rig(&parse(three_faults()));
     let (unknowns, faults) = held(&structure, "flow into directional_valve.A");
     assert_eq!(
         unknowns,
@@ -58,8 +90,8 @@ fn laws_are_probed() {
 }
 
 #[test]
-fn telescopic_rig() {
-    let result = show(&parse(telescopic()));
+fn three_faults_of_the_telescopic_rig() {
+    let result = show(&parse(three_faults()));
     assert_eq!((result.equations, result.unknowns, result.redundancy), (44, 36, 8));
     assert_eq!(result.explained_by, [[true, false, false], [false, true, false], [false, false, true]]);
     assert_eq!(result.mtes_sets, Count { count: 3, complete: true });
@@ -78,31 +110,24 @@ fn show(rig: &Rig) -> Isolability {
     result
 }
 
-fn without_sensors(text: &str, names: &[&str]) -> String {
-    let gone = |line: &str| names.iter().any(|name| line.starts_with(&format!("{name} = {{ quantity")));
-    text.lines().filter(|line| !gone(line)).map(|line| format!("{line}\n")).collect()
-}
-
-fn with_faults(text: &str, faults: &str) -> String {
-    text.replace("[faults]\n", &format!("[faults]\n{faults}"))
-}
-
 #[test]
 fn few_sensors() {
-    let two = show(&parse(without_sensors(&telescopic(), &["p_P", "p_A", "p_B", "q_P", "q_A", "q_B"])));
+    let two = show(&parse(without_sensors(&three_faults(), &["p_P", "p_A", "p_B", "q_P", "q_A", "q_B"])));
     assert_eq!(two.detectable, [true; 3]);
     assert!(two.ambiguity_groups.is_empty());
     assert!(two.tests.iter().all(|test| test.faults.len() == 2));
-    let none = show(&parse(without_sensors(&telescopic(), &["p_pump", "p_P", "p_A", "p_B", "q_P", "q_A", "q_B", "x"])));
+    let none =
+        show(&parse(without_sensors(&three_faults(), &["p_pump", "p_P", "p_A", "p_B", "q_P", "q_A", "q_B", "x"])));
     assert_eq!((none.redundancy, none.mso_sets.count, none.tests.len()), (0, 0, 0));
     assert_eq!(none.detectable, [false; 3]);
+    assert!(!none.sensors.is_empty());
     assert!(none.sensors.iter().all(|sensors| sensors.len() == 2));
 }
 
 /// The sensors suggested are those of all single ones that do.
 #[test]
 fn suggested_sensors_do() {
-    let rig = parse(without_sensors(&telescopic(), &["p_pump", "p_P", "p_A", "p_B", "q_P", "q_A", "q_B"]));
+    let rig = parse(without_sensors(&three_faults(), &["p_pump", "p_P", "p_A", "p_B", "q_P", "q_A", "q_B"]));
     let result = show(&rig);
     assert_eq!(result.ambiguity_groups.len(), 1);
     let structure = from_rig(&rig);
@@ -117,33 +142,46 @@ fn suggested_sensors_do() {
     assert_eq!(result.sensors, doing);
 }
 
+/// What the whole rig can tell apart: every fault from every other, with nine pairs excepted.
+#[test]
+fn all_faults_of_the_telescopic_rig() {
+    let result = show(&parse(telescopic()));
+    assert_eq!(result.faults.len(), 23);
+    assert!(result.detectable.iter().all(|&detectable| detectable));
+    // Set pressure and displacement act on the flow over the relief valve alone, which nothing measures.
+    let mut pairs = vec![["relief.set_pressure".to_owned(), "pump.displacement".to_owned()]];
+    // Offset and gain of a sensor stand in one equation.
+    let sensors = ["p_pump", "p_P", "p_A", "p_B", "q_P", "q_A", "q_B", "x"];
+    pairs.extend(sensors.map(|name| ["offset", "gain"].map(|wrong| format!("sensor.{name}.{wrong}"))));
+    assert_eq!(result.ambiguity_groups, pairs);
+    for (fault, explained_by) in result.faults.iter().zip(&result.explained_by) {
+        for (other, &explains) in result.faults.iter().zip(explained_by) {
+            let paired = pairs.iter().any(|pair| pair.contains(fault) && pair.contains(other));
+            assert_eq!(explains, fault == other || paired, "{fault} explained by {other}");
+        }
+    }
+    // A flow beside the relief valve parts the first pair, nothing at all the others: each fault of them explains the other.
+    assert_eq!(result.sensors, ["pump.P", "pump.T", "relief.P", "relief.T"].map(|port| [format!("flow into {port}")]));
+    assert_eq!(result.inseparable.len(), 2 * sensors.len());
+}
+
+/// With the fluid's properties as faults too: what the tests tell apart is what the structure lets be told apart.
 #[test]
 fn many_faults() {
-    let mut faults = String::new();
-    for (sensor, unit) in [("p_pump", "bar"), ("p_P", "bar"), ("p_A", "bar"), ("p_B", "bar"), ("x", "mm")] {
-        faults += &format!(
-            "\"sensor.{sensor}.offset\" = {{ healthy = \"0 {unit}\", bounds = [\"-10 {unit}\", \"10 {unit}\"] }}\n"
-        );
-        faults += &format!("\"sensor.{sensor}.gain\" = {{ healthy = 1.0, bounds = [0.5, 1.5] }}\n");
-    }
-    faults += r#"
-        "directional_valve.leak_AT" = { healthy = "0 L/min/bar", bounds = ["0 L/min/bar", "0.1 L/min/bar"] }
-        "directional_valve.leak_PB" = { healthy = "0 L/min/bar", bounds = ["0 L/min/bar", "0.1 L/min/bar"] }
-        "relief.set_pressure" = { healthy = "100 bar", bounds = ["20 bar", "120 bar"] }
-        "pump.displacement" = { healthy = "5.5 cc/rev", bounds = ["3 cc/rev", "5.6 cc/rev"] }
+    let fluid = r#"
         "fluid.viscosity" = { healthy = "45.5 mPa.s", bounds = ["20 mPa.s", "80 mPa.s"] }
         "fluid.bulk_modulus" = { healthy = "14000 bar", bounds = ["2000 bar", "16000 bar"] }
     "#;
-    let rig = parse(with_faults(&telescopic(), &faults));
+    let rig = parse(with_faults(&telescopic(), fluid));
     let result = show(&rig);
-    assert_eq!(result.faults.len(), 19);
+    assert_eq!(result.faults.len(), 25);
     assert!(result.detectable.iter().all(|&detectable| detectable));
-    // Offset and gain of each of the five sensors, and what only the flow at the relief valve would tell apart.
-    assert_eq!(result.ambiguity_groups.len(), 6);
-    assert_eq!(result.ambiguity_groups[5], ["relief.set_pressure", "pump.displacement"]);
+    // Offset and gain of each of the eight sensors, and what only the flow at the relief valve would tell apart.
+    assert_eq!(result.ambiguity_groups.len(), 9);
+    assert_eq!(result.ambiguity_groups[0], ["relief.set_pressure", "pump.displacement"]);
     assert!(result.sensors.contains(&vec!["flow into relief.P".to_owned()]));
-    assert_eq!(result.inseparable.len(), 10);
+    assert_eq!(result.inseparable.len(), 16);
     let structure = from_rig(&rig).one_equation_per_fault();
     let tests = signatures(&structure, &mtes_sets(&structure, usize::MAX).sets);
-    assert_eq!(isolation_by_tests(&tests, 19), isolation(&structure));
+    assert_eq!(isolation_by_tests(&tests, 25), isolation(&structure));
 }
