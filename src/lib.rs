@@ -32,6 +32,7 @@ pub mod complaint;
 pub mod diagnosis;
 pub mod files;
 pub mod fit;
+pub mod learn;
 pub mod model;
 pub mod numeric;
 pub mod physics;

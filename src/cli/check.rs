@@ -237,6 +237,9 @@ fn node_line(rig: &Rig, node: &crate::rig::Node) -> NodeLine {
             let parameter = &rig.parameters[*parameter];
             ("volume", format!("at {}, uncertain", crate::units::Quantity { value: parameter.value, unit: parameter.unit.clone() }))
         }
+        NodeKind::Volume { initial: InitialPressure::Like(other) } => {
+            ("volume", format!("as {}", rig.nodes[*other].name))
+        }
         NodeKind::Volume { initial: InitialPressure::Balance } => ("volume", "in balance".to_owned()),
         NodeKind::Volume { initial: InitialPressure::Record } => ("volume", "at its first reading".to_owned()),
         NodeKind::Body { position, velocity } => {

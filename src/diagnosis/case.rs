@@ -147,7 +147,7 @@ pub fn members(set: Set) -> impl Iterator<Item = usize> {
 
 /// The faults of a rig, then everything uncertain that is no fault, what sensors show at zero included. What is uncertain
 /// anew in each switching is in the weights; see [`super::noise`].
-fn estimated(rig: &Rig) -> Vec<Estimated> {
+pub(super) fn estimated(rig: &Rig) -> Vec<Estimated> {
     let faults = rig.faults.iter().map(|fault| Estimated {
         parameter: fault.parameter,
         bounds: fault.bounds,

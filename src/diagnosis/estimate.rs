@@ -1,9 +1,13 @@
 //! From a record to its explanation: weights, starts, isolation, until nothing moves any more.
 
-use super::case::{Case, Set, members};
-use super::hypotheses::{Isolation, MOST_ROUNDS, isolate, simpler, unseen};
+use rayon::prelude::*;
+
+use super::case::{Case, Set, has, members};
+use super::descend::{ROUGH, descend};
+use super::hypotheses::{Isolation, held, MOST_ROUNDS, isolate, simpler, unseen};
 use super::noise::{self, Weights};
 use super::problem::RecordProblem;
+use super::quadratic::Quadratic;
 use super::search;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::fit::FitError;
@@ -20,6 +24,8 @@ const POOR: f64 = 1.0;
 const MOST_RENEWALS: usize = 3;
 /// Rounds of isolation from the healthy rig: what it takes where the faults are small or those of sensors.
 pub const FROM_HEALTHY: u64 = 2;
+/// Steps along one form where only a neighbourhood is looked for.
+const QUICK: usize = 4;
 /// A round that leaves this share of a cost that is far too large is the last.
 const STUCK: f64 = 0.5;
 /// Standard errors by which no fault moves any more when the rounds end.
@@ -59,7 +65,7 @@ pub fn estimate<'a>(
     guess: Option<(&[f64], Set)>,
 ) -> Result<Estimate<'a>, Complaint> {
     let near = near(model, record, drive, guess, if guess.is_some() { MOST_ROUNDS } else { FROM_HEALTHY })?;
-    if near.missed() { screened(near) } else { Ok(near) }
+    if near.missed() { screened(near, MOST_ROUNDS) } else { Ok(near) }
 }
 
 /// Explains a record from a guess or from the healthy rig alone, in so many rounds; it may miss.
@@ -88,11 +94,43 @@ pub fn near<'a>(
     Ok(Estimate { case, isolation })
 }
 
-/// Explains a record anew from the places that few faults at a time explain best, if any of them does better.
+/// Fits a record with the faults of `set` present, from values of all estimated parameters: the values and the cost.
+/// Weights are those of the start; the form is renewed so many times.
+///
+/// # Errors
+/// A model that cannot be solved there.
+pub(crate) fn quick(
+    model: &Model,
+    record: &Record,
+    drive: &Drive,
+    (start, set): (&[f64], Set),
+    forms: usize,
+) -> Result<(Vec<f64>, f64), Complaint> {
+    let data = measured(model, record)?;
+    let none = Weights::new(&model.rig, &[], &[], &[]);
+    let mut case = Case::new(model, record, drive, data, none);
+    let failed = |error| unsolvable(model, record, error);
+    case.full.weights = weights(&case.full, record, start).map_err(failed)?;
+    let mut theta = start.to_vec();
+    let (mut cost, mut damping) = (f64::INFINITY, 0.0);
+    for _ in 0..forms {
+        let form = Quadratic::at(&case, &theta).map_err(failed)?;
+        let Some(point) = descend(&case, &form, set, &[], &theta, damping, (QUICK, ROUGH)) else { break };
+        let gained = cost - point.cost;
+        (theta, cost, damping) = (point.theta, point.cost, point.damping);
+        if gained < 1e-3 * cost {
+            break;
+        }
+    }
+    Ok((theta, cost))
+}
+
+/// Explains a record anew from the places that few faults at a time explain best, if any of them does better; each in so
+/// many rounds of isolation.
 ///
 /// # Errors
 /// A model that cannot be solved at any start.
-pub fn screened(mut before: Estimate<'_>) -> Result<Estimate<'_>, Complaint> {
+pub fn screened(mut before: Estimate<'_>, rounds: u64) -> Result<Estimate<'_>, Complaint> {
     let case = &mut before.case;
     let (model, record) = (case.full.model, case.record);
     let rough = rough(model, record, case.full.drive, &case.full.measured);
@@ -102,7 +140,7 @@ pub fn screened(mut before: Estimate<'_>) -> Result<Estimate<'_>, Complaint> {
         // A place from which the model cannot be solved is passed over.
         let Ok(isolation) = weights(&case.full, record, &theta).and_then(|weights| {
             case.full.weights = weights;
-            settle(case, &theta, place.set(), MOST_ROUNDS)
+            settle(case, &theta, place.set(), rounds)
         }) else {
             continue;
         };
@@ -134,6 +172,37 @@ impl Estimate<'_> {
             self.isolation = isolation;
         }
         self
+    }
+
+    /// The explanation by faults of components alone, while physics is missing: faults of sensors would stand in for it. The
+    /// sets of the search, that found so far and none at all are fitted, and the best kept.
+    ///
+    /// # Errors
+    /// The model cannot be solved at any of them.
+    pub fn by_components_alone(mut self, forms: usize) -> Result<Self, Complaint> {
+        let case = &mut self.case;
+        let (model, record, drive) = (case.full.model, case.record, case.full.drive);
+        let of_sensors = (0..case.faults()).filter(|&fault| case.is_of_sensor(fault)).fold(0, |set, fault| set | 1 << fault);
+        let set = self.isolation.set() & !of_sensors;
+        let mut found = self.isolation.best.theta.clone();
+        for fault in (0..case.faults()).filter(|&fault| !has(set, fault)) {
+            found[fault] = case.mean[fault];
+        }
+        let mut starts = vec![(case.mean.clone(), 0), (found, set)];
+        case.full.weights = rough(model, record, drive, &case.full.measured);
+        starts.extend(search::places(case).iter().map(|place| (place.theta(case), place.set())));
+        starts.dedup_by_key(|(_, set)| *set);
+        let samples = (case.full.times.len() * case.full.measured.len()) as f64;
+        let fitted = starts.par_iter().filter_map(|(start, set)| {
+            let (theta, cost) = quick(model, record, drive, (start, *set), forms).ok()?;
+            Some((theta, *set, cost + f64::from(set.count_ones()) * samples.ln()))
+        });
+        let fitted: Vec<_> = fitted.collect();
+        let Some((theta, set, _)) = fitted.into_iter().min_by(|a, b| a.2.total_cmp(&b.2)) else { return Ok(self) };
+        let failed = |error| unsolvable(model, record, error);
+        case.full.weights = weights(&case.full, record, &theta).map_err(failed)?;
+        self.isolation = held(case, &theta, set).map_err(failed)?;
+        Ok(self)
     }
 
     /// Whether it leaves more than noise unexplained.
@@ -182,6 +251,30 @@ fn settle(case: &mut Case<'_>, guess: &[f64], set: Set, most_rounds: u64) -> Res
         isolation = isolate(case, &point.theta, set, most_rounds)?;
     }
     Ok(isolation)
+}
+
+/// The rig's parameters that are estimated, by index, in their order.
+pub(crate) fn estimated_parameters(rig: &crate::rig::Rig) -> Vec<usize> {
+    super::case::estimated(rig).into_iter().map(|estimated| estimated.parameter).collect()
+}
+
+/// The complaint about a model that cannot be solved on a record.
+pub(crate) fn unsolvable(model: &Model, record: &Record, error: SimulationError) -> Complaint {
+    failed(model, record, &FitError::Start { source: error.into() })
+}
+
+/// Weights of a record for all parameters of a rig, SI.
+pub(crate) fn weights_of(
+    model: &Model,
+    record: &Record,
+    drive: &Drive,
+    parameters: &[f64],
+) -> Result<Weights, SimulationError> {
+    let nothing = Weights::new(&model.rig, &[], &[], &[]);
+    let mut problem =
+        RecordProblem::new(model, drive, &record.time, Vec::new(), nothing, Vec::new(), super::prior::Gaussian::none());
+    problem.base = parameters.to_vec();
+    weights(&problem, record, &[])
 }
 
 /// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.
@@ -246,8 +339,8 @@ pub(crate) fn events(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]
             .filter(|sensor| sensor.target == Target::Node(node) && sensor.quantity == Quantity::Pressure);
         let known = match initial {
             InitialPressure::Given(pressure) => START * pressure.abs(),
-            // It is estimated.
-            InitialPressure::Uncertain(_) => continue,
+            // What is estimated, or another node's.
+            InitialPressure::Uncertain(_) | InitialPressure::Like(_) => continue,
             InitialPressure::Balance | InitialPressure::Record => START * problem.drive.readings[node].abs(),
         };
         let mut drive = problem.drive.clone();

@@ -17,7 +17,7 @@ pub mod problem;
 pub mod quadratic;
 mod result;
 mod search;
-mod summary;
+pub(crate) mod summary;
 
 use crate::complaint::{Complaint, Kind, Place};
 use crate::model::{Drive, Model};
@@ -25,6 +25,7 @@ use crate::record::Record;
 use crate::report::number::rounded;
 use crate::residual::{self, Detection};
 use estimate::Estimate;
+pub(crate) use summary::tame_squares;
 pub use hypotheses::Hypothesis;
 pub use result::{ChannelReport, Diagnosis, FaultReport, FitReport, SCHEMA, UncertainReport, Verdict};
 
@@ -50,7 +51,7 @@ pub struct Diagnosed {
 const WILD: f64 = 5.0;
 /// Mean square of the weighted misfit of a channel up to which the model is adequate: what is left unexplained is then less
 /// than half of what the noise of a single sample is, in variance.
-const ADEQUATE: f64 = 1.5;
+pub(crate) const ADEQUATE: f64 = 1.5;
 /// A fault is called present from this probability on.
 const PRESENT: f64 = 0.5;
 /// Digits of a reported number: more than any interval allows, fewer than rounding spoils.
@@ -76,7 +77,7 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
     let mut first = estimate::near(model, record, &drive, None, estimate::FROM_HEALTHY)?;
     let mut begun = onset::find(model, record, &drive, &first)?;
     if begun.is_none() && first.missed() {
-        first = estimate::screened(first)?;
+        first = estimate::screened(first, hypotheses::MOST_ROUNDS)?;
         if !first.missed() {
             begun = onset::find(model, record, &drive, &first)?;
         }

@@ -41,6 +41,28 @@ pub struct Best {
     pub deviation: Vec<f64>,
 }
 
+/// What the misfits say of a further change that the model does not have.
+#[derive(Debug, Clone)]
+pub struct Score {
+    /// Factor on the change at which the cost would be least.
+    pub factor: f64,
+    /// `s_perp' s_perp`: inverse variance of that factor.
+    pub information: f64,
+    /// Share of the change, root of squares, that nothing estimated can take over.
+    pub own: f64,
+    /// The estimated parameter that takes over most of it.
+    pub absorbed_by: Option<usize>,
+    /// `s_perp`, weighted misfits.
+    pub perpendicular: Vec<f64>,
+}
+
+impl Score {
+    /// Fall of the cost at a factor on the change, everything estimated following.
+    pub fn fall_at(&self, factor: f64) -> f64 {
+        self.information * factor * (2.0 * self.factor - factor)
+    }
+}
+
 impl Quadratic {
     /// # Errors
     /// The model cannot be solved at `theta`.
@@ -133,6 +155,39 @@ impl Quadratic {
             white += range.clone().map(|row| influence[row].powi(2)).sum::<f64>();
         }
         if white > 0.0 { (coloured / white).max(1.0) } else { 1.0 }
+    }
+
+    /// The score test of a `change` of the misfits, by what is estimated while the faults of `set` are present. `None` where
+    /// the information cannot be inverted.
+    pub fn score(&self, case: &Case<'_>, set: Set, misfit: &[f64], change: &[f64]) -> Option<Score> {
+        let free = case.free(set);
+        let factor = Cholesky::new(self.information(&case.precision(set, &self.scale), &free))?;
+        let weights: Vec<f64> = misfit.iter().map(|&r| ROBUST.at(r * r).1).collect();
+        let weighted = DVector::from_iterator(change.len(), change.iter().zip(&weights).map(|(s, w)| s * w));
+        let across = self.jacobian.tr_mul(&weighted);
+        let across = DVector::from_fn(free.len(), |a, _| across[free[a]]);
+        let follow = factor.solve(&across);
+        let total: f64 = change.iter().zip(weighted.iter()).map(|(s, weighted)| s * weighted).sum();
+        let information = (total - across.dot(&follow)).max(0.0);
+        let mut perpendicular = change.to_vec();
+        for (a, &index) in free.iter().enumerate() {
+            for (slot, slope) in perpendicular.iter_mut().zip(self.jacobian.column(index).iter()) {
+                *slot -= slope * follow[a];
+            }
+        }
+        let pull: f64 = perpendicular.iter().zip(misfit).zip(&weights).map(|((s, r), w)| s * r * w).sum();
+        for (slot, weight) in perpendicular.iter_mut().zip(&weights) {
+            *slot *= weight.sqrt();
+        }
+        let taken = |a: usize| (follow[a] * across[a]).abs();
+        let most = (0..free.len()).max_by(|&a, &b| taken(a).total_cmp(&taken(b)));
+        Some(Score {
+            factor: if information > 0.0 { -pull / information } else { 0.0 },
+            information,
+            own: if total > 0.0 { (information / total).sqrt() } else { 0.0 },
+            absorbed_by: most.map(|a| free[a]),
+            perpendicular,
+        })
     }
 
     /// The form over the faults with everything uncertain left to follow.

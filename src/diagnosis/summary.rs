@@ -8,12 +8,12 @@ use crate::fit::{End, Identifiable};
 use crate::report::number::rounded;
 
 /// Sum of squares of weighted misfits, wild ones tamed.
-pub(super) fn tame_squares(misfit: &[f64]) -> f64 {
+pub(crate) fn tame_squares(misfit: &[f64]) -> f64 {
     misfit.iter().map(|r| tame(*r)).sum()
 }
 
 /// Square of a weighted misfit, that of a wild one cut off.
-pub(super) fn tame(misfit: f64) -> f64 {
+pub(crate) fn tame(misfit: f64) -> f64 {
     misfit.abs().min(WILD).powi(2)
 }
 

@@ -51,6 +51,14 @@ pub fn start<S: Scalar>(
         }
     }
     for (node, state) in layout.node_state.iter().enumerate() {
+        if let (Some(state), NodeKind::Volume { initial: InitialPressure::Like(other) }) =
+            (*state, &rig.nodes[node].kind)
+            && let Some(other) = layout.node_state[*other]
+        {
+            y[state] = y[other];
+        }
+    }
+    for (node, state) in layout.node_state.iter().enumerate() {
         if let (Some(state), NodeKind::Volume { .. }) = (*state, &rig.nodes[node].kind) {
             y[state] += S::constant(drive.nudges[node]);
         }

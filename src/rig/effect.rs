@@ -1,8 +1,8 @@
 //! Effects in a rig: where they may sit, and what they become there.
 
-use super::{NodeKind, Parameter, Rig};
+use super::{Component, InitialPressure, Node, NodeKind, Parameter, Rig};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
-use crate::physics::card::Card;
+use crate::physics::card::{Card, PortKind};
 use crate::physics::effect::{At, EFFECTS, Effect, Form, Joint, effect};
 use crate::units::Unit;
 
@@ -61,12 +61,29 @@ impl Rig {
                 let volume = |&node: &usize| matches!(self.nodes[node].kind, NodeKind::Volume { .. });
                 (0..self.nodes.len()).filter(volume).map(Spot::Node).collect()
             }
+            At::Actuator => {
+                let actuated = |&node: &usize| {
+                    matches!(self.nodes[node].kind, NodeKind::Volume { .. }) && self.actuators(node).next().is_some()
+                };
+                (0..self.nodes.len()).filter(actuated).map(Spot::Node).collect()
+            }
             At::Component { kind, .. } => (0..self.components.len())
                 .filter(|&component| self.components[component].card.kind == kind)
                 .map(Spot::Component)
                 .collect(),
             At::Sensor => (0..self.sensors.len()).map(Spot::Sensor).collect(),
         }
+    }
+
+    /// Components that move a body and have a port at this node, with the port.
+    fn actuators(&self, node: usize) -> impl Iterator<Item = (usize, usize)> {
+        let moves = |component: &&Component| {
+            component.card.ports.iter().any(|port| port.kind == PortKind::Mechanical)
+        };
+        self.components.iter().enumerate().filter(move |(_, component)| moves(component)).flat_map(move |(index, component)| {
+            let here = component.ports.iter().enumerate().filter(move |(_, at)| **at == node);
+            here.map(move |(port, _)| (index, port))
+        })
     }
 
     /// The name of an effect at its place, `kind@place`, or the kind alone where the place goes without saying.
@@ -125,7 +142,7 @@ impl Rig {
     /// Unit of a parameter of an effect at its place, as the rig file writes it.
     pub fn effect_unit(&self, placed: &Placed, name: &str) -> Unit {
         let card = match placed.effect.form {
-            Form::Joined { card, .. } | Form::Reading { card } => card,
+            Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card } => card,
             Form::Bent => {
                 let index = self.bent(placed, name);
                 return index.map_or_else(Unit::dimensionless, |index| self.parameters[index].unit.clone());
@@ -183,6 +200,27 @@ impl Rig {
                 }
                 let first = self.parameters.len();
                 self.join(&id, card, &nodes, &values)?;
+                free_indices(card, placed.effect, first)
+            }
+            Form::Spliced { card } => {
+                let Spot::Node(node) = placed.spot else {
+                    return refuse(Kind::Contradiction, format!("`{id}` needs a node"));
+                };
+                let far = self.nodes.len();
+                let moved: Vec<(usize, usize)> = self.actuators(node).collect();
+                let beyond = Node { name: format!("{} beyond {id}", self.nodes[node].name), ..self.nodes[node].clone() };
+                self.nodes.push(beyond);
+                for (component, port) in moved {
+                    self.components[component].ports[port] = far;
+                }
+                if self.nodes[node].kind == (NodeKind::Volume { initial: InitialPressure::Balance }) {
+                    self.nodes[node].kind = NodeKind::Volume { initial: InitialPressure::Like(far) };
+                } else {
+                    self.nodes[far].kind = NodeKind::Volume { initial: InitialPressure::Like(node) };
+                }
+                let first = self.parameters.len();
+                let values: Vec<(&str, f64)> = given.iter().map(|given| (given.name.as_str(), given.value)).collect();
+                self.join(&id, card, &[node, far], &values)?;
                 free_indices(card, placed.effect, first)
             }
             Form::Reading { card } => {
@@ -279,6 +317,7 @@ fn needs(at: At) -> String {
     match at {
         At::Fluid => "a fluid".to_owned(),
         At::Node => "a node with a volume".to_owned(),
+        At::Actuator => "a node where a cylinder stands".to_owned(),
         At::Component { kind, .. } => format!("a `{kind}`"),
         At::Sensor => "a sensor".to_owned(),
     }

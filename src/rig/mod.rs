@@ -70,6 +70,8 @@ pub enum NodeKind {
 pub enum InitialPressure {
     /// Gauge, Pa.
     Given(f64),
+    /// What this other node starts with.
+    Like(usize),
     /// The parameter of this index: gauge, uncertain.
     Uncertain(usize),
     /// What balances the forces on the body that this node's pressure acts on.

@@ -16,6 +16,8 @@ pub enum At {
     Fluid,
     /// A node with a volume; written `@node`.
     Node,
+    /// A node with a volume where a cylinder or motor stands; written `@node`.
+    Actuator,
     /// A component of this kind; written `@name` where `named`, else only where there are several.
     Component { kind: &'static str, named: bool },
     /// A sensor; written `@name`.
@@ -45,6 +47,8 @@ pub enum Form {
         /// Parameters that are those of the component where the effect sits: own name, its name.
         shared: &'static [(&'static str, &'static str)],
     },
+    /// One more component between the node and the actuators that stand there.
+    Spliced { card: &'static Card },
     /// Parameters that fluid, component or sensor have already.
     Bent,
     /// What the sensor does to its readings; the card holds its parameters.
@@ -147,6 +151,7 @@ effects! {
         external_leakage::ExternalLeakage,
         external_orifice_leakage::ExternalOrificeLeakage,
         hose_compliance::HoseCompliance,
+        line_resistance::LineResistance,
         load_force::LoadForce,
         load_mass::LoadMass,
         load_stiffness::LoadStiffness,

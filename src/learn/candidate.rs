@@ -1,0 +1,209 @@
+//! Candidates: which effects might be missing, ranked by the score test.
+//!
+//! With the misfits `r` at the optimum, the weighted sensitivities `J` of everything that is fitted, and `s` the change of
+//! the misfits by the candidate, what nothing fitted can do is `s_perp = s - J H⁻¹ J' s`. Then `T = (s_perp' r)²/(s_perp' s_perp)`
+//! estimates how far chi-square would fall (Rao's score test; Kristensen, Madsen and Jorgensen 2004), and `3/||s_perp||` is the
+//! smallest size that the record could show. `s` is taken at a typical size, not at zero, where friction has no slope.
+
+use rayon::prelude::*;
+
+use crate::diagnosis::estimate::Estimate;
+use crate::model::{Drive, Model};
+use crate::physics::effect::{First, Form};
+use crate::rig::{Given, NodeKind, Placed, Rig, Spot};
+
+/// A candidate with what the score test says of it.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// `kind@place`.
+    pub id: String,
+    pub placed: Placed,
+    /// Its parameters as they were tried, SI, in the order of the effect.
+    pub tried: Vec<Given>,
+    /// Expected fall of chi-square.
+    pub score: f64,
+    /// Factor on the tried size at which chi-square would be least.
+    pub factor: f64,
+    /// Smallest factor on the tried size that the record could show: three standard errors.
+    pub smallest: f64,
+    /// Share of its influence that nothing fitted can take over; 0 is absorbed.
+    pub own: f64,
+    /// The fitted parameter that takes over most of it, where little is left.
+    pub absorbed_by: Option<String>,
+    /// Whether the record responds to it at all.
+    pub excited: bool,
+    /// What nothing fitted can do, weighted misfits.
+    pub perpendicular: Vec<f64>,
+}
+
+impl Candidate {
+    /// Alikeness of two candidates after everything fitted: cosine of their angle.
+    pub fn cosine(&self, other: &Self) -> f64 {
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (a, b) = (&self.perpendicular, &other.perpendicular);
+        let norm = (dot(a, a) * dot(b, b)).sqrt();
+        if norm > 0.0 { dot(a, b) / norm } else { 0.0 }
+    }
+}
+
+/// Change of the weighted misfits below which a candidate is not excited, root sum of squares.
+const EXCITED: f64 = 0.1;
+/// Share of the influence below which a candidate counts as absorbed.
+pub const ABSORBED: f64 = 0.05;
+/// Factors on the tried size beyond which the form is not believed.
+const FAR: f64 = 20.0;
+
+/// All effects that the rig may have and does not, the most promising first.
+pub fn candidates(estimate: &Estimate<'_>, outputs: &[Vec<f64>]) -> Vec<Candidate> {
+    let rig = estimate.case.rig();
+    let places: Vec<Placed> = rig
+        .effect_places()
+        .into_iter()
+        .filter(|placed| rig.effects.iter().all(|present| present.id != rig.effect_id(placed)))
+        // What is a fault of the rig or uncertain anyway is fitted already.
+        .filter(|placed| !(matches!(placed.effect.form, Form::Bent) && fitted_anyway(rig, placed)))
+        .collect();
+    let mut all: Vec<Candidate> =
+        places.par_iter().flat_map_iter(|placed| best_try(estimate, outputs, placed)).collect();
+    all.sort_by(|a, b| b.score.total_cmp(&a.score));
+    all
+}
+
+/// Whether the first parameter that an effect bends is a fault that the best set has, or estimated without it.
+fn fitted_anyway(rig: &Rig, placed: &Placed) -> bool {
+    let first = placed.effect.parameters.first().and_then(|free| rig.bent(placed, free.name));
+    first.is_some_and(|parameter| rig.is_fault(parameter))
+}
+
+/// The try of an effect that promises most.
+fn best_try(estimate: &Estimate<'_>, outputs: &[Vec<f64>], placed: &Placed) -> Option<Candidate> {
+    let tries = tries(estimate, outputs, placed);
+    let scored = tries.into_iter().filter_map(|tried| scored(estimate, placed, tried));
+    scored.max_by(|a, b| a.score.total_cmp(&b.score))
+}
+
+/// What is tried first of each parameter, SI; several where a level has to be found.
+fn tries(estimate: &Estimate<'_>, outputs: &[Vec<f64>], placed: &Placed) -> Vec<Vec<Given>> {
+    let rig = estimate.case.rig();
+    let shares: &[f64] = if placed.effect.parameters.iter().any(|free| matches!(free.first, First::Range(_))) {
+        &[0.6, 0.75, 0.85, 0.95]
+    } else {
+        &[1.0]
+    };
+    shares
+        .iter()
+        .map(|share| {
+            let one = |free: &crate::physics::effect::Free| {
+                let unit = rig.effect_unit(placed, free.name);
+                let value = match (free.first, placed.spot) {
+                    (First::Value(value), _) => unit.difference_to_si(value),
+                    (First::Noise(factor), Spot::Sensor(sensor)) => factor * rig.sensors[sensor].noise,
+                    (First::Range(_), Spot::Sensor(sensor)) => {
+                        let (low, high) = ends(&outputs[sensor]);
+                        low + share * (high - low)
+                    }
+                    (First::Range(_), spot) => share * highest_level(estimate, spot),
+                    (First::Noise(_), _) => unit.difference_to_si(1.0),
+                };
+                Given { name: free.name.to_owned(), value, sigma: 0.0 }
+            };
+            placed.effect.parameters.iter().map(one).collect()
+        })
+        .collect()
+}
+
+fn ends(values: &[f64]) -> (f64, f64) {
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
+}
+
+/// The highest level over the node at the first port of a component, m, in the fitted model.
+fn highest_level(estimate: &Estimate<'_>, spot: Spot) -> f64 {
+    let Spot::Component(component) = spot else { return 0.0 };
+    let full = &estimate.case.full;
+    let mut rig = full.model.rig.clone();
+    let node = rig.components[component].ports[0];
+    if !matches!(rig.nodes[node].kind, NodeKind::Volume { .. }) {
+        return 0.0;
+    }
+    // A level sensor of the mind.
+    let Some(template) = rig.sensors.first().cloned() else { return 0.0 };
+    let first_parameter = rig.parameters.len();
+    for value in [0.0, 1.0] {
+        let mut parameter = rig.parameters[template.first_parameter].clone();
+        (parameter.value, parameter.sigma) = (value, 0.0);
+        rig.parameters.push(parameter);
+    }
+    rig.sensors.push(crate::rig::Sensor {
+        quantity: crate::rig::Quantity::Level,
+        target: crate::rig::Target::Node(node),
+        lag: 0.0,
+        first_parameter,
+        ..template
+    });
+    let mut values = full.parameters(&estimate.isolation.best.theta);
+    values.extend([0.0, 1.0]);
+    let model = Model::new(rig);
+    let levels = model.simulate(&values, full.drive, full.times).map(|mut outputs| outputs.values.pop());
+    levels.ok().flatten().map_or(0.0, |levels| ends(&levels).1)
+}
+
+fn scored(estimate: &Estimate<'_>, placed: &Placed, tried: Vec<Given>) -> Option<Candidate> {
+    let (case, isolation) = (&estimate.case, &estimate.isolation);
+    let full = &case.full;
+    let mut rig = full.model.rig.clone();
+    let id = rig.effect_id(placed);
+    let indices = rig.give_effect(placed, &tried).ok()?;
+    let mut values = full.parameters(&isolation.best.theta);
+    values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
+    for (given, &index) in tried.iter().zip(&indices) {
+        values[index] = given.value;
+    }
+    let drive = Drive::from_record(&rig, case.record).ok()?;
+    let with = Model::new(rig).simulate(&values, &drive, full.times).ok()?.values;
+    let mut change: Vec<f64> = with.concat();
+    for (slot, y) in change.iter_mut().zip(full.measured.iter().flat_map(|measured| measured.iter())) {
+        *slot -= y;
+    }
+    full.weights.apply(&mut change);
+    for (slot, before) in change.iter_mut().zip(&isolation.best.misfit) {
+        *slot -= before;
+    }
+    let size = change.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let mut candidate = Candidate {
+        id,
+        placed: *placed,
+        tried,
+        score: 0.0,
+        factor: 0.0,
+        smallest: f64::INFINITY,
+        own: 0.0,
+        absorbed_by: None,
+        excited: size > EXCITED,
+        perpendicular: Vec::new(),
+    };
+    if !candidate.excited {
+        return Some(candidate);
+    }
+    let score = isolation.quadratic.score(case, isolation.set(), &isolation.best.misfit, &change)?;
+    candidate.own = score.own;
+    candidate.smallest = if score.information > 0.0 { 3.0 / score.information.sqrt() } else { f64::INFINITY };
+    if score.own < ABSORBED {
+        candidate.absorbed_by = score.absorbed_by.map(|index| {
+            let parameter = full.estimated[index].parameter;
+            full.model.rig.parameters[parameter].id.clone()
+        });
+    }
+    // A size of the wrong sign has no sense, one far beyond what was tried no straight line to it.
+    let one_sided = placed.effect.parameters.first().is_none_or(|free| free.plausible.0 >= free.neutral.unwrap_or(0.0));
+    let sign_fits = score.factor > 0.0 || !one_sided;
+    let absolute = matches!(placed.effect.parameters.first().map(|free| free.first), Some(First::Range(_)));
+    candidate.factor = if absolute { 1.0 } else { score.factor.clamp(-FAR, FAR) };
+    candidate.score = match (sign_fits, absolute) {
+        (false, _) => 0.0,
+        // A level is where it is: nothing lies on a straight line towards it.
+        (true, true) => score.fall_at(1.0),
+        (true, false) => score.fall_at(candidate.factor),
+    };
+    candidate.perpendicular = score.perpendicular;
+    Some(candidate)
+}

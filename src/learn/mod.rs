@@ -1,0 +1,15 @@
+//! Learning: where the model fails, which physical effect it lacks, and what adding it buys.
+//!
+//! | module | question |
+//! |---|---|
+//! | [`compare`] | where, when and at which states does the model miss the record |
+//! | [`candidate`] | which effects might be missing, and how much of the misfit could each explain (score test) |
+//! | [`trial`] | what a record says once an effect is in the model, everything else fitted along |
+//! | [`suggest`] | which effect is missing, judged on a second record |
+//! | [`improve`] | the whole loop with its ledger |
+
+pub mod candidate;
+pub mod compare;
+pub mod improve;
+pub mod suggest;
+pub mod trial;

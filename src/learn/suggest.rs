@@ -1,0 +1,366 @@
+//! Which effect is missing: candidates by score, joint refits of the best, one verdict.
+
+use rayon::prelude::*;
+
+use super::candidate::{Candidate, candidates};
+use super::trial::{Run, Trial};
+use crate::complaint::Complaint;
+use crate::diagnosis::case::{Set, members};
+use crate::diagnosis::estimate::{self, Estimate};
+use crate::diagnosis::{ADEQUATE, tame_squares};
+use crate::model::{Drive, Model};
+use crate::physics::effect::First;
+use crate::record::Record;
+use crate::rig::{Given, Rig};
+
+/// Candidates that are fitted.
+const FITTED: usize = 8;
+/// Candidates of which pairs are fitted where none explains the record alone.
+const PAIRED: usize = 5;
+/// Candidates that are isolated anew, faults and all.
+const ISOLATED: usize = 2;
+/// Forms of a first fit.
+const FORMS: usize = 4;
+/// Rounds of isolation of each fit.
+const ROUNDS: u64 = 4;
+/// Standard uncertainty of an effect before the record, in tried sizes: next to nothing is known.
+const WIDE: f64 = 10.0;
+/// The same of what only shapes it.
+const SHAPE: f64 = 1.0;
+/// Difference of the information criterion within which two explanations are rivals (Kass and Raftery 1995: very strong).
+pub const RIVAL: f64 = 10.0;
+/// Share of what is missed that an effect has to explain to be called found.
+const EXPLAINED: f64 = 0.8;
+
+/// One word on what the record says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Conclusion {
+    /// The model explains the record within its tolerance.
+    Adequate,
+    /// One effect, or a pair, explains what the model misses, and nothing else does.
+    EffectFound,
+    /// Several explain it alike.
+    Confounded,
+    /// Nothing in the library explains it.
+    UnknownEffect,
+}
+
+/// An effect, or a pair, with what the records say of it.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    pub effects: Vec<Candidate>,
+    /// The joint refit.
+    pub trial: Trial,
+    /// Its free run on the check record.
+    pub check: Option<Run>,
+    /// `2 F` on the fit record under weights that all share.
+    pub cost: f64,
+    /// Fall of the information criterion against the model as given; the noise scaled up to what the best leaves.
+    pub delta_bic: f64,
+    /// Whether it explains more than chance does, on the check record too.
+    pub supported: bool,
+    /// Others that explain the record alike.
+    pub confounded_with: Vec<String>,
+    pub warnings: Vec<String>,
+}
+
+impl Judged {
+    pub fn id(&self) -> String {
+        self.effects.iter().map(|effect| effect.id.as_str()).collect::<Vec<_>>().join(" + ")
+    }
+}
+
+/// What [`suggest`] found.
+#[derive(Debug, Clone)]
+pub struct Suggestion {
+    pub conclusion: Conclusion,
+    /// The model as given, everything uncertain and all faults fitted.
+    pub base: Trial,
+    pub base_check: Option<Run>,
+    /// Fitted candidates, the best first.
+    pub judged: Vec<Judged>,
+    /// Every candidate by its score, the best first.
+    pub scored: Vec<Candidate>,
+}
+
+/// Looks for the effect that a model lacks.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved.
+pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Suggestion, Complaint> {
+    let model = Model::new(rig.clone());
+    let drive = Drive::from_record(&model.rig, fit)?;
+    let near = estimate::near(&model, fit, &drive, None, estimate::FROM_HEALTHY)?;
+    let estimate = if is_adequate(&Trial::of(&near)?.fit, rig) { near } else { near.by_components_alone(FORMS)? };
+    suggest_from(&estimate, check)
+}
+
+/// The same for a model that is fitted already.
+///
+/// # Errors
+/// As [`suggest`].
+pub fn suggest_from(estimate: &Estimate<'_>, check: Option<&Record>) -> Result<Suggestion, Complaint> {
+    let base = Trial::of(estimate)?;
+    let base_check = check.map(|record| base.check(record)).transpose()?;
+    let adequate = is_adequate(&base.fit, &base.rig) && base_check.as_ref().is_none_or(|run| is_adequate(run, &base.rig));
+    let scored = candidates(estimate, &base.fit.outputs);
+    if adequate {
+        return Ok(Suggestion { conclusion: Conclusion::Adequate, base, base_check, judged: Vec::new(), scored });
+    }
+    let worth = significant(scored.len());
+    let chosen: Vec<Vec<Candidate>> = scored
+        .iter()
+        .filter(|candidate| candidate.score > worth)
+        .take(FITTED)
+        .map(|candidate| vec![candidate.clone()])
+        .collect();
+    let mut judged = judge(estimate, &base, &base_check, check, chosen)?;
+    if !judged.iter().any(|judged| explains(judged, &base, &base_check)) {
+        let best: Vec<&Judged> = judged.iter().take(PAIRED).collect();
+        let mut pairs = Vec::new();
+        for (place, a) in best.iter().enumerate() {
+            pairs.extend(best[..place].iter().map(|b| [b.effects.clone(), a.effects.clone()].concat()));
+        }
+        judged.extend(judge(estimate, &base, &base_check, check, pairs)?);
+        rank(&mut judged, &base, estimate.case.record)?;
+    }
+    let conclusion = conclude(&mut judged, &base, &base_check);
+    Ok(Suggestion { conclusion, base, base_check, judged, scored })
+}
+
+/// Fall of chi-square that the best of so many candidates reaches by chance in one of 1,000 records (Bonferroni).
+fn significant(candidates: usize) -> f64 {
+    2.0 * (1000.0 * candidates.max(1) as f64).ln()
+}
+
+/// Whether a run is within noise and tolerance in every channel.
+pub fn is_adequate(run: &Run, rig: &Rig) -> bool {
+    channel_chi2(run, rig).into_iter().all(|(chi2, rows)| chi2 <= ADEQUATE + 4.0 * (2.0 / rows as f64).sqrt())
+}
+
+/// Mean square of the weighted misfits and number of samples of each sensor.
+pub fn channel_chi2(run: &Run, rig: &Rig) -> Vec<(f64, usize)> {
+    let rows = run.misfit.len() / rig.sensors.len().max(1);
+    run.misfit
+        .chunks(rows.max(1))
+        .take(rig.sensors.len())
+        .map(|misfit| (tame_squares(misfit) / rows.max(1) as f64, rows.max(1)))
+        .collect()
+}
+
+/// Refits the model with each set of effects.
+fn judge(
+    estimate: &Estimate<'_>,
+    base: &Trial,
+    base_check: &Option<Run>,
+    check: Option<&Record>,
+    chosen: Vec<Vec<Candidate>>,
+) -> Result<Vec<Judged>, Complaint> {
+    let record = estimate.case.record;
+    let mut rough: Vec<(Vec<Candidate>, Rough)> = chosen
+        .into_par_iter()
+        .filter_map(|effects| {
+            let rough = refitted(base, record, &effects)?;
+            Some((effects, rough))
+        })
+        .collect();
+    rough.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    let mut judged: Vec<Judged> = rough
+        .into_par_iter()
+        .enumerate()
+        .filter_map(|(place, (effects, rough))| {
+            // The best are isolated anew, faults and all; of the others it is enough to know that they are worse.
+            let rounds = if place < ISOLATED { ROUNDS } else { 0 };
+            let trial = Trial::fitted(&rough.rig, record, &rough.values, rough.set, rounds).ok()?;
+            let check = check.and_then(|record| trial.check(record).ok());
+            let warnings = warnings(&trial, base);
+            Some(Judged {
+                effects,
+                trial,
+                check,
+                cost: 0.0,
+                delta_bic: 0.0,
+                supported: false,
+                confounded_with: Vec::new(),
+                warnings,
+            })
+        })
+        .collect();
+    rank(&mut judged, base, record)?;
+    for one in &mut judged {
+        let better = |before: &Run, after: &Run| after.normalised < before.normalised;
+        let on_check = match (base_check, &one.check) {
+            (Some(before), Some(after)) => better(before, after),
+            (None, _) => true,
+            (Some(_), None) => false,
+        };
+        one.supported = one.delta_bic > RIVAL && on_check;
+    }
+    Ok(judged)
+}
+
+/// Costs under the weights of the best, and the order by the information criterion.
+fn rank(judged: &mut [Judged], base: &Trial, record: &Record) -> Result<(), Complaint> {
+    let best = judged.iter().min_by(|a, b| a.trial.fit.chi2.total_cmp(&b.trial.fit.chi2));
+    let Some((weights, scale)) = best.map(|best| (best.trial.fit.weights.clone(), best.trial.fit.chi2.max(1.0))) else {
+        return Ok(());
+    };
+    let before = base.cost_under(record, &weights)?;
+    let samples = (record.time.len() * base.rig.sensors.len()) as f64;
+    for one in judged.iter_mut() {
+        one.cost = one.trial.cost_under(record, &weights)?;
+        let more = one.trial.effect_parameters() as f64 - base.effect_parameters() as f64
+            + f64::from(one.trial.set.count_ones())
+            - f64::from(base.set.count_ones());
+        one.delta_bic = (before - one.cost) / scale - more * samples.ln();
+    }
+    judged.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
+    Ok(())
+}
+
+/// A model with some effects, fitted with the faults as they were.
+struct Rough {
+    rig: Rig,
+    values: Vec<f64>,
+    set: Set,
+    cost: f64,
+}
+
+/// Everything fitted jointly with some effects: from where the model without them stands, and from the healthy data sheet.
+fn refitted(base: &Trial, record: &Record, effects: &[Candidate]) -> Option<Rough> {
+    let mut rig = base.rig.clone();
+    let mut starts: Vec<(usize, f64)> = Vec::new();
+    for effect in effects {
+        let given: Vec<Given> = effect
+            .placed
+            .effect
+            .parameters
+            .iter()
+            .zip(&effect.tried)
+            .map(|(free, tried)| {
+                let unit = rig.effect_unit(&effect.placed, free.name);
+                let neutral = free.neutral.map(|neutral| unit.difference_to_si(neutral));
+                let size = (tried.value - neutral.unwrap_or(0.0)).abs();
+                let absolute = matches!(free.first, First::Range(_));
+                let sigma = match neutral {
+                    Some(_) => WIDE * size,
+                    None if absolute => 0.3 * SHAPE * size,
+                    None => SHAPE * size,
+                };
+                Given { name: free.name.to_owned(), value: neutral.unwrap_or(tried.value), sigma }
+            })
+            .collect();
+        let indices = rig.give_effect(&effect.placed, &given).ok()?;
+        for (place, ((free, tried), &index)) in
+            effect.placed.effect.parameters.iter().zip(&effect.tried).zip(&indices).enumerate()
+        {
+            let unit = rig.effect_unit(&effect.placed, free.name);
+            let neutral = free.neutral.map(|neutral| unit.difference_to_si(neutral));
+            let start = match neutral {
+                // Its size; others are where they were tried.
+                Some(neutral) if place == 0 => neutral + effect.factor * (tried.value - neutral),
+                _ => tried.value,
+            };
+            let (low, high) = rig.parameters[index].bounds;
+            starts.push((index, start.clamp(low, high)));
+        }
+    }
+    let from = |mut values: Vec<f64>, set: Set| {
+        values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
+        for &(index, start) in &starts {
+            values[index] = start;
+        }
+        let model = Model::new(rig.clone());
+        let drive = Drive::from_record(&model.rig, record).ok()?;
+        let estimated = estimate::estimated_parameters(&model.rig);
+        let start: Vec<f64> = estimated.iter().map(|&parameter| values[parameter]).collect();
+        let (theta, cost) = estimate::quick(&model, record, &drive, (&start, set), FORMS).ok()?;
+        for (&parameter, value) in estimated.iter().zip(theta) {
+            values[parameter] = value;
+        }
+        Some(Rough { rig: model.rig, values, set, cost })
+    };
+    let mut healthy: Vec<f64> = base.rig.nominal();
+    for fault in &base.rig.faults {
+        healthy[fault.parameter] = fault.healthy;
+    }
+    let both = [from(base.values.clone(), base.set), from(healthy, 0)];
+    // Fewer faults are better where both explain alike: each costs what a parameter costs.
+    let samples = base.fit.misfit.len() as f64;
+    let price = |rough: &Rough| rough.cost + f64::from(rough.set.count_ones()) * samples.ln();
+    both.into_iter().flatten().min_by(|a, b| price(a).total_cmp(&price(b)))
+}
+
+/// What speaks against an effect as fitted.
+fn warnings(trial: &Trial, base: &Trial) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for effect in &trial.rig.effects {
+        for (free, &index) in effect.placed.effect.parameters.iter().zip(&effect.parameters) {
+            let parameter = &trial.rig.parameters[index];
+            if parameter.sigma == 0.0 {
+                continue;
+            }
+            let value = parameter.unit.from_si(trial.values[index]);
+            let unit = trial.rig.effect_unit(&effect.placed, free.name);
+            let in_card = unit.from_si(trial.values[index]);
+            let (low, high) = parameter.bounds;
+            if trial.at_bound.contains(&index) || trial.values[index] <= low || trial.values[index] >= high {
+                warnings.push(format!("at-bound: {} = {value:.4} {}", parameter.id, parameter.unit));
+            } else if !(free.plausible.0..=free.plausible.1).contains(&in_card) {
+                warnings.push(format!("implausible: {} = {value:.4} {}", parameter.id, parameter.unit));
+            }
+        }
+    }
+    for (index, parameter) in base.rig.parameters.iter().enumerate() {
+        let moved = (trial.values[index] - parameter.value).abs();
+        if parameter.sigma > 0.0 && !parameter.anew && !base.rig.is_fault(index) && moved > 4.0 * parameter.sigma
+            && base.rig.effects.iter().all(|effect| !effect.parameters.contains(&index))
+            && trial.rig.effects.iter().all(|effect| !effect.parameters.contains(&index))
+        {
+            warnings.push(format!("moved: {} by {:.1} standard uncertainties", parameter.id, moved / parameter.sigma));
+        }
+    }
+    for fault in members(trial.set & !base.set) {
+        warnings.push(format!("fault: {} is needed too", base.rig.parameters[base.rig.faults[fault].parameter].id));
+    }
+    warnings
+}
+
+/// Share of what the model misses that a run explains; 1 where it is within noise and tolerance.
+fn explained(before: &Run, after: &Run, rig: &Rig) -> f64 {
+    if is_adequate(after, rig) {
+        return 1.0;
+    }
+    1.0 - ((after.chi2 - 1.0).max(0.0) / (before.chi2 - 1.0).max(1e-9))
+}
+
+fn explains(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> bool {
+    let on_check = match (base_check, &judged.check) {
+        (Some(before), Some(after)) => explained(before, after, &base.rig),
+        (None, _) => 1.0,
+        (Some(_), None) => 0.0,
+    };
+    judged.supported && explained(&base.fit, &judged.trial.fit, &base.rig).min(on_check) >= EXPLAINED
+}
+
+fn conclude(judged: &mut [Judged], base: &Trial, base_check: &Option<Run>) -> Conclusion {
+    let Some(best) = judged.first() else { return Conclusion::UnknownEffect };
+    if !explains(best, base, base_check) {
+        return Conclusion::UnknownEffect;
+    }
+    let (top, size) = (best.delta_bic, best.effects.len());
+    let close: Vec<bool> = judged
+        .iter()
+        .map(|one| one.effects.len() <= size && one.delta_bic > top - RIVAL && explains(one, base, base_check))
+        .collect();
+    let ids: Vec<String> = judged.iter().map(Judged::id).collect();
+    let rivals = close.iter().filter(|close| **close).count();
+    for (place, one) in judged.iter_mut().enumerate() {
+        if close[place] && rivals > 1 {
+            let others = ids.iter().zip(&close).enumerate();
+            one.confounded_with = others.filter(|(other, (_, close))| **close && *other != place).map(|(_, (id, _))| id.clone()).collect();
+        }
+    }
+    if rivals > 1 { Conclusion::Confounded } else { Conclusion::EffectFound }
+}

@@ -1,0 +1,150 @@
+//! A model with everything uncertain fitted to a record, faults included, and its free run on another.
+
+use std::collections::BTreeMap;
+
+use crate::complaint::Complaint;
+use crate::diagnosis::case::{ROBUST, Set};
+use crate::diagnosis::estimate::{self, Estimate};
+use crate::diagnosis::noise::Weights;
+use crate::fit::Problem;
+use crate::model::{Drive, Model};
+use crate::record::Record;
+use crate::rig::Rig;
+
+/// What a record says through one model.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    pub rig: Rig,
+    /// Every parameter of the rig as fitted, SI.
+    pub values: Vec<f64>,
+    /// Standard errors of those that were fitted, SI, by index of the rig's parameters.
+    pub sigmas: BTreeMap<usize, f64>,
+    /// Faults that are present.
+    pub set: Set,
+    /// Parameters of effects that ended on a bound of their search, by index of the rig's parameters.
+    pub at_bound: Vec<usize>,
+    pub fit: Run,
+}
+
+/// A record simulated with given parameters.
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// What the sensors would show, `[sensor][row]`, SI.
+    pub outputs: Vec<Vec<f64>>,
+    /// Misfits weighted by noise and tolerance, one sensor after the other.
+    pub misfit: Vec<f64>,
+    pub weights: Weights,
+    /// Root mean square of measured minus model per sensor, SI.
+    pub rmse: Vec<f64>,
+    /// The same over the noise of the sensor, over all of them.
+    pub normalised: f64,
+    /// Mean square of the weighted misfits, wild ones tamed: 1 if the model is right within its tolerance.
+    pub chi2: f64,
+}
+
+impl Trial {
+    /// From an estimate.
+    ///
+    /// # Errors
+    /// The model cannot be solved at it.
+    pub fn of(estimate: &Estimate<'_>) -> Result<Self, Complaint> {
+        let (case, isolation) = (&estimate.case, &estimate.isolation);
+        let theta = &isolation.best.theta;
+        let values = case.full.parameters(theta);
+        let inverse = isolation.quadratic.inverse(case, isolation.set());
+        let (mut sigmas, mut at_bound) = (BTreeMap::new(), Vec::new());
+        let rig = case.rig();
+        for (index, estimated) in case.full.estimated.iter().enumerate() {
+            let variance = inverse.as_ref().map_or(0.0, |inverse| inverse[(index, index)]);
+            if variance > 0.0 {
+                sigmas.insert(estimated.parameter, variance.sqrt() * isolation.quadratic.scale[index]);
+            }
+            let (low, high) = case.full.bounds()[index];
+            let of_effect = rig.effects.iter().any(|effect| effect.parameters.contains(&estimated.parameter));
+            if of_effect && (theta[index] <= low || theta[index] >= high) {
+                at_bound.push(estimated.parameter);
+            }
+        }
+        let fit = run_with(case.full.model, case.record, case.full.drive, &values)?;
+        Ok(Self {
+            rig: rig.clone(),
+            values,
+            sigmas,
+            set: isolation.set(),
+            at_bound,
+            fit,
+        })
+    }
+
+    /// Fits a rig to a record from values of all of its parameters (SI) and the faults that are present, in so many rounds of
+    /// isolation; with none it stays where it is.
+    ///
+    /// # Errors
+    /// Columns that are missing, or a model that cannot be solved there.
+    pub fn fitted(rig: &Rig, record: &Record, values: &[f64], set: Set, rounds: u64) -> Result<Self, Complaint> {
+        let model = Model::new(rig.clone());
+        let drive = Drive::from_record(&model.rig, record)?;
+        let theta: Vec<f64> =
+            estimate::estimated_parameters(&model.rig).into_iter().map(|parameter| values[parameter]).collect();
+        if rounds == 0 {
+            let fit = run_with(&model, record, &drive, values)?;
+            return Ok(Self {
+                rig: model.rig,
+                values: values.to_vec(),
+                sigmas: BTreeMap::new(),
+                set,
+                at_bound: Vec::new(),
+                fit,
+            });
+        }
+        let estimate = estimate::near(&model, record, &drive, Some((&theta, set)), rounds)?;
+        Self::of(&estimate)
+    }
+
+    /// What the model says of another record with nothing fitted to it.
+    ///
+    /// # Errors
+    /// Columns that are missing, or a model that cannot be solved on it.
+    pub fn check(&self, record: &Record) -> Result<Run, Complaint> {
+        let model = Model::new(self.rig.clone());
+        let drive = Drive::from_record(&model.rig, record)?;
+        run_with(&model, record, &drive, &self.values)
+    }
+
+    /// `2 F` of the record alone under common weights.
+    pub fn cost_under(&self, record: &Record, weights: &Weights) -> Result<f64, Complaint> {
+        let data = estimate::measured(&Model::new(self.rig.clone()), record)?.concat();
+        let mut misfit: Vec<f64> = self.fit.outputs.concat().iter().zip(&data).map(|(model, y)| model - y).collect();
+        weights.apply(&mut misfit);
+        Ok(2.0 * ROBUST.cost(&misfit))
+    }
+
+    /// Number of parameters of effects that are fitted.
+    pub fn effect_parameters(&self) -> usize {
+        self.rig.effects.iter().flat_map(|effect| &effect.parameters).filter(|&&p| self.rig.parameters[p].sigma > 0.0).count()
+    }
+}
+
+/// Simulates a record with all parameters given, SI.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved.
+pub fn run_with(model: &Model, record: &Record, drive: &Drive, values: &[f64]) -> Result<Run, Complaint> {
+    let data = estimate::measured(model, record)?;
+    let failed = |error: crate::model::SimulationError| estimate::unsolvable(model, record, error);
+    let outputs = model.simulate(values, drive, &record.time).map_err(failed)?.values;
+    let weights = estimate::weights_of(model, record, drive, values).map_err(failed)?;
+    let mut misfit: Vec<f64> = Vec::new();
+    let (mut rmse, mut sum) = (Vec::new(), 0.0);
+    for ((model_says, measured), sensor) in outputs.iter().zip(&data).zip(&model.rig.sensors) {
+        misfit.extend(model_says.iter().zip(*measured).map(|(m, y)| m - y));
+        let square = model_says.iter().zip(*measured).map(|(m, y)| (m - y).powi(2)).sum::<f64>();
+        let mean = square / measured.len().max(1) as f64;
+        rmse.push(mean.sqrt());
+        sum += mean / (sensor.noise * sensor.noise);
+    }
+    weights.apply(&mut misfit);
+    let normalised = (sum / data.len().max(1) as f64).sqrt();
+    let chi2 = crate::diagnosis::tame_squares(&misfit) / misfit.len().max(1) as f64;
+    Ok(Run { outputs, misfit, weights, rmse, normalised, chi2 })
+}

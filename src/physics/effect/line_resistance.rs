@@ -1,0 +1,72 @@
+//! Resistance of the line between a valve and its cylinder.
+
+use super::{At, Effect, First, Form, Free};
+use crate::numeric::Real;
+use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::fluid::Fluid;
+
+pub const EFFECT: Effect = Effect {
+    name: "line-resistance",
+    meaning: CARD.meaning,
+    law: CARD.law,
+    source: CARD.source,
+    validity: CARD.validity,
+    at: At::Actuator,
+    form: Form::Spliced { card: &CARD },
+    parameters: &[
+        Free { name: "turbulent", neutral: Some(0.0), first: First::Value(0.03), plausible: (0.0, 10.0) },
+        Free { name: "laminar", neutral: Some(0.0), first: First::Value(0.1), plausible: (0.0, 50.0) },
+    ],
+};
+
+pub const CARD: Card = Card {
+    kind: "line-resistance",
+    meaning: "Pressure drop of the line between a node and the cylinder that stands there; sensors stay on the near side.",
+    law: "dp = (R + R_0) q + K q |q|;  C = V/beta at the near side",
+    source: "Hagen-Poiseuille and Darcy-Weisbach; Merritt (1967), section 3-2",
+    validity: "No inertia of the oil in the line; R_0 = 0.01 bar/(L/min) keeps a line without resistance solvable.",
+    parameters: &[
+        Parameter::required("turbulent", "K", "bar.min2/L2", "pressure drop per square of the flow").or(0.0),
+        Parameter::required("laminar", "R", "bar.min/L", "pressure drop per flow").or(0.0),
+        Parameter::required("volume", "V", "cm3", "oil on the near side of the line").positive().or(5.0),
+    ],
+    ports: &[Port::hydraulic("near", "where valves and sensors are"), Port::hydraulic("far", "where the cylinder is")],
+    worked: &[Worked {
+        text: "0.04 bar/(L/min)2 and 0.09 bar/(L/min) with R_0 take 0.04 25 + 0.1 5 = 1.5 bar for 5 L/min",
+        parameters: &[("turbulent", 0.04), ("laminar", 0.09)],
+        at: &[2.5e5, 1e5],
+        inputs: &[],
+        answer: Answer::Through(0),
+        expect: 8.333_3e-5,
+    }],
+    ..Card::EMPTY
+};
+
+/// Resistance that every line has here, Pa per m³/s: 0.01 bar/(L/min).
+const LEAST: f64 = 1e3 * 6e4;
+
+#[derive(Debug, Clone, Copy)]
+pub struct LineResistance<T> {
+    turbulent: T,
+    laminar: T,
+    volume: T,
+    fluid: Fluid<T>,
+}
+
+impl<T: Real> Law<T> for LineResistance<T> {
+    fn new(p: &[T], fluid: &Fluid<T>) -> Self {
+        Self { turbulent: p[0], laminar: p[1] + LEAST, volume: p[2], fluid: *fluid }
+    }
+
+    #[inline]
+    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+        let drop = seen.z[0] - seen.z[1];
+        // The positive root of K q² + R q = |dp|, in the form that stays exact for K = 0.
+        let root = (self.laminar * self.laminar + self.turbulent * drop.abs() * 4.0).sqrt();
+        let flow = drop * 2.0 / (self.laminar + root);
+        answers.through[0] = flow;
+        answers.through[1] = -flow;
+        answers.capacity[0] = self.volume / self.fluid.bulk_modulus(seen.z[0]);
+    }
+}
