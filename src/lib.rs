@@ -30,6 +30,7 @@ pub mod campaign;
 pub mod cli;
 pub mod complaint;
 pub mod diagnosis;
+pub mod expression;
 pub mod files;
 pub mod fit;
 pub mod learn;

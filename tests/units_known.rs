@@ -169,6 +169,31 @@ fn a_dimension_without_a_name_shows_its_base_units() {
 }
 
 #[test]
+fn half_powers_are_read_and_written() {
+    let conductance = Dimension::FLOW.per(Dimension::PRESSURE.rational_power(1, 2).unwrap());
+    for (text, si) in [
+        ("L/min/bar^0.5", 1e-3 / 60.0 / 1e5_f64.sqrt()),
+        ("m^3.5.kg^-0.5", 1.0),
+        ("m^3.5 kg^-0.5", 1.0),
+        ("cm3/s/MPa^0.5", 1e-6 / 1e3),
+    ] {
+        let unit = Unit::parse(text).unwrap_or_else(|error| panic!("{text}: {error}"));
+        assert_eq!(unit.dimension, conductance, "{text}");
+        assert!((unit.factor / si - 1.0).abs() < 1e-15, "{text}: {}", unit.factor);
+    }
+    assert_eq!(conductance.to_string(), "m^3.5.kg^-0.5");
+    assert_eq!(Unit::parse("bar^1.5").unwrap().factor, 1e5 * 1e5_f64.sqrt());
+    assert_eq!(Unit::parse("s^2.m").unwrap().dimension.to_string(), "m.s2");
+    for wrong in ["bar^0.7", "bar0.5", "bar^.5", "bar^0.55", "bar^9.5", "bar^0.5.5", "m^", "m3/s.Pa^-0.5"] {
+        assert!(Unit::parse(wrong).is_err(), "{wrong}");
+    }
+    assert_eq!(Dimension::PRESSURE.rational_power(1, 3), None);
+    assert_eq!(Dimension::VOLUME.rational_power(1, 3), Some(Dimension::LENGTH));
+    assert_eq!(Dimension::LENGTH.rational_power(101, 1), None);
+    assert_eq!(Dimension::LENGTH.rational_power(1, 0), None);
+}
+
+#[test]
 fn quantities_are_read_and_written_in_their_unit() {
     for (text, si, shown) in [
         ("5 mm", 0.005, "5 mm"),

@@ -2,20 +2,15 @@
 
 use std::fmt;
 
-/// Exponents of metre, kilogram, second, kelvin and ampere.
+/// Exponents of metre, kilogram, second, kelvin and ampere: whole ones, and halves, because the conductance of an orifice
+/// is a flow per root of a pressure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Dimension {
-    /// Exponent of the metre.
-    pub m: i8,
-    /// Exponent of the kilogram.
-    pub kg: i8,
-    /// Exponent of the second.
-    pub s: i8,
-    /// Exponent of the kelvin.
-    pub k: i8,
-    /// Exponent of the ampere.
-    pub a: i8,
+    /// Twice the exponents, so that halves stay exact.
+    twice: [i16; 5],
 }
+
+const SYMBOLS: [&str; 5] = ["m", "kg", "s", "K", "A"];
 
 impl Dimension {
     /// A pure number, a share or a count of revolutions.
@@ -71,18 +66,18 @@ impl Dimension {
 
     /// The dimension with these exponents of m, kg, s, K and A.
     pub const fn new(m: i8, kg: i8, s: i8, k: i8, a: i8) -> Self {
-        Self { m, kg, s, k, a }
+        Self { twice: [2 * m as i16, 2 * kg as i16, 2 * s as i16, 2 * k as i16, 2 * a as i16] }
     }
 
-    /// The dimension of a product; exponents beyond the range of `i8` stop at its ends.
+    /// The dimension of a product; exponents beyond the range of an `i16` stop at its ends.
     pub const fn times(self, other: Self) -> Self {
-        Self::new(
-            self.m.saturating_add(other.m),
-            self.kg.saturating_add(other.kg),
-            self.s.saturating_add(other.s),
-            self.k.saturating_add(other.k),
-            self.a.saturating_add(other.a),
-        )
+        let mut twice = self.twice;
+        let mut i = 0;
+        while i < twice.len() {
+            twice[i] = twice[i].saturating_add(other.twice[i]);
+            i += 1;
+        }
+        Self { twice }
     }
 
     /// The dimension of a quotient.
@@ -92,13 +87,34 @@ impl Dimension {
 
     /// The dimension of an integer power.
     pub const fn power(self, exponent: i8) -> Self {
-        Self::new(
-            self.m.saturating_mul(exponent),
-            self.kg.saturating_mul(exponent),
-            self.s.saturating_mul(exponent),
-            self.k.saturating_mul(exponent),
-            self.a.saturating_mul(exponent),
-        )
+        let mut twice = self.twice;
+        let mut i = 0;
+        while i < twice.len() {
+            twice[i] = twice[i].saturating_mul(exponent as i16);
+            i += 1;
+        }
+        Self { twice }
+    }
+
+    /// The dimension of the power `numerator / denominator`; `None` where an exponent would be neither whole nor half, or
+    /// beyond 100, and where `denominator` is 0.
+    ///
+    /// ```
+    /// use borescope::units::Dimension;
+    /// let root = Dimension::PRESSURE.rational_power(1, 2).unwrap();
+    /// assert_eq!(root.to_string(), "m^-0.5.kg^0.5.s-1");
+    /// assert_eq!(root.rational_power(1, 2), None);
+    /// ```
+    pub fn rational_power(self, numerator: i32, denominator: i32) -> Option<Self> {
+        let mut twice = [0; 5];
+        for (new, old) in twice.iter_mut().zip(self.twice) {
+            let product = i32::from(old).checked_mul(numerator)?;
+            if product.checked_rem(denominator)? != 0 {
+                return None;
+            }
+            *new = i16::try_from(product / denominator).ok().filter(|exponent| exponent.abs() <= 200)?;
+        }
+        Some(Self { twice })
     }
 
     /// The name for messages, such as `pressure`; `None` where the dimension has no everyday name.
@@ -111,14 +127,17 @@ impl Dimension {
         NAMES.into_iter()
     }
 
-    /// The product of base units, such as `m-1.kg.s-2`; `-` for a pure number. [`Unit::parse`](super::Unit::parse) reads it.
+    /// The product of base units, such as `m-1.kg.s-2` or `m^0.5`; `-` for a pure number.
+    /// [`Unit::parse`](super::Unit::parse) reads it.
     pub fn base_units(self) -> String {
-        let factors: Vec<String> = [("m", self.m), ("kg", self.kg), ("s", self.s), ("K", self.k), ("A", self.a)]
-            .into_iter()
-            .filter(|(_, exponent)| *exponent != 0)
-            .map(|(symbol, exponent)| match exponent {
-                1 => symbol.to_owned(),
-                _ => format!("{symbol}{exponent}"),
+        let factors: Vec<String> = SYMBOLS
+            .iter()
+            .zip(self.twice)
+            .filter(|(_, twice)| *twice != 0)
+            .map(|(symbol, twice)| match twice {
+                2 => (*symbol).to_owned(),
+                _ if twice % 2 == 0 => format!("{symbol}{}", twice / 2),
+                _ => format!("{symbol}^{:.1}", f64::from(twice) / 2.0),
             })
             .collect();
         if factors.is_empty() { "-".to_owned() } else { factors.join(".") }

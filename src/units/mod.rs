@@ -30,7 +30,8 @@ pub struct Unit {
 
 impl Unit {
     /// Reads a unit: a known word (`bar`, `mm`, `degC`, `%`, `-`), or a product and quotient of powers of them (`L/min/bar`,
-    /// `N.s/m`, `N*s/m`, `N s/m`, `kg/m3`, `s-1`). `rev` counts as 1. Within a compound `degC` is a difference.
+    /// `N.s/m`, `N*s/m`, `N s/m`, `kg/m3`, `s-1`), half powers too (`L/min/bar^0.5`). `rev` counts as 1. Within a compound
+    /// `degC` is a difference.
     ///
     /// # Errors
     /// A word that is not known, a text that is no unit, and a product behind a `/` (`J/kg.K`), which is ambiguous.

@@ -1,4 +1,4 @@
-//! Reads the text of a unit: products, quotients and integer powers of known words.
+//! Reads the text of a unit: products, quotients, whole and half powers of known words.
 
 use super::table::{ATOMS, Atom, COMPOUNDS, MISTAKES, SPELLINGS};
 use super::{Dimension, Unit, UnitError};
@@ -20,7 +20,7 @@ pub(super) fn parse(text: &str) -> Result<Unit, UnitError> {
     }
     let mut unit = Unit { symbol: symbol.to_owned(), dimension: Dimension::NONE, factor: 1.0, offset: 0.0 };
     for (index, quotient) in symbol.split('/').enumerate() {
-        let factors: Vec<&str> = quotient.split(['.', '*', '·', ' ']).map(str::trim).collect();
+        let factors = factors(quotient);
         // `N . s` splits into empty words around its point; those are no mistake.
         let spaced = quotient.contains(' ');
         let words: Vec<&str> = factors.into_iter().filter(|word| !(spaced && word.is_empty())).collect();
@@ -30,9 +30,12 @@ pub(super) fn parse(text: &str) -> Result<Unit, UnitError> {
         for word in &words {
             let (atom, exponent) = power(symbol, word)?;
             let exponent = if index == 0 { exponent } else { -exponent };
-            unit.dimension = unit.dimension.times(atom.dimension.power(exponent));
+            let power = atom.dimension.rational_power(exponent, 2);
+            let power = power.ok_or_else(|| UnitError::Malformed { unit: symbol.to_owned() })?;
+            unit.dimension = unit.dimension.times(power);
             // Dividing keeps 1/60 and 1/1000 correctly rounded; multiplying by a rounded reciprocal would not.
-            let scale = atom.factor.powi(i32::from(exponent.abs()));
+            let whole = atom.factor.powi(exponent.abs() / 2);
+            let scale = if exponent % 2 == 0 { whole } else { whole * atom.factor.sqrt() };
             if exponent < 0 {
                 unit.factor /= scale;
             } else {
@@ -46,23 +49,45 @@ pub(super) fn parse(text: &str) -> Result<Unit, UnitError> {
     Ok(unit)
 }
 
-/// A known word, with the power that follows it: `m3`, `m^3`, `m³`, `s-1`.
-fn power(unit: &str, word: &str) -> Result<(Atom, i8), UnitError> {
+/// The factors of a product, cut at its signs; the point of a half power (`bar^0.5`) is none.
+fn factors(product: &str) -> Vec<&str> {
+    let mut factors = Vec::new();
+    let mut start = 0;
+    for (at, sign) in product.match_indices(['.', '*', '·', ' ']) {
+        let (before, after) = (&product[start..at], &product[at + sign.len()..]);
+        let of_power = before.rsplit_once('^').is_some_and(|(_, whole)| whole.parse::<i8>().is_ok());
+        let half = after.strip_prefix('5').is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric()));
+        if sign != "." || !of_power || !half {
+            factors.push(before.trim());
+            start = at + sign.len();
+        }
+    }
+    factors.push(product[start..].trim());
+    factors
+}
+
+/// A known word, with twice the power that follows it: `m3`, `m^3`, `m³`, `s-1`, `bar^0.5`.
+fn power(unit: &str, word: &str) -> Result<(Atom, i32), UnitError> {
     if let Some(atom) = find(word).filter(|atom| atom.symbol != "-") {
-        return Ok((atom, 1));
+        return Ok((atom, 2));
     }
     let malformed = || UnitError::Malformed { unit: unit.to_owned() };
-    let base = word.trim_end_matches(|c: char| c.is_ascii_digit() || matches!(c, '²' | '³' | '-' | '+' | '^'));
+    let base = word.trim_end_matches(|c: char| c.is_ascii_digit() || matches!(c, '²' | '³' | '-' | '+' | '^' | '.'));
     if base.is_empty() {
         return Err(malformed());
     }
     let written = word.get(base.len()..).unwrap_or_default().replace('²', "2").replace('³', "3");
     let digits = written.strip_prefix('^').unwrap_or(&written);
     let exponent = if written.is_empty() {
-        1
+        2
+    } else if let Some(whole) = digits.strip_suffix(".5") {
+        match whole.parse::<i32>() {
+            Ok(exponent) if (-8..=8).contains(&exponent) => 2 * exponent + if whole.starts_with('-') { -1 } else { 1 },
+            _ => return Err(malformed()),
+        }
     } else {
-        match digits.parse::<i8>() {
-            Ok(exponent) if exponent != 0 && (-9..=9).contains(&exponent) => exponent,
+        match digits.parse::<i32>() {
+            Ok(exponent) if exponent != 0 && (-9..=9).contains(&exponent) => 2 * exponent,
             _ => return Err(malformed()),
         }
     };

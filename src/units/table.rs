@@ -99,6 +99,8 @@ pub(super) const COMPOUNDS: &[&str] = &[
     "m3/s",
     "L/min/bar",
     "m3/s/Pa",
+    "L/min/bar^0.5",
+    "m3/s/Pa^0.5",
     "cm3/bar",
     "m3/Pa",
     "mm/s",
