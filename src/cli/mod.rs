@@ -6,12 +6,15 @@
 mod calibrate;
 mod campaign;
 mod check;
+mod compare;
 mod diagnose;
+mod effects;
 mod expected;
 mod isolability;
 mod page;
 mod signatures;
 mod simulate;
+mod suggest;
 
 use std::ffi::OsString;
 use std::io::{self, Write};
@@ -35,9 +38,12 @@ enum Verb {
     Calibrate(calibrate::Arguments),
     Campaign(campaign::Arguments),
     Check(check::Arguments),
+    Compare(compare::Arguments),
     Diagnose(diagnose::Arguments),
+    Effects(effects::Arguments),
     Isolability(isolability::Arguments),
     Simulate(simulate::Arguments),
+    Suggest(suggest::Arguments),
 }
 
 impl Verb {
@@ -46,9 +52,12 @@ impl Verb {
             Self::Calibrate(arguments) => calibrate::run(arguments, out),
             Self::Campaign(arguments) => campaign::run(arguments, out),
             Self::Check(arguments) => check::run(arguments, out),
+            Self::Compare(arguments) => compare::run(arguments, out),
             Self::Diagnose(arguments) => diagnose::run(arguments, out),
+            Self::Effects(arguments) => effects::run(arguments, out),
             Self::Isolability(arguments) => isolability::run(arguments, out),
             Self::Simulate(arguments) => simulate::run(arguments, out),
+            Self::Suggest(arguments) => suggest::run(arguments, out),
         }
     }
 }

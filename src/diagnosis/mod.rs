@@ -25,9 +25,9 @@ use crate::record::Record;
 use crate::report::number::rounded;
 use crate::residual::{self, Detection};
 use estimate::Estimate;
-pub(crate) use summary::tame_squares;
 pub use hypotheses::Hypothesis;
 pub use result::{ChannelReport, Diagnosis, FaultReport, FitReport, SCHEMA, UncertainReport, Verdict};
+pub(crate) use summary::tame_squares;
 
 /// What the user may choose.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -52,6 +52,11 @@ const WILD: f64 = 5.0;
 /// Mean square of the weighted misfit of a channel up to which the model is adequate: what is left unexplained is then less
 /// than half of what the noise of a single sample is, in variance.
 pub(crate) const ADEQUATE: f64 = 1.5;
+/// Whether the mean square of the weighted misfits of a channel of so many samples is that of an adequate model.
+pub(crate) fn adequate(chi2: f64, samples: usize) -> bool {
+    // Four standard deviations of the mean square of so few samples.
+    chi2 <= ADEQUATE + 4.0 * (2.0 / samples as f64).sqrt()
+}
 /// A fault is called present from this probability on.
 const PRESENT: f64 = 0.5;
 /// Digits of a reported number: more than any interval allows, fewer than rounding spoils.

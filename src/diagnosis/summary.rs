@@ -3,7 +3,7 @@
 use super::estimate::Estimate;
 use super::interval::{Interval, QUANTILE, Side};
 use super::result::{ChannelReport, FaultReport, UncertainReport};
-use super::{ADEQUATE, DIGITS, PRESENT, WILD};
+use super::{DIGITS, PRESENT, WILD, adequate};
 use crate::fit::{End, Identifiable};
 use crate::report::number::rounded;
 
@@ -36,8 +36,7 @@ pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], misfit: &[
                 rmse: rounded(unit.difference_from_si((square / rows).sqrt()), DIGITS),
                 noise_sigma: rounded(unit.difference_from_si(sensor.noise), DIGITS),
                 chi2_reduced,
-                // Four standard deviations of the mean square of so few samples.
-                adequate: chi2_reduced <= ADEQUATE + 4.0 * (2.0 / rows).sqrt(),
+                adequate: adequate(chi2_reduced, measured[index].len().max(1)),
             }
         })
         .collect()

@@ -1,1 +1,327 @@
-//! Where the model fails.
+//! Where the model misses a record: which sensors, in which phases, and with which quantity the misfit goes.
+
+use serde::Serialize;
+
+use super::phase::{Stretch, stretches};
+use super::suggest::channel_chi2;
+use super::trial::{Run, run_with};
+use crate::complaint::Complaint;
+use crate::diagnosis::{adequate, estimate};
+use crate::model::{Drive, Model};
+use crate::record::Record;
+use crate::report::number::rounded;
+use crate::rig::{Quantity, Rig, Sensor, Target};
+
+/// Name and version of the JSON schema.
+pub const SCHEMA: &str = "borescope.comparison/1";
+
+/// Forms of the fit of what is uncertain.
+const FORMS: usize = 4;
+/// Phases that are named of each sensor.
+const WORST: usize = 3;
+/// Correlation from which on a misfit goes with a quantity, and share of the greatest from which on it is named too.
+const GOES_WITH: f64 = 0.2;
+const AS_WELL: f64 = 0.9;
+/// Quantities that are named at most.
+const NAMED: usize = 3;
+/// Digits of a reported number.
+const DIGITS: usize = 6;
+
+/// A phase in which the model misses a sensor. The numbers are in the unit of the sensor.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Miss {
+    pub from_s: f64,
+    pub to_s: f64,
+    pub phase: String,
+    /// Root mean square of measured minus model.
+    pub rmse: f64,
+    /// Mean size of the weighted misfit, by which the phases are ordered: 0.8 if the model is right.
+    pub deviations: f64,
+}
+
+/// A quantity with which a misfit goes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GoesWith {
+    /// An input, a sensor (what the model says of it), `velocity of x` or `direction of x`.
+    pub signal: String,
+    /// Coefficient of correlation with measured minus model, weighted by noise and tolerance.
+    pub coefficient: f64,
+}
+
+/// How the model follows one sensor. Numbers in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Channel {
+    pub name: String,
+    pub unit: String,
+    /// Root mean square of measured minus model.
+    pub rmse: f64,
+    pub noise_sigma: f64,
+    /// `100 (1 - |y - m|/|y - mean y|)`; `None` where the sensor shows one value throughout.
+    pub fit_percent: Option<f64>,
+    /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
+    pub chi2_reduced: f64,
+    pub adequate: bool,
+    /// Of neighbouring weighted misfits: near 0 where nothing but noise is left, near 1 where something slow is.
+    pub autocorrelation: f64,
+    /// The quantities that the misfit goes with, closest first.
+    pub goes_with: Vec<GoesWith>,
+    /// The phases in which the model misses most, in standard deviations, the worst first.
+    pub worst: Vec<Miss>,
+}
+
+/// Where physics is missing, as far as misfits tell.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Where {
+    /// The balance of what the worst sensor shows; in a suggestion that of the effect that explains the misfit.
+    pub equation: String,
+    /// The worst sensor.
+    pub channel: String,
+    pub phase: String,
+    pub from_s: f64,
+    pub to_s: f64,
+    /// Quantities that the misfit goes with.
+    pub depends_on: Vec<String>,
+}
+
+/// A parameter that was fitted, in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Fitted {
+    pub id: String,
+    pub value: f64,
+    pub unit: String,
+    pub nominal: f64,
+    /// Standard uncertainty before the record.
+    pub sigma_before: f64,
+}
+
+/// The model beside a record.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    pub schema: &'static str,
+    pub rig: String,
+    pub record: String,
+    /// Whether the model explains every sensor within noise and tolerance.
+    pub adequate: bool,
+    pub chi2_reduced: f64,
+    /// `None` where the model is adequate.
+    #[serde(rename = "where")]
+    pub place: Option<Where>,
+    pub channels: Vec<Channel>,
+    /// What the rig file gives with an uncertainty, as it was fitted.
+    pub fitted: Vec<Fitted>,
+}
+
+/// The healthy model beside a record: faults at their healthy values, uncertain data-sheet values fitted within their
+/// uncertainty.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved on the record.
+pub fn compare(rig: &Rig, record: &Record) -> Result<Comparison, Complaint> {
+    let model = Model::new(rig.clone());
+    let drive = Drive::from_record(rig, record)?;
+    let mut values = rig.nominal();
+    for fault in &rig.faults {
+        values[fault.parameter] = fault.healthy;
+    }
+    let estimated = estimate::estimated_parameters(rig);
+    let start: Vec<f64> = estimated.iter().map(|&parameter| values[parameter]).collect();
+    let (theta, _) = estimate::quick(&model, record, &drive, (&start, 0), FORMS)?;
+    for (&parameter, value) in estimated.iter().zip(theta) {
+        values[parameter] = value;
+    }
+    let run = run_with(&model, record, &drive, &values)?;
+    let mut comparison = Comparison::of(&model, record, &run)?;
+    comparison.fitted = estimated.into_iter().filter(|&index| !rig.is_fault(index)).map(fitted(rig, &values)).collect();
+    Ok(comparison)
+}
+
+fn fitted(rig: &Rig, values: &[f64]) -> impl Fn(usize) -> Fitted {
+    move |index| {
+        let parameter = &rig.parameters[index];
+        Fitted {
+            id: parameter.id.clone(),
+            value: rounded(parameter.unit.from_si(values[index]), DIGITS),
+            unit: parameter.unit.symbol.clone(),
+            nominal: rounded(parameter.unit.from_si(parameter.value), DIGITS),
+            sigma_before: rounded(parameter.unit.difference_from_si(parameter.sigma), DIGITS),
+        }
+    }
+}
+
+impl Comparison {
+    /// A run of a model beside the record that it is of.
+    ///
+    /// # Errors
+    /// Columns that are missing.
+    pub fn of(model: &Model, record: &Record, run: &Run) -> Result<Self, Complaint> {
+        let rig = &model.rig;
+        let measured = estimate::measured(model, record)?;
+        let drive = Drive::from_record(rig, record)?;
+        let phases = stretches(rig, record, &drive, &measured);
+        let signals = signals(rig, record, &drive, run);
+        let rows = record.time.len().max(1);
+        let channels: Vec<Channel> = channel_chi2(run, rig)
+            .into_iter()
+            .enumerate()
+            .map(|(index, (chi2, samples))| {
+                let sensor = &rig.sensors[index];
+                let unit = rig.sensor_unit(sensor);
+                let misfit: Vec<f64> = run.misfit[index * rows..(index + 1) * rows].iter().map(|r| -r).collect();
+                Channel {
+                    name: sensor.name.clone(),
+                    rmse: rounded(unit.difference_from_si(run.rmse[index]), DIGITS),
+                    noise_sigma: rounded(unit.difference_from_si(sensor.noise), DIGITS),
+                    fit_percent: fit_percent(measured[index], &run.outputs[index]),
+                    chi2_reduced: chi2,
+                    adequate: adequate(chi2, samples),
+                    autocorrelation: autocorrelation(&misfit),
+                    goes_with: goes_with(&misfit, &signals),
+                    worst: worst(record, &phases, (measured[index], &run.outputs[index]), &misfit)
+                        .into_iter()
+                        .map(|miss| Miss { rmse: rounded(unit.difference_from_si(miss.rmse), DIGITS), ..miss })
+                        .collect(),
+                    unit: unit.symbol,
+                }
+            })
+            .collect();
+        let all = channels.iter().all(|channel| channel.adequate);
+        Ok(Self {
+            schema: SCHEMA,
+            rig: rig.path.display().to_string(),
+            record: record.path.display().to_string(),
+            adequate: all,
+            chi2_reduced: run.chi2,
+            place: if all { None } else { place(rig, &channels) },
+            channels,
+            fitted: Vec::new(),
+        })
+    }
+}
+
+/// The worst sensor, its worst phase, and what its misfit goes with.
+fn place(rig: &Rig, channels: &[Channel]) -> Option<Where> {
+    let worst = |(_, a): &(&Sensor, &Channel), (_, b): &(&Sensor, &Channel)| a.chi2_reduced.total_cmp(&b.chi2_reduced);
+    let (sensor, channel) = rig.sensors.iter().zip(channels).max_by(worst)?;
+    let miss = channel.worst.first()?;
+    Some(Where {
+        equation: equation(rig, sensor),
+        channel: channel.name.clone(),
+        phase: miss.phase.clone(),
+        from_s: miss.from_s,
+        to_s: miss.to_s,
+        depends_on: channel.goes_with.iter().map(|goes| goes.signal.clone()).collect(),
+    })
+}
+
+/// The balance that determines what a sensor shows.
+fn equation(rig: &Rig, sensor: &Sensor) -> String {
+    let at = match sensor.target {
+        Target::Node(node) => rig.nodes[node].name.clone(),
+        Target::Port(component, port) => {
+            let component = &rig.components[component];
+            format!("{}.{}", component.name, component.card.ports[port].name)
+        }
+    };
+    match sensor.quantity {
+        Quantity::Pressure => format!("pressure balance of {at}"),
+        Quantity::Flow => format!("flow at {at}"),
+        Quantity::Position | Quantity::Velocity => format!("force balance of {at}"),
+        Quantity::Level => format!("volume balance of {at}"),
+    }
+}
+
+fn fit_percent(measured: &[f64], model: &[f64]) -> Option<f64> {
+    let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
+    let norm = |deviations: &mut dyn Iterator<Item = f64>| deviations.map(|d| d * d).sum::<f64>().sqrt();
+    let missed = norm(&mut measured.iter().zip(model).map(|(y, m)| y - m));
+    let moved = norm(&mut measured.iter().map(|y| y - mean));
+    (moved > 0.0).then(|| rounded(100.0 * (1.0 - missed / moved), DIGITS))
+}
+
+fn deviations(misfit: &[f64]) -> f64 {
+    rounded(misfit.iter().map(|r| r.abs()).sum::<f64>() / misfit.len().max(1) as f64, DIGITS)
+}
+
+fn autocorrelation(misfit: &[f64]) -> f64 {
+    let square: f64 = misfit.iter().map(|r| r * r).sum();
+    let neighbours: f64 = misfit.windows(2).map(|pair| pair[0] * pair[1]).sum();
+    if square > 0.0 { rounded(neighbours / square, DIGITS) } else { 0.0 }
+}
+
+/// The phases in which a sensor is missed most, in standard deviations; `rmse` in SI.
+fn worst(record: &Record, phases: &[Stretch], (measured, model): (&[f64], &[f64]), misfit: &[f64]) -> Vec<Miss> {
+    let mut all: Vec<Miss> = phases
+        .iter()
+        .filter(|phase| !phase.rows.is_empty())
+        .map(|phase| {
+            let rows = phase.rows.clone();
+            let count = rows.len() as f64;
+            let square: f64 = rows.clone().map(|row| (measured[row] - model[row]).powi(2)).sum();
+            Miss {
+                from_s: record.time[rows.start],
+                to_s: record.time[rows.end - 1],
+                phase: phase.name.clone(),
+                rmse: (square / count).sqrt(),
+                deviations: deviations(&misfit[rows]),
+            }
+        })
+        .collect();
+    all.sort_by(|a, b| b.deviations.total_cmp(&a.deviations));
+    all.truncate(WORST);
+    all
+}
+
+/// What a misfit may go with: inputs, what the model says of each sensor, and how bodies move.
+fn signals(rig: &Rig, record: &Record, drive: &Drive, run: &Run) -> Vec<(String, Vec<f64>)> {
+    let inputs = rig.inputs.iter().enumerate().map(|(input, named)| {
+        (named.name.clone(), record.time.iter().map(|&time| drive.value(input, time)).collect::<Vec<f64>>())
+    });
+    let mut signals: Vec<(String, Vec<f64>)> = inputs.collect();
+    for (sensor, output) in rig.sensors.iter().zip(&run.outputs) {
+        signals.push((sensor.name.clone(), output.clone()));
+        if sensor.quantity == Quantity::Position {
+            let velocity = slopes(&record.time, output);
+            // What creeps has no direction.
+            let least = 1e-3 * velocity.iter().fold(0.0_f64, |greatest, v| greatest.max(v.abs()));
+            let direction = velocity.iter().map(|v| if v.abs() > least { v.signum() } else { 0.0 }).collect();
+            signals.push((format!("direction of {}", sensor.name), direction));
+            signals.push((format!("velocity of {}", sensor.name), velocity));
+        }
+    }
+    signals
+}
+
+fn slopes(times: &[f64], values: &[f64]) -> Vec<f64> {
+    let last = times.len().saturating_sub(1);
+    let slope = |row: usize| {
+        let (before, behind) = (row.saturating_sub(1), (row + 1).min(last));
+        let step = times[behind] - times[before];
+        if step > 0.0 { (values[behind] - values[before]) / step } else { 0.0 }
+    };
+    (0..times.len()).map(slope).collect()
+}
+
+/// The signals that a misfit goes with, closest first.
+fn goes_with(misfit: &[f64], signals: &[(String, Vec<f64>)]) -> Vec<GoesWith> {
+    let mut all: Vec<GoesWith> = signals
+        .iter()
+        .map(|(name, values)| GoesWith { signal: name.clone(), coefficient: rounded(correlation(misfit, values), 4) })
+        .filter(|goes| goes.coefficient.abs() >= GOES_WITH)
+        .collect();
+    all.sort_by(|a, b| b.coefficient.abs().total_cmp(&a.coefficient.abs()));
+    let least = all.first().map_or(0.0, |first| AS_WELL * first.coefficient.abs());
+    all.retain(|goes| goes.coefficient.abs() >= least);
+    all.truncate(NAMED);
+    all
+}
+
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let (mean_a, mean_b) = (mean(a), mean(b));
+    let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);
+    for (a, b) in a.iter().zip(b) {
+        let (a, b) = (a - mean_a, b - mean_b);
+        (aa, bb, ab) = (aa + a * a, bb + b * b, ab + a * b);
+    }
+    if aa > 0.0 && bb > 0.0 { ab / (aa * bb).sqrt() } else { 0.0 }
+}

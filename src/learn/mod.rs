@@ -3,13 +3,17 @@
 //! | module | question |
 //! |---|---|
 //! | [`compare`] | where, when and at which states does the model miss the record |
+//! | [`phase`] | what the circuit does over each stretch of a record |
 //! | [`candidate`] | which effects might be missing, and how much of the misfit could each explain (score test) |
 //! | [`trial`] | what a record says once an effect is in the model, everything else fitted along |
 //! | [`suggest`] | which effect is missing, judged on a second record |
+//! | [`result`] | the suggestion as programs read it |
 //! | [`improve`] | the whole loop with its ledger |
 
 pub mod candidate;
 pub mod compare;
 pub mod improve;
+pub mod phase;
+pub mod result;
 pub mod suggest;
 pub mod trial;

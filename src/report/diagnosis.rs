@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::html::{Column, Page, Section, Table, Tone};
 use super::number::{rounded, text, with_unit};
 use super::plot::{Axis, Band, Chart, Envelope, Figure, Rule, Series};
+use super::table::{Head, aligned};
 use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, Verdict};
 use crate::model::Drive;
 use crate::record::Record;
@@ -65,9 +66,6 @@ fn fault_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
         })
         .collect()
 }
-
-/// A head, and whether numbers stand under it, which are set to the right.
-type Head = (&'static str, bool);
 
 const FAULT_HEADS: [Head; 7] = [
     ("fault", false),
@@ -224,21 +222,6 @@ pub fn write_text(diagnosis: &Diagnosis) -> String {
         diagnosis.fit.stopped_because
     ));
     page
-}
-
-/// Rows under their heads, each column as wide as its widest entry.
-fn aligned(heads: &[Head], rows: &[Vec<String>]) -> Vec<String> {
-    let head: Vec<String> = heads.iter().map(|(name, _)| (*name).to_owned()).collect();
-    let all: Vec<&Vec<String>> = std::iter::once(&head).chain(rows).collect();
-    let width = |column: usize| all.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..heads.len()).map(width).collect();
-    let print = |row: &&Vec<String>| {
-        let cells = row.iter().zip(heads.iter().zip(&widths)).map(|(cell, ((_, numeric), &width))| {
-            if *numeric { format!("{cell:>width$}") } else { format!("{cell:<width$}") }
-        });
-        format!("  {}", cells.collect::<Vec<_>>().join("  ").trim_end())
-    };
-    all.iter().map(print).collect()
 }
 
 /// The diagnosis as a page with pictures: measured against model, and the misfit over time.

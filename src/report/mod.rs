@@ -1,11 +1,14 @@
-//! What a reader gets to see: line charts, self-contained pages, and the part of the reference that the cards give.
+//! What a reader gets to see: texts, line charts, self-contained pages, and the part of the reference that the cards give.
 
 pub mod campaign;
 pub mod diagnosis;
+pub mod effects;
 pub mod html;
+pub mod learn;
 pub mod number;
 pub mod plot;
 pub mod reference;
+pub mod table;
 
 /// A text as the content of an XML or HTML element or of a quoted attribute: markup escaped, and the control characters
 /// that XML forbids replaced by U+FFFD.

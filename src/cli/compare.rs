@@ -1,0 +1,36 @@
+//! `compare`: the model beside a record, and where it misses.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{Failure, Format, Status, write_json};
+use crate::learn::compare::compare;
+use crate::record::Record;
+use crate::report;
+use crate::rig::Rig;
+
+/// Compare the healthy model with a record: which sensors it misses, in which phases
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The rig file
+    rig: PathBuf,
+    /// A record of this rig
+    record: PathBuf,
+    /// How the comparison is written
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Exit with 1 if the model misses the record
+    #[arg(long)]
+    exit_code: bool,
+}
+
+pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+    let comparison = compare(&Rig::read(&arguments.rig)?, &Record::read(&arguments.record)?)?;
+    match arguments.format {
+        Format::Text => out.write_all(report::learn::comparison(&comparison).as_bytes())?,
+        Format::Json => write_json(out, &comparison)?,
+    }
+    Ok(if arguments.exit_code && !comparison.adequate { Status::Found } else { Status::Done })
+}

@@ -1,0 +1,42 @@
+//! `effects`: the library of physical effects.
+
+use std::io::Write;
+
+use clap::Args;
+
+use super::{Failure, Format, Status, write_json};
+use crate::complaint::{Complaint, Kind, help_with_names};
+use crate::physics::effect::{EFFECTS, effect};
+use crate::report::effects::{EffectReport, LibraryReport, card, library};
+
+/// List the physical effects that a model may be given, or show the card of one
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Name of an effect, without its place
+    name: Option<String>,
+    /// How the library is written
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+}
+
+pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+    let Some(name) = &arguments.name else {
+        match arguments.format {
+            Format::Text => out.write_all(library().as_bytes())?,
+            Format::Json => write_json(out, &LibraryReport::new())?,
+        }
+        return Ok(Status::Done);
+    };
+    // `external-leakage@A` is how rig files and suggestions write it.
+    let kind = name.split_once('@').map_or(name.as_str(), |(kind, _)| kind);
+    let Some(effect) = effect(kind) else {
+        return Err(Complaint::new(Kind::UnknownName, format!("there is no effect `{kind}`"))
+            .help(help_with_names(kind, "effects", EFFECTS.iter().map(|effect| effect.name)))
+            .into());
+    };
+    match arguments.format {
+        Format::Text => out.write_all(card(effect).as_bytes())?,
+        Format::Json => write_json(out, &EffectReport::new(effect))?,
+    }
+    Ok(Status::Done)
+}

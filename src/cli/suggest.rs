@@ -1,0 +1,45 @@
+//! `suggest`: which physical effect the model lacks.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{Failure, Format, Status, write_json};
+use crate::learn::result::SuggestionReport;
+use crate::learn::suggest::{Conclusion, suggest};
+use crate::record::Record;
+use crate::report;
+use crate::rig::Rig;
+
+/// Suggest the physical effect that the model of a rig lacks
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The rig file
+    rig: PathBuf,
+    /// The record to which effects are fitted
+    record: PathBuf,
+    /// Another record, to which nothing is fitted: an effect must improve it too
+    #[arg(long, value_name = "RECORD")]
+    check: Option<PathBuf>,
+    /// How the suggestion is written
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Exit with 1 if an effect is missing
+    #[arg(long)]
+    exit_code: bool,
+}
+
+pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+    let rig = Rig::read(&arguments.rig)?;
+    let record = Record::read(&arguments.record)?;
+    let check = arguments.check.as_ref().map(Record::read).transpose()?;
+    let suggestion = suggest(&rig, &record, check.as_ref())?;
+    let shown = SuggestionReport::new(&suggestion, &record, check.as_ref())?;
+    match arguments.format {
+        Format::Text => out.write_all(report::learn::suggestion(&shown).as_bytes())?,
+        Format::Json => write_json(out, &shown)?,
+    }
+    let found = shown.conclusion != Conclusion::Adequate;
+    Ok(if arguments.exit_code && found { Status::Found } else { Status::Done })
+}

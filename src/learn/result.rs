@@ -1,0 +1,235 @@
+//! The suggestion as programs read it (`borescope.suggestion/1`) and writers print it.
+
+use serde::Serialize;
+
+use super::candidate::Candidate;
+use super::compare::{Comparison, Where};
+use super::suggest::{Conclusion, Judged, Suggestion};
+use super::trial::{Run, Trial};
+use crate::complaint::Complaint;
+use crate::model::Model;
+use crate::physics::card::{Answer, Card, PortKind};
+use crate::physics::effect::Form;
+use crate::record::Record;
+use crate::report::number::rounded;
+use crate::rig::{NodeKind, Rig, Spot};
+
+/// Name and version of the JSON schema.
+pub const SCHEMA: &str = "borescope.suggestion/1";
+
+/// Half the width of a 95 % interval in standard errors.
+const QUANTILE: f64 = 1.959_963_984_540_054;
+/// Digits of a reported number.
+const DIGITS: usize = 6;
+
+/// A parameter of an effect as it was fitted, in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterReport {
+    pub id: String,
+    pub value: f64,
+    pub unit: String,
+    /// Ends of the 95 % interval from the standard error; `None` at a bound, or where the fit was only a rough one.
+    pub ci95: [Option<f64>; 2],
+}
+
+/// What the record could show of an effect.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ScoredReport {
+    pub id: String,
+    /// The parameter that is its size.
+    pub parameter: String,
+    /// Smallest size (departure from doing nothing) that this record could show beside everything that is fitted, three
+    /// standard errors, in `unit`; `None` where it shows none, and of levels.
+    pub smallest_detectable: Option<f64>,
+    pub unit: String,
+    /// The fitted parameter that takes over what the effect does.
+    pub absorbed_by: Option<String>,
+    /// Whether the record responds to it at all.
+    pub excited: bool,
+    /// Fall of chi-square that the score test expects of it.
+    pub score: f64,
+}
+
+/// An effect, or a pair, that was fitted.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CandidateReport {
+    /// `kind@place`; of a pair both, with ` + ` between.
+    pub effect: String,
+    pub supported: bool,
+    /// Root mean square misfit over the noise of each sensor, over all channels, without and with the effect.
+    pub rmse_before: f64,
+    pub rmse_after: f64,
+    /// The same of the check record, to which nothing is fitted; `None` without one.
+    pub check_rmse_before: Option<f64>,
+    pub check_rmse_after: Option<f64>,
+    /// Fall of the information criterion; above 10 is very strong.
+    pub delta_bic: f64,
+    pub parameters: Vec<ParameterReport>,
+    pub confounded_with: Vec<String>,
+    pub warnings: Vec<String>,
+    /// Each effect with what the record could show of it.
+    pub effects: Vec<ScoredReport>,
+}
+
+/// A suggestion to hand on.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SuggestionReport {
+    pub schema: &'static str,
+    pub rig: String,
+    pub record: String,
+    pub check: Option<String>,
+    pub conclusion: Conclusion,
+    /// Where the model with all faults fitted misses; `None` where it is adequate.
+    #[serde(rename = "where")]
+    pub place: Option<Where>,
+    pub candidates: Vec<CandidateReport>,
+    /// Every other effect that the rig could have, the most promising first.
+    pub not_fitted: Vec<ScoredReport>,
+}
+
+impl SuggestionReport {
+    /// What was found on a record, and on a check record if there was one.
+    ///
+    /// # Errors
+    /// Columns that are missing.
+    pub fn new(suggestion: &Suggestion, record: &Record, check: Option<&Record>) -> Result<Self, Complaint> {
+        let base = &suggestion.base;
+        let model = Model::new(base.rig.clone());
+        let mut place = Comparison::of(&model, record, &base.fit)?.place;
+        if let (None, Some(check), Some(run)) = (&place, check, &suggestion.base_check) {
+            place = Comparison::of(&model, check, run)?.place;
+        }
+        let alone = |candidate: &Candidate| {
+            suggestion.judged.iter().any(|judged| judged.effects.iter().any(|effect| effect.id == candidate.id))
+        };
+        // What fits says more of the equation than the sensor where the misfit shows.
+        if let (Some(place), Some(best)) = (&mut place, suggestion.judged.first().filter(|best| best.supported)) {
+            let equations: Vec<String> = best.effects.iter().map(|effect| equation(&best.trial.rig, effect)).collect();
+            place.equation = equations.join(" + ");
+        }
+        Ok(Self {
+            schema: SCHEMA,
+            rig: base.rig.path.display().to_string(),
+            record: record.path.display().to_string(),
+            check: check.map(|check| check.path.display().to_string()),
+            conclusion: suggestion.conclusion,
+            place,
+            candidates: suggestion.judged.iter().map(|judged| candidate(suggestion, judged)).collect(),
+            not_fitted: suggestion
+                .scored
+                .iter()
+                .filter(|candidate| !alone(candidate))
+                .map(|candidate| scored(base, candidate))
+                .collect(),
+        })
+    }
+
+    /// Every effect that was scored, the fitted ones first.
+    pub fn scored(&self) -> Vec<&ScoredReport> {
+        let mut all: Vec<&ScoredReport> = Vec::new();
+        for scored in self.candidates.iter().flat_map(|candidate| &candidate.effects).chain(&self.not_fitted) {
+            if all.iter().all(|other| other.id != scored.id) {
+                all.push(scored);
+            }
+        }
+        all
+    }
+}
+
+fn candidate(suggestion: &Suggestion, judged: &Judged) -> CandidateReport {
+    let normalised = |run: &Option<Run>| run.as_ref().map(|run| rounded(run.normalised, DIGITS));
+    CandidateReport {
+        effect: judged.id(),
+        supported: judged.supported,
+        rmse_before: rounded(suggestion.base.fit.normalised, DIGITS),
+        rmse_after: rounded(judged.trial.fit.normalised, DIGITS),
+        check_rmse_before: normalised(&suggestion.base_check),
+        check_rmse_after: normalised(&judged.check),
+        delta_bic: rounded(judged.delta_bic, DIGITS),
+        parameters: judged.effects.iter().flat_map(|effect| parameters(&judged.trial, &effect.id)).collect(),
+        confounded_with: judged.confounded_with.clone(),
+        warnings: judged.warnings.clone(),
+        effects: judged.effects.iter().map(|effect| scored(&suggestion.base, effect)).collect(),
+    }
+}
+
+/// The equation into which an effect enters.
+fn equation(rig: &Rig, candidate: &Candidate) -> String {
+    let spot = match candidate.placed.spot {
+        Spot::Fluid => return "compressibility of the fluid".to_owned(),
+        Spot::Sensor(sensor) => return format!("reading of {}", rig.sensors[sensor].name),
+        Spot::Node(node) => &rig.nodes[node].name,
+        Spot::Component(component) => &rig.components[component].name,
+    };
+    match candidate.placed.effect.form {
+        Form::Joined { card, .. } => joined(rig, &candidate.id, card).unwrap_or_else(|| format!("balance at {spot}")),
+        Form::Spliced { .. } => format!("pressure drop of the line at {spot}"),
+        Form::Bent | Form::Reading { .. } => format!("law of {spot}"),
+    }
+}
+
+/// The balances of the nodes on which a joined component acts: ports of the kind that its worked number is about.
+fn joined(rig: &Rig, id: &str, card: &Card) -> Option<String> {
+    let component = rig.components.iter().find(|component| component.name == id)?;
+    let kind = match card.worked.first()?.answer {
+        Answer::Through(port) | Answer::Capacity(port) => card.ports.get(port)?.kind,
+        Answer::Rate(_) => return None,
+    };
+    let acted = card.ports.iter().zip(&component.ports).filter(|(port, _)| port.kind == kind);
+    let nodes = acted.map(|(_, node)| &rig.nodes[*node]).filter(|node| !matches!(node.kind, NodeKind::Held { .. }));
+    let names: Vec<&str> = nodes.map(|node| node.name.as_str()).collect();
+    let balance = if kind == PortKind::Mechanical { "force balance" } else { "pressure balance" };
+    (!names.is_empty()).then(|| format!("{balance} of {}", names.join(" and ")))
+}
+
+/// The parameters of one effect of a fitted model.
+fn parameters(trial: &Trial, id: &str) -> Vec<ParameterReport> {
+    let indices = trial.rig.effects.iter().find(|present| present.id == id).map(|present| &present.parameters);
+    let one = |&index: &usize| {
+        let parameter = &trial.rig.parameters[index];
+        let shown = |si: f64| rounded(parameter.unit.from_si(si), DIGITS);
+        let (low, high) = parameter.bounds;
+        let value = trial.values[index];
+        let end = |sign: f64| {
+            let sigma = trial.sigmas.get(&index).filter(|_| !trial.at_bound.contains(&index))?;
+            Some(shown((value + sign * QUANTILE * sigma).clamp(low, high)))
+        };
+        ParameterReport {
+            id: parameter.id.clone(),
+            value: shown(value),
+            unit: parameter.unit.symbol.clone(),
+            ci95: [end(-1.0), end(1.0)],
+        }
+    };
+    indices.into_iter().flatten().map(one).collect()
+}
+
+fn scored(base: &Trial, candidate: &Candidate) -> ScoredReport {
+    let placed = &candidate.placed;
+    let free = placed.effect.parameters.first();
+    let unit = free.map(|free| base.rig.effect_unit(placed, free.name));
+    let smallest = size(&base.rig, candidate).map(|size| candidate.smallest * size).filter(|size| size.is_finite());
+    ScoredReport {
+        id: candidate.id.clone(),
+        parameter: free.map_or("", |free| free.name).to_owned(),
+        smallest_detectable: smallest
+            .filter(|_| candidate.excited)
+            .zip(unit.as_ref())
+            .map(|(size, unit)| rounded(unit.difference_from_si(size), DIGITS)),
+        unit: unit.map_or("-".to_owned(), |unit| unit.symbol),
+        absorbed_by: candidate.absorbed_by.clone(),
+        excited: candidate.excited,
+        score: rounded(candidate.score, DIGITS),
+    }
+}
+
+/// How far the tried size is from doing nothing, SI; `None` of a level, which is where it is.
+fn size(rig: &Rig, candidate: &Candidate) -> Option<f64> {
+    let placed = &candidate.placed;
+    let (free, tried) = placed.effect.parameters.first().zip(candidate.tried.first())?;
+    let nothing = match free.neutral {
+        Some(neutral) => rig.effect_unit(placed, free.name).difference_to_si(neutral),
+        None => rig.parameters[rig.bent(placed, free.name)?].value,
+    };
+    Some((tried.value - nothing).abs())
+}

@@ -1,0 +1,210 @@
+//! The library of effects as a table, as cards, and as programs read it (`borescope.effects/1`).
+
+use std::fmt::{self, Write};
+
+use serde::Serialize;
+
+use super::number::with_unit;
+use super::table::{Head, aligned};
+use crate::physics::card::Parameter;
+use crate::physics::component::CARDS;
+use crate::physics::effect::{At, EFFECTS, Effect, First, Form, Free};
+use crate::physics::fluid;
+
+/// Name and version of the JSON schema.
+pub const SCHEMA: &str = "borescope.effects/1";
+/// Limits beyond which a value is any value.
+const ANY: f64 = 1e29;
+
+/// A parameter of an effect. Numbers in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FreeReport {
+    pub name: &'static str,
+    pub meaning: &'static str,
+    /// `unit of the sensor` where it is that.
+    pub unit: &'static str,
+    /// What it is when the effect does nothing; `None` where it only shapes the effect, or is what the rig has.
+    pub neutral: Option<f64>,
+    /// What is tried first, in words.
+    pub first: String,
+    /// Values with physical sense; an end is `None` where there is no limit.
+    pub plausible: [Option<f64>; 2],
+}
+
+/// The card of an effect.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EffectReport {
+    pub name: &'static str,
+    pub meaning: &'static str,
+    /// Where it may sit.
+    pub at: String,
+    /// How the rig file writes it.
+    pub written: String,
+    pub law: &'static str,
+    pub source: &'static str,
+    pub validity: &'static str,
+    pub parameters: Vec<FreeReport>,
+}
+
+/// The whole library.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LibraryReport {
+    pub schema: &'static str,
+    pub effects: Vec<EffectReport>,
+}
+
+impl LibraryReport {
+    pub fn new() -> Self {
+        Self { schema: SCHEMA, effects: EFFECTS.iter().map(|effect| EffectReport::new(effect)).collect() }
+    }
+}
+
+impl Default for LibraryReport {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl EffectReport {
+    pub fn new(effect: &Effect) -> Self {
+        let (at, place) = match effect.at {
+            At::Fluid => ("the fluid".to_owned(), ""),
+            At::Node => ("a node with a volume".to_owned(), "@NODE"),
+            At::Actuator => ("a node where a cylinder stands".to_owned(), "@NODE"),
+            At::Component { kind, named } => (format!("a `{kind}`"), if named { "@COMPONENT" } else { "" }),
+            At::Sensor => ("a sensor".to_owned(), "@SENSOR"),
+        };
+        Self {
+            name: effect.name,
+            meaning: effect.meaning,
+            at,
+            written: format!("{}{place}", effect.name),
+            law: effect.law,
+            source: effect.source,
+            validity: effect.validity,
+            parameters: effect.parameters.iter().map(|free| parameter(effect, free)).collect(),
+        }
+    }
+}
+
+/// The entry of a card behind a parameter of an effect; of what a sensor has already there is none.
+pub fn entry(effect: &Effect, name: &str) -> Option<&'static Parameter> {
+    let parameters = match (effect.form, effect.at) {
+        (Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card }, _) => card.parameters,
+        (Form::Bent, At::Fluid) => fluid::CARD.parameters,
+        (Form::Bent, At::Component { kind, .. }) => CARDS.iter().find(|card| card.kind == kind)?.parameters,
+        (Form::Bent, _) => return None,
+    };
+    parameters.iter().find(|own| own.name == name)
+}
+
+fn parameter(effect: &Effect, free: &Free) -> FreeReport {
+    let entry = entry(effect, free.name);
+    let of_sensor = matches!(effect.at, At::Sensor);
+    let unit = match entry.map(|entry| entry.unit) {
+        Some("-") if of_sensor => "unit of the sensor",
+        Some(unit) => unit,
+        // The gain of a sensor is a number, its offset is not.
+        None if free.name == "gain" => "-",
+        None => "unit of the sensor",
+    };
+    let first = match free.first {
+        First::Value(value) => with_unit(value, unit),
+        First::Noise(factor) => format!("{factor} of the sensor's noise"),
+        First::Range(_) => "0.6 to 0.95 of the highest reading or level".to_owned(),
+    };
+    let (low, high) = free.plausible;
+    FreeReport {
+        name: free.name,
+        meaning: entry.map_or(effect.meaning, |entry| entry.meaning),
+        unit,
+        neutral: free.neutral,
+        first,
+        plausible: [(low > -ANY).then_some(low), (high < ANY).then_some(high)],
+    }
+}
+
+impl FreeReport {
+    /// The neutral value in words.
+    pub fn neutral_text(&self) -> String {
+        self.neutral.map_or("-".to_owned(), super::number::text)
+    }
+
+    /// The plausible range in words.
+    pub fn plausible_text(&self) -> String {
+        let shown = super::number::text;
+        match self.plausible {
+            [Some(low), Some(high)] => format!("{} to {}", shown(low), shown(high)),
+            [Some(low), None] => format!("{} or more", shown(low)),
+            [None, Some(high)] => format!("{} or less", shown(high)),
+            [None, None] => "any value".to_owned(),
+        }
+    }
+}
+
+const LIBRARY_HEADS: [Head; 3] = [("effect", false), ("where", false), ("meaning", false)];
+const FREE_HEADS: [Head; 6] = [
+    ("parameter", false),
+    ("unit", false),
+    ("neutral", true),
+    ("tried first", false),
+    ("plausible", false),
+    ("meaning", false),
+];
+
+/// The library as a table.
+pub fn library() -> String {
+    let row =
+        |effect: EffectReport| vec![effect.name.to_owned(), effect.at.replace('`', ""), effect.meaning.to_owned()];
+    let rows: Vec<Vec<String>> = LibraryReport::new().effects.into_iter().map(row).collect();
+    aligned(&LIBRARY_HEADS, &rows).join("\n") + "\n\nThe card of one: borescope effects NAME\n"
+}
+
+/// One card as text.
+pub fn card(effect: &Effect) -> String {
+    let effect = EffectReport::new(effect);
+    let mut lines = vec![effect.name.to_owned(), effect.meaning.to_owned(), String::new()];
+    lines.push(format!("law       {}", effect.law));
+    lines.push(format!("where     {}, written `{}`", effect.at.replace('`', ""), effect.written));
+    lines.push(format!("validity  {}", effect.validity));
+    lines.push(format!("source    {}", effect.source));
+    lines.push(String::new());
+    let row = |free: &FreeReport| {
+        vec![
+            free.name.to_owned(),
+            free.unit.to_owned(),
+            free.neutral_text(),
+            free.first.clone(),
+            free.plausible_text(),
+            free.meaning.to_owned(),
+        ]
+    };
+    lines.extend(aligned(&FREE_HEADS, &effect.parameters.iter().map(row).collect::<Vec<_>>()));
+    lines.join("\n") + "\n"
+}
+
+/// The whole library as part of a page.
+///
+/// # Errors
+/// None but those of the text that it is written to.
+pub fn markdown(out: &mut String) -> fmt::Result {
+    writeln!(out, "| effect | where | meaning |\n|---|---|---|")?;
+    let effects = LibraryReport::new().effects;
+    for effect in &effects {
+        writeln!(out, "| [`{0}`](#{0}) | {1} | {2} |", effect.name, effect.at, effect.meaning)?;
+    }
+    for effect in &effects {
+        writeln!(out, "\n### `{}`\n\n{}\n", effect.name, effect.meaning)?;
+        writeln!(out, "```text\n{}\n```\n", effect.law)?;
+        writeln!(out, "*Sits at:* {}, written `{}`.\n", effect.at, effect.written)?;
+        writeln!(out, "*Holds for:* {}\n", effect.validity)?;
+        writeln!(out, "*Source:* {}.\n", effect.source.trim_end_matches('.'))?;
+        writeln!(out, "| parameter | unit | neutral | tried first | plausible | meaning |\n|---|---|---|---|---|---|")?;
+        for free in &effect.parameters {
+            let (neutral, plausible) = (free.neutral_text(), free.plausible_text());
+            let (name, unit, first, meaning) = (free.name, free.unit, &free.first, free.meaning);
+            writeln!(out, "| `{name}` | {unit} | {neutral} | {first} | {plausible} | {meaning} |")?;
+        }
+    }
+    Ok(())
+}

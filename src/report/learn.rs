@@ -1,0 +1,220 @@
+//! Comparison and suggestion for people.
+
+use super::number::{rounded, text, with_unit};
+use super::table::{Head, aligned};
+use crate::learn::compare::{Channel, Comparison, Where};
+use crate::learn::result::{CandidateReport, ParameterReport, ScoredReport, SuggestionReport};
+use crate::learn::suggest::Conclusion;
+
+const CHANNEL_HEADS: [Head; 9] = [
+    ("sensor", false),
+    ("rms misfit", true),
+    ("noise", true),
+    ("unit", false),
+    ("fit", true),
+    ("chi-square per sample", true),
+    ("autocorrelation", true),
+    ("goes with", false),
+    ("explained", false),
+];
+
+fn channel_row(channel: &Channel) -> Vec<String> {
+    let goes = channel.goes_with.first();
+    vec![
+        channel.name.clone(),
+        text(rounded(channel.rmse, 3)),
+        text(rounded(channel.noise_sigma, 3)),
+        channel.unit.clone(),
+        channel.fit_percent.map_or("-".to_owned(), |fit| format!("{fit:.1} %")),
+        format!("{:.2}", channel.chi2_reduced),
+        format!("{:.2}", channel.autocorrelation),
+        goes.map_or("-".to_owned(), |goes| format!("{} ({:+.2})", goes.signal, goes.coefficient)),
+        if channel.adequate { "yes" } else { "NO" }.to_owned(),
+    ]
+}
+
+const WORST_HEADS: [Head; 7] = [
+    ("sensor", false),
+    ("phase", false),
+    ("from s", true),
+    ("to s", true),
+    ("rms misfit", true),
+    ("unit", false),
+    ("deviations", true),
+];
+
+/// The comparison as a page of text.
+pub fn comparison(comparison: &Comparison) -> String {
+    let mut lines = vec![match &comparison.place {
+        None => "ADEQUATE: the healthy model explains the record within noise and tolerance.".to_owned(),
+        Some(place) => format!("MISFIT: the healthy model does not explain the record. {}", sits(place)),
+    }];
+    lines.push(String::new());
+    lines.push(format!("rig     {}", comparison.rig));
+    lines.push(format!("record  {}", comparison.record));
+    let mut block = |title: &str, heads: &[Head], rows: &[Vec<String>]| {
+        lines.extend([String::new(), title.to_owned()]);
+        lines.extend(aligned(heads, rows));
+    };
+    let rows: Vec<Vec<String>> = comparison.channels.iter().map(channel_row).collect();
+    block("Measured and model (chi-square 1 is right within noise and tolerance)", &CHANNEL_HEADS, &rows);
+    let missed = comparison.channels.iter().filter(|channel| !channel.adequate);
+    let rows: Vec<Vec<String>> = missed
+        .flat_map(|channel| {
+            channel.worst.iter().map(|miss| {
+                vec![
+                    channel.name.clone(),
+                    miss.phase.clone(),
+                    format!("{:.2}", miss.from_s),
+                    format!("{:.2}", miss.to_s),
+                    text(rounded(miss.rmse, 3)),
+                    channel.unit.clone(),
+                    format!("{:.1}", miss.deviations),
+                ]
+            })
+        })
+        .collect();
+    if !rows.is_empty() {
+        block("Where it misses most (mean deviation in standard deviations; 0.8 is right)", &WORST_HEADS, &rows);
+    }
+    ended(lines)
+}
+
+fn ended(lines: Vec<String>) -> String {
+    lines.join("\n") + "\n"
+}
+
+/// Where a misfit sits, in a sentence.
+fn sits(place: &Where) -> String {
+    let goes = match place.depends_on.as_slice() {
+        [] => "goes with no measured quantity".to_owned(),
+        some => format!("goes with {}", some.join(", ")),
+    };
+    format!(
+        "The misfit sits in {} ({}), most in the phase `{}` from {:.2} to {:.2} s, and {goes}.",
+        place.channel, place.equation, place.phase, place.from_s, place.to_s
+    )
+}
+
+fn parameter(parameter: &ParameterReport) -> String {
+    with_unit(rounded(parameter.value, 4), &parameter.unit)
+}
+
+/// The conclusion in one sentence.
+pub fn conclusion(suggestion: &SuggestionReport) -> String {
+    let best = suggestion.candidates.first();
+    let records = if suggestion.check.is_some() { "both records" } else { "the record" };
+    match (suggestion.conclusion, best) {
+        (Conclusion::Adequate, _) => format!("ADEQUATE: the model explains {records} within noise and tolerance."),
+        (Conclusion::EffectFound, Some(best)) => {
+            let values: Vec<String> =
+                best.parameters.iter().map(|one| format!("{} = {}", one.id, parameter(one))).collect();
+            format!(
+                "EFFECT FOUND: the model lacks {}, which explains what it misses in {records} and nothing else does ({}).",
+                best.effect,
+                values.join(", ")
+            )
+        }
+        (Conclusion::Confounded, Some(best)) => format!(
+            "CONFOUNDED: {} explains what the model misses, and {} does alike; {records} cannot tell them apart.",
+            best.effect,
+            best.confounded_with.join(", ")
+        ),
+        (Conclusion::UnknownEffect, Some(best)) => format!(
+            "UNKNOWN EFFECT: the model misses something that no effect of the library explains; {} comes nearest.",
+            best.effect
+        ),
+        (_, None) => {
+            "UNKNOWN EFFECT: the model misses something that no effect of the library explains; none helps.".to_owned()
+        }
+    }
+}
+
+const CANDIDATE_HEADS: [Head; 6] = [
+    ("effect", false),
+    ("supported", false),
+    ("misfit", true),
+    ("on the check record", true),
+    ("delta BIC", true),
+    ("alike", false),
+];
+
+fn before_after(before: Option<f64>, after: Option<f64>) -> String {
+    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| text(rounded(value, 4)));
+    format!("{} -> {}", number(before), number(after))
+}
+
+fn candidate_row(candidate: &CandidateReport) -> Vec<String> {
+    vec![
+        candidate.effect.clone(),
+        if candidate.supported { "yes" } else { "no" }.to_owned(),
+        before_after(Some(candidate.rmse_before), Some(candidate.rmse_after)),
+        before_after(candidate.check_rmse_before, candidate.check_rmse_after),
+        format!("{:.1}", candidate.delta_bic),
+        if candidate.confounded_with.is_empty() { "-".to_owned() } else { candidate.confounded_with.join(", ") },
+    ]
+}
+
+const PARAMETER_HEADS: [Head; 4] = [("parameter", false), ("estimate", true), ("95 % interval", true), ("unit", false)];
+
+fn parameter_row(one: &ParameterReport) -> Vec<String> {
+    let interval = match one.ci95 {
+        [Some(low), Some(high)] => format!("{} to {}", text(rounded(low, 4)), text(rounded(high, 4))),
+        [Some(low), None] => format!("above {}", text(rounded(low, 4))),
+        [None, Some(high)] => format!("below {}", text(rounded(high, 4))),
+        [None, None] => "-".to_owned(),
+    };
+    vec![one.id.clone(), text(rounded(one.value, 4)), interval, one.unit.clone()]
+}
+
+const SCORED_HEADS: [Head; 5] =
+    [("effect", false), ("size", false), ("smallest", true), ("unit", false), ("remark", false)];
+
+fn scored_row(scored: &ScoredReport) -> Vec<String> {
+    let remark = match (&scored.absorbed_by, scored.excited) {
+        (_, false) => "not excited".to_owned(),
+        (Some(parameter), true) => format!("absorbed by {parameter}"),
+        (None, true) => String::new(),
+    };
+    vec![
+        scored.id.clone(),
+        scored.parameter.clone(),
+        scored.smallest_detectable.map_or("-".to_owned(), |size| text(rounded(size, 3))),
+        scored.unit.clone(),
+        remark,
+    ]
+}
+
+/// The suggestion as a page of text.
+pub fn suggestion(suggestion: &SuggestionReport) -> String {
+    let mut lines = vec![conclusion(suggestion)];
+    lines.extend(suggestion.place.as_ref().map(sits));
+    lines.push(String::new());
+    lines.push(format!("rig     {}", suggestion.rig));
+    lines.push(format!("record  {}", suggestion.record));
+    lines.extend(suggestion.check.as_ref().map(|check| format!("check   {check}")));
+    let mut block = |title: &str, heads: &[Head], rows: &[Vec<String>]| {
+        lines.extend([String::new(), title.to_owned()]);
+        lines.extend(aligned(heads, rows));
+    };
+    if !suggestion.candidates.is_empty() {
+        let rows: Vec<Vec<String>> = suggestion.candidates.iter().map(candidate_row).collect();
+        block("Fitted (misfit over noise, without -> with the effect)", &CANDIDATE_HEADS, &rows);
+        for candidate in &suggestion.candidates {
+            let rows: Vec<Vec<String>> = candidate.parameters.iter().map(parameter_row).collect();
+            block(&candidate.effect, &PARAMETER_HEADS, &rows);
+        }
+    }
+    let rows: Vec<Vec<String>> = suggestion.scored().into_iter().map(scored_row).collect();
+    block("All that the rig could have, with the smallest size that this record could show", &SCORED_HEADS, &rows);
+    let warned: Vec<String> = suggestion
+        .candidates
+        .iter()
+        .flat_map(|one| one.warnings.iter().map(|warning| format!("  {}: {warning}", one.effect)))
+        .collect();
+    if !warned.is_empty() {
+        lines.extend([String::new(), "What speaks against them".to_owned()]);
+        lines.extend(warned);
+    }
+    ended(lines)
+}
