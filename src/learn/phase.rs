@@ -27,7 +27,7 @@ const HALF: usize = 5;
 const MOVES: f64 = 5.0;
 const MOVES_SHARE: f64 = 0.02;
 /// Rows below which a stretch belongs to that before it.
-const SHORT: usize = 5;
+const SHORT: usize = 10;
 
 /// The stretches of a record, one after the other without gap. `measured` are the readings of the rig's sensors, SI.
 pub fn stretches(rig: &Rig, record: &Record, drive: &Drive, measured: &[&[f64]]) -> Vec<Stretch> {

@@ -1,4 +1,4 @@
-//! The part of the rig file reference that follows from data: component cards, sensor quantities, units.
+//! The parts of the reference that follow from data: component cards, sensor quantities, units; cards of effects.
 //!
 //! A page marks where a part stands with `<!-- generated: NAME -->` and `<!-- end -->`; [`refresh`] writes what is between
 //! the marks. So a new component, parameter or unit reaches the page without anybody copying it there.
@@ -38,10 +38,10 @@ const BEGIN: &str = "<!-- generated: ";
 const END: &str = "<!-- end -->";
 
 /// A generated part and what writes it.
-type Part = (&'static str, fn(&mut String) -> fmt::Result);
+pub type Part = (&'static str, fn(&mut String) -> fmt::Result);
 
-/// Every generated part.
-const PARTS: &[Part] = &[
+/// The generated parts of `rig-file.md`.
+pub const RIG_FILE: &[Part] = &[
     ("fluid", fluid_part),
     ("components", components_part),
     ("quantities", quantities_part),
@@ -49,17 +49,20 @@ const PARTS: &[Part] = &[
     ("units", units_part),
 ];
 
-/// The page with every generated part as it is now.
+/// The generated parts of `effects.md`.
+pub const LIBRARY: &[Part] = &[("effects", super::effects::markdown)];
+
+/// The page with every one of its generated parts as it is now.
 ///
 /// # Errors
 /// A mark that names no part, a mark that does not close, a part without mark.
-pub fn refresh(page: &str) -> Result<String, PageError> {
+pub fn refresh(page: &str, parts: &[Part]) -> Result<String, PageError> {
     let mut fresh = String::new();
     let mut rest = page;
     let mut written = Vec::new();
     while let Some((before, behind)) = rest.split_once(BEGIN) {
         let (name, behind) = behind.split_once(" -->").unwrap_or((behind, ""));
-        let Some((known, write)) = PARTS.iter().find(|(known, _)| *known == name) else {
+        let Some((known, write)) = parts.iter().find(|(known, _)| *known == name) else {
             return Err(PageError::Unknown { name: name.to_owned() });
         };
         let Some((_, behind)) = behind.split_once(END) else {
@@ -73,7 +76,7 @@ pub fn refresh(page: &str) -> Result<String, PageError> {
         rest = behind;
     }
     fresh.push_str(rest);
-    match PARTS.iter().find(|(name, _)| !written.contains(name)) {
+    match parts.iter().find(|(name, _)| !written.contains(name)) {
         Some((name, _)) => Err(PageError::Unmarked { name }),
         None => Ok(fresh),
     }
