@@ -1,0 +1,160 @@
+//! `compare`, `suggest` and `effects` as programs see them: JSON, exit status, what they say of known records.
+
+mod command;
+
+use std::fs;
+
+use command::borescope;
+use serde_json::Value;
+
+const RIG: &str = "fixtures/telescopic/rig.toml";
+const HEALTHY: &str = "fixtures/telescopic/healthy_1.csv";
+const OPENING: &str = "fixtures/telescopic/opening_040.csv";
+const PHASES: [&str; 5] = ["extend", "retract", "hold", "switch", "last 20 mm"];
+
+fn json(arguments: &[&str], status: i32) -> Value {
+    let ran = borescope(arguments.iter().chain(&["--format", "json"]));
+    assert_eq!((ran.status, ran.err.as_str()), (Some(status), ""), "{arguments:?}");
+    serde_json::from_str(&ran.out).unwrap_or_else(|error| panic!("{error} in {}", ran.out))
+}
+
+fn list<'a>(object: &'a Value, key: &str) -> &'a [Value] {
+    object[key].as_array().unwrap_or_else(|| panic!("`{key}` is no list in {object}"))
+}
+
+/// An object has all of these keys, and no other value there than a number, a text, a flag or a list as said.
+fn has(object: &Value, keys: &[(&str, fn(&Value) -> bool)]) {
+    for (key, fits) in keys {
+        let value = object.get(*key).unwrap_or_else(|| panic!("`{key}` is missing in {object}"));
+        assert!(fits(value), "`{key}` is {value}");
+    }
+}
+
+#[test]
+fn a_healthy_record_is_explained() {
+    let comparison = json(&["compare", RIG, HEALTHY, "--exit-code"], 0);
+    assert_eq!(comparison["schema"], "borescope.comparison/1");
+    assert_eq!((&comparison["adequate"], &comparison["where"]), (&Value::Bool(true), &Value::Null));
+    assert!(comparison["chi2_reduced"].as_f64().is_some_and(|chi2| (0.7..1.3).contains(&chi2)));
+    let channels = list(&comparison, "channels");
+    assert_eq!(channels.len(), 8);
+    for channel in channels {
+        assert_eq!(channel["adequate"], true, "{channel}");
+        assert!(channel["fit_percent"].as_f64().is_some_and(|fit| fit > 95.0), "{channel}");
+        assert!(channel["autocorrelation"].as_f64().is_some_and(|r| r.abs() < 0.1), "{channel}");
+    }
+}
+
+#[test]
+fn a_misfit_is_found_with_its_phase() {
+    let comparison = json(&["compare", RIG, OPENING, "--exit-code"], 1);
+    assert_eq!(comparison["adequate"], false);
+    has(
+        &comparison["where"],
+        &[("equation", Value::is_string), ("phase", Value::is_string), ("depends_on", Value::is_array)],
+    );
+    for channel in list(&comparison, "channels") {
+        has(
+            channel,
+            &[
+                ("name", Value::is_string),
+                ("unit", Value::is_string),
+                ("rmse", Value::is_number),
+                ("noise_sigma", Value::is_number),
+                ("fit_percent", Value::is_number),
+                ("chi2_reduced", Value::is_number),
+                ("adequate", Value::is_boolean),
+                ("worst", Value::is_array),
+            ],
+        );
+        assert!(!list(channel, "worst").is_empty());
+        for miss in list(channel, "worst") {
+            has(miss, &[("from_s", Value::is_number), ("to_s", Value::is_number), ("rmse", Value::is_number)]);
+            assert!(miss["from_s"].as_f64() < miss["to_s"].as_f64(), "{miss}");
+            assert!(PHASES.iter().any(|phase| miss["phase"] == *phase), "{miss}");
+        }
+    }
+    let text = borescope(["compare", RIG, OPENING]);
+    assert_eq!(text.status, Some(0));
+    assert!(text.out.starts_with("MISFIT") && text.out.contains("in the phase `"), "{}", text.out);
+}
+
+#[test]
+fn a_leak_that_the_model_lacks_is_suggested() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let whole = fs::read_to_string(RIG).unwrap();
+    let (rig, _) = whole.split_once("phases = [").unwrap();
+    // A short stroke out and back.
+    let phases = [(0.2, 0, 3000), (1.0, 1, 3000), (0.4, 0, 3000), (0.5, -1, 500), (0.3, 0, 500)];
+    let phases = phases.map(|(duration, command, load)| {
+        format!("    {{ duration = \"{duration} s\", valve_command = {command}, F_load = \"{load} N\" }},\n")
+    });
+    let rig = format!("{rig}phases = [\n{}]\n", phases.concat());
+    let leak = "\n[effects]\n\"external-leakage@A\" = { conductance = \"0.01 L/min/bar\" }\n";
+    fs::write(path("rig.toml"), &rig).unwrap();
+    fs::write(path("leaks.toml"), rig + leak).unwrap();
+    for (seed, name) in [("3", "fit.csv"), ("4", "check.csv")] {
+        let ran = borescope(["simulate", &path("leaks.toml"), "--seed", seed, "-o", &path(name)]);
+        assert_eq!(ran.status, Some(0), "{}", ran.err);
+    }
+
+    let arguments = ["suggest", &path("rig.toml"), &path("fit.csv"), "--check", &path("check.csv"), "--exit-code"];
+    let suggestion = json(&arguments, 1);
+    assert_eq!(suggestion["schema"], "borescope.suggestion/1");
+    assert_eq!(suggestion["conclusion"], "effect-found", "{suggestion}");
+    assert_eq!(suggestion["where"]["equation"], "pressure balance of A");
+    has(&suggestion["where"], &[("phase", Value::is_string), ("depends_on", Value::is_array)]);
+    let best = &list(&suggestion, "candidates")[0];
+    assert_eq!((&best["effect"], &best["supported"]), (&"external-leakage@A".into(), &true.into()));
+    has(
+        best,
+        &[
+            ("delta_bic", Value::is_number),
+            ("parameters", Value::is_array),
+            ("confounded_with", Value::is_array),
+            ("warnings", Value::is_array),
+        ],
+    );
+    for (before, after) in [("rmse_before", "rmse_after"), ("check_rmse_before", "check_rmse_after")] {
+        assert!(best[after].as_f64().unwrap() < best[before].as_f64().unwrap(), "{best}");
+    }
+    let conductance = &list(best, "parameters")[0];
+    assert_eq!(conductance["unit"], "L/min/bar");
+    assert!(conductance["value"].as_f64().is_some_and(|value| (value - 0.01).abs() < 2e-4), "{conductance}");
+    let ends = list(conductance, "ci95");
+    assert!(ends[0].as_f64() < conductance["value"].as_f64() && conductance["value"].as_f64() < ends[1].as_f64());
+
+    let others = list(&suggestion, "not_fitted");
+    assert!(others.len() > 30);
+    for other in others {
+        has(other, &[("id", Value::is_string), ("unit", Value::is_string), ("excited", Value::is_boolean)]);
+        assert!(other["smallest_detectable"].is_null() || other["smallest_detectable"].as_f64() > Some(0.0), "{other}");
+        assert!(other["absorbed_by"].is_null() || other["absorbed_by"].is_string(), "{other}");
+    }
+    // The piston stays away from the ends.
+    let cushion = others.iter().find(|other| other["id"] == "end-cushioning@cylinder").unwrap();
+    assert_eq!((&cushion["excited"], &cushion["smallest_detectable"]), (&false.into(), &Value::Null));
+}
+
+#[test]
+fn the_library_is_listed_and_shows_its_cards() {
+    let library = json(&["effects"], 0);
+    assert_eq!(library["schema"], "borescope.effects/1");
+    assert_eq!(list(&library, "effects").len(), borescope::physics::effect::EFFECTS.len());
+    let table = borescope(["effects"]);
+    for effect in borescope::physics::effect::EFFECTS {
+        assert!(table.out.contains(effect.name), "{}", effect.name);
+        let card = borescope(["effects", effect.name]);
+        assert_eq!((card.status, card.err.as_str()), (Some(0), ""));
+        assert!(card.out.contains(effect.law) && card.out.contains(effect.source), "{}", card.out);
+    }
+    assert_eq!(borescope(["effects", "seal-friction@cylinder"]).out, borescope(["effects", "seal-friction"]).out);
+}
+
+#[test]
+fn an_unknown_effect_is_told_with_the_near_miss() {
+    let ran = borescope(["effects", "seal-frction"]);
+    assert_eq!((ran.status, ran.out.as_str()), (Some(2), ""));
+    assert!(ran.err.contains("did you mean `seal-friction`?"), "{}", ran.err);
+}
