@@ -22,8 +22,11 @@ fn list<'a>(object: &'a Value, key: &str) -> &'a [Value] {
     object[key].as_array().unwrap_or_else(|| panic!("`{key}` is no list in {object}"))
 }
 
-/// An object has all of these keys, and no other value there than a number, a text, a flag or a list as said.
-fn has(object: &Value, keys: &[(&str, fn(&Value) -> bool)]) {
+/// A key and what its value must be.
+type Key<'a> = (&'a str, fn(&Value) -> bool);
+
+/// An object has all of these keys, with values that fit.
+fn has(object: &Value, keys: &[Key<'_>]) {
     for (key, fits) in keys {
         let value = object.get(*key).unwrap_or_else(|| panic!("`{key}` is missing in {object}"));
         assert!(fits(value), "`{key}` is {value}");
