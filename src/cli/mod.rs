@@ -3,11 +3,13 @@
 //! Results go to standard output, messages to standard error. Exit status: 0 done, 1 something was found (on request),
 //! 2 could not run; the shell makes 130 of an interrupt.
 
+mod add;
 mod calibrate;
 mod campaign;
 mod check;
 mod diagnose;
 mod expected;
+mod improve;
 mod isolability;
 mod page;
 mod signatures;
@@ -32,10 +34,12 @@ struct CommandLine {
 /// A new verb is a line here, a line in [`Verb::run`] and a file.
 #[derive(Debug, Subcommand)]
 enum Verb {
+    Add(add::Arguments),
     Calibrate(calibrate::Arguments),
     Campaign(campaign::Arguments),
     Check(check::Arguments),
     Diagnose(diagnose::Arguments),
+    Improve(improve::Arguments),
     Isolability(isolability::Arguments),
     Simulate(simulate::Arguments),
 }
@@ -43,10 +47,12 @@ enum Verb {
 impl Verb {
     fn run(&self, out: &mut dyn Write) -> Result<Status, Failure> {
         match self {
+            Self::Add(arguments) => add::run(arguments, out),
             Self::Calibrate(arguments) => calibrate::run(arguments, out),
             Self::Campaign(arguments) => campaign::run(arguments, out),
             Self::Check(arguments) => check::run(arguments, out),
             Self::Diagnose(arguments) => diagnose::run(arguments, out),
+            Self::Improve(arguments) => improve::run(arguments, out),
             Self::Isolability(arguments) => isolability::run(arguments, out),
             Self::Simulate(arguments) => simulate::run(arguments, out),
         }

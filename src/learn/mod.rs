@@ -6,8 +6,10 @@
 //! | [`candidate`] | which effects might be missing, and how much of the misfit could each explain (score test) |
 //! | [`trial`] | what a record says once an effect is in the model, everything else fitted along |
 //! | [`suggest`] | which effect is missing, judged on a second record |
+//! | [`add`] | the rig file with an effect more |
 //! | [`improve`] | the whole loop with its ledger |
 
+pub mod add;
 pub mod candidate;
 pub mod compare;
 pub mod improve;

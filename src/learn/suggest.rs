@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::candidate::{Candidate, candidates};
+use super::candidate::{Candidate, candidates, empirical};
 use super::trial::{Run, Trial};
-use crate::complaint::Complaint;
+use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::case::{Set, members};
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::{ADEQUATE, tame_squares};
@@ -89,11 +89,39 @@ pub struct Suggestion {
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
 pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Suggestion, Complaint> {
+    let (fit, check) = (rig.scaled(fit), check.map(|check| rig.scaled(check)));
+    rough_base(rig, &fit, |estimate, _| suggest_from(estimate, check.as_deref()))
+}
+
+/// Fits a rig to a record as it is, and hands it on.
+///
+/// # Errors
+/// Those of the fit, and what `then` gives.
+pub(super) fn rough_base<T>(
+    rig: &Rig,
+    fit: &Record,
+    then: impl FnOnce(&Estimate<'_>, &Trial) -> Result<T, Complaint>,
+) -> Result<T, Complaint> {
     let model = Model::new(rig.clone());
     let drive = Drive::from_record(&model.rig, fit)?;
     let near = estimate::near(&model, fit, &drive, None, estimate::FROM_HEALTHY)?;
     let estimate = if is_adequate(&Trial::of(&near)?.fit, rig) { near } else { near.by_components_alone(FORMS)? };
-    suggest_from(&estimate, check)
+    let base = Trial::of(&estimate)?;
+    then(&estimate, &base)
+}
+
+/// The model with one effect more, everything fitted jointly.
+///
+/// # Errors
+/// The model cannot be solved with it.
+pub(super) fn refitted_alone(base: &Trial, record: &Record, candidate: Option<Candidate>) -> Result<Trial, Complaint> {
+    let rough = candidate.and_then(|candidate| refitted(base, record, &[candidate]));
+    let Some(rough) = rough else {
+        return Err(Complaint::new(Kind::Computation, "the model cannot be solved with this effect")
+            .at(Place::file(&base.rig.path))
+            .at(Place::file(&record.path)));
+    };
+    Trial::fitted(&rough.rig, record, &rough.values, rough.set, ROUNDS)
 }
 
 /// The same for a model that is fitted already.
@@ -126,6 +154,12 @@ pub fn suggest_from(estimate: &Estimate<'_>, check: Option<&Record>) -> Result<S
         rank(&mut judged, &base, estimate.case.record)?;
     }
     let conclusion = conclude(&mut judged, &base, &base_check);
+    if conclusion == Conclusion::UnknownEffect {
+        // What no law explains, a curve may at least describe.
+        let curves = empirical(&base.rig).into_iter().map(|curve| vec![curve]).collect();
+        judged.extend(judge(estimate, &base, &base_check, check, curves)?);
+        rank(&mut judged, &base, estimate.case.record)?;
+    }
     Ok(Suggestion { conclusion, base, base_check, judged, scored })
 }
 
@@ -258,6 +292,8 @@ fn refitted(base: &Trial, record: &Record, effects: &[Candidate]) -> Option<Roug
             let unit = rig.effect_unit(&effect.placed, free.name);
             let neutral = free.neutral.map(|neutral| unit.difference_to_si(neutral));
             let start = match neutral {
+                // A curve starts flat.
+                Some(neutral) if effect.placed.effect.is_empirical() => neutral,
                 // Its size; others are where they were tried.
                 Some(neutral) if place == 0 => neutral + effect.factor * (tried.value - neutral),
                 _ => tried.value,

@@ -3,6 +3,7 @@
 pub mod campaign;
 pub mod diagnosis;
 pub mod html;
+pub mod improvement;
 pub mod number;
 pub mod plot;
 pub mod reference;
