@@ -17,6 +17,9 @@ const WORTH: (f64, f64) = (0.05, 0.03);
 /// The same for a curve without a formula, which fits almost anything a little.
 const WORTH_EMPIRICAL: (f64, f64) = (0.3, 0.1);
 
+/// Share of the check error of the best single effect that a pair has to take away.
+const PAIR: f64 = 0.1;
+
 /// One row of the ledger.
 #[derive(Debug, Clone)]
 pub struct Step {
@@ -97,8 +100,12 @@ fn chosen<'a>(last: &'a Suggestion, before: &Step) -> Option<&'a Judged> {
     };
     let empirical = |judged: &&Judged| judged.effects.iter().any(|effect| effect.placed.effect.is_empirical());
     let laws = || last.judged.iter().filter(|judged| !empirical(judged)).filter(|judged| worth(judged, WORTH));
-    laws()
-        .find(|judged| !senseless(judged))
+    let single = laws().find(|judged| judged.effects.len() == 1 && !senseless(judged));
+    let error = |judged: &Judged| judged.check.as_ref().map_or(f64::INFINITY, |check| check.normalised);
+    let pair = laws().find(|judged| judged.effects.len() > 1 && !senseless(judged));
+    single
+        .filter(|single| pair.is_none_or(|pair| error(pair) > (1.0 - PAIR) * error(single)))
+        .or(pair)
         .or_else(|| last.judged.iter().filter(empirical).find(|judged| worth(judged, WORTH_EMPIRICAL)))
         .or_else(|| laws().next())
 }

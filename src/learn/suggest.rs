@@ -19,8 +19,11 @@ const FITTED: usize = 8;
 const PAIRED: usize = 5;
 /// Candidates that are isolated anew, faults and all.
 const ISOLATED: usize = 2;
-/// Forms of a first fit.
-const FORMS: usize = 4;
+/// Forms of a first fit, and of one that goes on to its end.
+const FIRST_FORMS: usize = 2;
+const FORMS: usize = 12;
+/// Candidates that go on to their end.
+const CONTINUED: usize = 3;
 /// Rounds of isolation of each fit.
 const ROUNDS: u64 = 4;
 /// Standard uncertainty of an effect before the record, in tried sizes: next to nothing is known.
@@ -200,11 +203,18 @@ fn judge(
         })
         .collect();
     rough.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    // The best go on to their end; of the others it is enough to know that they are worse.
+    rough.par_iter_mut().take(CONTINUED).for_each(|(_, rough)| {
+        if let Some(further) = quick(&rough.rig, record, &rough.values, rough.set, FORMS) {
+            *rough = further;
+        }
+    });
+    rough.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
     let mut judged: Vec<Judged> = rough
         .into_par_iter()
         .enumerate()
         .filter_map(|(place, (effects, rough))| {
-            // The best are isolated anew, faults and all; of the others it is enough to know that they are worse.
+            // With faults isolated anew.
             let rounds = if place < ISOLATED { ROUNDS } else { 0 };
             let trial = Trial::fitted(&rough.rig, record, &rough.values, rough.set, rounds).ok()?;
             let check = check.and_then(|record| trial.check(record).ok());
@@ -307,25 +317,32 @@ fn refitted(base: &Trial, record: &Record, effects: &[Candidate]) -> Option<Roug
         for &(index, start) in &starts {
             values[index] = start;
         }
-        let model = Model::new(rig.clone());
-        let drive = Drive::from_record(&model.rig, record).ok()?;
-        let estimated = estimate::estimated_parameters(&model.rig);
-        let start: Vec<f64> = estimated.iter().map(|&parameter| values[parameter]).collect();
-        let (theta, cost) = estimate::quick(&model, record, &drive, (&start, set), FORMS).ok()?;
-        for (&parameter, value) in estimated.iter().zip(theta) {
-            values[parameter] = value;
-        }
-        Some(Rough { rig: model.rig, values, set, cost })
+        quick(&rig, record, &values, set, FIRST_FORMS)
     };
     let mut healthy: Vec<f64> = base.rig.nominal();
     for fault in &base.rig.faults {
         healthy[fault.parameter] = fault.healthy;
     }
-    let both = [from(base.values.clone(), base.set), from(healthy, 0)];
+    // Without faults both starts are one.
+    let both = [from(base.values.clone(), base.set), (base.set != 0).then(|| from(healthy, 0)).flatten()];
     // Fewer faults are better where both explain alike: each costs what a parameter costs.
     let samples = base.fit.misfit.len() as f64;
     let price = |rough: &Rough| rough.cost + f64::from(rough.set.count_ones()) * samples.ln();
     both.into_iter().flatten().min_by(|a, b| price(a).total_cmp(&price(b)))
+}
+
+/// Fits a rig with the faults of `set`, from values of all of its parameters (SI); `None` where it cannot be solved.
+fn quick(rig: &Rig, record: &Record, values: &[f64], set: Set, forms: usize) -> Option<Rough> {
+    let model = Model::new(rig.clone());
+    let drive = Drive::from_record(&model.rig, record).ok()?;
+    let estimated = estimate::estimated_parameters(&model.rig);
+    let start: Vec<f64> = estimated.iter().map(|&parameter| values[parameter]).collect();
+    let (theta, cost) = estimate::quick(&model, record, &drive, (&start, set), forms).ok()?;
+    let mut values = values.to_vec();
+    for (&parameter, value) in estimated.iter().zip(theta) {
+        values[parameter] = value;
+    }
+    Some(Rough { rig: model.rig, values, set, cost })
 }
 
 /// What speaks against an effect as fitted.
