@@ -3,6 +3,7 @@
 //! Results go to standard output, messages to standard error. Exit status: 0 done, 1 something was found (on request),
 //! 2 could not run; the shell makes 130 of an interrupt.
 
+mod add;
 mod calibrate;
 mod campaign;
 mod check;
@@ -10,6 +11,7 @@ mod compare;
 mod diagnose;
 mod effects;
 mod expected;
+mod improve;
 mod isolability;
 mod page;
 mod signatures;
@@ -35,12 +37,14 @@ struct CommandLine {
 /// A new verb is a line here, a line in [`Verb::run`] and a file.
 #[derive(Debug, Subcommand)]
 enum Verb {
+    Add(add::Arguments),
     Calibrate(calibrate::Arguments),
     Campaign(campaign::Arguments),
     Check(check::Arguments),
     Compare(compare::Arguments),
     Diagnose(diagnose::Arguments),
     Effects(effects::Arguments),
+    Improve(improve::Arguments),
     Isolability(isolability::Arguments),
     Simulate(simulate::Arguments),
     Suggest(suggest::Arguments),
@@ -49,12 +53,14 @@ enum Verb {
 impl Verb {
     fn run(&self, out: &mut dyn Write) -> Result<Status, Failure> {
         match self {
+            Self::Add(arguments) => add::run(arguments, out),
             Self::Calibrate(arguments) => calibrate::run(arguments, out),
             Self::Campaign(arguments) => campaign::run(arguments, out),
             Self::Check(arguments) => check::run(arguments, out),
             Self::Compare(arguments) => compare::run(arguments, out),
             Self::Diagnose(arguments) => diagnose::run(arguments, out),
             Self::Effects(arguments) => effects::run(arguments, out),
+            Self::Improve(arguments) => improve::run(arguments, out),
             Self::Isolability(arguments) => isolability::run(arguments, out),
             Self::Simulate(arguments) => simulate::run(arguments, out),
             Self::Suggest(arguments) => suggest::run(arguments, out),

@@ -71,6 +71,7 @@ const WORTH_RESTARTING: f64 = 1.0;
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
 pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Diagnosed, Complaint> {
+    let record = &*model.rig.scaled(record);
     let rig = &model.rig;
     if rig.sensors.is_empty() {
         return Err(Complaint::new(Kind::MissingEntry, "the rig has no sensors, so a record shows nothing of it")

@@ -60,6 +60,7 @@ pub fn candidates(estimate: &Estimate<'_>, outputs: &[Vec<f64>]) -> Vec<Candidat
         .effect_places()
         .into_iter()
         .filter(|placed| rig.effects.iter().all(|present| present.id != rig.effect_id(placed)))
+        .filter(|placed| !placed.effect.is_empirical())
         // What is a fault of the rig or uncertain anyway is fitted already.
         .filter(|placed| !(matches!(placed.effect.form, Form::Bent) && fitted_anyway(rig, placed)))
         .collect();
@@ -67,6 +68,41 @@ pub fn candidates(estimate: &Estimate<'_>, outputs: &[Vec<f64>]) -> Vec<Candidat
         places.par_iter().flat_map_iter(|placed| best_try(estimate, outputs, placed)).collect();
     all.sort_by(|a, b| b.score.total_cmp(&a.score));
     all
+}
+
+/// One effect at its place, scored; a curve without a formula as it is tried.
+pub fn candidate(estimate: &Estimate<'_>, outputs: &[Vec<f64>], placed: &Placed) -> Option<Candidate> {
+    if placed.effect.is_empirical() {
+        let id = estimate.case.rig().effect_id(placed);
+        return empirical(estimate.case.rig()).into_iter().find(|candidate| candidate.id == id);
+    }
+    best_try(estimate, outputs, placed)
+}
+
+/// Curves without a formula at every place, as if tried at their typical size.
+pub fn empirical(rig: &Rig) -> Vec<Candidate> {
+    let places = rig.effect_places().into_iter().filter(|placed| placed.effect.is_empirical());
+    places
+        .map(|placed| {
+            let one = |free: &crate::physics::effect::Free| {
+                let First::Value(first) = free.first else { return Given { name: free.name.to_owned(), value: 0.0, sigma: 0.0 } };
+                let value = rig.effect_unit(&placed, free.name).difference_to_si(first);
+                Given { name: free.name.to_owned(), value, sigma: 0.0 }
+            };
+            Candidate {
+                id: rig.effect_id(&placed),
+                placed,
+                tried: placed.effect.parameters.iter().map(one).collect(),
+                score: 0.0,
+                factor: 0.0,
+                smallest: f64::INFINITY,
+                own: 1.0,
+                absorbed_by: None,
+                excited: true,
+                perpendicular: Vec::new(),
+            }
+        })
+        .collect()
 }
 
 /// Whether the first parameter that an effect bends is a fault that the best set has, or estimated without it.

@@ -1,1 +1,130 @@
-//! The whole loop.
+//! The whole loop: suggest, add, fit again, until nothing is left to explain or nothing explains the rest.
+
+use super::suggest::{Conclusion, Judged, Suggestion, suggest, suggest_from};
+use super::trial::{Run, Trial};
+use crate::complaint::Complaint;
+use crate::diagnosis::estimate;
+use crate::model::{Drive, Model};
+use crate::record::Record;
+use crate::rig::Rig;
+
+/// Most additions.
+const MOST: usize = 5;
+/// Rounds of isolation after an addition.
+const ROUNDS: u64 = 4;
+/// Share of what is missed on the fit record, and of the error on the check record, that an addition has to take away.
+const WORTH: (f64, f64) = (0.05, 0.03);
+/// The same for a curve without a formula, which fits almost anything a little.
+const WORTH_EMPIRICAL: (f64, f64) = (0.3, 0.1);
+
+/// Share of the check error of the best single effect that a pair has to take away.
+const PAIR: f64 = 0.1;
+
+/// One row of the ledger.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// What was added; `None` for the model as given.
+    pub added: Option<String>,
+    pub fit: Run,
+    pub check: Run,
+    pub warnings: Vec<String>,
+    /// Extensions that reached as little error or less but have no physical sense, with what speaks against them.
+    pub refused: Vec<(String, Run, Vec<String>)>,
+}
+
+/// What [`improve`] reached.
+#[derive(Debug, Clone)]
+pub struct Improvement {
+    pub conclusion: Conclusion,
+    pub steps: Vec<Step>,
+    /// The model at the end.
+    pub trial: Trial,
+    /// The last look, at what is left.
+    pub last: Suggestion,
+}
+
+/// Adds effects to a rig one at a time or in pairs, while the fit record asks for them and the check record agrees.
+/// `told` is called with each row of the ledger as it comes.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved.
+pub fn improve(rig: &Rig, fit: &Record, check: &Record, mut told: impl FnMut(&Step)) -> Result<Improvement, Complaint> {
+    let (fit, check) = (&*rig.scaled(fit), &*rig.scaled(check));
+    let mut last = suggest(rig, fit, Some(check))?;
+    let mut trial = last.base.clone();
+    let step = |added, trial: &Trial, warnings, refused| -> Result<Step, Complaint> {
+        Ok(Step { added, fit: trial.fit.clone(), check: trial.check(check)?, warnings, refused })
+    };
+    let mut steps = vec![step(None, &trial, Vec::new(), Vec::new())?];
+    told(&steps[0]);
+    let mut found = Conclusion::UnknownEffect;
+    while steps.len() <= MOST && last.conclusion != Conclusion::Adequate {
+        let before = &steps[steps.len() - 1];
+        let Some(chosen) = chosen(&last, before) else { break };
+        found = last.conclusion;
+        let refused = refused(&last, chosen);
+        let next = step(Some(chosen.id()), &chosen.trial, chosen.warnings.clone(), refused)?;
+        told(&next);
+        steps.push(next);
+        trial = chosen.trial.clone();
+        let model = Model::new(trial.rig.clone());
+        let drive = Drive::from_record(&model.rig, fit)?;
+        let parameters = estimate::estimated_parameters(&model.rig);
+        let theta: Vec<f64> = parameters.into_iter().map(|parameter| trial.values[parameter]).collect();
+        let again = estimate::near(&model, fit, &drive, Some((&theta, trial.set)), ROUNDS)?;
+        last = suggest_from(&again, Some(check))?;
+    }
+    let conclusion = match (steps.len(), last.conclusion) {
+        // Adequate as given, or nothing to add.
+        (1, conclusion) => conclusion,
+        (_, Conclusion::Adequate) => match found {
+            Conclusion::Confounded => Conclusion::Confounded,
+            _ if steps.iter().any(|step| step.added.as_ref().is_some_and(|id| id.starts_with("empirical-"))) => {
+                Conclusion::UnknownEffect
+            }
+            _ => Conclusion::EffectFound,
+        },
+        (_, conclusion) => conclusion,
+    };
+    Ok(Improvement { conclusion, steps, trial, last })
+}
+
+/// The best addition that is worth it: a law with physical sense if there is one, else a curve.
+fn chosen<'a>(last: &'a Suggestion, before: &Step) -> Option<&'a Judged> {
+    let worth = |judged: &&Judged, (on_fit, on_check): (f64, f64)| {
+        let missed = |run: &Run| (run.chi2 - 1.0).max(0.0);
+        let Some(check) = &judged.check else { return false };
+        judged.supported
+            && missed(&judged.trial.fit) <= (1.0 - on_fit) * missed(&before.fit)
+            && check.normalised <= (1.0 - on_check) * before.check.normalised
+    };
+    let empirical = |judged: &&Judged| judged.effects.iter().any(|effect| effect.placed.effect.is_empirical());
+    let laws = || last.judged.iter().filter(|judged| !empirical(judged)).filter(|judged| worth(judged, WORTH));
+    let single = laws().find(|judged| judged.effects.len() == 1 && !senseless(judged));
+    let error = |judged: &Judged| judged.check.as_ref().map_or(f64::INFINITY, |check| check.normalised);
+    let pair = laws().find(|judged| judged.effects.len() > 1 && !senseless(judged));
+    single
+        .filter(|single| pair.is_none_or(|pair| error(pair) > (1.0 - PAIR) * error(single)))
+        .or(pair)
+        .or_else(|| last.judged.iter().filter(empirical).find(|judged| worth(judged, WORTH_EMPIRICAL)))
+        .or_else(|| laws().next())
+}
+
+fn senseless(judged: &Judged) -> bool {
+    judged.warnings.iter().any(|warning| warning.starts_with("implausible") || first_at_bound(judged, warning))
+}
+
+/// Whether a warning says that the size of an effect ended on a bound; what only shapes it may.
+fn first_at_bound(judged: &Judged, warning: &str) -> bool {
+    let sizes = judged.trial.rig.effects.iter().filter_map(|effect| effect.parameters.first());
+    sizes.map(|&index| &judged.trial.rig.parameters[index].id).any(|id| warning.starts_with(&format!("at-bound: {id} ")))
+}
+
+/// Extensions that promise more than the chosen one but make no sense.
+fn refused(last: &Suggestion, chosen: &Judged) -> Vec<(String, Run, Vec<String>)> {
+    let better = |one: &&Judged| {
+        one.check.as_ref().zip(chosen.check.as_ref()).is_some_and(|(a, b)| a.normalised < b.normalised)
+    };
+    let flagged = last.judged.iter().filter(better).filter(|one| senseless(one));
+    flagged.filter_map(|one| Some((one.id(), one.check.clone()?, one.warnings.clone()))).collect()
+}

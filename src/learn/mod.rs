@@ -8,8 +8,10 @@
 //! | [`trial`] | what a record says once an effect is in the model, everything else fitted along |
 //! | [`suggest`] | which effect is missing, judged on a second record |
 //! | [`result`] | the suggestion as programs read it |
+//! | [`add`] | the rig file with an effect more |
 //! | [`improve`] | the whole loop with its ledger |
 
+pub mod add;
 pub mod candidate;
 pub mod compare;
 pub mod improve;

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::candidate::{Candidate, candidates};
+use super::candidate::{Candidate, candidates, empirical};
 use super::trial::{Run, Trial};
-use crate::complaint::Complaint;
+use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::case::{Set, members};
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::{ADEQUATE, tame_squares};
@@ -19,8 +19,11 @@ const FITTED: usize = 8;
 const PAIRED: usize = 5;
 /// Candidates that are isolated anew, faults and all.
 const ISOLATED: usize = 2;
-/// Forms of a first fit.
-const FORMS: usize = 4;
+/// Forms of a first fit, and of one that goes on to its end.
+const FIRST_FORMS: usize = 2;
+const FORMS: usize = 12;
+/// Candidates that go on to their end.
+const CONTINUED: usize = 3;
 /// Rounds of isolation of each fit.
 const ROUNDS: u64 = 4;
 /// Standard uncertainty of an effect before the record, in tried sizes: next to nothing is known.
@@ -89,11 +92,39 @@ pub struct Suggestion {
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
 pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Suggestion, Complaint> {
+    let (fit, check) = (rig.scaled(fit), check.map(|check| rig.scaled(check)));
+    rough_base(rig, &fit, |estimate, _| suggest_from(estimate, check.as_deref()))
+}
+
+/// Fits a rig to a record as it is, and hands it on.
+///
+/// # Errors
+/// Those of the fit, and what `then` gives.
+pub(super) fn rough_base<T>(
+    rig: &Rig,
+    fit: &Record,
+    then: impl FnOnce(&Estimate<'_>, &Trial) -> Result<T, Complaint>,
+) -> Result<T, Complaint> {
     let model = Model::new(rig.clone());
     let drive = Drive::from_record(&model.rig, fit)?;
     let near = estimate::near(&model, fit, &drive, None, estimate::FROM_HEALTHY)?;
     let estimate = if is_adequate(&Trial::of(&near)?.fit, rig) { near } else { near.by_components_alone(FORMS)? };
-    suggest_from(&estimate, check)
+    let base = Trial::of(&estimate)?;
+    then(&estimate, &base)
+}
+
+/// The model with one effect more, everything fitted jointly.
+///
+/// # Errors
+/// The model cannot be solved with it.
+pub(super) fn refitted_alone(base: &Trial, record: &Record, candidate: Option<Candidate>) -> Result<Trial, Complaint> {
+    let rough = candidate.and_then(|candidate| refitted(base, record, &[candidate]));
+    let Some(rough) = rough else {
+        return Err(Complaint::new(Kind::Computation, "the model cannot be solved with this effect")
+            .at(Place::file(&base.rig.path))
+            .at(Place::file(&record.path)));
+    };
+    Trial::fitted(&rough.rig, record, &rough.values, rough.set, ROUNDS)
 }
 
 /// The same for a model that is fitted already.
@@ -126,6 +157,12 @@ pub fn suggest_from(estimate: &Estimate<'_>, check: Option<&Record>) -> Result<S
         rank(&mut judged, &base, estimate.case.record)?;
     }
     let conclusion = conclude(&mut judged, &base, &base_check);
+    if conclusion == Conclusion::UnknownEffect {
+        // What no law explains, a curve may at least describe.
+        let curves = empirical(&base.rig).into_iter().map(|curve| vec![curve]).collect();
+        judged.extend(judge(estimate, &base, &base_check, check, curves)?);
+        rank(&mut judged, &base, estimate.case.record)?;
+    }
     Ok(Suggestion { conclusion, base, base_check, judged, scored })
 }
 
@@ -166,11 +203,18 @@ fn judge(
         })
         .collect();
     rough.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    // The best go on to their end; of the others it is enough to know that they are worse.
+    rough.par_iter_mut().take(CONTINUED).for_each(|(_, rough)| {
+        if let Some(further) = quick(&rough.rig, record, &rough.values, rough.set, FORMS) {
+            *rough = further;
+        }
+    });
+    rough.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
     let mut judged: Vec<Judged> = rough
         .into_par_iter()
         .enumerate()
         .filter_map(|(place, (effects, rough))| {
-            // The best are isolated anew, faults and all; of the others it is enough to know that they are worse.
+            // With faults isolated anew.
             let rounds = if place < ISOLATED { ROUNDS } else { 0 };
             let trial = Trial::fitted(&rough.rig, record, &rough.values, rough.set, rounds).ok()?;
             let check = check.and_then(|record| trial.check(record).ok());
@@ -258,6 +302,8 @@ fn refitted(base: &Trial, record: &Record, effects: &[Candidate]) -> Option<Roug
             let unit = rig.effect_unit(&effect.placed, free.name);
             let neutral = free.neutral.map(|neutral| unit.difference_to_si(neutral));
             let start = match neutral {
+                // A curve starts flat.
+                Some(neutral) if effect.placed.effect.is_empirical() => neutral,
                 // Its size; others are where they were tried.
                 Some(neutral) if place == 0 => neutral + effect.factor * (tried.value - neutral),
                 _ => tried.value,
@@ -271,25 +317,32 @@ fn refitted(base: &Trial, record: &Record, effects: &[Candidate]) -> Option<Roug
         for &(index, start) in &starts {
             values[index] = start;
         }
-        let model = Model::new(rig.clone());
-        let drive = Drive::from_record(&model.rig, record).ok()?;
-        let estimated = estimate::estimated_parameters(&model.rig);
-        let start: Vec<f64> = estimated.iter().map(|&parameter| values[parameter]).collect();
-        let (theta, cost) = estimate::quick(&model, record, &drive, (&start, set), FORMS).ok()?;
-        for (&parameter, value) in estimated.iter().zip(theta) {
-            values[parameter] = value;
-        }
-        Some(Rough { rig: model.rig, values, set, cost })
+        quick(&rig, record, &values, set, FIRST_FORMS)
     };
     let mut healthy: Vec<f64> = base.rig.nominal();
     for fault in &base.rig.faults {
         healthy[fault.parameter] = fault.healthy;
     }
-    let both = [from(base.values.clone(), base.set), from(healthy, 0)];
+    // Without faults both starts are one.
+    let both = [from(base.values.clone(), base.set), (base.set != 0).then(|| from(healthy, 0)).flatten()];
     // Fewer faults are better where both explain alike: each costs what a parameter costs.
     let samples = base.fit.misfit.len() as f64;
     let price = |rough: &Rough| rough.cost + f64::from(rough.set.count_ones()) * samples.ln();
     both.into_iter().flatten().min_by(|a, b| price(a).total_cmp(&price(b)))
+}
+
+/// Fits a rig with the faults of `set`, from values of all of its parameters (SI); `None` where it cannot be solved.
+fn quick(rig: &Rig, record: &Record, values: &[f64], set: Set, forms: usize) -> Option<Rough> {
+    let model = Model::new(rig.clone());
+    let drive = Drive::from_record(&model.rig, record).ok()?;
+    let estimated = estimate::estimated_parameters(&model.rig);
+    let start: Vec<f64> = estimated.iter().map(|&parameter| values[parameter]).collect();
+    let (theta, cost) = estimate::quick(&model, record, &drive, (&start, set), forms).ok()?;
+    let mut values = values.to_vec();
+    for (&parameter, value) in estimated.iter().zip(theta) {
+        values[parameter] = value;
+    }
+    Some(Rough { rig: model.rig, values, set, cost })
 }
 
 /// What speaks against an effect as fitted.

@@ -142,6 +142,20 @@ impl FreeReport {
     }
 }
 
+/// The parameters with their names as tables show them: alike ones that follow one another, such as the heights of a curve, in
+/// one row.
+fn rows(effect: &EffectReport) -> Vec<(String, &FreeReport)> {
+    let alike = |a: &FreeReport, b: &FreeReport| FreeReport { name: a.name, ..b.clone() } == *a;
+    effect
+        .parameters
+        .chunk_by(alike)
+        .map(|run| match run {
+            [first, .., last] => (format!("{} to {}", first.name, last.name), first),
+            run => (run[0].name.to_owned(), &run[0]),
+        })
+        .collect()
+}
+
 const LIBRARY_HEADS: [Head; 3] = [("effect", false), ("where", false), ("meaning", false)];
 const FREE_HEADS: [Head; 6] = [
     ("parameter", false),
@@ -169,9 +183,9 @@ pub fn card(effect: &Effect) -> String {
     lines.push(format!("validity  {}", effect.validity));
     lines.push(format!("source    {}", effect.source));
     lines.push(String::new());
-    let row = |free: &FreeReport| {
+    let row = |(name, free): (String, &FreeReport)| {
         vec![
-            free.name.to_owned(),
+            name,
             free.unit.to_owned(),
             free.neutral_text(),
             free.first.clone(),
@@ -179,7 +193,7 @@ pub fn card(effect: &Effect) -> String {
             free.meaning.to_owned(),
         ]
     };
-    lines.extend(aligned(&FREE_HEADS, &effect.parameters.iter().map(row).collect::<Vec<_>>()));
+    lines.extend(aligned(&FREE_HEADS, &rows(&effect).into_iter().map(row).collect::<Vec<_>>()));
     lines.join("\n") + "\n"
 }
 
@@ -200,10 +214,14 @@ pub fn markdown(out: &mut String) -> fmt::Result {
         writeln!(out, "*Holds for:* {}\n", effect.validity)?;
         writeln!(out, "*Source:* {}.\n", effect.source.trim_end_matches('.'))?;
         writeln!(out, "| parameter | unit | neutral | tried first | plausible | meaning |\n|---|---|---|---|---|---|")?;
-        for free in &effect.parameters {
+        for (name, free) in rows(effect) {
             let (neutral, plausible) = (free.neutral_text(), free.plausible_text());
-            let (name, unit, first, meaning) = (free.name, free.unit, &free.first, free.meaning);
-            writeln!(out, "| `{name}` | {unit} | {neutral} | {first} | {plausible} | {meaning} |")?;
+            let (unit, first, meaning) = (free.unit, &free.first, free.meaning);
+            writeln!(
+                out,
+                "| `{}` | {unit} | {neutral} | {first} | {plausible} | {meaning} |",
+                name.replace(" to ", "` to `")
+            )?;
         }
     }
     Ok(())

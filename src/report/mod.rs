@@ -5,6 +5,7 @@ pub mod diagnosis;
 pub mod effects;
 pub mod html;
 pub mod learn;
+pub mod improvement;
 pub mod number;
 pub mod plot;
 pub mod reference;

@@ -1,7 +1,11 @@
 //! Sensors and inputs: what of the circuit a record shows, and what drives it.
 
+use std::borrow::Cow;
+
 use crate::complaint::Place;
-use crate::units::Dimension;
+use crate::record::{Channel, Record};
+use crate::units::{Dimension, Unit};
+
 
 /// What a sensor measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,6 +57,8 @@ pub struct Sensor {
     pub column: String,
     pub quantity: Quantity,
     pub target: Target,
+    /// What the record holds in place of the quantity: its dimension, and the unit in which it stands for the quantity.
+    pub scale: Option<(Dimension, Unit)>,
     /// +1, or -1 for a flow counted out of the port.
     pub sign: f64,
     /// One standard deviation of the noise of a sample, SI.
@@ -81,6 +87,22 @@ impl Sensor {
     /// Variance of one sample by noise and rounding, SI squared.
     pub fn variance(&self) -> f64 {
         self.noise * self.noise + self.resolution * self.resolution / 12.0
+    }
+}
+
+impl super::Rig {
+    /// A record with the columns of scaled sensors as what they stand for.
+    pub fn scaled<'a>(&self, record: &'a Record) -> Cow<'a, Record> {
+        let mut record = Cow::Borrowed(record);
+        for sensor in &self.sensors {
+            let Some((raw, unit)) = &sensor.scale else { continue };
+            let reads = |channel: &Channel| channel.name == sensor.column && channel.unit.dimension == *raw;
+            let Some(index) = record.channels.iter().position(reads) else { continue };
+            let channel = &mut record.to_mut().channels[index];
+            channel.values.iter_mut().for_each(|value| *value *= unit.factor);
+            channel.unit = unit.clone();
+        }
+        record
     }
 }
 

@@ -57,7 +57,7 @@ macro_rules! components {
         pub const CARDS: &[&Card] = &[$(&$module::CARD),+];
 
         /// Any component's law, chosen by kind.
-        #[derive(Debug, Clone, Copy)]
+        #[derive(Debug, Clone)]
         pub enum AnyLaw<T> {
             $($name($module::$name<T>),)+
             /// What an effect has joined to the rig.

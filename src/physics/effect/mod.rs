@@ -4,6 +4,8 @@
 //! An effect comes in one of three forms ([`Form`]): a further component that is joined to the circuit, a parameter that a
 //! law has already, or something that a sensor does to what it reads.
 
+mod spline;
+
 use super::card::Card;
 use super::component::{Answers, Law, Seen};
 use super::fluid::Fluid;
@@ -118,7 +120,7 @@ macro_rules! effects {
         pub const LAWS: &[&Card] = &[$(&$module::CARD),+];
 
         /// The law of any joined effect, chosen by kind.
-        #[derive(Debug, Clone, Copy)]
+        #[derive(Debug, Clone)]
         pub enum EffectLaw<T> { $($name($module::$name<T>)),+ }
 
         impl<T: Real> EffectLaw<T> {
@@ -147,6 +149,11 @@ macro_rules! effects {
 
 effects! {
     joined {
+        empirical_drag::EmpiricalDrag,
+        empirical_friction::EmpiricalFriction,
+        empirical_leakage::EmpiricalLeakage,
+        empirical_load::EmpiricalLoad,
+        empirical_piston_leakage::EmpiricalPistonLeakage,
         end_cushioning::EndCushioning,
         external_leakage::ExternalLeakage,
         external_orifice_leakage::ExternalOrificeLeakage,
@@ -181,6 +188,13 @@ effects! {
         spool_flow_force,
         spool_lag,
         viscous_friction,
+    }
+}
+
+impl Effect {
+    /// Whether it is a curve without a formula, to be added only where no law of the library explains the record.
+    pub fn is_empirical(&self) -> bool {
+        self.name.starts_with("empirical-")
     }
 }
 

@@ -6,7 +6,7 @@ use crate::physics::card::PortKind;
 use crate::rig::sensor::{GAIN_SPREAD, OFFSET_SPREAD, TOLERANCE};
 use crate::rig::source::Value;
 use crate::rig::{Node, NodeKind, Parameter, Quantity, Rig, Sensor, Target, range};
-use crate::units::{Dimension, Unit};
+use crate::units::{Dimension, Quantity as Stated, Unit};
 
 pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Complaint> {
     let table = value.table(format!("sensor `{name}`"))?;
@@ -20,19 +20,28 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
         Some(value) => named(&value, "directions", &[("in", 1.0), ("out", -1.0)])?,
     };
     let dimension = quantity.dimension();
+    let scale = match table.get("scale") {
+        None => None,
+        Some(value) => Some(scale(&value, dimension)?),
+    };
+    // A scaled sensor is described in what it writes.
+    let (dimension, factor) = scale.as_ref().map_or((dimension, 1.0), |(raw, unit)| (*raw, unit.factor));
     let noise_value =
         table.require("noise", "add the standard deviation of one sample, such as `noise = \"0.25 bar\"`")?;
-    let noise = difference(&noise_value, dimension)?;
+    let noise = difference(&noise_value, dimension)? * factor;
     if noise <= 0.0 {
         return Err(Complaint::new(Kind::Bounds, format!("the noise of sensor `{name}` is not positive"))
             .at(noise_value.place())
             .help("give one standard deviation; a sensor that never errs would overrule every other"));
     }
-    let unit = noise_value.quantity(dimension)?.unit;
+    let unit = match &scale {
+        Some((_, unit)) => unit.clone(),
+        None => noise_value.quantity(dimension)?.unit,
+    };
     let optional =
         |key: &str, dimension: Dimension| table.get(key).map(|value| difference(&value, dimension)).transpose();
-    let resolution = optional("resolution", dimension)?.unwrap_or(0.0);
-    let tolerance = optional("tolerance", dimension)?.unwrap_or(TOLERANCE * noise);
+    let resolution = optional("resolution", dimension)?.unwrap_or(0.0) * factor;
+    let tolerance = optional("tolerance", dimension)?.map_or(TOLERANCE * noise, |tolerance| tolerance * factor);
     let lag = optional("lag", Dimension::TIME)?.unwrap_or(0.0);
     let column = table.get("column").map(|column| column.text()).transpose()?.unwrap_or(name).to_owned();
     let place = value.place();
@@ -90,6 +99,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
         column,
         quantity,
         target,
+        scale,
         sign,
         noise,
         resolution,
@@ -99,6 +109,24 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
         place,
     });
     Ok(())
+}
+
+/// What one unit of a record's column stands for, such as `1 cm/V`: the dimension of the column, and its unit as one of the
+/// quantity.
+fn scale(value: &Value<'_>, dimension: Dimension) -> Result<(Dimension, Unit), Complaint> {
+    let text = value.text()?;
+    let wrong = || {
+        Complaint::new(Kind::Unit, format!("{} is `{text}`", value.what))
+            .at(value.place())
+            .help("write what one unit of the column stands for, such as `1 cm/V`")
+    };
+    let (number, raw) = text.rsplit_once('/').ok_or_else(wrong)?;
+    let raw = Unit::parse(raw.trim()).map_err(|_| wrong())?;
+    let stands = Stated::parse_as(number, dimension).map_err(|_| wrong())?;
+    if stands.value <= 0.0 {
+        return Err(wrong());
+    }
+    Ok((raw.dimension, Unit { symbol: raw.symbol, dimension, factor: stands.value / raw.factor, offset: 0.0 }))
 }
 
 /// The node or port that a sensor sits at.

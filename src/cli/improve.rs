@@ -1,0 +1,69 @@
+//! `improve`: suggest, add and fit again, with the ledger of what each addition bought.
+
+use std::io::{self, IsTerminal, Write};
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{Failure, Format, Status, write_json};
+use crate::files::{check_folder, read_text, write_atomically};
+use crate::learn::add::with_effects;
+use crate::learn::improve::{Step, improve};
+use crate::learn::suggest::Conclusion;
+use crate::record::Record;
+use crate::report::improvement::Ledger;
+use crate::rig::Rig;
+
+/// Add the physics that a model lacks, one effect at a time, and show what each bought
+///
+/// Effects are learnt on one record and judged on another of the same rig under other loads. Example: borescope improve
+/// rig.toml --fit monday.csv --check tuesday.csv -o better.toml
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The rig file
+    rig: PathBuf,
+    /// The record to learn from
+    #[arg(long, value_name = "RECORD")]
+    fit: PathBuf,
+    /// The record to judge on
+    #[arg(long, value_name = "RECORD2")]
+    check: PathBuf,
+    /// Where the improved rig file is written
+    #[arg(short, long, value_name = "NEW.toml")]
+    output: PathBuf,
+    /// How the ledger is written
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Exit with 1 if an effect was missing
+    #[arg(long)]
+    exit_code: bool,
+}
+
+/// Runs the verb; the ledger goes to `out`, unless the rig file itself goes to a device.
+pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+    check_folder(&arguments.output)?;
+    let text = read_text(&arguments.rig)?;
+    let rig = Rig::parse(&arguments.rig, text.clone())?;
+    let (fit, check) = (Record::read(&arguments.fit)?, Record::read(&arguments.check)?);
+    let terminal = io::stderr().is_terminal();
+    let told = |step: &Step| {
+        if terminal {
+            let added = step.added.as_deref().unwrap_or("as given");
+            let _ = writeln!(io::stderr(), "{added}: check error {:.3}", step.check.normalised);
+        }
+    };
+    let improvement = improve(&rig, &fit, &check, told)?;
+    let new = with_effects(&arguments.rig, &text, &rig, &improvement.trial)?;
+    write_atomically(&arguments.output, |file| file.write_all(new.as_bytes()))?;
+    // With `-o /dev/stdout` the ledger would stand in the rig file.
+    if arguments.output.is_file() {
+        let names = [&arguments.rig, &arguments.fit, &arguments.check].map(|path| path.display().to_string());
+        let ledger = Ledger::new(&improvement, names);
+        match arguments.format {
+            Format::Json => write_json(out, &ledger)?,
+            Format::Text => ledger.write_text(out)?,
+        }
+    }
+    let missing = improvement.conclusion != Conclusion::Adequate;
+    Ok(if arguments.exit_code && missing { Status::Found } else { Status::Done })
+}

@@ -1,0 +1,117 @@
+//! Writing an effect into a rig file; everything else, comments and order included, stays.
+
+use std::path::Path;
+
+use toml_edit::{DocumentMut, InlineTable, Item, Table};
+
+use super::candidate::candidate;
+use super::suggest::{refitted_alone, rough_base};
+use super::trial::Trial;
+use crate::complaint::{Complaint, Kind, Place};
+use crate::physics::effect::First;
+use crate::record::Record;
+use crate::report::number::rounded;
+use crate::rig::Rig;
+use crate::units::Unit;
+
+/// Digits of a value and of its standard error.
+const DIGITS: (usize, usize) = (7, 3);
+/// Standard uncertainty of an effect that nothing has been fitted to, in typical sizes.
+const WIDE: f64 = 3.0;
+
+/// A parameter as it is written: name, value and standard error, both in SI, and the unit.
+struct Written {
+    name: &'static str,
+    value: f64,
+    sigma: f64,
+    unit: Unit,
+}
+
+/// The text of a rig file with one effect more: fitted to a record if there is one, else at its neutral value with an
+/// uncertainty that lets later fits estimate it.
+///
+/// # Errors
+/// An effect that the rig cannot have or has already; without a record, an effect that is nothing at no value; columns that
+/// are missing, or a model that cannot be solved.
+pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<String, Complaint> {
+    let placed = rig.placed(id)?;
+    let id = rig.effect_id(&placed);
+    if rig.effects.iter().any(|present| present.id == id) {
+        return Err(Complaint::new(Kind::Duplicate, format!("the rig has the effect `{id}` already"))
+            .at(Place::file(&rig.path))
+            .help("delete it from `[effects]` first"));
+    }
+    if let Some(record) = record {
+        let record = &*rig.scaled(record);
+        let trial = rough_base(rig, record, |estimate, base| {
+            let candidate = candidate(estimate, &base.fit.outputs, &placed);
+            refitted_alone(base, record, candidate)
+        })?;
+        return with_effects(&rig.path, text, rig, &trial);
+    }
+    let mut parameters = Vec::new();
+    for free in placed.effect.parameters {
+        let unit = rig.effect_unit(&placed, free.name);
+        let first = match free.first {
+            First::Value(first) => unit.difference_to_si(first),
+            First::Noise(factor) => match placed.spot {
+                crate::rig::Spot::Sensor(sensor) => factor * rig.sensors[sensor].noise,
+                _ => 0.0,
+            },
+            First::Range(_) => {
+                return Err(Complaint::new(Kind::MissingEntry, format!("nobody knows yet where `{id}` begins"))
+                    .at(Place::file(&rig.path))
+                    .help("give a record with `--fit`"));
+            }
+        };
+        let neutral = free.neutral.map(|neutral| unit.difference_to_si(neutral));
+        let size = (first - neutral.unwrap_or(0.0)).abs();
+        parameters.push(Written { name: free.name, value: neutral.unwrap_or(first), sigma: WIDE * size, unit });
+    }
+    insert(&rig.path, text, &id, &parameters)
+}
+
+/// The text of a rig file with the effects that a trial has and the rig has not, as fitted.
+///
+/// # Errors
+/// A text that is no TOML.
+pub fn with_effects(path: &Path, text: &str, rig: &Rig, trial: &Trial) -> Result<String, Complaint> {
+    let mut text = text.to_owned();
+    for present in trial.rig.effects.iter().filter(|present| rig.effects.iter().all(|old| old.id != present.id)) {
+        let written = present.placed.effect.parameters.iter().zip(&present.parameters).map(|(free, &index)| {
+            let unit = trial.rig.effect_unit(&present.placed, free.name);
+            let sigma = trial.sigmas.get(&index).copied().unwrap_or(0.0);
+            Written { name: free.name, value: trial.values[index], sigma, unit }
+        });
+        text = insert(path, &text, &present.id, &written.collect::<Vec<_>>())?;
+    }
+    Ok(text)
+}
+
+fn insert(path: &Path, text: &str, id: &str, parameters: &[Written]) -> Result<String, Complaint> {
+    let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
+        let place = Place::of_byte(path, text, error.span().map_or(0, |span| span.start));
+        Complaint::new(Kind::Syntax, format!("this is not TOML: {}", error.message().replace('\n', "; "))).at(place)
+    })?;
+    let mut values = InlineTable::new();
+    for parameter in parameters {
+        let shown = |value: f64, digits: usize| {
+            let value = rounded(value, digits);
+            if parameter.unit.symbol == "-" { value.to_string() } else { format!("{value} {}", parameter.unit.symbol) }
+        };
+        let value = shown(parameter.unit.from_si(parameter.value), DIGITS.0);
+        let sigma = parameter.unit.difference_from_si(parameter.sigma);
+        let stated = if sigma > 0.0 { format!("{value} +- {}", shown(sigma, DIGITS.1)) } else { value };
+        values.insert(parameter.name, stated.into());
+    }
+    let effects = document.entry("effects").or_insert_with(|| {
+        let mut table = Table::new();
+        table.decor_mut().set_prefix("\n# Physics beyond that of the components.\n");
+        Item::Table(table)
+    });
+    let Some(table) = effects.as_table_like_mut() else {
+        return Err(Complaint::new(Kind::Shape, "`effects` is no table").at(Place::file(path)).help("write `[effects]`"));
+    };
+    table.insert(id, toml_edit::value(values));
+    Ok(document.to_string())
+}

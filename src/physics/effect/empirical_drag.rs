@@ -1,0 +1,57 @@
+//! A force that depends on the speed, without a formula.
+
+use super::spline::{Curve, HEIGHTS, card, free};
+use super::{At, Effect, Form, Joint};
+use crate::numeric::Real;
+use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::fluid::Fluid;
+
+pub const EFFECT: Effect = Effect {
+    name: "empirical-drag",
+    meaning: CARD.meaning,
+    law: CARD.law,
+    source: CARD.source,
+    validity: CARD.validity,
+    at: At::Component { kind: "cylinder", named: true },
+    form: Form::Joined { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
+    parameters: &free(50.0),
+};
+
+const MORE: &[Parameter] = &[Parameter::required("range", "v_r", "mm/s", "speed to both sides over which the curve runs").positive().or(150.0)];
+
+pub const CARD: Card = Card {
+    kind: "empirical-drag",
+    meaning: "Force over the speed as the record shows it.",
+    law: "F = -f(v), f a curve from -range to range",
+    source: "empirical: uniform cubic B-spline of 20 heights",
+    validity: "Not a law: it says what happened at the speeds that the record covers.",
+    parameters: &card::<{ HEIGHTS + 1 }>("N", "force over the speed", MORE),
+    ports: &[Port::mechanical("body", "what rubs")],
+    worked: &[Worked {
+        text: "200 N at every speed push back with 200 N",
+        parameters: &[("c01", 200.0), ("c02", 200.0), ("c03", 200.0), ("c04", 200.0), ("c05", 200.0), ("c06", 200.0), ("c07", 200.0), ("c08", 200.0), ("c09", 200.0), ("c10", 200.0), ("c11", 200.0), ("c12", 200.0), ("c13", 200.0), ("c14", 200.0), ("c15", 200.0), ("c16", 200.0), ("c17", 200.0), ("c18", 200.0), ("c19", 200.0), ("c20", 200.0)],
+        at: &[0.05, 0.01],
+        inputs: &[],
+        answer: Answer::Through(0),
+        expect: -200.0,
+    }],
+    ..Card::EMPTY
+};
+
+#[derive(Debug, Clone)]
+pub struct EmpiricalDrag<T> {
+    curve: Curve<T>,
+    range: T,
+}
+
+impl<T: Real> Law<T> for EmpiricalDrag<T> {
+    fn new(p: &[T], _fluid: &Fluid<T>) -> Self {
+        Self { curve: Curve::new(&p[..HEIGHTS]), range: p[HEIGHTS] }
+    }
+
+    #[inline]
+    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+        answers.through[0] = -self.curve.at((seen.z[1] / self.range + 1.0) * 0.5);
+    }
+}
