@@ -47,7 +47,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
                 let parameter = &added.parameters[index];
                 let value = parameter.unit.from_si(parameter.value);
                 let sigma = parameter.unit.difference_from_si(parameter.sigma);
-                let (value, sigma) = (crate::report::number::rounded(value, 6), crate::report::number::rounded(sigma, 3));
+                let (value, sigma) =
+                    (crate::report::number::rounded(value, 6), crate::report::number::rounded(sigma, 3));
                 writeln!(out, "  {} = {value} +- {sigma} {}", parameter.id, parameter.unit)?;
             }
         }

@@ -235,7 +235,13 @@ fn node_line(rig: &Rig, node: &crate::rig::Node) -> NodeLine {
         }
         NodeKind::Volume { initial: InitialPressure::Uncertain(parameter) } => {
             let parameter = &rig.parameters[*parameter];
-            ("volume", format!("at {}, uncertain", crate::units::Quantity { value: parameter.value, unit: parameter.unit.clone() }))
+            (
+                "volume",
+                format!(
+                    "at {}, uncertain",
+                    crate::units::Quantity { value: parameter.value, unit: parameter.unit.clone() }
+                ),
+            )
         }
         NodeKind::Volume { initial: InitialPressure::Like(other) } => {
             ("volume", format!("as {}", rig.nodes[*other].name))

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::case::{Case, Set, has, members};
 use super::descend::{ROUGH, descend};
-use super::hypotheses::{Isolation, held, MOST_ROUNDS, isolate, simpler, unseen};
+use super::hypotheses::{Isolation, MOST_ROUNDS, held, isolate, simpler, unseen};
 use super::noise::{self, Weights};
 use super::problem::RecordProblem;
 use super::quadratic::Quadratic;
@@ -182,7 +182,8 @@ impl Estimate<'_> {
     pub fn by_components_alone(mut self, forms: usize) -> Result<Self, Complaint> {
         let case = &mut self.case;
         let (model, record, drive) = (case.full.model, case.record, case.full.drive);
-        let of_sensors = (0..case.faults()).filter(|&fault| case.is_of_sensor(fault)).fold(0, |set, fault| set | 1 << fault);
+        let of_sensors =
+            (0..case.faults()).filter(|&fault| case.is_of_sensor(fault)).fold(0, |set, fault| set | 1 << fault);
         let set = self.isolation.set() & !of_sensors;
         let mut found = self.isolation.best.theta.clone();
         for fault in (0..case.faults()).filter(|&fault| !has(set, fault)) {

@@ -179,7 +179,8 @@ pub(super) fn held(case: &Case<'_>, theta: &[f64], set: Set) -> Result<Isolation
     let quadratic = Quadratic::at(case, theta)?;
     let reduced = quadratic.reduced(case);
     let inflation = vec![1.0; case.faults()];
-    let unsolvable = || SimulationError::Explicit { t: 0.0, reason: "the set of faults cannot be simulated".to_owned() };
+    let unsolvable =
+        || SimulationError::Explicit { t: 0.0, reason: "the set of faults cannot be simulated".to_owned() };
     let best = descend(case, &quadratic, set, &[], theta, 0.0, (STEPS, ROUGH)).ok_or_else(unsolvable)?;
     let weighed = vec![Weighed { set, score: 0.0, point: Some(best.clone()) }];
     Ok(Isolation { weighed, best, quadratic, reduced, inflation, rounds: 1, stopped: Stopped::Settled })

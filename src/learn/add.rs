@@ -110,7 +110,9 @@ fn insert(path: &Path, text: &str, id: &str, parameters: &[Written]) -> Result<S
         Item::Table(table)
     });
     let Some(table) = effects.as_table_like_mut() else {
-        return Err(Complaint::new(Kind::Shape, "`effects` is no table").at(Place::file(path)).help("write `[effects]`"));
+        return Err(Complaint::new(Kind::Shape, "`effects` is no table")
+            .at(Place::file(path))
+            .help("write `[effects]`"));
     };
     table.insert(id, toml_edit::value(values));
     Ok(document.to_string())

@@ -85,7 +85,9 @@ pub fn empirical(rig: &Rig) -> Vec<Candidate> {
     places
         .map(|placed| {
             let one = |free: &crate::physics::effect::Free| {
-                let First::Value(first) = free.first else { return Given { name: free.name.to_owned(), value: 0.0, sigma: 0.0 } };
+                let First::Value(first) = free.first else {
+                    return Given { name: free.name.to_owned(), value: 0.0, sigma: 0.0 };
+                };
                 let value = rig.effect_unit(&placed, free.name).difference_to_si(first);
                 Given { name: free.name.to_owned(), value, sigma: 0.0 }
             };

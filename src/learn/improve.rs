@@ -117,14 +117,15 @@ fn senseless(judged: &Judged) -> bool {
 /// Whether a warning says that the size of an effect ended on a bound; what only shapes it may.
 fn first_at_bound(judged: &Judged, warning: &str) -> bool {
     let sizes = judged.trial.rig.effects.iter().filter_map(|effect| effect.parameters.first());
-    sizes.map(|&index| &judged.trial.rig.parameters[index].id).any(|id| warning.starts_with(&format!("at-bound: {id} ")))
+    sizes
+        .map(|&index| &judged.trial.rig.parameters[index].id)
+        .any(|id| warning.starts_with(&format!("at-bound: {id} ")))
 }
 
 /// Extensions that promise more than the chosen one but make no sense.
 fn refused(last: &Suggestion, chosen: &Judged) -> Vec<(String, Run, Vec<String>)> {
-    let better = |one: &&Judged| {
-        one.check.as_ref().zip(chosen.check.as_ref()).is_some_and(|(a, b)| a.normalised < b.normalised)
-    };
+    let better =
+        |one: &&Judged| one.check.as_ref().zip(chosen.check.as_ref()).is_some_and(|(a, b)| a.normalised < b.normalised);
     let flagged = last.judged.iter().filter(better).filter(|one| senseless(one));
     flagged.filter_map(|one| Some((one.id(), one.check.clone()?, one.warnings.clone()))).collect()
 }

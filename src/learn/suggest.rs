@@ -134,7 +134,8 @@ pub(super) fn refitted_alone(base: &Trial, record: &Record, candidate: Option<Ca
 pub fn suggest_from(estimate: &Estimate<'_>, check: Option<&Record>) -> Result<Suggestion, Complaint> {
     let base = Trial::of(estimate)?;
     let base_check = check.map(|record| base.check(record)).transpose()?;
-    let adequate = is_adequate(&base.fit, &base.rig) && base_check.as_ref().is_none_or(|run| is_adequate(run, &base.rig));
+    let adequate =
+        is_adequate(&base.fit, &base.rig) && base_check.as_ref().is_none_or(|run| is_adequate(run, &base.rig));
     let scored = candidates(estimate, &base.fit.outputs);
     if adequate {
         return Ok(Suggestion { conclusion: Conclusion::Adequate, base, base_check, judged: Vec::new(), scored });
@@ -367,7 +368,10 @@ fn warnings(trial: &Trial, base: &Trial) -> Vec<String> {
     }
     for (index, parameter) in base.rig.parameters.iter().enumerate() {
         let moved = (trial.values[index] - parameter.value).abs();
-        if parameter.sigma > 0.0 && !parameter.anew && !base.rig.is_fault(index) && moved > 4.0 * parameter.sigma
+        if parameter.sigma > 0.0
+            && !parameter.anew
+            && !base.rig.is_fault(index)
+            && moved > 4.0 * parameter.sigma
             && base.rig.effects.iter().all(|effect| !effect.parameters.contains(&index))
             && trial.rig.effects.iter().all(|effect| !effect.parameters.contains(&index))
         {
@@ -412,7 +416,10 @@ fn conclude(judged: &mut [Judged], base: &Trial, base_check: &Option<Run>) -> Co
     for (place, one) in judged.iter_mut().enumerate() {
         if close[place] && rivals > 1 {
             let others = ids.iter().zip(&close).enumerate();
-            one.confounded_with = others.filter(|(other, (_, close))| **close && *other != place).map(|(_, (id, _))| id.clone()).collect();
+            one.confounded_with = others
+                .filter(|(other, (_, close))| **close && *other != place)
+                .map(|(_, (id, _))| id.clone())
+                .collect();
         }
     }
     if rivals > 1 { Conclusion::Confounded } else { Conclusion::EffectFound }

@@ -66,14 +66,7 @@ impl Trial {
             }
         }
         let fit = run_with(case.full.model, case.record, case.full.drive, &values)?;
-        Ok(Self {
-            rig: rig.clone(),
-            values,
-            sigmas,
-            set: isolation.set(),
-            at_bound,
-            fit,
-        })
+        Ok(Self { rig: rig.clone(), values, sigmas, set: isolation.set(), at_bound, fit })
     }
 
     /// Fits a rig to a record from values of all of its parameters (SI) and the faults that are present, in so many rounds of
@@ -121,7 +114,12 @@ impl Trial {
 
     /// Number of parameters of effects that are fitted.
     pub fn effect_parameters(&self) -> usize {
-        self.rig.effects.iter().flat_map(|effect| &effect.parameters).filter(|&&p| self.rig.parameters[p].sigma > 0.0).count()
+        self.rig
+            .effects
+            .iter()
+            .flat_map(|effect| &effect.parameters)
+            .filter(|&&p| self.rig.parameters[p].sigma > 0.0)
+            .count()
     }
 }
 

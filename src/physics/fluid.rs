@@ -21,7 +21,9 @@ pub const CARD: Card = Card {
             .or(14_000.0)
             .uncertain(0.05)
             .calibrated(0.2),
-        Parameter::required("air_fraction", "alpha", "%", "free air at atmospheric pressure per volume of oil").or(0.0).within(0.0, 50.0),
+        Parameter::required("air_fraction", "alpha", "%", "free air at atmospheric pressure per volume of oil")
+            .or(0.0)
+            .within(0.0, 50.0),
     ],
     ..Card::EMPTY
 };
@@ -39,7 +41,12 @@ pub struct Fluid<T> {
 impl<T: Real> Fluid<T> {
     /// From the parameters in the order of [`CARD`], SI.
     pub fn new(parameters: &[T]) -> Self {
-        Self { density: parameters[0], viscosity: parameters[1], bulk_modulus: parameters[2], air: parameters[3] * ATMOSPHERE }
+        Self {
+            density: parameters[0],
+            viscosity: parameters[1],
+            bulk_modulus: parameters[2],
+            air: parameters[3] * ATMOSPHERE,
+        }
     }
 
     /// kg/m³.

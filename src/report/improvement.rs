@@ -93,11 +93,19 @@ impl Ledger {
             Conclusion::Confounded => "CONFOUNDED: what was added explains the records, and so do others.",
             Conclusion::UnknownEffect => "UNKNOWN EFFECT: no law of the library explains all that is missed.",
         };
-        writeln!(out, "{conclusion}\n\nrig    {}\nfit    {}\ncheck  {}\n", self.rig, self.fit_record, self.check_record)?;
+        writeln!(
+            out,
+            "{conclusion}\n\nrig    {}\nfit    {}\ncheck  {}\n",
+            self.rig, self.fit_record, self.check_record
+        )?;
         writeln!(out, "Errors, normalised by sensor noise over all channels")?;
         let name = |row: &Row| row.added.as_ref().map_or("as given".to_owned(), |added| format!("+ {added}"));
         let width = self.steps.iter().map(|row| name(row).chars().count()).max().unwrap_or(0).max(8);
-        writeln!(out, "  {:width$}  {:>8}  {:>8}  {:>12}  {:>12}", "model", "fit", "check", "chi2 (fit)", "chi2 (check)")?;
+        writeln!(
+            out,
+            "  {:width$}  {:>8}  {:>8}  {:>12}  {:>12}",
+            "model", "fit", "check", "chi2 (fit)", "chi2 (check)"
+        )?;
         for row in &self.steps {
             writeln!(
                 out,
@@ -132,7 +140,11 @@ impl Ledger {
             }
         }
         if let Some(rest) = &self.remaining {
-            writeln!(out, "\nLeft unexplained, most of all: {} (chi-square per sample {:.2})", rest.equation, rest.chi2_reduced)?;
+            writeln!(
+                out,
+                "\nLeft unexplained, most of all: {} (chi-square per sample {:.2})",
+                rest.equation, rest.chi2_reduced
+            )?;
         }
         Ok(())
     }
@@ -171,5 +183,10 @@ fn remaining(improvement: &Improvement) -> Remaining {
     let chi2 = crate::learn::suggest::channel_chi2(&improvement.trial.fit, rig);
     let worst = chi2.iter().zip(&rig.sensors).max_by(|a, b| a.0.0.total_cmp(&b.0.0));
     let (chi2, name) = worst.map_or((0.0, String::new()), |((chi2, _), sensor)| (*chi2, sensor.name.clone()));
-    Remaining { equation: format!("reading of {name}"), phase: None, depends_on: Vec::new(), chi2_reduced: rounded(chi2, DIGITS) }
+    Remaining {
+        equation: format!("reading of {name}"),
+        phase: None,
+        depends_on: Vec::new(),
+        chi2_reduced: rounded(chi2, DIGITS),
+    }
 }

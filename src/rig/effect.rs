@@ -51,7 +51,10 @@ pub struct Given {
 impl Rig {
     /// Every effect at every place where this rig may have it, in the order of the library.
     pub fn effect_places(&self) -> Vec<Placed> {
-        EFFECTS.iter().flat_map(|&effect| self.spots(effect).into_iter().map(move |spot| Placed { effect, spot })).collect()
+        EFFECTS
+            .iter()
+            .flat_map(|&effect| self.spots(effect).into_iter().map(move |spot| Placed { effect, spot }))
+            .collect()
     }
 
     fn spots(&self, effect: &Effect) -> Vec<Spot> {
@@ -77,13 +80,13 @@ impl Rig {
 
     /// Components that move a body and have a port at this node, with the port.
     fn actuators(&self, node: usize) -> impl Iterator<Item = (usize, usize)> {
-        let moves = |component: &&Component| {
-            component.card.ports.iter().any(|port| port.kind == PortKind::Mechanical)
-        };
-        self.components.iter().enumerate().filter(move |(_, component)| moves(component)).flat_map(move |(index, component)| {
-            let here = component.ports.iter().enumerate().filter(move |(_, at)| **at == node);
-            here.map(move |(port, _)| (index, port))
-        })
+        let moves = |component: &&Component| component.card.ports.iter().any(|port| port.kind == PortKind::Mechanical);
+        self.components.iter().enumerate().filter(move |(_, component)| moves(component)).flat_map(
+            move |(index, component)| {
+                let here = component.ports.iter().enumerate().filter(move |(_, at)| **at == node);
+                here.map(move |(port, _)| (index, port))
+            },
+        )
     }
 
     /// The name of an effect at its place, `kind@place`, or the kind alone where the place goes without saying.
@@ -208,7 +211,8 @@ impl Rig {
                 };
                 let far = self.nodes.len();
                 let moved: Vec<(usize, usize)> = self.actuators(node).collect();
-                let beyond = Node { name: format!("{} beyond {id}", self.nodes[node].name), ..self.nodes[node].clone() };
+                let beyond =
+                    Node { name: format!("{} beyond {id}", self.nodes[node].name), ..self.nodes[node].clone() };
                 self.nodes.push(beyond);
                 for (component, port) in moved {
                     self.components[component].ports[port] = far;
@@ -260,9 +264,11 @@ impl Rig {
             let parameter = &mut self.parameters[index];
             if !(parameter.bounds.0..=parameter.bounds.1).contains(&given.value) {
                 let what = format!("`{}` is outside its physical bounds", parameter.id);
-                return Err(Complaint::new(Kind::Bounds, what)
-                    .at(Place::file(&self.path))
-                    .help(format!("{}: {}", parameter.meaning, super::range(parameter.bounds, &parameter.unit))));
+                return Err(Complaint::new(Kind::Bounds, what).at(Place::file(&self.path)).help(format!(
+                    "{}: {}",
+                    parameter.meaning,
+                    super::range(parameter.bounds, &parameter.unit)
+                )));
             }
             (parameter.value, parameter.sigma, parameter.anew) = (given.value, given.sigma, false);
         }

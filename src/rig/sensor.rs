@@ -6,7 +6,6 @@ use crate::complaint::Place;
 use crate::record::{Channel, Record};
 use crate::units::{Dimension, Unit};
 
-
 /// What a sensor measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {

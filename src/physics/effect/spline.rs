@@ -9,8 +9,8 @@ pub const HEIGHTS: usize = 20;
 
 /// Names of the heights, in their order along the axis.
 const NAMES: [&str; HEIGHTS] = [
-    "c01", "c02", "c03", "c04", "c05", "c06", "c07", "c08", "c09", "c10", "c11", "c12", "c13", "c14", "c15", "c16", "c17",
-    "c18", "c19", "c20",
+    "c01", "c02", "c03", "c04", "c05", "c06", "c07", "c08", "c09", "c10", "c11", "c12", "c13", "c14", "c15", "c16",
+    "c17", "c18", "c19", "c20",
 ];
 
 /// The heights as parameters of a card in `unit`, with `more` behind them.
@@ -61,12 +61,8 @@ impl<T: Real> Curve<T> {
         let t = u - first as f64;
         let rest = T::one() - t;
         let (t2, t3) = (t * t, t * t * t);
-        let weights = [
-            rest * rest * rest,
-            t3 * 3.0 - t2 * 6.0 + T::constant(4.0),
-            t3 * -3.0 + t2 * 3.0 + t * 3.0 + T::one(),
-            t3,
-        ];
+        let weights =
+            [rest * rest * rest, t3 * 3.0 - t2 * 6.0 + T::constant(4.0), t3 * -3.0 + t2 * 3.0 + t * 3.0 + T::one(), t3];
         let mut sum = T::zero();
         for (height, weight) in self.heights[first..].iter().zip(weights) {
             sum += *height * weight;

@@ -13,7 +13,9 @@ pub(super) fn read_effect(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<
     let placed = rig.placed(id).map_err(here)?;
     let table = value.table(format!("effect `{id}`"))?;
     let names: Vec<&str> = match placed.effect.form {
-        Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card } => card.parameters.iter().map(|own| own.name).collect(),
+        Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card } => {
+            card.parameters.iter().map(|own| own.name).collect()
+        }
         Form::Bent => placed.effect.parameters.iter().map(|free| free.name).collect(),
     };
     let (mut given, mut written) = (Vec::new(), Vec::new());
