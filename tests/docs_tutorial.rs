@@ -42,7 +42,9 @@ fn copy(from: &Path, to: &Path) {
 /// stale.
 fn check(path: &str) -> (String, Vec<String>, Vec<String>) {
     let folder = tempfile::tempdir().unwrap();
-    copy(Path::new("fixtures/telescopic"), &folder.path().join("fixtures/telescopic"));
+    for fixtures in ["fixtures/telescopic", "fixtures/learning"] {
+        copy(Path::new(fixtures), &folder.path().join(fixtures));
+    }
     let document = fs::read_to_string(path).unwrap();
     let (mut now, mut wrong, mut stale, mut ran) = (String::new(), Vec::new(), Vec::new(), 0);
     let mut console = false;
@@ -105,6 +107,11 @@ fn the_readme_prints_what_the_program_prints() {
 #[test]
 fn the_tutorial_prints_what_the_program_prints() {
     holds("docs/tutorial.md");
+}
+
+#[test]
+fn the_gallery_prints_what_the_program_prints() {
+    holds("docs/gallery/missing-physics.md");
 }
 
 #[test]

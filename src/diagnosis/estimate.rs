@@ -24,6 +24,8 @@ const POOR: f64 = 1.0;
 const MOST_RENEWALS: usize = 3;
 /// Rounds of isolation from the healthy rig: what it takes where the faults are small or those of sensors.
 pub const FROM_HEALTHY: u64 = 2;
+/// Forms of a first fit of each of several starts.
+const FIRST_FORMS: usize = 2;
 /// Steps along one form where only a neighbourhood is looked for.
 const QUICK: usize = 4;
 /// A round that leaves this share of a cost that is far too large is the last.
@@ -91,6 +93,26 @@ pub fn near<'a>(
         settle(&mut case, start, set, rounds)
     };
     let isolation = settled().map_err(|error| failed(model, record, &FitError::Start { source: error.into() }))?;
+    Ok(Estimate { case, isolation })
+}
+
+/// Isolates the faults of a record from values of all estimated parameters that are near already, with weights of there.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved there.
+pub fn isolated<'a>(
+    model: &'a Model,
+    record: &'a Record,
+    drive: &'a Drive,
+    (theta, set): (&[f64], Set),
+    rounds: u64,
+) -> Result<Estimate<'a>, Complaint> {
+    let data = measured(model, record)?;
+    let none = Weights::new(&model.rig, &[], &[], &[]);
+    let mut case = Case::new(model, record, drive, data, none);
+    let failed = |error| unsolvable(model, record, error);
+    case.full.weights = weights(&case.full, record, theta).map_err(failed)?;
+    let isolation = isolate(&case, theta, set, rounds).map_err(failed)?;
     Ok(Estimate { case, isolation })
 }
 
@@ -195,11 +217,12 @@ impl Estimate<'_> {
         starts.dedup_by_key(|(_, set)| *set);
         let samples = (case.full.times.len() * case.full.measured.len()) as f64;
         let fitted = starts.par_iter().filter_map(|(start, set)| {
-            let (theta, cost) = quick(model, record, drive, (start, *set), forms).ok()?;
+            let (theta, cost) = quick(model, record, drive, (start, *set), FIRST_FORMS).ok()?;
             Some((theta, *set, cost + f64::from(set.count_ones()) * samples.ln()))
         });
         let fitted: Vec<_> = fitted.collect();
         let Some((theta, set, _)) = fitted.into_iter().min_by(|a, b| a.2.total_cmp(&b.2)) else { return Ok(self) };
+        let (theta, _) = quick(model, record, drive, (&theta, set), forms)?;
         let failed = |error| unsolvable(model, record, error);
         case.full.weights = weights(&case.full, record, &theta).map_err(failed)?;
         self.isolation = held(case, &theta, set).map_err(failed)?;

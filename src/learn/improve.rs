@@ -71,7 +71,7 @@ pub fn improve(rig: &Rig, fit: &Record, check: &Record, mut told: impl FnMut(&St
         let drive = Drive::from_record(&model.rig, fit)?;
         let parameters = estimate::estimated_parameters(&model.rig);
         let theta: Vec<f64> = parameters.into_iter().map(|parameter| trial.values[parameter]).collect();
-        let again = estimate::near(&model, fit, &drive, Some((&theta, trial.set)), ROUNDS)?;
+        let again = estimate::isolated(&model, fit, &drive, (&theta, trial.set), ROUNDS)?;
         last = suggest_from(&again, Some(check))?;
     }
     let conclusion = match (steps.len(), last.conclusion) {

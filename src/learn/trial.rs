@@ -90,7 +90,7 @@ impl Trial {
                 fit,
             });
         }
-        let estimate = estimate::near(&model, record, &drive, Some((&theta, set)), rounds)?;
+        let estimate = estimate::isolated(&model, record, &drive, (&theta, set), rounds)?;
         Self::of(&estimate)
     }
 

@@ -132,7 +132,8 @@ macro_rules! effects {
                 None
             }
 
-            #[inline]
+            // Most rigs have none: what is rare need not be laid out in every loop.
+            #[inline(never)]
             pub fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
                 match self { $(EffectLaw::$name(law) => law.evaluate(seen, answers)),+ }
             }

@@ -1,0 +1,111 @@
+//! The learning loop on records that others made: simulated rigs that hide one effect each, and measured tanks.
+
+use std::path::Path;
+
+use borescope::learn::improve::{Improvement, improve};
+use borescope::learn::suggest::{Conclusion, suggest};
+use borescope::record::Record;
+use borescope::rig::Rig;
+
+const SHARED: &str = "../shared/records";
+
+fn telescopic() -> Rig {
+    Rig::read("fixtures/telescopic/rig.toml").unwrap()
+}
+
+fn improved(rig: &Rig, fit: &Path, check: &Path) -> Improvement {
+    improve(rig, &Record::read(fit).unwrap(), &Record::read(check).unwrap(), |step| {
+        println!("{:?}: fit {:.3}, check {:.3}", step.added, step.fit.normalised, step.check.normalised);
+    })
+    .unwrap()
+}
+
+fn added(improvement: &Improvement) -> Vec<&str> {
+    improvement.steps.iter().filter_map(|step| step.added.as_deref()).collect()
+}
+
+/// A parameter of the improved rig, in its unit.
+fn value(improvement: &Improvement, id: &str) -> f64 {
+    let rig = &improvement.trial.rig;
+    let index = rig.parameter(id).unwrap();
+    rig.parameters[index].unit.from_si(improvement.trial.values[index])
+}
+
+/// Mean square of the weighted misfits on the check record, before anything was added and at the end.
+fn check_chi2(improvement: &Improvement) -> (f64, f64) {
+    (improvement.steps[0].check.chi2, improvement.steps[improvement.steps.len() - 1].check.chi2)
+}
+
+#[test]
+fn nothing_is_missing_in_a_healthy_rig() {
+    let folder = Path::new("fixtures/telescopic");
+    let [fit, check] = ["healthy_1.csv", "healthy_3.csv"].map(|name| Record::read(folder.join(name)).unwrap());
+    let suggestion = suggest(&telescopic(), &fit, Some(&check)).unwrap();
+    let chi2 = suggestion.base_check.unwrap().chi2;
+    println!("check chi-square {chi2:.3}");
+    assert_eq!(suggestion.conclusion, Conclusion::Adequate);
+    // What the rigs that hide something have to come down to.
+    assert!((chi2 - HEALTHY_CHECK).abs() < 0.05 * HEALTHY_CHECK, "{chi2}");
+}
+
+/// Mean square of the weighted misfits of the plain model on `healthy_3`, fitted to `healthy_1`.
+const HEALTHY_CHECK: f64 = 0.99;
+
+#[test]
+fn a_line_is_told_from_friction() {
+    let folder = Path::new("fixtures/learning");
+    let improvement = improved(&telescopic(), &folder.join("line_fit.csv"), &folder.join("line_check.csv"));
+    assert_eq!(improvement.conclusion, Conclusion::EffectFound);
+    assert_eq!(added(&improvement), ["line-resistance@A"]);
+    let (before, after) = check_chi2(&improvement);
+    println!("check chi-square {before:.3} to {after:.3}");
+    assert!(before > 3.0 && after < 1.1 * HEALTHY_CHECK, "{before} {after}");
+}
+
+#[test]
+fn the_tanks_overflow_and_their_pump_has_a_dead_voltage() {
+    let folder = Path::new(SHARED);
+    if !folder.is_dir() {
+        println!("SKIPPED: {} is not here", folder.display());
+        return;
+    }
+    let rig = Rig::read("fixtures/cascaded_tanks/rig.toml").unwrap();
+    let improvement = improved(&rig, &folder.join("tanks_fit.csv"), &folder.join("tanks_check.csv"));
+    let mut effects: Vec<&str> = added(&improvement).iter().flat_map(|added| added.split(" + ")).collect();
+    effects.sort_unstable();
+    assert_eq!(effects, ["dead-voltage", "reservoir-overflow@lower", "reservoir-overflow@upper"]);
+    // 1 cm of level is 1 V.
+    let error = improvement.steps[improvement.steps.len() - 1].check.rmse[0] * 100.0;
+    println!("check error {error:.4} V");
+    assert!(error <= 0.335, "{error} V");
+    // The lower tank is full at 10 V; a share is a share; the pump starts within its range.
+    assert!((value(&improvement, "reservoir-overflow@lower.height") - 10.0).abs() < 0.5);
+    assert!((0.0..=1.0).contains(&value(&improvement, "reservoir-overflow@upper.share")));
+    assert!((0.1..2.0).contains(&value(&improvement, "pump.dead_voltage")));
+}
+
+/// The other shared rigs; half a minute each.
+#[test]
+#[ignore = "minutes"]
+fn the_shared_rigs() {
+    let folder = Path::new(SHARED);
+    let names = |rig: &str| [format!("rig_{rig}_fit.csv"), format!("rig_{rig}_check.csv")].map(|name| folder.join(name));
+    for (rig, effect, conclusion) in [
+        ("a", "external-leakage@A", Conclusion::EffectFound),
+        ("b", "seal-friction@cylinder", Conclusion::EffectFound),
+        ("d", "empirical-friction@cylinder", Conclusion::UnknownEffect),
+    ] {
+        let [fit, check] = names(rig);
+        let improvement = improved(&telescopic(), &fit, &check);
+        assert_eq!((added(&improvement), improvement.conclusion), (vec![effect], conclusion), "rig_{rig}");
+        let (before, after) = check_chi2(&improvement);
+        println!("rig_{rig}: check chi-square {before:.3} to {after:.3}");
+        assert!(after < 1.1 * HEALTHY_CHECK, "rig_{rig}: {after}");
+        match rig {
+            // 0.30 L/min at 50 bar.
+            "a" => assert!((value(&improvement, "external-leakage@A.conductance") / 0.006 - 1.0).abs() < 0.01),
+            "b" => assert!((value(&improvement, "seal-friction@cylinder.coulomb") / 420.0 - 1.0).abs() < 0.01),
+            _ => {}
+        }
+    }
+}
