@@ -89,7 +89,8 @@ fn the_tanks_overflow_and_their_pump_has_a_dead_voltage() {
 #[ignore = "minutes"]
 fn the_shared_rigs() {
     let folder = Path::new(SHARED);
-    let names = |rig: &str| [format!("rig_{rig}_fit.csv"), format!("rig_{rig}_check.csv")].map(|name| folder.join(name));
+    let names =
+        |rig: &str| [format!("rig_{rig}_fit.csv"), format!("rig_{rig}_check.csv")].map(|name| folder.join(name));
     for (rig, effect, conclusion) in [
         ("a", "external-leakage@A", Conclusion::EffectFound),
         ("b", "seal-friction@cylinder", Conclusion::EffectFound),

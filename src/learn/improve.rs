@@ -1,6 +1,6 @@
 //! The whole loop: suggest, add, fit again, until nothing is left to explain or nothing explains the rest.
 
-use super::suggest::{Conclusion, Judged, Suggestion, suggest, suggest_from};
+use super::suggest::{Conclusion, Judged, Suggestion, is_adequate, suggest, suggest_from};
 use super::trial::{Run, Trial};
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate;
@@ -39,8 +39,8 @@ pub struct Improvement {
     pub steps: Vec<Step>,
     /// The model at the end.
     pub trial: Trial,
-    /// The last look, at what is left.
-    pub last: Suggestion,
+    /// What the last look said of what is left.
+    pub left: Conclusion,
 }
 
 /// Adds effects to a rig one at a time or in pairs, while the fit record asks for them and the check record agrees.
@@ -67,6 +67,11 @@ pub fn improve(rig: &Rig, fit: &Record, check: &Record, mut told: impl FnMut(&St
         told(&next);
         steps.push(next);
         trial = chosen.trial.clone();
+        let reached = &steps[steps.len() - 1];
+        if is_adequate(&reached.fit, &trial.rig) && is_adequate(&reached.check, &trial.rig) {
+            last.conclusion = Conclusion::Adequate;
+            break;
+        }
         let model = Model::new(trial.rig.clone());
         let drive = Drive::from_record(&model.rig, fit)?;
         let parameters = estimate::estimated_parameters(&model.rig);
@@ -86,7 +91,7 @@ pub fn improve(rig: &Rig, fit: &Record, check: &Record, mut told: impl FnMut(&St
         },
         (_, conclusion) => conclusion,
     };
-    Ok(Improvement { conclusion, steps, trial, last })
+    Ok(Improvement { conclusion, steps, trial, left: last.conclusion })
 }
 
 /// The best addition that is worth it: a law with physical sense if there is one, else a curve.

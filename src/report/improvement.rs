@@ -78,7 +78,7 @@ impl Ledger {
             check_record,
             conclusion: improvement.conclusion,
             steps: improvement.steps.iter().map(|step| row(rig, step)).collect(),
-            remaining: (improvement.last.conclusion != Conclusion::Adequate).then(|| remaining(improvement)),
+            remaining: (improvement.left != Conclusion::Adequate).then(|| remaining(improvement)),
         }
     }
 
