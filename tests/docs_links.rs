@@ -163,7 +163,8 @@ fn commands_run_and_print_what_is_shown() {
             }
             for (command, lines) in shown {
                 let words: Vec<&str> = command.split_whitespace().collect();
-                let (Some(&"borescope"), Some(&("check" | "simulate" | "campaign"))) = (words.first(), words.get(1))
+                let (Some(&"borescope"), Some(&("check" | "simulate" | "campaign" | "add"))) =
+                    (words.first(), words.get(1))
                 else {
                     continue;
                 };

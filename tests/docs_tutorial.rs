@@ -112,6 +112,7 @@ fn the_tutorial_prints_what_the_program_prints() {
 #[test]
 fn the_gallery_prints_what_the_program_prints() {
     holds("docs/gallery/missing-physics.md");
+    holds("docs/gallery/the-papers-leakage.md");
 }
 
 #[test]
