@@ -16,6 +16,7 @@ pub mod candidate;
 pub mod compare;
 pub mod improve;
 pub mod phase;
+mod refit;
 pub mod result;
 pub mod suggest;
 pub mod trial;

@@ -1,0 +1,102 @@
+//! A model with effects in it, fitted with the faults as they were.
+
+use super::candidate::Candidate;
+use super::trial::Trial;
+use crate::diagnosis::case::Set;
+use crate::diagnosis::estimate;
+use crate::model::{Drive, Model};
+use crate::physics::effect::First;
+use crate::record::Record;
+use crate::rig::{Given, Rig};
+
+/// Forms of a first fit, and of one that goes on to its end.
+const FIRST_FORMS: usize = 2;
+pub(super) const FORMS: usize = 12;
+/// Standard uncertainty of an effect before the record, in tried sizes: next to nothing is known.
+const WIDE: f64 = 10.0;
+/// The same of what only shapes it.
+const SHAPE: f64 = 1.0;
+
+/// A model with some effects, fitted with the faults as they were.
+pub(super) struct Rough {
+    pub rig: Rig,
+    /// All parameters of the rig, SI.
+    pub values: Vec<f64>,
+    pub set: Set,
+    /// `2 F` of record and prior.
+    pub cost: f64,
+}
+
+/// Everything fitted jointly with some effects: from where the model without them stands, and from the healthy data sheet.
+pub(super) fn refitted(base: &Trial, record: &Record, effects: &[Candidate]) -> Option<Rough> {
+    let mut rig = base.rig.clone();
+    let mut starts: Vec<(usize, f64)> = Vec::new();
+    for effect in effects {
+        let given: Vec<Given> = effect
+            .placed
+            .effect
+            .parameters
+            .iter()
+            .zip(&effect.tried)
+            .map(|(free, tried)| {
+                let unit = rig.effect_unit(&effect.placed, free.name);
+                let neutral = free.neutral.map(|neutral| unit.difference_to_si(neutral));
+                let size = (tried.value - neutral.unwrap_or(0.0)).abs();
+                let absolute = matches!(free.first, First::Range(_));
+                let sigma = match neutral {
+                    Some(_) => WIDE * size,
+                    None if absolute => 0.3 * SHAPE * size,
+                    None => SHAPE * size,
+                };
+                Given { name: free.name.to_owned(), value: neutral.unwrap_or(tried.value), sigma }
+            })
+            .collect();
+        let indices = rig.give_effect(&effect.placed, &given).ok()?;
+        for (place, ((free, tried), &index)) in
+            effect.placed.effect.parameters.iter().zip(&effect.tried).zip(&indices).enumerate()
+        {
+            let unit = rig.effect_unit(&effect.placed, free.name);
+            let neutral = free.neutral.map(|neutral| unit.difference_to_si(neutral));
+            let start = match neutral {
+                // A curve starts flat.
+                Some(neutral) if effect.placed.effect.is_empirical() => neutral,
+                // Its size; others are where they were tried.
+                Some(neutral) if place == 0 => neutral + effect.factor * (tried.value - neutral),
+                _ => tried.value,
+            };
+            let (low, high) = rig.parameters[index].bounds;
+            starts.push((index, start.clamp(low, high)));
+        }
+    }
+    let from = |mut values: Vec<f64>, set: Set| {
+        values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
+        for &(index, start) in &starts {
+            values[index] = start;
+        }
+        quick(&rig, record, &values, set, FIRST_FORMS)
+    };
+    let mut healthy: Vec<f64> = base.rig.nominal();
+    for fault in &base.rig.faults {
+        healthy[fault.parameter] = fault.healthy;
+    }
+    // Without faults both starts are one.
+    let both = [from(base.values.clone(), base.set), (base.set != 0).then(|| from(healthy, 0)).flatten()];
+    // Fewer faults are better where both explain alike: each costs what a parameter costs.
+    let samples = base.fit.misfit.len() as f64;
+    let price = |rough: &Rough| rough.cost + f64::from(rough.set.count_ones()) * samples.ln();
+    both.into_iter().flatten().min_by(|a, b| price(a).total_cmp(&price(b)))
+}
+
+/// Fits a rig with the faults of `set`, from values of all of its parameters (SI); `None` where it cannot be solved.
+pub(super) fn quick(rig: &Rig, record: &Record, values: &[f64], set: Set, forms: usize) -> Option<Rough> {
+    let model = Model::new(rig.clone());
+    let drive = Drive::from_record(&model.rig, record).ok()?;
+    let estimated = estimate::estimated_parameters(&model.rig);
+    let start: Vec<f64> = estimated.iter().map(|&parameter| values[parameter]).collect();
+    let (theta, cost) = estimate::quick(&model, record, &drive, (&start, set), forms).ok()?;
+    let mut values = values.to_vec();
+    for (&parameter, value) in estimated.iter().zip(theta) {
+        values[parameter] = value;
+    }
+    Some(Rough { rig: model.rig, values, set, cost })
+}
