@@ -14,7 +14,7 @@ fn telescopic() -> Rig {
 }
 
 fn improved(rig: &Rig, fit: &Path, check: &Path) -> Improvement {
-    improve(rig, &Record::read(fit).unwrap(), &Record::read(check).unwrap(), |step| {
+    improve(rig, &rig.record(fit).unwrap(), &rig.record(check).unwrap(), |step| {
         println!("{:?}: fit {:.3}, check {:.3}", step.added, step.fit.normalised, step.check.normalised);
     })
     .unwrap()

@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::prior::Gaussian;
@@ -94,15 +95,8 @@ impl<'a> Solutions<'a> {
         }
         let parameters = self.parameters(theta);
         let solve = |one: &Healthy<'_>| Ok(self.model.simulate(&parameters, &one.drive, &one.record.time)?.values);
-        // Records are independent, so one thread each changes nothing but the time.
-        let solved: Vec<Result<_, SimulationError>> = std::thread::scope(|scope| {
-            let running: Vec<_> = self.records.iter().map(|one| scope.spawn(move || solve(one))).collect();
-            running
-                .into_iter()
-                .map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-                .collect()
-        });
-        let curves = Arc::new(solved.into_iter().collect::<Result<Curves, _>>()?);
+        // Records are independent, so threads change nothing but the time.
+        let curves = Arc::new(self.records.par_iter().map(solve).collect::<Result<Curves, SimulationError>>()?);
         known.simulations += self.records.len() as u64;
         known.curves = Some((theta.to_vec(), curves.clone()));
         Ok(curves)

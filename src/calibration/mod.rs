@@ -118,7 +118,7 @@ pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result
     }
     let model = Model::new(healthy);
     let taken = records.iter().map(|record| {
-        let measured = estimate::measured(&model, record)?;
+        let measured = estimate::measured(&model.rig, record)?;
         Ok(Healthy { record, drive: Drive::from_record(&model.rig, record)?, measured })
     });
     let taken = taken.collect::<Result<Vec<_>, Complaint>>()?;

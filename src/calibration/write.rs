@@ -3,23 +3,17 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use toml_edit::DocumentMut;
-
 use super::Report;
-use crate::complaint::{Complaint, Kind, Place};
-use crate::report::number::rounded;
-use crate::rig::Rig;
-use crate::units::Unit;
+use crate::complaint::Complaint;
+use crate::report::number::written;
+use crate::rig::{Rig, document};
 
 /// Digits of a value and of a standard deviation.
 const DIGITS: (usize, usize) = (10, 6);
 
 /// The text of a rig file without its `[calibration]`; everything else, comments and order included, is as it was.
 pub(super) fn without_calibration(path: &Path, text: &str) -> Result<String, Complaint> {
-    let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
-        let place = Place::of_byte(path, text, error.span().map_or(0, |span| span.start));
-        Complaint::new(Kind::Syntax, format!("this is not TOML: {}", error.message().replace('\n', "; "))).at(place)
-    })?;
+    let mut document = document(path, text)?;
     if document.remove("calibration").is_none() {
         return Ok(text.to_owned());
     }
@@ -50,22 +44,17 @@ fn write_section(out: &mut String, rig: &Rig, report: &Report) -> std::fmt::Resu
         let parameter = &rig.parameters[index];
         let unit = &parameter.unit;
         let (value, sigma) = (unit.from_si(parameter.value), unit.difference_from_si(parameter.sigma));
-        let stated = format!("{} +- {}", quantity(value, DIGITS.0, unit), quantity(sigma, DIGITS.1, unit));
+        let stated = format!("{} +- {}", written(value, DIGITS.0, unit), written(sigma, DIGITS.1, unit));
         let remark = if told.informed { "" } else { "  # the records say little of it" };
         writeln!(out, "{} = {}{remark}", quoted(&parameter.id), quoted(&stated))?;
     }
     for sensor in &rig.sensors {
         let unit = rig.sensor_unit(sensor);
-        let shown = |si| quoted(&quantity(unit.difference_from_si(si), DIGITS.1, &unit));
+        let shown = |si| quoted(&written(unit.difference_from_si(si), DIGITS.1, &unit));
         writeln!(out, "\n[calibration.sensors.{}]", toml_edit::Key::new(&sensor.name))?;
         writeln!(out, "noise = {}\ntolerance = {}", shown(sensor.noise), shown(sensor.tolerance))?;
     }
     Ok(())
-}
-
-fn quantity(value: f64, digits: usize, unit: &Unit) -> String {
-    let value = rounded(value, digits);
-    if unit.symbol == "-" { value.to_string() } else { format!("{value} {}", unit.symbol) }
 }
 
 /// A text as TOML writes it.

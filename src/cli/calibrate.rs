@@ -10,7 +10,6 @@ use super::{Failure, Format, Status, write_json};
 use crate::calibration::{Options, Report, calibrate};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::files::{check_folder, read_text, write_atomically};
-use crate::record::Record;
 use crate::report::number::{rounded, text, with_unit};
 use crate::rig::Rig;
 
@@ -39,7 +38,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let mut records = Vec::new();
     let mut bad = Vec::new();
     for path in &arguments.records {
-        match Record::read(path) {
+        match rig.record(path) {
             Ok(record) => records.push(record),
             Err(complaint) => bad.push(complaint),
         }

@@ -159,7 +159,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let rig = Rig::read(&arguments.rig)?;
     let record = match &arguments.record {
         None => None,
-        Some(path) => Some(record_page(&rig, &Record::read(path)?)?),
+        Some(path) => Some(record_page(&rig, &rig.record(path)?)?),
     };
     let page = Page { schema: "borescope.check/1", rig: rig_page(rig), record };
     match arguments.format {

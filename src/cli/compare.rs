@@ -7,7 +7,6 @@ use clap::Args;
 
 use super::{Failure, Format, Status, write_json};
 use crate::learn::compare::compare;
-use crate::record::Record;
 use crate::report;
 use crate::rig::Rig;
 
@@ -27,7 +26,8 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
-    let comparison = compare(&Rig::read(&arguments.rig)?, &Record::read(&arguments.record)?)?;
+    let rig = Rig::read(&arguments.rig)?;
+    let comparison = compare(&rig, &rig.record(&arguments.record)?)?;
     match arguments.format {
         Format::Text => out.write_all(report::learn::comparison(&comparison).as_bytes())?,
         Format::Json => write_json(out, &comparison)?,

@@ -10,7 +10,6 @@ use crate::complaint::Complaint;
 use crate::diagnosis::{Diagnosed, Options, Verdict, diagnose};
 use crate::files::{check_folder, write_atomically};
 use crate::model::Model;
-use crate::record::Record;
 use crate::report::diagnosis::{html, write_text};
 use crate::rig::Rig;
 
@@ -47,7 +46,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let mut done: Vec<Diagnosed> = Vec::new();
     let mut bad: Vec<Complaint> = Vec::new();
     for (number, path) in arguments.records.iter().enumerate() {
-        let one = Record::read(path).and_then(|record| {
+        let one = model.rig.record(path).and_then(|record| {
             let diagnosed = diagnose(&model, &record, &options)?;
             if let Some(report) = &arguments.report {
                 let page = html(&model.rig, &record, &diagnosed);

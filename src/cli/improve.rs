@@ -10,7 +10,6 @@ use crate::files::{check_folder, read_text, write_atomically};
 use crate::learn::add::with_effects;
 use crate::learn::improve::{Step, improve};
 use crate::learn::suggest::Conclusion;
-use crate::record::Record;
 use crate::report::improvement::Ledger;
 use crate::rig::Rig;
 
@@ -44,7 +43,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     check_folder(&arguments.output)?;
     let text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, text.clone())?;
-    let (fit, check) = (Record::read(&arguments.fit)?, Record::read(&arguments.check)?);
+    let (fit, check) = (rig.record(&arguments.fit)?, rig.record(&arguments.check)?);
     let terminal = io::stderr().is_terminal();
     let told = |step: &Step| {
         if terminal {

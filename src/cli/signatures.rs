@@ -57,17 +57,13 @@ pub struct Answer {
 /// # Errors
 /// An unreadable record, or one without the inputs; a healthy rig that cannot be simulated.
 pub fn operating_point(rig: &Rig, input: Option<&Path>) -> Result<Option<(Drive, Record)>, Complaint> {
-    let source = input.map(Record::read).transpose()?;
+    let source = input.map(|path| rig.record(path)).transpose()?;
     let (drive, times) = match simulate::drive(rig, source.as_ref()) {
         Ok(found) => found,
         Err(_) if source.is_none() => return Ok(None),
         Err(complaint) => return Err(complaint),
     };
-    let mut parameters = rig.nominal();
-    for fault in &rig.faults {
-        parameters[fault.parameter] = fault.healthy;
-    }
-    let outputs = Model::new(rig.clone()).simulate(&parameters, &drive, &times).map_err(|error| {
+    let outputs = Model::new(rig.clone()).simulate(&rig.healthy(), &drive, &times).map_err(|error| {
         Complaint::new(Kind::Computation, format!("the healthy rig could not be simulated: {error}"))
             .in_file(&rig.path)
             .help("look for values without physical sense; `borescope check` lists them all")

@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         set.push(set_parameter(&mut rig, "--set", text)?);
     }
     check_capacities(&rig, &arguments.set)?;
-    let source = arguments.input.as_deref().map(Record::read).transpose()?;
+    let source = arguments.input.as_deref().map(|path| rig.record(path)).transpose()?;
     let (drive, times) = drive(&rig, source.as_ref())?;
     let model = Model::new(rig);
     let parameters = model.rig.nominal();

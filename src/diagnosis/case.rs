@@ -50,9 +50,7 @@ impl<'a> Case<'a> {
         let known: Vec<usize> = (0..estimated.len()).filter(uncertain).collect();
         let covariance = rig.covariance(&known.iter().map(|&index| estimated[index].parameter).collect::<Vec<_>>());
         let mut full = RecordProblem::new(model, drive, &record.time, measured, weights, estimated, Gaussian::none());
-        for fault in &rig.faults {
-            full.base[fault.parameter] = fault.healthy;
-        }
+        full.base = rig.healthy();
         Self { full, record, mean, known, covariance }
     }
 

@@ -13,7 +13,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::fit::FitError;
 use crate::model::{Drive, Model, SimulationError};
 use crate::record::Record;
-use crate::rig::{InitialPressure, NodeKind, Quantity, Target};
+use crate::rig::{InitialPressure, NodeKind, Quantity, Rig, Target};
 
 /// Share to which the pressures at the start are known.
 const START: f64 = 0.01;
@@ -25,7 +25,7 @@ const MOST_RENEWALS: usize = 3;
 /// Rounds of isolation from the healthy rig: what it takes where the faults are small or those of sensors.
 pub const FROM_HEALTHY: u64 = 2;
 /// Forms of a first fit of each of several starts.
-const FIRST_FORMS: usize = 2;
+pub(crate) const FIRST_FORMS: usize = 2;
 /// Steps along one form where only a neighbourhood is looked for.
 const QUICK: usize = 4;
 /// A round that leaves this share of a cost that is far too large is the last.
@@ -43,10 +43,8 @@ pub struct Estimate<'a> {
 ///
 /// # Errors
 /// A column that is missing or of another dimension.
-pub fn measured<'a>(model: &Model, record: &'a Record) -> Result<Vec<&'a [f64]>, Complaint> {
-    model
-        .rig
-        .sensors
+pub fn measured<'a>(rig: &Rig, record: &'a Record) -> Result<Vec<&'a [f64]>, Complaint> {
+    rig.sensors
         .iter()
         .map(|sensor| {
             let channel = record.require(&sensor.column, sensor.quantity.dimension(), sensor.place.clone())?;
@@ -81,19 +79,26 @@ pub fn near<'a>(
     guess: Option<(&[f64], Set)>,
     rounds: u64,
 ) -> Result<Estimate<'a>, Complaint> {
-    let data = measured(model, record)?;
-    let mut case = Case::new(model, record, drive, Vec::new(), rough(model, record, drive, &data));
-    case.full.measured = data;
+    let mut case = match guess {
+        Some((theta, _)) => case_at(model, record, drive, theta)?,
+        None => {
+            let data = measured(&model.rig, record)?;
+            let weights = rough(model, record, drive, &data);
+            Case::new(model, record, drive, data, weights)
+        }
+    };
     let healthy = case.mean.clone();
     let (start, set) = guess.unwrap_or((&healthy[..], 0));
-    let mut settled = || {
-        if guess.is_some() {
-            case.full.weights = weights(&case.full, record, start)?;
-        }
-        settle(&mut case, start, set, rounds)
-    };
-    let isolation = settled().map_err(|error| failed(model, record, &FitError::Start { source: error.into() }))?;
+    let isolation = settle(&mut case, start, set, rounds).map_err(|error| unsolvable(model, record, error))?;
     Ok(Estimate { case, isolation })
+}
+
+/// A record and a rig, weighted by where the model has its events at `theta`.
+fn case_at<'a>(model: &'a Model, record: &'a Record, drive: &'a Drive, theta: &[f64]) -> Result<Case<'a>, Complaint> {
+    let none = Weights::new(&model.rig, &[], &[], &[]);
+    let mut case = Case::new(model, record, drive, measured(&model.rig, record)?, none);
+    case.full.weights = weights(&case.full, record, theta).map_err(|error| unsolvable(model, record, error))?;
+    Ok(case)
 }
 
 /// Isolates the faults of a record from values of all estimated parameters that are near already, with weights of there.
@@ -107,12 +112,8 @@ pub fn isolated<'a>(
     (theta, set): (&[f64], Set),
     rounds: u64,
 ) -> Result<Estimate<'a>, Complaint> {
-    let data = measured(model, record)?;
-    let none = Weights::new(&model.rig, &[], &[], &[]);
-    let mut case = Case::new(model, record, drive, data, none);
-    let failed = |error| unsolvable(model, record, error);
-    case.full.weights = weights(&case.full, record, theta).map_err(failed)?;
-    let isolation = isolate(&case, theta, set, rounds).map_err(failed)?;
+    let case = case_at(model, record, drive, theta)?;
+    let isolation = isolate(&case, theta, set, rounds).map_err(|error| unsolvable(model, record, error))?;
     Ok(Estimate { case, isolation })
 }
 
@@ -128,11 +129,8 @@ pub(crate) fn quick(
     (start, set): (&[f64], Set),
     forms: usize,
 ) -> Result<(Vec<f64>, f64), Complaint> {
-    let data = measured(model, record)?;
-    let none = Weights::new(&model.rig, &[], &[], &[]);
-    let mut case = Case::new(model, record, drive, data, none);
+    let case = case_at(model, record, drive, start)?;
     let failed = |error| unsolvable(model, record, error);
-    case.full.weights = weights(&case.full, record, start).map_err(failed)?;
     let mut theta = start.to_vec();
     let (mut cost, mut damping) = (f64::INFINITY, 0.0);
     for _ in 0..forms {
@@ -178,7 +176,9 @@ pub fn screened(mut before: Estimate<'_>, rounds: u64) -> Result<Estimate<'_>, C
     Ok(before)
 }
 
-fn failed(model: &Model, record: &Record, error: &FitError) -> Complaint {
+/// The complaint about a model that cannot be solved on a record.
+pub(crate) fn unsolvable(model: &Model, record: &Record, error: SimulationError) -> Complaint {
+    let error = FitError::Start { source: error.into() };
     Complaint::new(Kind::Computation, format!("the faults could not be fitted: {error}"))
         .at(Place::file(&model.rig.path))
         .at(Place::file(&record.path))
@@ -278,13 +278,13 @@ fn settle(case: &mut Case<'_>, guess: &[f64], set: Set, most_rounds: u64) -> Res
 }
 
 /// The rig's parameters that are estimated, by index, in their order.
-pub(crate) fn estimated_parameters(rig: &crate::rig::Rig) -> Vec<usize> {
+pub(crate) fn estimated_parameters(rig: &Rig) -> Vec<usize> {
     super::case::estimated(rig).into_iter().map(|estimated| estimated.parameter).collect()
 }
 
-/// The complaint about a model that cannot be solved on a record.
-pub(crate) fn unsolvable(model: &Model, record: &Record, error: SimulationError) -> Complaint {
-    failed(model, record, &FitError::Start { source: error.into() })
+/// Of all parameters of a rig those that are estimated, in their order.
+pub(crate) fn picked(rig: &Rig, values: &[f64]) -> Vec<f64> {
+    estimated_parameters(rig).into_iter().map(|parameter| values[parameter]).collect()
 }
 
 /// Weights of a record for all parameters of a rig, SI.

@@ -52,10 +52,7 @@ pub fn expected(
     faults: &[(usize, f64)],
 ) -> Result<Expected, SimulationError> {
     let rig = &model.rig;
-    let mut parameters = rig.nominal();
-    for fault in &rig.faults {
-        parameters[fault.parameter] = fault.healthy;
-    }
+    let mut parameters = rig.healthy();
     for &(fault, value) in faults {
         parameters[rig.faults[fault].parameter] = value;
     }

@@ -51,7 +51,7 @@ pub struct Diagnosed {
 const WILD: f64 = 5.0;
 /// Mean square of the weighted misfit of a channel up to which the model is adequate: what is left unexplained is then less
 /// than half of what the noise of a single sample is, in variance.
-pub(crate) const ADEQUATE: f64 = 1.5;
+const ADEQUATE: f64 = 1.5;
 /// Whether the mean square of the weighted misfits of a channel of so many samples is that of an adequate model.
 pub(crate) fn adequate(chi2: f64, samples: usize) -> bool {
     // Four standard deviations of the mean square of so few samples.
@@ -71,7 +71,6 @@ const WORTH_RESTARTING: f64 = 1.0;
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
 pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Diagnosed, Complaint> {
-    let record = &*model.rig.scaled(record);
     let rig = &model.rig;
     if rig.sensors.is_empty() {
         return Err(Complaint::new(Kind::MissingEntry, "the rig has no sensors, so a record shows nothing of it")

@@ -52,8 +52,6 @@ pub struct Score {
     pub own: f64,
     /// The estimated parameter that takes over most of it.
     pub absorbed_by: Option<usize>,
-    /// `s_perp`, weighted misfits.
-    pub perpendicular: Vec<f64>,
 }
 
 impl Score {
@@ -176,9 +174,6 @@ impl Quadratic {
             }
         }
         let pull: f64 = perpendicular.iter().zip(misfit).zip(&weights).map(|((s, r), w)| s * r * w).sum();
-        for (slot, weight) in perpendicular.iter_mut().zip(&weights) {
-            *slot *= weight.sqrt();
-        }
         let taken = |a: usize| (follow[a] * across[a]).abs();
         let most = (0..free.len()).max_by(|&a, &b| taken(a).total_cmp(&taken(b)));
         Some(Score {
@@ -186,7 +181,6 @@ impl Quadratic {
             information,
             own: if total > 0.0 { (information / total).sqrt() } else { 0.0 },
             absorbed_by: most.map(|a| free[a]),
-            perpendicular,
         })
     }
 

@@ -2,16 +2,15 @@
 
 use std::path::Path;
 
-use toml_edit::{DocumentMut, InlineTable, Item, Table};
+use toml_edit::{InlineTable, Item, Table};
 
 use super::candidate::candidate;
 use super::suggest::{refitted_alone, rough_base};
 use super::trial::Trial;
 use crate::complaint::{Complaint, Kind, Place};
-use crate::physics::effect::First;
 use crate::record::Record;
-use crate::report::number::rounded;
-use crate::rig::Rig;
+use crate::report::number::written;
+use crate::rig::{Rig, document};
 use crate::units::Unit;
 
 /// Digits of a value and of its standard error.
@@ -42,27 +41,19 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<S
             .help("delete it from `[effects]` first"));
     }
     if let Some(record) = record {
-        let record = &*rig.scaled(record);
         let trial = rough_base(rig, record, |estimate, base| {
             let candidate = candidate(estimate, &base.fit.outputs, &placed);
-            refitted_alone(base, record, candidate)
+            refitted_alone(&base, record, candidate)
         })?;
         return with_effects(&rig.path, text, rig, &trial);
     }
     let mut parameters = Vec::new();
     for free in placed.effect.parameters {
         let unit = rig.effect_unit(&placed, free.name);
-        let first = match free.first {
-            First::Value(first) => unit.difference_to_si(first),
-            First::Noise(factor) => match placed.spot {
-                crate::rig::Spot::Sensor(sensor) => factor * rig.sensors[sensor].noise,
-                _ => 0.0,
-            },
-            First::Range(_) => {
-                return Err(Complaint::new(Kind::MissingEntry, format!("nobody knows yet where `{id}` begins"))
-                    .at(Place::file(&rig.path))
-                    .help("give a record with `--fit`"));
-            }
+        let Some(first) = rig.first_size(&placed, free) else {
+            return Err(Complaint::new(Kind::MissingEntry, format!("nobody knows yet where `{id}` begins"))
+                .at(Place::file(&rig.path))
+                .help("give a record with `--fit`"));
         };
         let neutral = free.neutral.map(|neutral| unit.difference_to_si(neutral));
         let size = (first - neutral.unwrap_or(0.0)).abs();
@@ -89,16 +80,10 @@ pub fn with_effects(path: &Path, text: &str, rig: &Rig, trial: &Trial) -> Result
 }
 
 fn insert(path: &Path, text: &str, id: &str, parameters: &[Written]) -> Result<String, Complaint> {
-    let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
-        let place = Place::of_byte(path, text, error.span().map_or(0, |span| span.start));
-        Complaint::new(Kind::Syntax, format!("this is not TOML: {}", error.message().replace('\n', "; "))).at(place)
-    })?;
+    let mut document = document(path, text)?;
     let mut values = InlineTable::new();
     for parameter in parameters {
-        let shown = |value: f64, digits: usize| {
-            let value = rounded(value, digits);
-            if parameter.unit.symbol == "-" { value.to_string() } else { format!("{value} {}", parameter.unit.symbol) }
-        };
+        let shown = |value: f64, digits: usize| written(value, digits, &parameter.unit);
         let value = shown(parameter.unit.from_si(parameter.value), DIGITS.0);
         let sigma = parameter.unit.difference_from_si(parameter.sigma);
         let stated = if sigma > 0.0 { format!("{value} +- {}", shown(sigma, DIGITS.1)) } else { value };

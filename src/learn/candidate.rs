@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::diagnosis::estimate::Estimate;
 use crate::model::{Drive, Model};
-use crate::physics::effect::{First, Form};
+use crate::physics::effect::{First, Form, Free};
 use crate::rig::{Given, NodeKind, Placed, Rig, Spot};
 
 /// A candidate with what the score test says of it.
@@ -32,24 +32,12 @@ pub struct Candidate {
     pub absorbed_by: Option<String>,
     /// Whether the record responds to it at all.
     pub excited: bool,
-    /// What nothing fitted can do, weighted misfits.
-    pub perpendicular: Vec<f64>,
-}
-
-impl Candidate {
-    /// Alikeness of two candidates after everything fitted: cosine of their angle.
-    pub fn cosine(&self, other: &Self) -> f64 {
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let (a, b) = (&self.perpendicular, &other.perpendicular);
-        let norm = (dot(a, a) * dot(b, b)).sqrt();
-        if norm > 0.0 { dot(a, b) / norm } else { 0.0 }
-    }
 }
 
 /// Change of the weighted misfits below which a candidate is not excited, root sum of squares.
 const EXCITED: f64 = 0.1;
 /// Share of the influence below which a candidate counts as absorbed.
-pub const ABSORBED: f64 = 0.05;
+const ABSORBED: f64 = 0.05;
 /// Factors on the tried size beyond which the form is not believed.
 const FAR: f64 = 20.0;
 
@@ -61,8 +49,8 @@ pub fn candidates(estimate: &Estimate<'_>, outputs: &[Vec<f64>]) -> Vec<Candidat
         .into_iter()
         .filter(|placed| rig.effects.iter().all(|present| present.id != rig.effect_id(placed)))
         .filter(|placed| !placed.effect.is_empirical())
-        // What is a fault of the rig or uncertain anyway is fitted already.
-        .filter(|placed| !(matches!(placed.effect.form, Form::Bent) && fitted_anyway(rig, placed)))
+        // What is a fault of the rig competes as one.
+        .filter(|placed| !(matches!(placed.effect.form, Form::Bent) && bends_a_fault(rig, placed)))
         .collect();
     let mut all: Vec<Candidate> =
         places.par_iter().flat_map_iter(|placed| best_try(estimate, outputs, placed)).collect();
@@ -84,11 +72,8 @@ pub fn empirical(rig: &Rig) -> Vec<Candidate> {
     let places = rig.effect_places().into_iter().filter(|placed| placed.effect.is_empirical());
     places
         .map(|placed| {
-            let one = |free: &crate::physics::effect::Free| {
-                let First::Value(first) = free.first else {
-                    return Given { name: free.name.to_owned(), value: 0.0, sigma: 0.0 };
-                };
-                let value = rig.effect_unit(&placed, free.name).difference_to_si(first);
+            let one = |free: &Free| {
+                let value = rig.first_size(&placed, free).unwrap_or(0.0);
                 Given { name: free.name.to_owned(), value, sigma: 0.0 }
             };
             Candidate {
@@ -101,14 +86,13 @@ pub fn empirical(rig: &Rig) -> Vec<Candidate> {
                 own: 1.0,
                 absorbed_by: None,
                 excited: true,
-                perpendicular: Vec::new(),
             }
         })
         .collect()
 }
 
-/// Whether the first parameter that an effect bends is a fault that the best set has, or estimated without it.
-fn fitted_anyway(rig: &Rig, placed: &Placed) -> bool {
+/// Whether the first parameter that an effect bends is a fault of the rig.
+fn bends_a_fault(rig: &Rig, placed: &Placed) -> bool {
     let first = placed.effect.parameters.first().and_then(|free| rig.bent(placed, free.name));
     first.is_some_and(|parameter| rig.is_fault(parameter))
 }
@@ -131,18 +115,14 @@ fn tries(estimate: &Estimate<'_>, outputs: &[Vec<f64>], placed: &Placed) -> Vec<
     shares
         .iter()
         .map(|share| {
-            let one = |free: &crate::physics::effect::Free| {
-                let unit = rig.effect_unit(placed, free.name);
-                let value = match (free.first, placed.spot) {
-                    (First::Value(value), _) => unit.difference_to_si(value),
-                    (First::Noise(factor), Spot::Sensor(sensor)) => factor * rig.sensors[sensor].noise,
-                    (First::Range(_), Spot::Sensor(sensor)) => {
+            let one = |free: &Free| {
+                let value = rig.first_size(placed, free).unwrap_or_else(|| match placed.spot {
+                    Spot::Sensor(sensor) => {
                         let (low, high) = ends(&outputs[sensor]);
                         low + share * (high - low)
                     }
-                    (First::Range(_), spot) => share * highest_level(estimate, spot),
-                    (First::Noise(_), _) => unit.difference_to_si(1.0),
-                };
+                    spot => share * highest_level(estimate, spot),
+                });
                 Given { name: free.name.to_owned(), value, sigma: 0.0 }
             };
             placed.effect.parameters.iter().map(one).collect()
@@ -217,7 +197,6 @@ fn scored(estimate: &Estimate<'_>, placed: &Placed, tried: Vec<Given>) -> Option
         own: 0.0,
         absorbed_by: None,
         excited: size > EXCITED,
-        perpendicular: Vec::new(),
     };
     if !candidate.excited {
         return Some(candidate);
@@ -242,6 +221,5 @@ fn scored(estimate: &Estimate<'_>, placed: &Placed, tried: Vec<Given>) -> Option
         (true, true) => score.fall_at(1.0),
         (true, false) => score.fall_at(candidate.factor),
     };
-    candidate.perpendicular = score.perpendicular;
     Some(candidate)
 }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::phase::{Stretch, stretches};
+use super::refit;
 use super::suggest::channel_chi2;
 use super::trial::{Run, run_with};
 use crate::complaint::Complaint;
@@ -119,19 +120,11 @@ pub struct Comparison {
 pub fn compare(rig: &Rig, record: &Record) -> Result<Comparison, Complaint> {
     let model = Model::new(rig.clone());
     let drive = Drive::from_record(rig, record)?;
-    let mut values = rig.nominal();
-    for fault in &rig.faults {
-        values[fault.parameter] = fault.healthy;
-    }
-    let estimated = estimate::estimated_parameters(rig);
-    let start: Vec<f64> = estimated.iter().map(|&parameter| values[parameter]).collect();
-    let (theta, _) = estimate::quick(&model, record, &drive, (&start, 0), FORMS)?;
-    for (&parameter, value) in estimated.iter().zip(theta) {
-        values[parameter] = value;
-    }
+    let (values, _) = refit::fitted(&model, record, &drive, &rig.healthy(), (0, FORMS))?;
     let run = run_with(&model, record, &drive, &values)?;
     let mut comparison = Comparison::of(&model, record, &run)?;
-    comparison.fitted = estimated.into_iter().filter(|&index| !rig.is_fault(index)).map(fitted(rig, &values)).collect();
+    let estimated = estimate::estimated_parameters(rig).into_iter();
+    comparison.fitted = estimated.filter(|&index| !rig.is_fault(index)).map(fitted(rig, &values)).collect();
     Ok(comparison)
 }
 
@@ -155,7 +148,7 @@ impl Comparison {
     /// Columns that are missing.
     pub fn of(model: &Model, record: &Record, run: &Run) -> Result<Self, Complaint> {
         let rig = &model.rig;
-        let measured = estimate::measured(model, record)?;
+        let measured = estimate::measured(&model.rig, record)?;
         let drive = Drive::from_record(rig, record)?;
         let phases = stretches(rig, record, &drive, &measured);
         let signals = signals(rig, record, &drive, run);

@@ -1,6 +1,6 @@
 //! The whole loop: suggest, add, fit again, until nothing is left to explain or nothing explains the rest.
 
-use super::suggest::{Conclusion, Judged, Suggestion, is_adequate, suggest, suggest_from};
+use super::suggest::{Conclusion, Judged, ROUNDS, Suggestion, is_adequate, suggest, suggest_from};
 use super::trial::{Run, Trial};
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate;
@@ -10,13 +10,10 @@ use crate::rig::Rig;
 
 /// Most additions.
 const MOST: usize = 5;
-/// Rounds of isolation after an addition.
-const ROUNDS: u64 = 4;
 /// Share of what is missed on the fit record, and of the error on the check record, that an addition has to take away.
 const WORTH: (f64, f64) = (0.05, 0.03);
 /// The same for a curve without a formula, which fits almost anything a little.
 const WORTH_EMPIRICAL: (f64, f64) = (0.3, 0.1);
-
 /// Share of the check error of the best single effect that a pair has to take away.
 const PAIR: f64 = 0.1;
 
@@ -49,7 +46,6 @@ pub struct Improvement {
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
 pub fn improve(rig: &Rig, fit: &Record, check: &Record, mut told: impl FnMut(&Step)) -> Result<Improvement, Complaint> {
-    let (fit, check) = (&*rig.scaled(fit), &*rig.scaled(check));
     let mut last = suggest(rig, fit, Some(check))?;
     let mut trial = last.base.clone();
     let step = |added, trial: &Trial, warnings, refused| -> Result<Step, Complaint> {
@@ -74,10 +70,9 @@ pub fn improve(rig: &Rig, fit: &Record, check: &Record, mut told: impl FnMut(&St
         }
         let model = Model::new(trial.rig.clone());
         let drive = Drive::from_record(&model.rig, fit)?;
-        let parameters = estimate::estimated_parameters(&model.rig);
-        let theta: Vec<f64> = parameters.into_iter().map(|parameter| trial.values[parameter]).collect();
+        let theta = estimate::picked(&model.rig, &trial.values);
         let again = estimate::isolated(&model, fit, &drive, (&theta, trial.set), ROUNDS)?;
-        last = suggest_from(&again, Some(check))?;
+        last = suggest_from(&again, Trial::of(&again)?, Some(check))?;
     }
     let conclusion = match (steps.len(), last.conclusion) {
         // Adequate as given, or nothing to add.

@@ -2,15 +2,15 @@
 
 use super::candidate::Candidate;
 use super::trial::Trial;
+use crate::complaint::Complaint;
 use crate::diagnosis::case::Set;
-use crate::diagnosis::estimate;
+use crate::diagnosis::estimate::{self, FIRST_FORMS};
 use crate::model::{Drive, Model};
 use crate::physics::effect::First;
 use crate::record::Record;
 use crate::rig::{Given, Rig};
 
-/// Forms of a first fit, and of one that goes on to its end.
-const FIRST_FORMS: usize = 2;
+/// Forms of a fit that goes on to its end.
 pub(super) const FORMS: usize = 12;
 /// Standard uncertainty of an effect before the record, in tried sizes: next to nothing is known.
 const WIDE: f64 = 10.0;
@@ -75,28 +75,38 @@ pub(super) fn refitted(base: &Trial, record: &Record, effects: &[Candidate]) -> 
         }
         quick(&rig, record, &values, set, FIRST_FORMS)
     };
-    let mut healthy: Vec<f64> = base.rig.nominal();
-    for fault in &base.rig.faults {
-        healthy[fault.parameter] = fault.healthy;
-    }
     // Without faults both starts are one.
-    let both = [from(base.values.clone(), base.set), (base.set != 0).then(|| from(healthy, 0)).flatten()];
+    let both = [from(base.values.clone(), base.set), (base.set != 0).then(|| from(base.rig.healthy(), 0)).flatten()];
     // Fewer faults are better where both explain alike: each costs what a parameter costs.
     let samples = base.fit.misfit.len() as f64;
     let price = |rough: &Rough| rough.cost + f64::from(rough.set.count_ones()) * samples.ln();
     both.into_iter().flatten().min_by(|a, b| price(a).total_cmp(&price(b)))
 }
 
+/// All parameters of a rig (SI) with the faults of `set` and what is uncertain fitted from there, and the cost.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved there.
+pub(super) fn fitted(
+    model: &Model,
+    record: &Record,
+    drive: &Drive,
+    values: &[f64],
+    (set, forms): (Set, usize),
+) -> Result<(Vec<f64>, f64), Complaint> {
+    let start = estimate::picked(&model.rig, values);
+    let (theta, cost) = estimate::quick(model, record, drive, (&start, set), forms)?;
+    let mut values = values.to_vec();
+    for (parameter, value) in estimate::estimated_parameters(&model.rig).into_iter().zip(theta) {
+        values[parameter] = value;
+    }
+    Ok((values, cost))
+}
+
 /// Fits a rig with the faults of `set`, from values of all of its parameters (SI); `None` where it cannot be solved.
 pub(super) fn quick(rig: &Rig, record: &Record, values: &[f64], set: Set, forms: usize) -> Option<Rough> {
     let model = Model::new(rig.clone());
     let drive = Drive::from_record(&model.rig, record).ok()?;
-    let estimated = estimate::estimated_parameters(&model.rig);
-    let start: Vec<f64> = estimated.iter().map(|&parameter| values[parameter]).collect();
-    let (theta, cost) = estimate::quick(&model, record, &drive, (&start, set), forms).ok()?;
-    let mut values = values.to_vec();
-    for (&parameter, value) in estimated.iter().zip(theta) {
-        values[parameter] = value;
-    }
+    let (values, cost) = fitted(&model, record, &drive, values, (set, forms)).ok()?;
     Some(Rough { rig: model.rig, values, set, cost })
 }

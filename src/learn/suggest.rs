@@ -8,7 +8,7 @@ use super::trial::{Run, Trial};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::case::members;
 use crate::diagnosis::estimate::{self, Estimate};
-use crate::diagnosis::{ADEQUATE, tame_squares};
+use crate::diagnosis::{adequate, tame_squares};
 use crate::model::{Drive, Model};
 use crate::record::Record;
 use crate::rig::Rig;
@@ -22,7 +22,7 @@ const ISOLATED: usize = 2;
 /// Candidates that go on to their end.
 const CONTINUED: usize = 3;
 /// Rounds of isolation of each fit.
-const ROUNDS: u64 = 4;
+pub(super) const ROUNDS: u64 = 4;
 /// Difference of the information criterion within which two explanations are rivals (Kass and Raftery 1995: very strong).
 pub const RIVAL: f64 = 10.0;
 /// Share of what is missed that an effect has to explain to be called found.
@@ -50,8 +50,6 @@ pub struct Judged {
     pub trial: Trial,
     /// Its free run on the check record.
     pub check: Option<Run>,
-    /// `2 F` on the fit record under weights that all share.
-    pub cost: f64,
     /// Fall of the information criterion against the model as given; the noise scaled up to what the best leaves.
     pub delta_bic: f64,
     /// Whether it explains more than chance does, on the check record too.
@@ -85,8 +83,7 @@ pub struct Suggestion {
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
 pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Suggestion, Complaint> {
-    let (fit, check) = (rig.scaled(fit), check.map(|check| rig.scaled(check)));
-    rough_base(rig, &fit, |estimate, _| suggest_from(estimate, check.as_deref()))
+    rough_base(rig, fit, |estimate, base| suggest_from(estimate, base, check))
 }
 
 /// Fits a rig to a record as it is, and hands it on.
@@ -96,14 +93,18 @@ pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Sugges
 pub(super) fn rough_base<T>(
     rig: &Rig,
     fit: &Record,
-    then: impl FnOnce(&Estimate<'_>, &Trial) -> Result<T, Complaint>,
+    then: impl FnOnce(&Estimate<'_>, Trial) -> Result<T, Complaint>,
 ) -> Result<T, Complaint> {
     let model = Model::new(rig.clone());
     let drive = Drive::from_record(&model.rig, fit)?;
     let near = estimate::near(&model, fit, &drive, None, estimate::FROM_HEALTHY)?;
-    let estimate = if is_adequate(&Trial::of(&near)?.fit, rig) { near } else { near.by_components_alone(FORMS)? };
+    let base = Trial::of(&near)?;
+    if is_adequate(&base.fit, rig) {
+        return then(&near, base);
+    }
+    let estimate = near.by_components_alone(FORMS)?;
     let base = Trial::of(&estimate)?;
-    then(&estimate, &base)
+    then(&estimate, base)
 }
 
 /// The model with one effect more, everything fitted jointly.
@@ -120,17 +121,16 @@ pub(super) fn refitted_alone(base: &Trial, record: &Record, candidate: Option<Ca
     Trial::fitted(&rough.rig, record, &rough.values, rough.set, ROUNDS)
 }
 
-/// The same for a model that is fitted already.
+/// The same for a model that is fitted already, `base` being what it is fitted as.
 ///
 /// # Errors
 /// As [`suggest`].
-pub fn suggest_from(estimate: &Estimate<'_>, check: Option<&Record>) -> Result<Suggestion, Complaint> {
-    let base = Trial::of(estimate)?;
+pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>) -> Result<Suggestion, Complaint> {
     let base_check = check.map(|record| base.check(record)).transpose()?;
-    let adequate =
+    let explained =
         is_adequate(&base.fit, &base.rig) && base_check.as_ref().is_none_or(|run| is_adequate(run, &base.rig));
     let scored = candidates(estimate, &base.fit.outputs);
-    if adequate {
+    if explained {
         return Ok(Suggestion { conclusion: Conclusion::Adequate, base, base_check, judged: Vec::new(), scored });
     }
     let worth = significant(scored.len());
@@ -167,7 +167,7 @@ fn significant(candidates: usize) -> f64 {
 
 /// Whether a run is within noise and tolerance in every channel.
 pub fn is_adequate(run: &Run, rig: &Rig) -> bool {
-    channel_chi2(run, rig).into_iter().all(|(chi2, rows)| chi2 <= ADEQUATE + 4.0 * (2.0 / rows as f64).sqrt())
+    channel_chi2(run, rig).into_iter().all(|(chi2, rows)| adequate(chi2, rows))
 }
 
 /// Mean square of the weighted misfits and number of samples of each sensor.
@@ -217,7 +217,6 @@ fn judge(
                 effects,
                 trial,
                 check,
-                cost: 0.0,
                 delta_bic: 0.0,
                 supported: false,
                 confounded_with: Vec::new(),
@@ -247,11 +246,11 @@ fn rank(judged: &mut [Judged], base: &Trial, record: &Record) -> Result<(), Comp
     let before = base.cost_under(record, &weights)?;
     let samples = (record.time.len() * base.rig.sensors.len()) as f64;
     for one in judged.iter_mut() {
-        one.cost = one.trial.cost_under(record, &weights)?;
+        let cost = one.trial.cost_under(record, &weights)?;
         let more = one.trial.effect_parameters() as f64 - base.effect_parameters() as f64
             + f64::from(one.trial.set.count_ones())
             - f64::from(base.set.count_ones());
-        one.delta_bic = (before - one.cost) / scale - more * samples.ln();
+        one.delta_bic = (before - cost) / scale - more * samples.ln();
     }
     judged.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
     Ok(())

@@ -77,8 +77,6 @@ impl Trial {
     pub fn fitted(rig: &Rig, record: &Record, values: &[f64], set: Set, rounds: u64) -> Result<Self, Complaint> {
         let model = Model::new(rig.clone());
         let drive = Drive::from_record(&model.rig, record)?;
-        let theta: Vec<f64> =
-            estimate::estimated_parameters(&model.rig).into_iter().map(|parameter| values[parameter]).collect();
         if rounds == 0 {
             let fit = run_with(&model, record, &drive, values)?;
             return Ok(Self {
@@ -90,6 +88,7 @@ impl Trial {
                 fit,
             });
         }
+        let theta = estimate::picked(&model.rig, values);
         let estimate = estimate::isolated(&model, record, &drive, (&theta, set), rounds)?;
         Self::of(&estimate)
     }
@@ -106,7 +105,7 @@ impl Trial {
 
     /// `2 F` of the record alone under common weights.
     pub fn cost_under(&self, record: &Record, weights: &Weights) -> Result<f64, Complaint> {
-        let data = estimate::measured(&Model::new(self.rig.clone()), record)?.concat();
+        let data = estimate::measured(&self.rig, record)?.concat();
         let mut misfit: Vec<f64> = self.fit.outputs.concat().iter().zip(&data).map(|(model, y)| model - y).collect();
         weights.apply(&mut misfit);
         Ok(2.0 * ROBUST.cost(&misfit))
@@ -128,7 +127,7 @@ impl Trial {
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
 pub fn run_with(model: &Model, record: &Record, drive: &Drive, values: &[f64]) -> Result<Run, Complaint> {
-    let data = estimate::measured(model, record)?;
+    let data = estimate::measured(&model.rig, record)?;
     let failed = |error: crate::model::SimulationError| estimate::unsolvable(model, record, error);
     let outputs = model.simulate(values, drive, &record.time).map_err(failed)?.values;
     let weights = estimate::weights_of(model, record, drive, values).map_err(failed)?;

@@ -24,6 +24,12 @@ pub fn text(value: f64) -> String {
     if magnitude != 0.0 && !(1e-4..1e7).contains(&magnitude) { format!("{value:e}") } else { format!("{value}") }
 }
 
+/// A value and its unit as a rig file has them, with so many digits; a pure number stands alone.
+pub fn written(value: f64, digits: usize, unit: &Unit) -> String {
+    let value = rounded(value, digits);
+    if unit.symbol == "-" { value.to_string() } else { format!("{value} {}", unit.symbol) }
+}
+
 /// A value and its unit; a pure number stands alone.
 pub fn with_unit(value: f64, unit: &str) -> String {
     if unit == "-" { text(value) } else { format!("{} {unit}", text(value)) }

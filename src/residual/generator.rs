@@ -142,7 +142,7 @@ impl Generator {
     }
 
     fn series(&self, rig: &Rig, frames: &[Frame], predictable: bool) -> Series {
-        let nominal = healthy(rig);
+        let nominal = rig.healthy();
         let second: Vec<Dual<Dual<f64, 1>, 1>> = nominal.iter().map(|&value| Dual::constant(value)).collect();
         let first: Vec<Dual<f64, 1>> = nominal.iter().map(|&value| Dual::constant(value)).collect();
         let uncertain = self.uncertain(rig, &nominal);
@@ -275,15 +275,6 @@ impl Generator {
         }
         variance.sqrt()
     }
-}
-
-/// The rig's parameters with every fault at its healthy value, SI.
-pub(super) fn healthy(rig: &Rig) -> Vec<f64> {
-    let mut values = rig.nominal();
-    for fault in &rig.faults {
-        values[fault.parameter] = fault.healthy;
-    }
-    values
 }
 
 /// These parameters, one of them a variable.

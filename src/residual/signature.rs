@@ -3,7 +3,7 @@
 use super::detect::{phase, phases, weighted};
 use super::find::generators;
 use super::frame;
-use super::generator::{Gate, Generator, Series, Variant, along, healthy};
+use super::generator::{Gate, Generator, Series, Variant, along};
 use crate::complaint::Complaint;
 use crate::model::Drive;
 use crate::numeric::Dual;
@@ -99,7 +99,7 @@ impl Generator {
 
     /// Mean answers over the windows `open`, weighed as the means of the residual are.
     fn answers(&self, rig: &Rig, series: &Series, points: &[Vec<f64>], open: &[usize]) -> Vec<Sensitivity> {
-        let nominal = healthy(rig);
+        let nominal = rig.healthy();
         let faults = rig.faults.iter().map(|fault| {
             let (low, high) = (fault.bounds.0 - fault.healthy, fault.bounds.1 - fault.healthy);
             (fault.parameter, if high.abs() >= low.abs() { high } else { low })

@@ -3,7 +3,7 @@
 use super::{Component, InitialPressure, Node, NodeKind, Parameter, Rig};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
 use crate::physics::card::{Card, PortKind};
-use crate::physics::effect::{At, EFFECTS, Effect, Form, Joint, effect};
+use crate::physics::effect::{At, EFFECTS, Effect, First, Form, Free, Joint, effect};
 use crate::units::Unit;
 
 /// An effect at its place in a rig.
@@ -156,6 +156,17 @@ impl Rig {
             (Some("-"), Spot::Sensor(sensor)) => self.sensor_unit(&self.sensors[sensor]),
             (Some(unit), _) => Unit::parse(unit).unwrap_or_else(|_| Unit::dimensionless()),
             (None, _) => Unit::dimensionless(),
+        }
+    }
+
+    /// What is tried first of a parameter of an effect, SI; `None` of a level, which has to be looked for.
+    pub fn first_size(&self, placed: &Placed, free: &Free) -> Option<f64> {
+        let unit = || self.effect_unit(placed, free.name);
+        match (free.first, placed.spot) {
+            (First::Value(value), _) => Some(unit().difference_to_si(value)),
+            (First::Noise(factor), Spot::Sensor(sensor)) => Some(factor * self.sensors[sensor].noise),
+            (First::Noise(_), _) => Some(unit().difference_to_si(1.0)),
+            (First::Range(_), _) => None,
         }
     }
 

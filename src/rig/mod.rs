@@ -18,6 +18,7 @@ use crate::units::Unit;
 pub use calibration::Calibration;
 pub use cycle::{Cycle, Phase, Profile};
 pub use effect::{Given, Placed, Present, Readings, Spot};
+pub(crate) use source::document;
 pub use sensor::{Hold, Input, Quantity, Sensor, TOLERANCE, Target};
 
 /// Physical limits, SI, in words.
@@ -195,5 +196,14 @@ impl Rig {
     /// The values of all parameters as the file gives them, SI.
     pub fn nominal(&self) -> Vec<f64> {
         self.parameters.iter().map(|parameter| parameter.value).collect()
+    }
+
+    /// The same with every fault at its healthy value.
+    pub fn healthy(&self) -> Vec<f64> {
+        let mut values = self.nominal();
+        for fault in &self.faults {
+            values[fault.parameter] = fault.healthy;
+        }
+        values
     }
 }

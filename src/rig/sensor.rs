@@ -1,8 +1,8 @@
 //! Sensors and inputs: what of the circuit a record shows, and what drives it.
 
-use std::borrow::Cow;
+use std::path::Path;
 
-use crate::complaint::Place;
+use crate::complaint::{Complaint, Place};
 use crate::record::{Channel, Record};
 use crate::units::{Dimension, Unit};
 
@@ -90,18 +90,21 @@ impl Sensor {
 }
 
 impl super::Rig {
-    /// A record with the columns of scaled sensors as what they stand for.
-    pub fn scaled<'a>(&self, record: &'a Record) -> Cow<'a, Record> {
-        let mut record = Cow::Borrowed(record);
+    /// Reads a record of this rig; the columns of scaled sensors come as what they stand for.
+    ///
+    /// # Errors
+    /// As [`Record::read`].
+    pub fn record(&self, path: impl AsRef<Path>) -> Result<Record, Complaint> {
+        let mut record = Record::read(path)?;
         for sensor in &self.sensors {
             let Some((raw, unit)) = &sensor.scale else { continue };
             let reads = |channel: &Channel| channel.name == sensor.column && channel.unit.dimension == *raw;
             let Some(index) = record.channels.iter().position(reads) else { continue };
-            let channel = &mut record.to_mut().channels[index];
+            let channel = &mut record.channels[index];
             channel.values.iter_mut().for_each(|value| *value *= unit.factor);
             channel.unit = unit.clone();
         }
-        record
+        Ok(record)
     }
 }
 

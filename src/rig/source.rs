@@ -1,10 +1,11 @@
 //! The text of a rig file with the place of every entry, so that a complaint can point at it.
 
 use std::cell::RefCell;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+use toml_edit::DocumentMut;
 
 use crate::complaint::{Complaint, Kind, Place, did_you_mean, help_with_names};
 use crate::units::{Dimension, Quantity, Unit, UnitError};
@@ -22,6 +23,17 @@ impl Source {
         place.column = None;
         place
     }
+}
+
+/// The text of a rig file for changing parts of it; the rest, comments and order included, stays.
+///
+/// # Errors
+/// A text that is no TOML.
+pub fn document(path: &Path, text: &str) -> Result<DocumentMut, Complaint> {
+    text.parse().map_err(|error: toml_edit::TomlError| {
+        let place = Place::of_byte(path, text, error.span().map_or(0, |span| span.start));
+        Complaint::new(Kind::Syntax, format!("this is not TOML: {}", error.message().replace('\n', "; "))).at(place)
+    })
 }
 
 /// A table that remembers which of its keys were asked for, so that the others can be complained about.
