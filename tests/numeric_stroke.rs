@@ -3,7 +3,7 @@
 #[path = "../fixtures/bench/stroke.rs"]
 mod stroke;
 
-use borescope::numeric::{Dual, Options, Real, Rosenbrock, Scalar, Stats, System};
+use borescope::numeric::{Curved, Dual, Entry, Options, Real, Rosenbrock, Scalar, Stats, System, Tangents};
 use stroke::{END, N, POINTS, SIZE, START, SWITCH, Stroke, options, reference, rms_error, run};
 
 fn solve<S: Scalar>(options: Options<N>, q: [S; 6]) -> (Vec<[S; N]>, Stats) {
@@ -82,6 +82,85 @@ fn sensitivities_are_differences_of_tight_solutions() {
             let relative = (miss / size).sqrt();
             println!("parameter {p}, rtol {rtol:e}: sensitivities differ by {relative:.1e} of their size");
             assert!(relative < *allowed, "parameter {p}, rtol {rtol:e}: {relative}");
+        }
+    }
+}
+
+/// Derivatives of the stroke by its states, then by its six parameters.
+struct Derived {
+    u: f64,
+}
+
+/// Of each row, its derivatives by states into the matrix and by parameters into the list.
+fn hand_out(rows: &[[f64; N + 6]; N], j: &mut [[f64; N]; N], by: &mut Vec<Entry>) {
+    for (row, slopes) in rows.iter().enumerate() {
+        j[row].copy_from_slice(&slopes[..N]);
+        by.extend((0..6).map(|parameter| Entry { row, parameter, value: slopes[N + parameter] }));
+    }
+}
+
+impl Curved<N> for Derived {
+    fn slopes(&mut self, t: f64, y: &[f64; N], j: &mut [[f64; N]; N], by: &mut Vec<Entry>) {
+        let mut stroke = Stroke::new(std::array::from_fn(|p| Dual::<f64, { N + 6 }>::variable(1.0, N + p)));
+        stroke.u = self.u;
+        let mut f = [Dual::zero(); N];
+        stroke.derivative(t, &std::array::from_fn(|s| Dual::variable(y[s], s)), &mut f);
+        hand_out(&f.map(|f| f.eps), j, by);
+    }
+
+    fn turning(&mut self, t: f64, y: &[f64; N], direction: &[f64; N], j: &mut [[f64; N]; N], by: &mut Vec<Entry>) {
+        // Slopes differ by their turning over a short way along the direction.
+        let h = 1e-7;
+        let rows = [h, -h].map(|h| {
+            let (mut j, mut by) = ([[0.0; N]; N], Vec::new());
+            self.slopes(t, &std::array::from_fn(|s| y[s] + h * direction[s]), &mut j, &mut by);
+            (j, by)
+        });
+        for row in 0..N {
+            j[row] = std::array::from_fn(|column| (rows[0].0[row][column] - rows[1].0[row][column]) / (2.0 * h));
+        }
+        let turned = |(a, b): (&Entry, &Entry)| Entry { value: (a.value - b.value) / (2.0 * h), ..*a };
+        by.extend(rows[0].1.iter().zip(&rows[1].1).map(turned));
+    }
+}
+
+#[test]
+fn tangents_are_what_dual_numbers_give() {
+    let q = std::array::from_fn(|i| Dual::<f64, 6>::variable(1.0, i));
+    for (rtol, allowed) in [(1e-6, 1e-4), (1e-9, 1e-6)] {
+        let options = Options::uniform(rtol, rtol * 1e-2);
+        let (duals, _) = solve(options, q);
+        let (mut integrator, mut stroke, mut derived) =
+            (Rosenbrock::new(options), Stroke::new([1.0; 6]), Derived { u: 0.0 });
+        let mut tangents = Tangents::<N>::new(6, |_, _| 0.0);
+        let (mut y, mut next) = (START, 0);
+        let (mut miss, mut size) = ([0.0; 6], [0.0; 6]);
+        for (u, t0, t1) in [(0.0, 0.0, SWITCH), (1.0, SWITCH, END)] {
+            (stroke.u, derived.u) = (u, u);
+            integrator.restart();
+            tangents.restart();
+            let stepped = integrator.integrate(&mut stroke, t0, &y, t1, |step| {
+                tangents.advance(&mut derived, step);
+                while next < POINTS && next as f64 * 1e-3 <= step.t_end {
+                    let mut slopes = [0.0; 6];
+                    for s in 0..N {
+                        tangents.interpolate(step, next as f64 * 1e-3, s, &mut slopes);
+                        for (p, slope) in slopes.iter().enumerate() {
+                            let dual = duals[next][s].eps[p];
+                            miss[p] += ((slope - dual) / SIZE[s]).powi(2);
+                            size[p] += (dual / SIZE[s]).powi(2);
+                        }
+                    }
+                    next += 1;
+                }
+            });
+            y = stepped.expect("integrates");
+        }
+        assert_eq!(next, POINTS);
+        for p in 0..6 {
+            let relative = (miss[p] / size[p]).sqrt();
+            println!("parameter {p}, rtol {rtol:e}: tangents differ from duals by {relative:.1e} of their size");
+            assert!(relative < allowed, "parameter {p}, rtol {rtol:e}: {relative}");
         }
     }
 }

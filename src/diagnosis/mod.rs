@@ -80,13 +80,10 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
     let drive = Drive::from_record(rig, record)?;
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;
     let mut first = estimate::near(model, record, &drive, None, estimate::FROM_HEALTHY)?;
-    let mut begun = onset::find(model, record, &drive, &first)?;
-    if begun.is_none() && first.missed() {
+    if first.missed() {
         first = estimate::screened(first, hypotheses::MOST_ROUNDS)?;
-        if !first.missed() {
-            begun = onset::find(model, record, &drive, &first)?;
-        }
     }
+    let begun = onset::find(model, record, &drive, &first)?;
     let (drive, mut estimate) = match &begun {
         Some(begun) => {
             let guess = Some((&begun.theta[..], begun.set));

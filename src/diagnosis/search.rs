@@ -11,6 +11,7 @@ use super::estimate;
 use super::prior::Gaussian;
 use super::problem::RecordProblem;
 use crate::fit::{self, Loss, Problem, Tolerances};
+use crate::model::{Model, Tolerance};
 
 /// Places are compared by how much of the record they explain: a sample that is missed counts, hardly by how much. Position
 /// adds up what is wrong before it, and would drown the rest.
@@ -22,6 +23,8 @@ const WITHIN: f64 = 0.75;
 /// Cost per sample up to which a place may be the explanation, before and after its events have got their tolerance; noise
 /// alone costs 1/2.
 const EXPLAINED: (f64, f64) = (20.0, 2.0);
+/// Cost per sample, after, up to which nothing further is looked for.
+const NOTHING_LEFT: f64 = 0.8;
 /// Shares of the way to a bound at which single faults are simulated before any is fitted.
 const LEVELS: [f64; 3] = [0.2, 0.5, 0.75];
 /// The same for each of a pair.
@@ -36,6 +39,8 @@ const MOST: usize = 3;
 const TRIED: usize = 3;
 /// Share of the cost that a further fault has to take away.
 const GROWTH: f64 = 0.1;
+/// Errors of a thousandth of a bar, which is far below what places differ by.
+const ROUGH: Tolerance = Tolerance { relative: 1e-5, absolute: 1e-5 };
 /// Relative decrease of the cost that ends a fit.
 const NEIGHBOURHOOD: f64 = 1e-2;
 /// Iterations after which a fit that has not found a neighbourhood is given up.
@@ -66,20 +71,17 @@ impl Place {
 
 /// Places that few faults explain best, the best first.
 pub fn places(case: &Case<'_>) -> Vec<Place> {
-    let search = Search { case };
+    let search = Search { case, model: case.full.model.clone().with_tolerance(ROUGH) };
     let mut screened: Vec<Place> =
         search.sparse().into_par_iter().filter_map(|faults| search.simulated(faults)).collect();
     sort(&mut screened);
     screened.truncate(FITTED);
     let mut fitted: Vec<Place> = screened.par_iter().filter_map(|place| search.fitted(&place.faults)).collect();
     sort(&mut fitted);
-    if let Some(best) = fitted.first().filter(|best| search.explains(best)) {
-        return vec![best.clone()];
-    }
     let mut grown: Vec<Place> = Vec::new();
     for place in fitted.into_iter().take(GROWN) {
-        let place = search.grown(place);
-        if search.explains(&place) {
+        let (place, left) = search.grown(place);
+        if left <= EXPLAINED.1 {
             return vec![place];
         }
         grown.push(place);
@@ -95,6 +97,8 @@ fn sort(places: &mut [Place]) {
 
 struct Search<'a> {
     case: &'a Case<'a>,
+    /// The model, solved as roughly as places need it.
+    model: Model,
 }
 
 impl Search<'_> {
@@ -104,7 +108,7 @@ impl Search<'_> {
         let estimated = faults.iter().map(|&(fault, _)| full.estimated[fault].clone()).collect();
         let (measured, weights) = (full.measured.clone(), full.weights.clone());
         let mut problem =
-            RecordProblem::new(full.model, full.drive, full.times, measured, weights, estimated, Gaussian::none());
+            RecordProblem::new(&self.model, full.drive, full.times, measured, weights, estimated, Gaussian::none());
         problem.base.clone_from(&full.base);
         problem
     }
@@ -131,43 +135,56 @@ impl Search<'_> {
         Some(Place { faults, cost: FAR.cost(&found.linearised.misfit) })
     }
 
-    /// Whether a place leaves little more than noise once its events have got their tolerance.
-    fn explains(&self, place: &Place) -> bool {
+    /// Cost per sample that a place leaves once its events have got their tolerance; infinite where it is far off anyway.
+    fn left(&self, place: &Place) -> f64 {
         let full = &self.case.full;
         let samples = (full.times.len() * full.measured.len()) as f64;
         let theta = place.theta(self.case);
         if place.cost > EXPLAINED.0 * samples {
-            return false;
+            return f64::INFINITY;
         }
-        let Ok(weights) = estimate::weights(full, self.case.record, &theta) else { return false };
+        let Ok(weights) = estimate::weights(full, self.case.record, &theta) else { return f64::INFINITY };
         let mut there = self.problem(&place.faults);
         there.weights = weights;
         let theta: Vec<f64> = place.faults.iter().map(|(_, value)| *value).collect();
-        there.misfit(&theta).is_ok_and(|misfit| ROBUST.cost(&misfit) <= EXPLAINED.1 * samples)
+        there.misfit(&theta).map_or(f64::INFINITY, |misfit| ROBUST.cost(&misfit) / samples)
     }
 
-    /// With one fault more at a time, while each takes away a good share of the cost.
-    fn grown(&self, mut place: Place) -> Place {
-        while place.faults.len() < MOST && !self.explains(&place) {
-            let at_its_best_level = |fault: usize| {
+    /// With one fault more at a time, or one for another where there are enough, while each change takes away a good share
+    /// of the cost; and what is left per sample.
+    fn grown(&self, mut place: Place) -> (Place, f64) {
+        let mut left = self.left(&place);
+        while left > NOTHING_LEFT {
+            let bases: Vec<Vec<(usize, f64)>> = if place.faults.len() < MOST {
+                vec![place.faults.clone()]
+            } else {
+                // Without each of them in turn: the first ones were chosen while the others still hid what they do.
+                let without = |out: usize| place.faults.iter().enumerate().filter(move |(at, _)| *at != out);
+                (0..place.faults.len()).map(|out| without(out).map(|(_, fault)| *fault).collect()).collect()
+            };
+            let others = self.others(&place);
+            let tried: Vec<(&Vec<(usize, f64)>, usize)> =
+                bases.iter().flat_map(|base| others.iter().map(move |&other| (base, other))).collect();
+            let at_its_best_level = |(base, fault): (&Vec<(usize, f64)>, usize)| {
                 let levels = self.levels(fault, &LEVELS).into_iter().filter_map(|at| {
-                    let mut faults = place.faults.clone();
+                    let mut faults = base.clone();
                     faults.push((fault, at));
                     self.simulated(faults)
                 });
                 levels.min_by(|a, b| a.cost.total_cmp(&b.cost))
             };
-            let mut more: Vec<Place> = self.others(&place).into_par_iter().filter_map(at_its_best_level).collect();
-            sort(&mut more);
-            more.truncate(TRIED);
-            let mut more: Vec<Place> = more.par_iter().filter_map(|more| self.fitted(&more.faults)).collect();
-            sort(&mut more);
-            match more.into_iter().next() {
-                Some(more) if more.cost < (1.0 - GROWTH) * place.cost => place = more,
+            let mut next: Vec<Place> = tried.into_par_iter().filter_map(at_its_best_level).collect();
+            sort(&mut next);
+            next.truncate(TRIED);
+            let mut next: Vec<Place> = next.par_iter().filter_map(|next| self.fitted(&next.faults)).collect();
+            sort(&mut next);
+            match next.into_iter().next() {
+                Some(next) if next.cost < (1.0 - GROWTH) * place.cost => place = next,
                 _ => break,
             }
+            left = self.left(&place);
         }
-        place
+        (place, left)
     }
 
     /// Faults of components that a place does not have.

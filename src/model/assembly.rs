@@ -8,11 +8,11 @@ use crate::physics::{ATMOSPHERE, GRAVITY};
 use crate::rig::Rig;
 
 /// Directions of a component's own derivatives: its variables, and time through its inputs.
-const LOCAL: usize = VARIABLES + 1;
-const TIME: usize = VARIABLES;
+pub const LOCAL: usize = VARIABLES + 1;
+pub const TIME: usize = VARIABLES;
 
 /// Component-local derivatives of a scalar.
-type Local<S> = Dual<S, LOCAL>;
+pub type Local<S> = Dual<S, LOCAL>;
 
 /// Inputs that run straight from `from` at `start`, with `slope` per second.
 #[derive(Debug, Clone, Default)]
@@ -23,9 +23,15 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    fn at(&self, input: usize, t: f64) -> f64 {
+    #[inline]
+    pub fn at(&self, input: usize, t: f64) -> f64 {
         self.from[input] + self.slope[input] * (t - self.start)
     }
+}
+
+/// Level per pressure, m/Pa, of a fluid of this density, kg/m³.
+pub fn level_per_pressure<S: Real>(density: S) -> S {
+    S::one() / (density * GRAVITY)
 }
 
 /// The equations of one rig for one set of parameters.
@@ -59,7 +65,7 @@ impl<'a, S: Scalar> Assembly<'a, S> {
             laws: build(rig, parameters),
             local_laws: build(rig, &lifted),
             held,
-            level_per_pressure: S::one() / (parameters[0] * GRAVITY),
+            level_per_pressure: level_per_pressure(parameters[0]),
             answers: vec![Answers::default(); rig.components.len()],
             local: vec![Answers::default(); rig.components.len()],
             inputs: Inputs::default(),
@@ -68,33 +74,42 @@ impl<'a, S: Scalar> Assembly<'a, S> {
 
     #[inline]
     fn seen(&self, slot: &Slot, t: f64, y: &[S]) -> Seen<S> {
-        let z = slot.variables.map(|variable| match variable {
-            Variable::Unused => S::zero(),
-            Variable::State(state) => y[state],
-            Variable::Held(parameter) => self.held[parameter],
-        });
-        let u = slot.inputs.map(|input| input.map_or(S::zero(), |input| S::constant(self.inputs.at(input, t))));
-        Seen { z, u }
+        let mut seen = Seen { z: [S::zero(); VARIABLES], u: [S::zero(); INPUTS] };
+        for (value, variable) in seen.z.iter_mut().zip(&slot.variables) {
+            match *variable {
+                Variable::Unused => break,
+                Variable::State(state) => *value = y[state],
+                Variable::Held(parameter) => *value = self.held[parameter],
+            }
+        }
+        for (value, input) in seen.u.iter_mut().zip(slot.inputs) {
+            if let Some(input) = input {
+                *value = S::constant(self.inputs.at(input, t));
+            }
+        }
+        seen
     }
 
     #[inline]
     fn seen_locally(&self, slot: &Slot, t: f64, y: &[S]) -> Seen<Local<S>> {
-        let plain = self.seen(slot, t, y);
-        let mut z = [Local::zero(); VARIABLES];
-        for (index, (local, value)) in z.iter_mut().zip(plain.z).enumerate() {
-            *local = match slot.variables[index] {
-                Variable::State(_) => Local::variable(value, index),
-                _ => Local::lift(value),
-            };
-        }
-        let mut u = [Local::zero(); INPUTS];
-        for ((local, value), input) in u.iter_mut().zip(plain.u).zip(slot.inputs) {
-            *local = Local::lift(value);
-            if let Some(input) = input {
-                local.eps[TIME] = S::constant(self.inputs.slope[input]);
+        let mut seen = Seen { z: [Local::zero(); VARIABLES], u: [Local::zero(); INPUTS] };
+        for (index, (value, variable)) in seen.z.iter_mut().zip(&slot.variables).enumerate() {
+            match *variable {
+                Variable::Unused => break,
+                Variable::State(state) => {
+                    value.re = y[state];
+                    value.eps[index] = S::one();
+                }
+                Variable::Held(parameter) => value.re = self.held[parameter],
             }
         }
-        Seen { z, u }
+        for (value, input) in seen.u.iter_mut().zip(slot.inputs) {
+            if let Some(input) = input {
+                value.re = S::constant(self.inputs.at(input, t));
+                value.eps[TIME] = S::constant(self.inputs.slope[input]);
+            }
+        }
+        seen
     }
 
     fn evaluate(&mut self, t: f64, y: &[S]) {

@@ -9,6 +9,7 @@ mod drive;
 mod layout;
 mod recording;
 mod simulate;
+mod slopes;
 mod start;
 
 pub use drive::{Drive, Onset, Piece};

@@ -9,12 +9,13 @@ use super::drive::Drive;
 use super::layout::Layout;
 use super::start;
 
-use crate::numeric::{Dual, IntegrationError, Options, Real, Rosenbrock, Scalar};
+use crate::numeric::{IntegrationError, Options, Rosenbrock, Step};
 use crate::physics::effect;
 use crate::rig::Rig;
 
-/// Parameters whose sensitivities are carried through one integration.
-const LANES: usize = 4;
+/// Parameters whose sensitivities are carried along with one integration: what they share is then worth sharing, and
+/// threads have something to do where there are many.
+const GROUP: usize = 32;
 
 /// Most states that the solver is built for.
 pub const MOST_STATES: usize = 24;
@@ -115,13 +116,19 @@ macro_rules! with_states {
     };
 }
 
-// Behind the macro that it uses.
+// Behind the macro that they use.
 mod explicit;
+mod sensitive;
 
 impl Model {
     pub fn new(rig: Rig) -> Self {
         let layout = Layout::of(&rig);
         Self { rig, layout, tolerance: Tolerance::default() }
+    }
+
+    /// The same, solved with this accuracy.
+    pub fn with_tolerance(self, tolerance: Tolerance) -> Self {
+        Self { tolerance, ..self }
     }
 
     /// Names of the states, in their order.
@@ -134,12 +141,11 @@ impl Model {
     /// # Errors
     /// The integrator gives up: parameters without physical sense, or a circuit that tears.
     pub fn simulate(&self, parameters: &[f64], drive: &Drive, times: &[f64]) -> Result<Outputs, SimulationError> {
-        let (values, effort) =
-            with_states!(self.layout.states, N => self.readings::<f64, N>(parameters, drive, times))?;
+        let (values, effort) = with_states!(self.layout.states, N => self.readings::<N>(parameters, drive, times))?;
         Ok(Outputs { values, effort })
     }
 
-    /// The same with derivatives by the parameters `by` (indices), through dual numbers at the plain run's steps.
+    /// The same with derivatives by the parameters `by` (indices), along the plain run's steps.
     ///
     /// # Errors
     /// As [`Model::simulate`].
@@ -150,8 +156,9 @@ impl Model {
         drive: &Drive,
         times: &[f64],
     ) -> Result<Sensitivities, SimulationError> {
-        let groups: Vec<&[usize]> = by.chunks(LANES).collect();
-        let solve = |group: &[usize]| self.group(parameters, group, drive, times);
+        let groups: Vec<&[usize]> = by.chunks(GROUP).collect();
+        let solve =
+            |group: &[usize]| with_states!(self.layout.states, N => self.group::<N>(parameters, group, drive, times));
         // Groups are independent, so threads change nothing but the time.
         let solved: Result<Vec<Sensitivities>, _> = groups.par_iter().map(|&group| solve(group)).collect();
         let all = solved?.into_iter().reduce(|mut all, part| {
@@ -164,35 +171,16 @@ impl Model {
         }
     }
 
-    fn group(
+    /// What the sensors show, `[sensor][row]`, with what effects do to it.
+    fn readings<const N: usize>(
         &self,
         parameters: &[f64],
-        by: &[usize],
         drive: &Drive,
         times: &[f64],
-    ) -> Result<Sensitivities, SimulationError> {
-        let mut dual: Vec<Dual<f64, LANES>> = parameters.iter().map(|&value| Dual::constant(value)).collect();
-        for (lane, &parameter) in by.iter().enumerate() {
-            dual[parameter].eps[lane] = 1.0;
-        }
-        let (readings, effort) =
-            with_states!(self.layout.states, N => self.readings::<Dual<f64, LANES>, N>(&dual, drive, times))?;
-        let part = |of: &dyn Fn(&Dual<f64, LANES>) -> f64| -> Vec<Vec<f64>> {
-            readings.iter().map(|readings| readings.iter().map(of).collect()).collect()
-        };
-        let derivatives = (0..by.len()).map(|lane| part(&|reading| reading.eps[lane])).collect();
-        Ok(Sensitivities { outputs: Outputs { values: part(&|reading| reading.re), effort }, derivatives })
-    }
-
-    /// What the sensors show, `[sensor][row]`, with what effects do to it.
-    fn readings<S: Scalar, const N: usize>(
-        &self,
-        parameters: &[S],
-        drive: &Drive,
-        times: &[f64],
-    ) -> Result<(Vec<Vec<S>>, Effort), SimulationError> {
-        let mut readings = vec![vec![S::zero(); times.len()]; self.rig.sensors.len()];
-        let effort = self.run::<S, N>(parameters, drive, times, |row, sensor, value| readings[sensor][row] = value)?;
+    ) -> Result<(Vec<Vec<f64>>, Effort), SimulationError> {
+        let mut readings = Readings(vec![vec![0.0; times.len()]; self.rig.sensors.len()]);
+        let effort = self.run::<N>(parameters, drive, times, &mut readings)?;
+        let Readings(mut readings) = readings;
         for does in &self.rig.readings {
             let own = &parameters[does.first_parameter..][..does.card.parameters.len()];
             effect::read(does.card.kind, own, times, &mut readings[does.sensor]);
@@ -200,33 +188,37 @@ impl Model {
         Ok((readings, effort))
     }
 
-    fn run<S: Scalar, const N: usize>(
+    fn run<const N: usize>(
         &self,
-        parameters: &[S],
+        parameters: &[f64],
         drive: &Drive,
         times: &[f64],
-        mut write: impl FnMut(usize, usize, S),
+        watch: &mut impl Watch<N>,
     ) -> Result<Effort, SimulationError> {
         let tolerance = self.tolerance;
+        let fixed: &[(usize, f64)] = drive.onset.as_ref().map_or(&[], |onset| &onset.before);
         let mut before = parameters.to_vec();
-        for &(parameter, value) in drive.onset.iter().flat_map(|onset| &onset.before) {
-            before[parameter] = S::constant(value);
+        for &(parameter, value) in fixed {
+            before[parameter] = value;
         }
         let after = parameters;
         let begun = |t: f64| drive.onset.as_ref().is_none_or(|onset| t >= onset.time);
-        let mut parameters: &[S] = &before;
+        let mut parameters: &[f64] = &before;
         let mut assembly = Assembly::new(&self.rig, &self.layout, parameters);
         let mut atol = [1.0; N];
         for (atol, scale) in atol.iter_mut().zip(&self.layout.scales) {
             *atol = scale * tolerance.absolute;
         }
         let mut integrator = Rosenbrock::new(Options::new(tolerance.relative, atol));
-        let mut y = [S::zero(); N];
-        let mut raw = vec![S::zero(); self.rig.sensors.len()];
+        let mut y = [0.0; N];
+        let mut raw = vec![0.0; self.rig.sensors.len()];
         let mut row = 0;
+        // The samples of a step are written after it: the integrator holds the assembly while it runs.
+        let mut samples: Vec<(usize, [f64; N])> = Vec::new();
         for (index, piece) in drive.pieces.iter().enumerate() {
             let length = piece.end - piece.start;
-            if begun(piece.start) && !std::ptr::eq(parameters, after) {
+            let begins = begun(piece.start) && !std::ptr::eq(parameters, after);
+            if begins {
                 parameters = after;
                 assembly = Assembly::new(&self.rig, &self.layout, parameters);
             }
@@ -237,33 +229,41 @@ impl Model {
             };
             if index == 0 {
                 start::start(&self.rig, &self.layout, &mut assembly, parameters, drive, piece.start, &mut y);
+                watch.start(parameters, if begins { &[] } else { fixed }, &assembly.inputs, piece.start);
+            } else if begins {
+                watch.change(parameters);
             }
+            watch.piece(&assembly.inputs);
             if piece.jump {
                 integrator.restart();
             }
             let sensors = &self.rig.sensors;
-            let mut emit = |assembly: &mut Assembly<'_, S>, row: usize, t: f64, y: &[S; N]| {
-                assembly.raw_values(t, y, &mut raw);
+            let mut emit = |assembly: &mut Assembly<'_, f64>, watch: &mut _, row: usize, y: &[f64; N]| {
+                assembly.raw_values(times[row], y, &mut raw);
                 for (index, (sensor, &raw)) in sensors.iter().zip(&raw).enumerate() {
                     let (offset, gain) = (parameters[sensor.first_parameter], parameters[sensor.first_parameter + 1]);
-                    write(row, index, raw * gain + offset);
+                    Watch::<N>::reading(watch, row, index, raw, raw * gain + offset);
                 }
             };
             while row < times.len() && times[row] <= piece.start {
-                emit(&mut assembly, row, times[row], &y);
+                emit(&mut assembly, watch, row, &y);
+                watch.at_rest(row, times[row], &y);
                 row += 1;
             }
             let last = index + 1 == drive.pieces.len();
-            // The samples of a step are written after it: the integrator holds the assembly while it runs.
-            let mut samples: Vec<(usize, [S; N])> = Vec::new();
+            samples.clear();
             let result = integrator.integrate(&mut assembly, piece.start, &y, piece.end, |step| {
+                watch.step(step);
                 while row < times.len() && (times[row] <= step.t_end || (last && step.t_end >= piece.end)) {
-                    samples.push((row, step.interpolate_all(times[row].min(step.t_end))));
+                    let t = times[row].min(step.t_end);
+                    let y = step.interpolate_all(t);
+                    watch.sample(step, row, t, &y);
+                    samples.push((row, y));
                     row += 1;
                 }
             });
             for (row, y) in &samples {
-                emit(&mut assembly, *row, times[*row], y);
+                emit(&mut assembly, watch, *row, y);
             }
             y = result.map_err(|error| {
                 let state = error.worst_state().and_then(|state| self.layout.names.get(state)).cloned();
@@ -272,5 +272,38 @@ impl Model {
         }
         let stats = integrator.stats();
         Ok(Effort { steps: stats.steps, rejected: stats.rejected })
+    }
+}
+
+/// What goes along with a run.
+trait Watch<const N: usize> {
+    /// The run begins with these parameters (all of the rig's, SI), those of `fixed` at values of their own.
+    fn start(&mut self, _parameters: &[f64], _fixed: &[(usize, f64)], _inputs: &Inputs, _t: f64) {}
+
+    /// From here on these are the parameters.
+    fn change(&mut self, _parameters: &[f64]) {}
+
+    /// From here on these are the inputs.
+    fn piece(&mut self, _inputs: &Inputs) {}
+
+    /// A step was taken.
+    fn step(&mut self, _step: &Step<'_, f64, N>) {}
+
+    /// A row lies at the beginning, before any step.
+    fn at_rest(&mut self, _row: usize, _t: f64, _y: &[f64; N]) {}
+
+    /// A row lies in the step at `t`.
+    fn sample(&mut self, _step: &Step<'_, f64, N>, _row: usize, _t: f64, _y: &[f64; N]) {}
+
+    /// What a sensor sees, and what it shows; after all else of the row.
+    fn reading(&mut self, row: usize, sensor: usize, raw: f64, shown: f64);
+}
+
+/// Keeps nothing but what the sensors show.
+struct Readings(Vec<Vec<f64>>);
+
+impl<const N: usize> Watch<N> for Readings {
+    fn reading(&mut self, row: usize, sensor: usize, _raw: f64, shown: f64) {
+        self.0[sensor][row] = shown;
     }
 }

@@ -47,8 +47,10 @@ impl<T: Real, const K: usize> Dual<T, K> {
 
     /// A function of this number from its value and slope at `re`.
     #[inline]
-    fn chain(self, value: T, slope: T) -> Self {
-        Self { re: value, eps: self.eps.map(|e| e * slope) }
+    fn chain(mut self, value: T, slope: T) -> Self {
+        self.re = value;
+        self.eps.iter_mut().for_each(|e| *e *= slope);
+        self
     }
 
     /// As [`chain`](Self::chain), where the slope may be infinite: 0 times infinity is 0 here, because a number that does
@@ -58,7 +60,10 @@ impl<T: Real, const K: usize> Dual<T, K> {
         if slope.is_finite() {
             self.chain(value, slope)
         } else {
-            Self { re: value, eps: self.eps.map(|e| if e.is_zero() { T::zero() } else { e * slope }) }
+            let mut guarded = self;
+            guarded.re = value;
+            guarded.eps.iter_mut().filter(|e| !e.is_zero()).for_each(|e| *e *= slope);
+            guarded
         }
     }
 }
@@ -82,49 +87,56 @@ pub fn jacobian<T: Real, const K: usize, const M: usize>(
 impl<T: Real, const K: usize> Neg for Dual<T, K> {
     type Output = Self;
     #[inline]
-    fn neg(self) -> Self {
-        Self { re: -self.re, eps: self.eps.map(|e| -e) }
+    fn neg(mut self) -> Self {
+        self.re = -self.re;
+        self.eps.iter_mut().for_each(|e| *e = -*e);
+        self
     }
 }
 
 impl<T: Real, const K: usize> Add for Dual<T, K> {
     type Output = Self;
     #[inline]
-    fn add(self, other: Self) -> Self {
-        Self { re: self.re + other.re, eps: from_fn(|i| self.eps[i] + other.eps[i]) }
+    fn add(mut self, other: Self) -> Self {
+        self.re += other.re;
+        self.eps.iter_mut().zip(&other.eps).for_each(|(e, other)| *e += *other);
+        self
     }
 }
 
 impl<T: Real, const K: usize> Sub for Dual<T, K> {
     type Output = Self;
     #[inline]
-    fn sub(self, other: Self) -> Self {
-        Self { re: self.re - other.re, eps: from_fn(|i| self.eps[i] - other.eps[i]) }
+    fn sub(mut self, other: Self) -> Self {
+        self.re -= other.re;
+        self.eps.iter_mut().zip(&other.eps).for_each(|(e, other)| *e -= *other);
+        self
     }
-}
-
-/// The product rule, `a b + c d`.
-#[inline]
-fn product<T: Real>(a: T, b: T, c: T, d: T) -> T {
-    a * b + c * d
 }
 
 impl<T: Real, const K: usize> Mul for Dual<T, K> {
     type Output = Self;
     #[inline]
-    fn mul(self, other: Self) -> Self {
-        Self { re: self.re * other.re, eps: from_fn(|i| product(self.eps[i], other.re, other.eps[i], self.re)) }
+    fn mul(mut self, other: Self) -> Self {
+        for (e, other_e) in self.eps.iter_mut().zip(&other.eps) {
+            *e = *e * other.re + *other_e * self.re;
+        }
+        self.re *= other.re;
+        self
     }
 }
 
 impl<T: Real, const K: usize> Div for Dual<T, K> {
     type Output = Self;
     #[inline]
-    fn div(self, other: Self) -> Self {
+    fn div(mut self, other: Self) -> Self {
         // The value is divided, not multiplied by the reciprocal, so that it rounds as it does without derivatives.
-        let re = self.re / other.re;
+        self.re /= other.re;
         let reciprocal = T::one() / other.re;
-        Self { re, eps: from_fn(|i| (self.eps[i] - re * other.eps[i]) * reciprocal) }
+        for (e, other) in self.eps.iter_mut().zip(&other.eps) {
+            *e = (*e - self.re * *other) * reciprocal;
+        }
+        self
     }
 }
 
@@ -147,30 +159,35 @@ impl<T: Real, const K: usize> Sub<f64> for Dual<T, K> {
 impl<T: Real, const K: usize> Mul<f64> for Dual<T, K> {
     type Output = Self;
     #[inline]
-    fn mul(self, other: f64) -> Self {
-        Self { re: self.re * other, eps: self.eps.map(|e| e * other) }
+    fn mul(mut self, other: f64) -> Self {
+        self *= other;
+        self
     }
 }
 
 impl<T: Real, const K: usize> Div<f64> for Dual<T, K> {
     type Output = Self;
     #[inline]
-    fn div(self, other: f64) -> Self {
-        Self { re: self.re / other, eps: self.eps.map(|e| e / other) }
+    fn div(mut self, other: f64) -> Self {
+        self.re = self.re / other;
+        self.eps.iter_mut().for_each(|e| *e = *e / other);
+        self
     }
 }
 
 impl<T: Real, const K: usize> AddAssign for Dual<T, K> {
     #[inline]
     fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
+        self.re += other.re;
+        self.eps.iter_mut().zip(&other.eps).for_each(|(e, other)| *e += *other);
     }
 }
 
 impl<T: Real, const K: usize> SubAssign for Dual<T, K> {
     #[inline]
     fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
+        self.re -= other.re;
+        self.eps.iter_mut().zip(&other.eps).for_each(|(e, other)| *e -= *other);
     }
 }
 
@@ -191,7 +208,8 @@ impl<T: Real, const K: usize> DivAssign for Dual<T, K> {
 impl<T: Real, const K: usize> MulAssign<f64> for Dual<T, K> {
     #[inline]
     fn mul_assign(&mut self, other: f64) {
-        *self = *self * other;
+        self.re *= other;
+        self.eps.iter_mut().for_each(|e| *e *= other);
     }
 }
 

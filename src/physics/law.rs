@@ -13,18 +13,6 @@ pub fn root<T: Real>(drop: T, transition: T) -> T {
     drop / (drop * drop + transition * transition).sqrt().sqrt()
 }
 
-/// Inverse of [`root`] and its slope: the pressure drop in Pa whose root is `r >= 0` (Pa^½), and its derivative by `r`.
-///
-/// `dp² = (r⁴ + sqrt(r⁸ + 4 r⁴ dt²))/2`. Worked: `root_inverse(315.443, 1e4) = (1e5, 632.5)`.
-#[inline]
-pub fn root_inverse<T: Real>(r: T, transition: T) -> (T, T) {
-    // Written as r * w with w = sqrt((r² + s)/2), s = sqrt(r⁴ + 4 dt²), so that nothing divides by r.
-    let square = r * r;
-    let s = (square * square + transition * transition * 4.0).sqrt();
-    let w = ((square + s) * 0.5).sqrt();
-    (r * w, w + square * (T::one() + square / s) / (w * 2.0))
-}
-
 /// Conductance `Cd A sqrt(2/rho)` of a sharp-edged orifice, m³/s per Pa^½.
 ///
 /// Equation (6). `diameter` in m, `density` in kg/m³. Worked: 2 mm, Cd 0.7, 870 kg/m³ and 0.74 MPa pass

@@ -1,5 +1,6 @@
 //! The stage equation `W k = b`, with one real inverse per step and a correction for derivatives.
 
+use crate::numeric::wide::wide;
 use crate::numeric::{Dual, Real};
 
 /// The inverse of a real `N` by `N` matrix.
@@ -26,6 +27,25 @@ impl<const N: usize> Inverse<N> {
             a[r][r] += diagonal;
         }
 
+        inverted(&mut a, scale).then_some(Self { columns: a })
+    }
+
+    /// The entries, column by column.
+    #[inline]
+    pub(super) fn columns(&self) -> &[[f64; N]; N] {
+        &self.columns
+    }
+
+    /// The product of the inverse with `b`.
+    #[inline]
+    pub fn times(&self, b: &[f64; N]) -> [f64; N] {
+        product(&self.columns, b)
+    }
+}
+
+wide! {
+    /// Inverts a matrix in place, by Gauss and Jordan with pivots by column; false if it is singular or not finite.
+    fn inverted<const N: usize>(a: &mut [[f64; N]; N], scale: &[f64; N]) -> bool {
         let mut swapped_with = [0; N];
         for p in 0..N {
             let mut best = p;
@@ -39,7 +59,7 @@ impl<const N: usize> Inverse<N> {
             }
             let reciprocal = 1.0 / a[best][p];
             if !(size > 0.0 && size.is_finite() && reciprocal.is_finite()) {
-                return None;
+                return false;
             }
             swapped_with[p] = best;
             if best != p {
@@ -48,7 +68,7 @@ impl<const N: usize> Inverse<N> {
             let mut pivot_row = a[p];
             pivot_row[p] = 1.0;
             pivot_row = pivot_row.map(|value| value * reciprocal);
-            for row in &mut a {
+            for row in a.iter_mut() {
                 let factor = row[p];
                 // The matrices of circuits are sparse: most rows have nothing to eliminate.
                 if factor != 0.0 {
@@ -63,19 +83,19 @@ impl<const N: usize> Inverse<N> {
         for p in (0..N).rev() {
             let other = swapped_with[p];
             if other != p {
-                for row in &mut a {
+                for row in a.iter_mut() {
                     row.swap(p, other);
                 }
             }
         }
-        Some(Self { columns: a })
+        true
     }
+}
 
-    /// The product of the inverse with `b`.
-    #[inline]
-    pub fn times(&self, b: &[f64; N]) -> [f64; N] {
+wide! {
+    fn product<const N: usize>(columns: &[[f64; N]; N], b: &[f64; N]) -> [f64; N] {
         let mut x = [0.0; N];
-        for (column, factor) in self.columns.iter().zip(b) {
+        for (column, factor) in columns.iter().zip(b) {
             for (sum, entry) in x.iter_mut().zip(column) {
                 *sum += entry * factor;
             }

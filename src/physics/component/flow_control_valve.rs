@@ -5,13 +5,14 @@ use super::{Answers, Law, Seen};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, State, Worked};
 use crate::physics::fluid::Fluid;
-use crate::physics::law::{orifice_conductance, root, root_inverse};
+use crate::physics::law::{orifice_conductance, root};
 
 pub const CARD: Card = Card {
     kind: "flow-control-valve",
     meaning: "Two-way flow control valve: reducing valve, then throttle; regulating or saturated.",
-    law: "(5) q = Cd1 W1 x sqrt(2/rho) root(dp_r);  (6) q = Cd2 (pi d²/4) sqrt(2/rho) root(dp_t);\n\
-          dp_r + dp_t = p_in - p_out;  root(dp) = dp/(dp² + dp_0²)^(1/4);\n\
+    law: "(5) q = g_r sqrt(dp_r), g_r = Cd1 W1 x sqrt(2/rho);  (6) q = g_t sqrt(dp_t), g_t = Cd2 (pi d²/4) sqrt(2/rho);\n\
+          dp = dp_r + dp_t = p_in - p_out, so q = g_r g_t/sqrt(g_r² + g_t²) root(dp), dp_t = dp g_r²/(g_r² + g_t²);\n\
+          root(dp) = dp/(dp² + dp_0²)^(1/4);\n\
           (7) K (x1 - x*) = A dp_t + F0, 0 <= x* <= x_max;  (8) F0 = 2 f Cd1 W1 x dp_r;\n\
           tau x' = x* - x",
     source: "paper, equations (5) to (9), with x1 the spring compression at zero opening and f = Cv cos(theta)",
@@ -131,58 +132,19 @@ impl<T: Real> Law<T> for FlowControlValve<T> {
 impl<T: Real> FlowControlValve<T> {
     /// Flow in m³/s through reducing edge and throttle under a common pressure drop, and the drop over the throttle in Pa.
     ///
-    /// Both edges obey the orifice law with its laminar start, whose inverse is closed; the flow at which their drops add
-    /// up to the common one is found by Newton's method on values, and two last steps carry the derivatives.
+    /// One flow passes both, so drops are as the inverse squares of the conductances; the laminar start is that of the two
+    /// as one orifice.
     #[inline]
     fn in_series(&self, reducing: T, drop: T) -> (T, T) {
-        if self.throttle.re() <= 0.0 {
-            // A blocked throttle takes the whole drop.
-            return (self.throttle * root(drop, self.transition), drop);
+        let square = reducing * reducing;
+        let both = square + self.throttle * self.throttle;
+        if both.re() <= 0.0 {
+            return (T::zero(), drop);
         }
-        if reducing.re() <= 0.0 {
-            return (reducing * root(drop, self.transition), T::zero());
-        }
-        let (size, sign) = (drop.abs(), drop.re().signum());
-        let together = reducing * self.throttle / (reducing * reducing + self.throttle * self.throttle).sqrt();
-        let both = |q: T| {
-            let (over_reducing, slope_reducing) = root_inverse(q / reducing, self.transition);
-            let (over_throttle, slope_throttle) = root_inverse(q / self.throttle, self.transition);
-            let slope = slope_reducing / reducing + slope_throttle / self.throttle;
-            (over_reducing + over_throttle - size, slope, over_throttle)
-        };
-        let plain = |q: f64| {
-            let (reducing, throttle, transition) = (reducing.re(), self.throttle.re(), self.transition.re());
-            let (over_reducing, slope_reducing) = root_inverse(q / reducing, transition);
-            let (over_throttle, slope_throttle) = root_inverse(q / throttle, transition);
-            (over_reducing + over_throttle - size.re(), slope_reducing / reducing + slope_throttle / throttle)
-        };
-        // Drops are convex in the flow, so from above Newton's method falls onto the root without overshooting.
-        let mut q = (together * root(size, T::constant(1e-3))).re();
-        for _ in 0..NEWTON_STEPS {
-            let (error, slope) = plain(q);
-            let step = if slope > 0.0 { error / slope } else { 0.0 };
-            q -= step;
-            if step.abs() <= 1e-9 * q.abs() {
-                break;
-            }
-        }
-        let mut flow = T::constant(q);
-        let mut over_throttle = T::zero();
-        for _ in 0..2 {
-            let (error, slope, over) = both(flow);
-            if slope.re() <= 0.0 {
-                return (together * root(drop, self.transition), T::zero());
-            }
-            let step = error / slope;
-            over_throttle = over - step * (root_inverse(flow / self.throttle, self.transition).1 / self.throttle);
-            flow -= step;
-        }
-        (flow * sign, over_throttle * sign)
+        let flow = reducing * self.throttle / both.sqrt() * root(drop, self.transition);
+        (flow, drop * square / both)
     }
 }
-
-/// Newton steps in which the flow settles to rounding from a turbulent start; more than three are rare.
-const NEWTON_STEPS: usize = 30;
 
 impl FlowControlValve<f64> {
     /// Flow in m³/s that the valve settles at between two pressures (Pa): the opening at which its spool is at rest.
