@@ -15,6 +15,8 @@ pub type Set = u64;
 
 /// Uncertain parameters are searched this many standard deviations to both sides.
 const REACH: f64 = 6.0;
+/// Least share of its stated value that something positive is estimated as.
+const LEAST: f64 = 0.1;
 /// A misfit of more standard deviations pulls with constant force only (Huber); one sample in 400 is beyond by chance.
 pub const ROBUST: Loss = Loss::Huber { k: 3.0 };
 
@@ -154,7 +156,9 @@ pub(super) fn estimated(rig: &Rig) -> Vec<Estimated> {
     let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0 && !parameter.anew);
     let uncertain = stated.filter(|(index, _)| !rig.is_fault(*index)).map(|(index, known)| {
         let (low, high) = (known.value - REACH * known.sigma, known.value + REACH * known.sigma);
-        let bounds = (known.bounds.0.max(low), known.bounds.1.min(high));
+        // What is positive by nature stays of the size stated: a laminar start of nothing cannot be solved.
+        let least = if known.bounds.0 > 0.0 { known.bounds.0.max(known.value * LEAST) } else { known.bounds.0 };
+        let bounds = (least.max(low), known.bounds.1.min(high));
         Estimated { parameter: index, bounds, scale: known.sigma }
     });
     faults.chain(uncertain).collect()

@@ -65,7 +65,12 @@ pub fn estimate<'a>(
     guess: Option<(&[f64], Set)>,
 ) -> Result<Estimate<'a>, Complaint> {
     let near = near(model, record, drive, guess, if guess.is_some() { MOST_ROUNDS } else { FROM_HEALTHY })?;
-    if near.missed() { screened(near, MOST_ROUNDS) } else { Ok(near) }
+    if !near.missed() {
+        return Ok(near);
+    }
+    let mut near = near;
+    let places = near.places();
+    Ok(near.from_places(&places, MOST_ROUNDS))
 }
 
 /// Explains a record from a guess or from the healthy rig alone, in so many rounds; it may miss.
@@ -145,37 +150,6 @@ pub(crate) fn quick(
     Ok((theta, cost))
 }
 
-/// Explains a record anew from the places that few faults at a time explain best, if any of them does better; each in so
-/// many rounds of isolation.
-///
-/// # Errors
-/// A model that cannot be solved at any start.
-pub fn screened(mut before: Estimate<'_>, rounds: u64) -> Result<Estimate<'_>, Complaint> {
-    let case = &mut before.case;
-    let (model, record) = (case.full.model, case.record);
-    let rough = rough(model, record, case.full.drive, &case.full.measured);
-    let mut best = (before.isolation, std::mem::replace(&mut case.full.weights, rough));
-    for place in search::places(case) {
-        let theta = place.theta(case);
-        // A place from which the model cannot be solved is passed over.
-        let Ok(isolation) = weights(&case.full, record, &theta).and_then(|weights| {
-            case.full.weights = weights;
-            settle(case, &theta, place.set(), rounds)
-        }) else {
-            continue;
-        };
-        let missed = missed(case, &isolation);
-        if isolation.best.cost < best.0.best.cost || !missed {
-            best = (isolation, case.full.weights.clone());
-        }
-        if !missed {
-            break;
-        }
-    }
-    (before.isolation, before.case.full.weights) = best;
-    Ok(before)
-}
-
 /// The complaint about a model that cannot be solved on a record.
 pub(crate) fn unsolvable(model: &Model, record: &Record, error: SimulationError) -> Complaint {
     let error = FitError::Start { source: error.into() };
@@ -186,6 +160,45 @@ pub(crate) fn unsolvable(model: &Model, record: &Record, error: SimulationError)
 }
 
 impl Estimate<'_> {
+    /// Places that few faults explain best, the record weighed as before any model has followed it.
+    pub fn places(&mut self) -> Vec<search::Place> {
+        let case = &mut self.case;
+        let rough = rough(case.full.model, case.record, case.full.drive, &case.full.measured);
+        let weights = std::mem::replace(&mut case.full.weights, rough);
+        let places = search::places(case);
+        self.case.full.weights = weights;
+        places
+    }
+
+    /// Explains the record anew from these places, each in so many rounds of isolation, if any of them does better.
+    #[must_use]
+    pub fn from_places(mut self, places: &[search::Place], rounds: u64) -> Self {
+        for place in places {
+            let before = self.case.full.weights.clone();
+            let theta = place.theta(&self.case);
+            // A place from which the model cannot be solved is passed over.
+            let isolation = weights(&self.case.full, self.case.record, &theta).and_then(|weights| {
+                self.case.full.weights = weights;
+                settle(&mut self.case, &theta, place.set(), rounds)
+            });
+            let better =
+                isolation.as_ref().is_ok_and(|isolation| match (missed(&self.case, isolation), self.missed()) {
+                    (false, true) => true,
+                    (true, false) => false,
+                    (true, true) => isolation.best.cost < self.isolation.best.cost,
+                    (false, false) => isolation.evidence(&self.case) > self.isolation.evidence(&self.case),
+                });
+            match isolation {
+                Ok(isolation) if better => self.isolation = isolation,
+                _ => self.case.full.weights = before,
+            }
+            if !self.missed() {
+                break;
+            }
+        }
+        self
+    }
+
     /// Goes on from other values of the estimated parameters, SI; stays where that cannot be solved.
     #[must_use]
     pub fn resumed(mut self, theta: &[f64]) -> Self {

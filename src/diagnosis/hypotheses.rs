@@ -32,6 +32,8 @@ pub const MOST_ROUNDS: u64 = 8;
 const STEPS: usize = 3;
 /// A winner that promises no more than this decrease of the cost stays.
 const SETTLED: f64 = 0.1;
+/// Share of the cost beyond which colour in the misfits does not excuse a rise: where much is missed, colour is without bound.
+const UNEXCUSED: f64 = 0.02;
 /// Sets with less probability are left out of the list.
 const NEGLIGIBLE: f64 = 1e-6;
 
@@ -90,6 +92,12 @@ impl fmt::Display for Stopped {
 impl Isolation {
     pub fn set(&self) -> Set {
         self.weighed.first().map_or(0, |best| best.set)
+    }
+
+    /// Logarithm of the evidence of its set, up to what is the same for all sets of the record.
+    pub fn evidence(&self, case: &Case<'_>) -> f64 {
+        let set = self.set();
+        prior_odds(case.faults()) * f64::from(set.count_ones()) + self.reduced.occam(set, 1.0) - 0.5 * self.best.cost
     }
 
     /// Probability of each set, in the order of `weighed`.
@@ -197,8 +205,11 @@ fn weigh(
     let odds = prior_odds(case.faults());
     let priced = |set: Set| reduced.occam(set, colour(set, 0, inflation)) + odds * f64::from(set.count_ones());
     let reference = reduced.best(centre).map_or(0.0, |best| best.cost);
-    let score =
-        |set: Set, cost: f64, reference: f64| -0.5 * (cost - reference) / colour(set, centre, inflation) + priced(set);
+    let score = |set: Set, cost: f64, reference: f64| {
+        let rise = cost - reference;
+        let colour = if rise > UNEXCUSED * reference.abs() { 1.0 } else { colour(set, centre, inflation) };
+        -0.5 * rise / colour + priced(set)
+    };
     let mut weighed: Vec<(Weighed, Vec<f64>)> = candidates(case.faults(), centre)
         .into_iter()
         .filter_map(|set| {
@@ -231,12 +242,15 @@ fn weigh(
         set.point = descend(case, quadratic, set.set, &[], &start, damping, (STEPS, enough));
     }
     // Fitted sets are compared by what they reach; the others keep what the form promises, from the same reference.
-    let reached = weighed.iter().find(|(set, _)| set.set == centre).and_then(|(set, _)| set.point.as_ref());
-    let reached = reached.map_or(reference, |point| point.cost - point.promised.max(0.0));
+    let stays = weighed.iter().find(|(set, _)| set.set == centre).and_then(|(set, _)| set.point.as_ref());
+    let (reached, promised) = stays.map_or((reference, 0.0), |point| (point.cost, point.promised.max(0.0)));
     let mut weighed: Vec<Weighed> = weighed.into_iter().map(|(set, _)| set).collect();
     for set in &mut weighed {
         if let Some(point) = &set.point {
-            set.score = score(set.set, point.cost - point.promised.max(0.0), reached);
+            // A promise is believed of a set that is no worse than the one at hand already: from afar others promise anything.
+            let proven = set.set == centre || score(set.set, point.cost, reached) >= priced(centre);
+            let hoped = if proven { point.promised.max(0.0) } else { 0.0 };
+            set.score = score(set.set, point.cost - hoped, reached - promised);
         }
     }
     weighed.sort_by(|a, b| b.score.total_cmp(&a.score));

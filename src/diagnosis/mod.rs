@@ -61,6 +61,8 @@ pub(crate) fn adequate(chi2: f64, samples: usize) -> bool {
 const PRESENT: f64 = 0.5;
 /// Digits of a reported number: more than any interval allows, fewer than rounding spoils.
 const DIGITS: usize = 7;
+/// So many faults at once are believed only where fewer, looked for from afar, explain the record less well.
+const SEVERAL: u32 = 3;
 /// How often a better optimum, found on a profile, restarts the fit.
 const RESTARTS: usize = 3;
 /// A restart that lowers the cost by less is the last one.
@@ -80,10 +82,20 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
     let drive = Drive::from_record(rig, record)?;
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;
     let mut first = estimate::near(model, record, &drive, None, estimate::FROM_HEALTHY)?;
-    if first.missed() {
-        first = estimate::screened(first, hypotheses::MOST_ROUNDS)?;
+    let mut begun = None;
+    if first.missed() || first.isolation.set().count_ones() >= SEVERAL {
+        let places = first.places();
+        // Faults as old as the record that leave nothing need no beginning.
+        if first.missed() && !places.iter().any(search::Place::leaves_nothing) {
+            begun = onset::find(model, record, &drive, &first);
+        }
+        if begun.is_none() {
+            first = first.from_places(&places, hypotheses::MOST_ROUNDS);
+        }
     }
-    let begun = onset::find(model, record, &drive, &first)?;
+    if begun.is_none() && !first.missed() {
+        begun = onset::find(model, record, &drive, &first);
+    }
     let (drive, mut estimate) = match &begun {
         Some(begun) => {
             let guess = Some((&begun.theta[..], begun.set));

@@ -9,7 +9,6 @@ use super::case::{Case, Set, members};
 use super::estimate::{self, Estimate};
 use super::hypotheses::Isolation;
 use super::summary::tame;
-use crate::complaint::Complaint;
 use crate::fit::Problem;
 use crate::model::{Drive, Model, Onset};
 use crate::record::Record;
@@ -36,24 +35,21 @@ pub struct Begun {
 }
 
 /// Looks for a beginning of the faults within the record; `first` is an explanation by faults as old as the record, good or
-/// bad.
-///
-/// # Errors
-/// As [`estimate::estimate`].
-pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>) -> Result<Option<Begun>, Complaint> {
+/// bad. `None` also where the model cannot be solved with one.
+pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>) -> Option<Begun> {
     let worth = WORTH + (record.time.len() as f64).ln();
     let shaken = plain.pieces.iter().skip(1).find(|piece| piece.jump).map_or(f64::INFINITY, |piece| piece.start);
     let row = if first.missed() { left(&first.case) } else { parting(&first.case, &first.isolation, worth) };
-    let Some(mut row) = row.filter(|&row| record.time[row] > shaken + CLEAR) else { return Ok(None) };
+    let mut row = row.filter(|&row| record.time[row] > shaken + CLEAR)?;
     let mut guess: Option<(Vec<f64>, Set)> = None;
     let mut found: Option<(Begun, f64)> = None;
     for _ in 0..ROUNDS {
         let drive = begun(model, plain, record.time[row]);
-        let explained =
-            estimate::estimate(model, record, &drive, guess.as_ref().map(|(theta, set)| (&theta[..], *set)))?;
+        let start = guess.as_ref().map(|(theta, set)| (&theta[..], *set));
+        let Ok(explained) = estimate::estimate(model, record, &drive, start) else { break };
         let (theta, set) = (explained.isolation.best.theta.clone(), explained.isolation.set());
         if set == 0 {
-            return Ok(None);
+            return None;
         }
         let time = refined(&explained.case, model, plain, &theta, row);
         row = record.time.partition_point(|&t| t < time).min(record.time.len() - 1);
@@ -61,11 +57,12 @@ pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>)
         guess = Some((theta.clone(), set));
         found = Some((Begun { drive: begun(model, plain, time), time, theta, set }, cost));
     }
-    let Some((begun, cost)) = found else { return Ok(None) };
+    let (begun, cost) = found?;
     // Do the same faults, as old as the record, explain it as well?
-    let old = estimate::near(model, record, plain, Some((&begun.theta, begun.set)), COMPARED)?;
-    let better = 0.5 * (old.isolation.best.cost.min(first.isolation.best.cost) - cost) > worth;
-    Ok(better.then_some(begun))
+    let old = estimate::near(model, record, plain, Some((&begun.theta, begun.set)), COMPARED);
+    let old = old.map_or(f64::INFINITY, |old| old.isolation.best.cost);
+    let better = 0.5 * (old.min(first.isolation.best.cost) - cost) > worth;
+    better.then_some(begun)
 }
 
 /// The drive with every fault at its healthy value until `time`.

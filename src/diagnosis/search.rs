@@ -52,9 +52,16 @@ pub struct Place {
     pub faults: Vec<(usize, f64)>,
     /// What it leaves of the record, by a loss that large misfits do not rule.
     cost: f64,
+    /// The same per sample once its events have got their tolerance; infinite where it is far off or was not asked.
+    left: f64,
 }
 
 impl Place {
+    /// Whether it leaves so little that nothing further is looked for.
+    pub fn leaves_nothing(&self) -> bool {
+        self.left <= NOTHING_LEFT
+    }
+
     pub fn set(&self) -> Set {
         self.faults.iter().fold(0, |set, (fault, _)| set | 1 << fault)
     }
@@ -80,8 +87,8 @@ pub fn places(case: &Case<'_>) -> Vec<Place> {
     sort(&mut fitted);
     let mut grown: Vec<Place> = Vec::new();
     for place in fitted.into_iter().take(GROWN) {
-        let (place, left) = search.grown(place);
-        if left <= EXPLAINED.1 {
+        let place = search.grown(place);
+        if place.left <= EXPLAINED.1 {
             return vec![place];
         }
         grown.push(place);
@@ -116,7 +123,7 @@ impl Search<'_> {
     fn simulated(&self, faults: Vec<(usize, f64)>) -> Option<Place> {
         let theta: Vec<f64> = faults.iter().map(|(_, value)| *value).collect();
         let cost = FAR.cost(&self.problem(&faults).misfit(&theta).ok()?);
-        Some(Place { faults, cost })
+        Some(Place { faults, cost, left: f64::INFINITY })
     }
 
     /// The best values of the same faults from these; `None` where the model cannot be solved.
@@ -132,7 +139,7 @@ impl Search<'_> {
         let tolerances = Tolerances { function: NEIGHBOURHOOD, max_iterations: ITERATIONS, ..Tolerances::default() };
         let found = fit::fit(&problem, &start, loss, tolerances).ok()?;
         let faults = faults.iter().zip(&found.theta).map(|(&(fault, _), &value)| (fault, value)).collect();
-        Some(Place { faults, cost: FAR.cost(&found.linearised.misfit) })
+        Some(Place { faults, cost: FAR.cost(&found.linearised.misfit), left: f64::INFINITY })
     }
 
     /// Cost per sample that a place leaves once its events have got their tolerance; infinite where it is far off anyway.
@@ -151,10 +158,10 @@ impl Search<'_> {
     }
 
     /// With one fault more at a time, or one for another where there are enough, while each change takes away a good share
-    /// of the cost; and what is left per sample.
-    fn grown(&self, mut place: Place) -> (Place, f64) {
-        let mut left = self.left(&place);
-        while left > NOTHING_LEFT {
+    /// of the cost.
+    fn grown(&self, mut place: Place) -> Place {
+        place.left = self.left(&place);
+        while !place.leaves_nothing() {
             let bases: Vec<Vec<(usize, f64)>> = if place.faults.len() < MOST {
                 vec![place.faults.clone()]
             } else {
@@ -182,9 +189,9 @@ impl Search<'_> {
                 Some(next) if next.cost < (1.0 - GROWTH) * place.cost => place = next,
                 _ => break,
             }
-            left = self.left(&place);
+            place.left = self.left(&place);
         }
-        (place, left)
+        place
     }
 
     /// Faults of components that a place does not have.

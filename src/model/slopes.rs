@@ -1,4 +1,4 @@
-//! First and second derivatives of a circuit's equations by its states and parameters, as sensitivities need them.
+//! Derivatives of a circuit's equations by its states and parameters, as sensitivities need them.
 
 use super::assembly::{Inputs, level_per_pressure};
 use super::layout::{Balance, Layout, Raw, Variable};
@@ -13,8 +13,6 @@ pub const LANES: usize = 8;
 
 /// A number with its derivatives by variables and parameters of one component.
 pub type First = Dual<f64, LANES>;
-/// The same with the derivatives of all that along one direction.
-type Second = Dual<First, 1>;
 
 /// What a lane of a component stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,12 +29,10 @@ struct Pass {
     /// Whether it is the one that counts where values are summed: further ones hold further parameters.
     first: bool,
     law: AnyLaw<First>,
-    curved: AnyLaw<Second>,
     lanes: Vec<Lane>,
     /// Lane of each variable.
     of_variable: [Option<usize>; VARIABLES],
     answers: Answers<First>,
-    bends: Answers<Second>,
 }
 
 /// Sums over the components at a balance, at one point.
@@ -44,18 +40,11 @@ struct Pass {
 struct Sum {
     through: f64,
     capacity: f64,
-    /// Changes along the direction.
-    through_along: f64,
-    capacity_along: f64,
 }
 
 impl Sum {
     fn rate(&self, balance: Balance) -> f64 {
         self.through * balance.sign / self.capacity
-    }
-
-    fn rate_along(&self, balance: Balance) -> f64 {
-        (self.through_along * balance.sign - self.rate(balance) * self.capacity_along) / self.capacity
     }
 }
 
@@ -210,12 +199,8 @@ fn passes_of(
         };
         let of = |range: std::ops::Range<usize>| -> Vec<First> { range.map(seed).collect() };
         let (fluid, given) = (of(of_fluid.clone()), of(of_component.clone()));
-        let lifted = |values: &[First]| -> Vec<Second> { values.iter().map(|&value| Second::lift(value)).collect() };
-        let law = AnyLaw::new(own.card.kind, &given, &Fluid::new(&fluid));
-        let curved = AnyLaw::new(own.card.kind, &lifted(&given), &Fluid::new(&lifted(&fluid)));
-        if let (Some(law), Some(curved)) = (law, curved) {
-            let (answers, bends) = (Answers::default(), Answers::default());
-            passes.push(Pass { component, first, law, curved, lanes, of_variable, answers, bends });
+        if let Some(law) = AnyLaw::new(own.card.kind, &given, &Fluid::new(&fluid)) {
+            passes.push(Pass { component, first, law, lanes, of_variable, answers: Answers::default() });
         }
         first = false;
     }
@@ -309,72 +294,6 @@ impl<const N: usize> Curved<N> for Slopes<'_> {
                 }
             }
             j[row][row] -= per_lag;
-        }
-    }
-
-    fn turning(&mut self, t: f64, y: &[f64; N], direction: &[f64; N], j: &mut [[f64; N]; N], by: &mut Vec<Entry>) {
-        let mut sums = [Sum::default(); N];
-        for pass in &mut self.passes {
-            let slot = &self.layout.slots[pass.component];
-            let mut seen = Seen { z: [Second::zero(); VARIABLES], u: [Second::zero(); INPUTS] };
-            for (index, variable) in slot.variables.iter().enumerate() {
-                seen.z[index].re = pass.variable(index, *variable, y, &self.held);
-                if let Variable::State(state) = variable {
-                    seen.z[index].eps[0] = First::constant(direction[*state]);
-                }
-            }
-            for (value, input) in seen.u.iter_mut().zip(slot.inputs) {
-                let Some(input) = input else { continue };
-                value.re = First::constant(self.inputs.at(input, t));
-                value.eps[0] = First::constant(self.inputs.slope[input]);
-            }
-            pass.curved.evaluate(&seen, &mut pass.bends);
-            for (port, balance) in slot.balances.iter().enumerate().take(slot.ports) {
-                let (true, Some(balance)) = (pass.first, *balance) else { continue };
-                let (through, capacity) = (&pass.bends.through[port], &pass.bends.capacity[port]);
-                let sum = &mut sums[balance];
-                sum.through += through.re.re;
-                sum.capacity += capacity.re.re;
-                sum.through_along += through.eps[0].re;
-                sum.capacity_along += capacity.eps[0].re;
-            }
-        }
-        for pass in &self.passes {
-            let slot = &self.layout.slots[pass.component];
-            for (port, index) in slot.balances.iter().enumerate().take(slot.ports) {
-                let Some(index) = *index else { continue };
-                let (balance, sum) = (self.layout.balances[index], &sums[index]);
-                let (rate, rate_along, per_capacity) = (sum.rate(balance), sum.rate_along(balance), 1.0 / sum.capacity);
-                let (through, capacity) = (&pass.bends.through[port], &pass.bends.capacity[port]);
-                let (through_along, capacity_along) = (&through.eps[0], &capacity.eps[0]);
-                pass.give(balance.state, j, by, |lane| {
-                    let of_rate = (through.re.eps[lane] * balance.sign - rate * capacity.re.eps[lane]) * per_capacity;
-                    (through_along.eps[lane] * balance.sign
-                        - rate * capacity_along.eps[lane]
-                        - of_rate * sum.capacity_along
-                        - rate_along * capacity.re.eps[lane])
-                        * per_capacity
-                });
-            }
-            for state in 0..slot.states {
-                pass.give(slot.first_state + state, j, by, |lane| pass.bends.rate[state].eps[0].eps[lane]);
-            }
-        }
-        for filter in &self.layout.filters {
-            let (row, per_lag) = (filter.state, 1.0 / filter.lag);
-            match self.layout.raw[filter.sensor] {
-                Raw::Pressure(_) | Raw::State(_) | Raw::HeldPressure(_) => {}
-                Raw::Level(state) => {
-                    let level =
-                        |(parameter, slope)| Entry { row, parameter, value: slope * direction[state] * per_lag };
-                    by.extend(self.by_density.map(level));
-                }
-                Raw::Flow(component, port, sign) => {
-                    for pass in self.passes.iter().filter(|pass| pass.component == component) {
-                        pass.give(row, j, by, |lane| pass.bends.through[port].eps[0].eps[lane] * (sign * per_lag));
-                    }
-                }
-            }
         }
     }
 }

@@ -195,7 +195,7 @@ impl<const N: usize> Rosenbrock<N> {
                 self.stats.factorisations += 1;
                 self.stats.derivatives += if attempt.is_some() { 7 } else { 0 };
                 let norm = norm(&error);
-                if let Some((y1, inverse)) = attempt.filter(|_| norm <= 1.0) {
+                if let Some(y1) = attempt.filter(|_| norm <= 1.0) {
                     // The estimate sees real parts only: a derivative may have been lost on the way.
                     if let Some(worst_state) = y1.iter().position(|y| !y.is_finite()) {
                         return Err(IntegrationError::NotFinite { t, worst_state });
@@ -205,7 +205,7 @@ impl<const N: usize> Rosenbrock<N> {
                     self.last_error = norm.max(1e-4);
                     // A step cut short to land on the end says little of what the next piece can bear.
                     self.hint = Some(if h < wanted { proposal.max(wanted) } else { proposal });
-                    let step = Step::new((t, t_end, h), [&local.y, &y1], &stages, (&local.derivative, &inverse));
+                    let step = Step::new((t, t_end, h), &local.y, &y1, &stages);
                     if let ControlFlow::Break(at) = on_step(&step) {
                         let y = step.interpolate_all(at);
                         return Ok(Arrival { t: at, y, stopped: true });

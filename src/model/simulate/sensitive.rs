@@ -46,7 +46,7 @@ impl Model {
             drive,
             by,
             slopes: None,
-            tangents: Tangents::new(0, |_, _| 0.0),
+            tangents: Tangents::new(0, [1.0; N], |_, _| 0.0),
             read: self.read_states(),
             states: vec![vec![0.0; by.len()]; self.layout.states],
             raw: vec![0.0; by.len()],
@@ -150,7 +150,9 @@ impl<const N: usize> Watch<N> for Derivatives<'_, N> {
                 }
             }
         }
-        self.tangents = Tangents::new(self.by.len(), |state, column| first[state][column]);
+        let mut scale = [1.0; N];
+        scale[..model.layout.states].copy_from_slice(&model.layout.scales);
+        self.tangents = Tangents::new(self.by.len(), scale, |state, column| first[state][column]);
     }
 
     fn change(&mut self, parameters: &[f64]) {
@@ -161,7 +163,6 @@ impl<const N: usize> Watch<N> for Derivatives<'_, N> {
         if let Some(slopes) = &mut self.slopes {
             slopes.inputs = inputs.clone();
         }
-        self.tangents.restart();
     }
 
     fn step(&mut self, step: &Step<'_, f64, N>) {

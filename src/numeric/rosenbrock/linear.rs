@@ -30,12 +30,6 @@ impl<const N: usize> Inverse<N> {
         inverted(&mut a, scale).then_some(Self { columns: a })
     }
 
-    /// The entries, column by column.
-    #[inline]
-    pub(super) fn columns(&self) -> &[[f64; N]; N] {
-        &self.columns
-    }
-
     /// The product of the inverse with `b`.
     #[inline]
     pub fn times(&self, b: &[f64; N]) -> [f64; N] {
@@ -45,7 +39,7 @@ impl<const N: usize> Inverse<N> {
 
 wide! {
     /// Inverts a matrix in place, by Gauss and Jordan with pivots by column; false if it is singular or not finite.
-    fn inverted<const N: usize>(a: &mut [[f64; N]; N], scale: &[f64; N]) -> bool {
+    pub(super) fn inverted<const N: usize>(a: &mut [[f64; N]; N], scale: &[f64; N]) -> bool {
         let mut swapped_with = [0; N];
         for p in 0..N {
             let mut best = p;

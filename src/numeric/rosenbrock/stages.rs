@@ -44,7 +44,7 @@ impl<S: Scalar, const N: usize> Local<S, N> {
 }
 
 /// One step of length `h`: the new states, and the eight stages in `k`. `error` becomes each state's estimated error
-/// relative to its tolerance. Comes with the inverse of `W`; `None` if there is none.
+/// relative to its tolerance. `None` if `W` cannot be inverted.
 #[inline]
 pub(super) fn attempt<S: Scalar, const N: usize>(
     system: &mut impl System<S, N>,
@@ -53,7 +53,7 @@ pub(super) fn attempt<S: Scalar, const N: usize>(
     h: f64,
     k: &mut [[S; N]; 8],
     error: &mut [f64; N],
-) -> Option<([S; N], Inverse<N>)> {
+) -> Option<[S; N]> {
     let y = &local.y;
     let tolerance = |i: usize, size: f64| options.atol[i] + options.rtol * size;
     let scale = std::array::from_fn(|i| tolerance(i, y[i].re().abs()));
@@ -78,7 +78,7 @@ pub(super) fn attempt<S: Scalar, const N: usize>(
         let size = y[i].re().abs().max(y1[i].re().abs());
         *error = k[7][i].re() / tolerance(i, size);
     }
-    Some((y1, inverse))
+    Some(y1)
 }
 
 /// The stages of one step while they are being computed; those not yet reached hold leftovers.

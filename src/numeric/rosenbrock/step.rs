@@ -3,7 +3,6 @@
 use std::array::from_fn;
 use std::cell::OnceCell;
 
-use super::Inverse;
 use super::coefficients::H;
 use super::stages::combine;
 use crate::numeric::Real;
@@ -25,32 +24,13 @@ pub struct Step<'a, S, const N: usize> {
     /// States at the end.
     pub y1: &'a [S; N],
     stages: &'a [[S; N]; 8],
-    slope: &'a [S; N],
-    inverse: &'a Inverse<N>,
     dense: OnceCell<[[S; N]; 3]>,
 }
 
 impl<'a, S: Real, const N: usize> Step<'a, S, N> {
     #[inline]
-    pub(super) fn new(
-        (t, t_end, h): (f64, f64, f64),
-        [y0, y1]: [&'a [S; N]; 2],
-        stages: &'a [[S; N]; 8],
-        (slope, inverse): (&'a [S; N], &'a Inverse<N>),
-    ) -> Self {
-        Self { t, t_end, h, y0, y1, stages, slope, inverse, dense: OnceCell::new() }
-    }
-
-    /// `f` at the start.
-    #[inline]
-    pub(super) fn slope(&self) -> &[S; N] {
-        self.slope
-    }
-
-    /// The inverse of `W`.
-    #[inline]
-    pub(super) fn inverse(&self) -> &Inverse<N> {
-        self.inverse
+    pub(super) fn new((t, t_end, h): (f64, f64, f64), y0: &'a [S; N], y1: &'a [S; N], stages: &'a [[S; N]; 8]) -> Self {
+        Self { t, t_end, h, y0, y1, stages, dense: OnceCell::new() }
     }
 
     /// The coefficients `D_1, D_2, D_3`, each with one entry per state: with `s = (t - t0)/h`,

@@ -1,12 +1,11 @@
 //! Derivatives of a solution by parameters, many at once and behind the plain run.
 //!
-//! Along a solution `y(t)` the derivatives `S` obey `S' = J(t, y) S + df/dp`, which is linear. The method takes this equation
-//! along the steps that the plain run took, with the same inverse of `W`. Jacobians along the step and their turning at its
-//! start do not depend on the parameter, so they are made once per accepted step; what is left for each parameter is sums
-//! of products. Rejected attempts cost nothing.
+//! Along a solution `y(t)` the derivatives `S` obey `S' = J(t, y) S + df/dp`, which is linear: an implicit method needs no
+//! iteration. Jacobians along the step do not depend on the parameter, so they are made and eliminated once per accepted step;
+//! what is left for each parameter is sums of products. Rejected attempts cost nothing.
 
 use super::Step;
-use super::coefficients::{A2, A3, A4, A5, A6, C, C2, C3, C4, C5, C6, C7, C8, D, H};
+use super::linear::inverted;
 use crate::numeric::wide::wide;
 
 /// The derivatives of a system of `N` states by states and parameters.
@@ -14,9 +13,6 @@ pub trait Curved<const N: usize> {
     /// Writes the derivatives of `f(t, y)` by the states into `j[row][column]`, which arrives zeroed, and adds those by the
     /// parameters to `by`.
     fn slopes(&mut self, t: f64, y: &[f64; N], j: &mut [[f64; N]; N], by: &mut Vec<Entry>);
-
-    /// As [`slopes`](Self::slopes), how fast they change there with time while the states move along `direction`, per second.
-    fn turning(&mut self, t: f64, y: &[f64; N], direction: &[f64; N], j: &mut [[f64; N]; N], by: &mut Vec<Entry>);
 }
 
 /// A derivative of one row by one parameter; several of the same place add up.
@@ -34,73 +30,34 @@ type Row = [f64; WIDTH];
 /// Derivatives of all states by as many parameters.
 type Block<const N: usize> = [Row; N];
 
-/// Rows of `A` of the stages whose argument is a sum over earlier ones.
-const A: [&[f64]; 6] = [&[], &A2, &A3, &A4, &A5, &A6];
-/// Rows of `C`.
-const COUPLING: [&[f64]; 8] = [&[], &C2, &C3, &C4, &C5, &C6, &C7, &C8];
-
-/// Points of a step where slopes are asked for: the first six stages; the last two share the end with the sixth.
-const POINTS: usize = 6;
+/// Stages.
+const STAGES: usize = 3;
+/// Stage times, as fractions of the step.
+const C: [f64; STAGES] = [0.155_051_025_721_682_2, 0.644_948_974_278_317_8, 1.0];
+/// The inverse of the method's matrix.
+const A: [[f64; STAGES]; STAGES] = [
+    [3.224_744_871_391_589, 1.167_840_084_690_405_5, -0.253_197_264_742_180_8],
+    [-3.567_840_084_690_405_5, 0.775_255_128_608_410_9, 1.053_197_264_742_180_8],
+    [5.531_972_647_421_808, -7.531_972_647_421_808, 5.0],
+];
 
 /// Derivatives of the states by parameters, led along the steps of a plain run.
 ///
-/// They are as accurate as the steps are, of order 5 as these, and not controlled by themselves.
+/// The method is Radau IIA with three stages: order 5, stiffly accurate and L-stable, dense output of order 3. Its error is
+/// not controlled: steps that follow the solution to a tolerance follow its derivatives about as well.
 ///
-/// Source: the variational equation by the method of the plain run; E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary
-/// Differential Equations I", 2nd ed., Springer 1993, I.14.
+/// Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd ed., Springer 1996, table IV.5.6.
 #[derive(Clone, Debug)]
 pub struct Tangents<const N: usize> {
+    /// Sizes at which states matter.
+    scale: [f64; N],
     /// At the end of the last step.
     blocks: Vec<Block<N>>,
-    /// At its start, and its stages.
+    /// At its start, and at its stages.
     before: Vec<Block<N>>,
-    stages: Vec<[Block<N>; 8]>,
-    slopes: [Slopes; POINTS],
-    turning: Slopes,
-    /// Whether the slopes at the end of the last step hold at the start of the next.
-    goes_on: bool,
-}
-
-/// What is not zero of a matrix of derivatives.
-#[derive(Clone, Debug, Default)]
-struct Slopes {
-    /// Number of entries of each row.
-    counts: Vec<usize>,
-    /// Column and value, row by row.
-    by_state: Vec<(usize, f64)>,
-    by_parameter: Vec<Entry>,
-}
-
-impl Slopes {
-    fn take<const N: usize>(&mut self, fill: impl FnOnce(&mut [[f64; N]; N], &mut Vec<Entry>)) {
-        let mut j = [[0.0; N]; N];
-        self.counts.clear();
-        self.by_state.clear();
-        self.by_parameter.clear();
-        fill(&mut j, &mut self.by_parameter);
-        for entries in &j {
-            let before = self.by_state.len();
-            let entries = entries.iter().enumerate().filter(|(_, value)| **value != 0.0);
-            self.by_state.extend(entries.map(|(column, &value)| (column, value)));
-            self.counts.push(self.by_state.len() - before);
-        }
-    }
-
-    /// Adds the change of all rows when the states change by `argument` and every parameter by one.
-    #[inline(always)]
-    fn add<const N: usize>(&self, argument: &Block<N>, block: usize, right: &mut Block<N>) {
-        let mut entries = self.by_state.iter();
-        for (sum, &count) in right.iter_mut().zip(&self.counts) {
-            for &(column, value) in entries.by_ref().take(count) {
-                axpy(sum, value, &argument[column]);
-            }
-        }
-        for entry in &self.by_parameter {
-            if entry.parameter / WIDTH == block {
-                right[entry.row][entry.parameter % WIDTH] += entry.value;
-            }
-        }
-    }
+    stages: Vec<[Block<N>; STAGES]>,
+    /// Derivatives by parameters at each stage.
+    by: [Vec<Entry>; STAGES],
 }
 
 #[inline(always)]
@@ -110,72 +67,116 @@ fn axpy(sum: &mut Row, factor: f64, row: &Row) {
     }
 }
 
-/// Adds the weighted stages to every row.
-#[inline(always)]
-fn add_stages<const N: usize>(sum: &mut Block<N>, weights: &[f64], stages: &[Block<N>; 8]) {
-    for (row, sum) in sum.iter_mut().enumerate() {
-        for (weight, stage) in weights.iter().zip(stages) {
-            axpy(sum, *weight, &stage[row]);
-        }
-    }
-}
+/// A matrix, column by column.
+type Matrix<const N: usize> = [[f64; N]; N];
 
-/// What a step has for all parameters alike.
-struct Shared<'a, const N: usize> {
-    h: f64,
-    slopes: &'a [Slopes; POINTS],
-    turning: &'a Slopes,
-    inverse: &'a [[f64; N]; N],
+/// The equations of the stages, `(A/h - J) Z = right`, with one stage eliminated after the other.
+struct Eliminated<const N: usize> {
+    /// Inverses of what is left of each diagonal block.
+    inverses: [Matrix<N>; STAGES],
+    /// What is left of the blocks right of the second and below it.
+    right: Matrix<N>,
+    below: Matrix<N>,
 }
 
 wide! {
-    /// The derivatives by one block of parameters at the end of a step, from those at its start; leaves their stages.
-    fn ended<const N: usize>(
-        shared: &Shared<'_, N>,
+    /// Eliminates stage by stage; `None` if that is singular. `j[stage][row][column]`.
+    fn eliminate<const N: usize>(h: f64, j: &[[[f64; N]; N]; STAGES], scale: &[f64; N]) -> Option<Eliminated<N>> {
+        let mut inverses = [[[0.0; N]; N]; STAGES];
+        for (stage, block) in inverses.iter_mut().enumerate() {
+            for (column, entries) in block.iter_mut().enumerate() {
+                for (row, entry) in entries.iter_mut().enumerate() {
+                    *entry = -j[stage][row][column];
+                }
+                entries[column] += A[stage][stage] / h;
+            }
+        }
+        let [first, second, third] = &mut inverses;
+        if !inverted(first, scale) {
+            return None;
+        }
+        let (mut right, mut below) = ([[0.0; N]; N], [[0.0; N]; N]);
+        let per = 1.0 / (h * h);
+        for column in 0..N {
+            for row in 0..N {
+                let known = first[column][row] * per;
+                second[column][row] -= A[1][0] * A[0][1] * known;
+                right[column][row] = -A[1][0] * A[0][2] * known;
+                below[column][row] = -A[2][0] * A[0][1] * known;
+                third[column][row] -= A[2][0] * A[0][2] * known;
+            }
+            right[column][column] += A[1][2] / h;
+            below[column][column] += A[2][1] / h;
+        }
+        if !inverted(second, scale) {
+            return None;
+        }
+        for column in 0..N {
+            let mut through = [0.0; N];
+            for (factor, entries) in right[column].iter().zip(second.iter()) {
+                through.iter_mut().zip(entries).for_each(|(sum, entry)| *sum += factor * entry);
+            }
+            for (factor, entries) in through.iter().zip(&below) {
+                third[column].iter_mut().zip(entries).for_each(|(sum, entry)| *sum -= factor * entry);
+            }
+        }
+        inverted(third, scale).then_some(Eliminated { inverses, right, below })
+    }
+}
+
+#[inline(always)]
+fn product<const N: usize>(matrix: &Matrix<N>, block: &Block<N>) -> Block<N> {
+    let mut result = [[0.0; WIDTH]; N];
+    for (row, sum) in result.iter_mut().enumerate() {
+        for (column, factors) in matrix.iter().zip(block) {
+            axpy(sum, column[row], factors);
+        }
+    }
+    result
+}
+
+/// `a + factor b`.
+#[inline(always)]
+fn plus<const N: usize>(mut a: Block<N>, factor: f64, b: &Block<N>) -> Block<N> {
+    for (a, b) in a.iter_mut().zip(b) {
+        axpy(a, factor, b);
+    }
+    a
+}
+
+wide! {
+    /// The derivatives by one block of parameters at the stages of a step of length `h`, from those at its start.
+    fn staged<const N: usize>(
+        h: f64,
+        eliminated: &Eliminated<N>,
+        by: &[Vec<Entry>; STAGES],
         block: usize,
         before: &Block<N>,
-        stages: &mut [Block<N>; 8],
-    ) -> Block<N> {
-        let mut turning = [[0.0; WIDTH]; N];
-        shared.turning.add(before, block, &mut turning);
-        let mut argument = *before;
-        for i in 0..8 {
-            if i < POINTS {
-                argument = *before;
-                add_stages(&mut argument, A[i], stages);
-            } else {
-                for (argument, stage) in argument.iter_mut().zip(&stages[i - 1]) {
-                    axpy(argument, 1.0, stage);
+    ) -> [Block<N>; STAGES] {
+        let mut known = [[[0.0; WIDTH]; N]; STAGES];
+        for ((known, weights), by) in known.iter_mut().zip(&A).zip(by) {
+            *known = plus(*known, weights.iter().sum::<f64>() / h, before);
+            for entry in by {
+                if entry.parameter / WIDTH == block {
+                    known[entry.row][entry.parameter % WIDTH] += entry.value;
                 }
-            }
-            let mut right = [[0.0; WIDTH]; N];
-            add_stages(&mut right, COUPLING[i], stages);
-            let per_step = 1.0 / shared.h;
-            right.iter_mut().flatten().for_each(|value| *value *= per_step);
-            shared.slopes[i.min(POINTS - 1)].add(&argument, block, &mut right);
-            if D[i] != 0.0 {
-                for (right, turning) in right.iter_mut().zip(&turning) {
-                    axpy(right, shared.h * D[i], turning);
-                }
-            }
-            for (row, stage) in stages[i].iter_mut().enumerate() {
-                let mut sum = [0.0; WIDTH];
-                for (column, right) in shared.inverse.iter().zip(&right) {
-                    axpy(&mut sum, column[row], right);
-                }
-                *stage = sum;
             }
         }
-        for (argument, stage) in argument.iter_mut().zip(&stages[7]) {
-            axpy(argument, 1.0, stage);
-        }
-        argument
+        let Eliminated { inverses, right, below } = eliminated;
+        let first = product(&inverses[0], &known[0]);
+        let second = product(&inverses[1], &plus(known[1], -A[1][0] / h, &first));
+        let rest = plus(plus(known[2], -A[2][0] / h, &first), -1.0, &product(below, &second));
+        let third = product(&inverses[2], &rest);
+        let second = plus(second, -1.0, &product(&inverses[1], &product(right, &third)));
+        let rest = plus(plus(known[0], -A[0][1] / h, &second), -A[0][2] / h, &third);
+        [product(&inverses[0], &rest), second, third]
     }
 }
 
 impl<const N: usize> Tangents<N> {
-    /// From the derivatives `start(state, parameter)` of the initial states by `parameters` parameters.
-    pub fn new(parameters: usize, start: impl Fn(usize, usize) -> f64) -> Self {
+    /// From the derivatives `start(state, parameter)` of the initial states by `parameters` parameters. `scale[i] > 0` is the
+    /// size at which state `i` matters.
+    pub fn new(parameters: usize, scale: [f64; N], start: impl Fn(usize, usize) -> f64) -> Self {
         let blocks = (0..parameters.div_ceil(WIDTH)).map(|block| {
             std::array::from_fn(|state| {
                 std::array::from_fn(|lane| {
@@ -186,41 +187,34 @@ impl<const N: usize> Tangents<N> {
         });
         let blocks: Vec<Block<N>> = blocks.collect();
         Self {
+            scale,
             before: blocks.clone(),
-            stages: vec![[[[0.0; WIDTH]; N]; 8]; blocks.len()],
+            stages: vec![[[[0.0; WIDTH]; N]; STAGES]; blocks.len()],
             blocks,
-            slopes: Default::default(),
-            turning: Slopes::default(),
-            goes_on: false,
+            by: Default::default(),
         }
     }
 
-    /// The equations change between the last step and the next.
-    pub fn restart(&mut self) {
-        self.goes_on = false;
-    }
-
-    /// Goes along one accepted step of `system`'s plain run.
+    /// Goes along one accepted step of `system`'s plain run. Where the method's equations are singular, all become NaN.
     pub fn advance(&mut self, system: &mut impl Curved<N>, step: &Step<'_, f64, N>) {
-        let h = step.h;
-        if self.goes_on {
-            self.slopes.swap(0, POINTS - 1);
-        } else {
-            self.slopes[0].take(|j, by| system.slopes(step.t, step.y0, j, by));
+        let mut j = [[[0.0; N]; N]; STAGES];
+        for ((c, j), by) in C.iter().zip(&mut j).zip(&mut self.by) {
+            let (t, y) = match step.t + c * step.h {
+                t if *c < 1.0 => (t, step.interpolate_all(t)),
+                _ => (step.t_end, *step.y1),
+            };
+            by.clear();
+            system.slopes(t, &y, j, by);
         }
-        for (slopes, c) in self.slopes.iter_mut().zip(C).skip(1) {
-            let (t, y) =
-                if c == 1.0 { (step.t_end, *step.y1) } else { (step.t + c * h, step.interpolate_all(step.t + c * h)) };
-            slopes.take(|j, by| system.slopes(t, &y, j, by));
-        }
-        self.goes_on = true;
-        self.turning.take(|j, by| system.turning(step.t, step.y0, step.slope(), j, by));
         std::mem::swap(&mut self.before, &mut self.blocks);
-        let inverse = step.inverse().columns();
-        let shared = Shared { h, slopes: &self.slopes, turning: &self.turning, inverse };
-        let blocks = self.before.iter().zip(&mut self.stages).zip(&mut self.blocks);
-        for (block, ((before, stages), after)) in blocks.enumerate() {
-            *after = ended(&shared, block, before, stages);
+        let eliminated = eliminate(step.h, &j, &self.scale);
+        for (block, before) in self.before.iter().enumerate() {
+            let stages = &mut self.stages[block];
+            *stages = match &eliminated {
+                Some(eliminated) => staged(step.h, eliminated, &self.by, block, before),
+                None => [[[f64::NAN; WIDTH]; N]; STAGES],
+            };
+            self.blocks[block] = stages[STAGES - 1];
         }
     }
 
@@ -233,14 +227,15 @@ impl<const N: usize> Tangents<N> {
     #[inline]
     pub fn interpolate(&self, step: &Step<'_, f64, N>, t: f64, state: usize, out: &mut [f64]) {
         let s = (t - step.t) / step.h;
-        // Weights of the ends and of the stages in the polynomial of order 4.
-        let inner = (1.0 - s) * s;
-        let weights: [f64; 8] = std::array::from_fn(|k| (H[0][k] + (H[1][k] + H[2][k] * s) * s) * inner);
-        let blocks = self.before.iter().zip(&self.blocks).zip(&self.stages);
-        for (((before, after), stages), out) in blocks.zip(out.chunks_mut(WIDTH)) {
+        // The polynomial through the start and the stages.
+        let weights: [f64; STAGES] = std::array::from_fn(|k| {
+            let others = (0..STAGES).filter(|other| *other != k);
+            others.map(|other| (s - C[other]) / (C[k] - C[other])).product::<f64>() * s / C[k]
+        });
+        let at_start = C.iter().map(|c| (c - s) / c).product::<f64>();
+        for ((before, stages), out) in self.before.iter().zip(&self.stages).zip(out.chunks_mut(WIDTH)) {
             let mut sum = [0.0; WIDTH];
-            axpy(&mut sum, 1.0 - s, &before[state]);
-            axpy(&mut sum, s, &after[state]);
+            axpy(&mut sum, at_start, &before[state]);
             for (weight, stage) in weights.iter().zip(stages) {
                 axpy(&mut sum, *weight, &stage[state]);
             }
