@@ -112,9 +112,13 @@ fn formats_that_are_not_read_are_named() {
         assert!(message.starts_with(&format!("error: RECORD: {what}")), "{message}");
         assert!(message.contains("\n  help: "), "{message}");
     }
-    for (bytes, name) in
-        [(&b"PAR1"[..], "Parquet"), (b"MATLAB 5.0 MAT-file", "MATLAB v5"), (b"MDF     4.10    ", "MDF 4")]
+    #[cfg(not(feature = "parquet"))]
     {
+        let what = "the file is Parquet, and this borescope was built without the feature `parquet`";
+        let help = "build it with `cargo build --release --features parquet`, or write the record as CSV";
+        assert_eq!(read(b"PAR1rest").unwrap_err(), format!("error: RECORD: {what}\n  help: {help}"));
+    }
+    for (bytes, name) in [(&b"MATLAB 5.0 MAT-file"[..], "MATLAB v5"), (b"MDF     4.10    ", "MDF 4")] {
         let message = read(bytes).unwrap_err();
         assert!(
             message.starts_with(&format!("error: RECORD: the file is {name}, which is not read\n  help: ")),
@@ -221,4 +225,69 @@ fn sound_records_are_not_doubted() {
         let page: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
         assert_eq!(page["record"]["findings"], serde_json::json!([]), "{name}");
     }
+}
+
+/// What other programs wrote of one stroke reads as one record.
+#[test]
+fn files_of_other_programs_read_alike() {
+    let read =
+        |name: &str| Record::read(format!("fixtures/formats/{name}")).unwrap_or_else(|complaint| panic!("{complaint}"));
+    let plain = read("stroke.csv");
+    assert_eq!((plain.time.len(), plain.channels.len()), (250, 11));
+    let mut names = vec!["stroke.csv.gz", "stroke.csv.zst", "stroke_german.csv", "stroke_units.tsv"];
+    if cfg!(feature = "parquet") {
+        names.push("stroke.parquet");
+    }
+    for name in names {
+        let other = read(name);
+        assert_eq!(other.time, plain.time, "{name}");
+        for (channel, plain) in other.channels.iter().zip(&plain.channels) {
+            assert_eq!(
+                (&channel.name, &channel.unit, &channel.values),
+                (&plain.name, &plain.unit, &plain.values),
+                "{name}"
+            );
+        }
+        assert!(!other.origin.is_plain(), "{name}");
+    }
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn a_damaged_parquet_file_is_told() {
+    let whole = fs::read("fixtures/formats/stroke.parquet").unwrap();
+    for cut in [4, 100, whole.len() - 1] {
+        let message = read(&whole[..cut]).unwrap_err();
+        assert!(message.starts_with("error: RECORD: the Parquet file cannot be read: "), "{message}");
+    }
+    // No damage panics, wherever it is.
+    for at in (4..whole.len()).step_by(7) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0xFF;
+        let _ = read(&bytes);
+    }
+}
+
+#[test]
+fn a_file_too_large_is_refused_unread() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rig.toml");
+    fs::File::create(&path).unwrap().set_len(1 << 33).unwrap();
+    let shown = |arguments: [&str; 2]| borescope(arguments).err.replace(path.to_str().unwrap(), "FILE");
+    let text = path.to_str().unwrap();
+    let help = "\n  help: split it; no more is read, so that a wrong file cannot fill the memory\n";
+    assert_eq!(shown(["check", text]), format!("error: FILE: the file is larger than 4 MiB{help}"));
+    let complaint = Record::read(&path).unwrap_err();
+    assert_eq!(complaint.what, "the file is larger than 1024 MiB");
+    // Ten thousand lists within each other.
+    fs::write(&path, format!("a = {}1{}", "[".repeat(10_000), "]".repeat(10_000))).unwrap();
+    let told = shown(["check", text]);
+    assert!(told.starts_with("error: FILE:1: this is not TOML: "), "{told}");
+    // A packed file of zeros that would fill the memory.
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    let zeros = vec![0_u8; 1 << 24];
+    for _ in 0..65 {
+        packed.write_all(&zeros).unwrap();
+    }
+    assert!(read(&packed.finish().unwrap()).unwrap_err().contains("the file is larger than 1024 MiB"));
 }

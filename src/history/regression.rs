@@ -98,7 +98,7 @@ fn weighted(points: &[Point], scatter: f64) -> Option<Sums> {
     let mean = |value: fn(&Point) -> f64| points.iter().map(|p| weight_of(p) * value(p)).sum::<f64>() / weight;
     let (at, level) = (mean(|point| point.x), mean(|point| point.y));
     let spread: f64 = points.iter().map(|p| weight_of(p) * (p.x - at).powi(2)).sum();
-    if !(spread > 0.0) {
+    if spread.is_nan() || spread <= 0.0 {
         return None;
     }
     let slope = points.iter().map(|p| weight_of(p) * (p.x - at) * (p.y - level)).sum::<f64>() / spread;

@@ -42,14 +42,31 @@ impl Binary {
     /// Reads the record.
     ///
     /// # Errors
-    /// Every format, as none is read yet; each says what would be right.
-    pub fn read(self, path: &Path, _bytes: &[u8], _care: Care) -> Result<Standing, Complaint> {
-        let help = match self {
-            Self::Hdf => "save it in MATLAB with `writetable`, or in another way as CSV",
-            Self::Parquet | Self::Mat | Self::Mdf => "write the record as CSV, columns `name [unit]`, the time first",
-        };
-        Err(Complaint::new(Kind::Syntax, format!("the file is {}, which is not read", self.name()))
-            .in_file(path)
-            .help(help))
+    /// A format that is not read, or that this program was built without; and what is wrong in the record.
+    pub fn read(self, path: &Path, bytes: &[u8], care: Care) -> Result<Standing, Complaint> {
+        match self {
+            Self::Parquet => parquet(path, bytes, care),
+            Self::Hdf => Err(self.not_read(path, "save it in MATLAB with `writetable`, or in another way as CSV")),
+            Self::Mat | Self::Mdf => {
+                Err(self.not_read(path, "write the record as CSV, columns `name [unit]`, the time first"))
+            }
+        }
     }
+
+    fn not_read(self, path: &Path, help: &str) -> Complaint {
+        Complaint::new(Kind::Syntax, format!("the file is {}, which is not read", self.name())).in_file(path).help(help)
+    }
+}
+
+#[cfg(feature = "parquet")]
+fn parquet(path: &Path, bytes: &[u8], care: Care) -> Result<Standing, Complaint> {
+    super::parquet::read(path, bytes, care)
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet(path: &Path, _: &[u8], _: Care) -> Result<Standing, Complaint> {
+    let what = "the file is Parquet, and this borescope was built without the feature `parquet`";
+    Err(Complaint::new(Kind::Syntax, what)
+        .in_file(path)
+        .help("build it with `cargo build --release --features parquet`, or write the record as CSV"))
 }

@@ -1,10 +1,14 @@
 //! Measured series: what a logger wrote, in SI.
 
 mod binary;
+#[cfg(feature = "parquet")]
+mod columns;
 mod dialect;
 mod header;
 mod origin;
 mod packed;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod read;
 mod sampling;
 pub mod survey;

@@ -26,7 +26,7 @@ impl Moment {
 
     /// The moment this many seconds behind the beginning of 1970; `None` where it lies outside the calendar.
     pub fn of_seconds(seconds: f64) -> Option<Self> {
-        if !(seconds.abs() < 1e12) {
+        if seconds.is_nan() || seconds.abs() >= 1e12 {
             return None;
         }
         Timestamp::from_millisecond((seconds * 1e3).round() as i64).ok().map(Self)
