@@ -7,9 +7,9 @@ use crate::record::Channel;
 const FEWEST: usize = 10;
 /// Chance that noise alone makes a run as long somewhere in the record.
 const BY_CHANCE: f64 = 1e-3;
-/// Median step from row to row, in standard deviations of the noise, below which a channel counts as computed rather
-/// than measured; noise alone makes it 0.95.
-const MEASURED: f64 = 0.3;
+/// Median second difference, in standard deviations of the noise, below which a channel counts as computed rather than
+/// measured; noise alone makes it 1.65, and steady motion nothing.
+const MEASURED: f64 = 0.5;
 /// Height of a spike, in standard deviations of the noise, and in median deviations of the rows around it.
 const SPIKE: f64 = 8.0;
 /// Rows on either side of a spike that say how restless the channel is there.
@@ -83,10 +83,10 @@ pub(super) fn survey(
 /// Whether the channel is as restless as its noise makes it, away from its extremes.
 fn is_measured(values: &[f64], least: f64, greatest: f64, noise: f64) -> bool {
     let inside = |value: &f64| value.is_finite() && *value != least && *value != greatest;
-    let pairs = values.windows(2).filter(|pair| pair.iter().all(inside));
-    let mut steps: Vec<f64> = pairs.map(|pair| (pair[1] - pair[0]).abs()).collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).is_some_and(|median| *median >= MEASURED * noise)
+    let threes = values.windows(3).filter(|three| three.iter().all(inside));
+    let mut bends: Vec<f64> = threes.map(|three| (three[0] - 2.0 * three[1] + three[2]).abs()).collect();
+    bends.sort_by(f64::total_cmp);
+    bends.get(bends.len() / 2).is_some_and(|median| *median >= MEASURED * noise)
 }
 
 /// Rows of one value from which on it is no chance, as often as neighbours are alike where the channel moves; `None` where
