@@ -1,9 +1,11 @@
 //! Files at the edge: whole texts in, whole files out, each failure a message to the user.
 
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
+use sha2::{Digest, Sha256};
 use tempfile::{Builder, NamedTempFile};
 
 use crate::complaint::{Complaint, Kind, Place};
@@ -11,12 +13,88 @@ use crate::complaint::{Complaint, Kind, Place};
 const UTF8_MARK: &[u8] = b"\xEF\xBB\xBF";
 const UTF16_MARKS: [&[u8]; 2] = [b"\xFF\xFE", b"\xFE\xFF"];
 
-/// Reads a whole text file; a UTF-8 byte-order mark at its start is dropped.
+/// The bytes of a file, as they were at one moment.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Content {
+    /// Every byte.
+    pub bytes: Vec<u8>,
+    /// When the file was last written to; `None` where the system does not say, as of a pipe.
+    pub modified: Option<SystemTime>,
+}
+
+impl Content {
+    /// SHA-256 of the bytes, in hexadecimal digits.
+    pub fn digest(&self) -> String {
+        Sha256::digest(&self.bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+/// Reads a whole file of at most `most` bytes; `-` is the standard input.
 ///
 /// # Errors
-/// A file that does not exist or cannot be read, a folder, and bytes that are not UTF-8 (with their line).
+/// A file that does not exist or cannot be read, a folder, one that is larger, and one that changes while it is read.
+pub fn read(path: &Path, most: u64) -> Result<Content, Complaint> {
+    let failed = |error: &io::Error| not_read(path, error);
+    if is_standard(path) {
+        let bytes = read_up_to(io::stdin().lock(), path, most)?;
+        return Ok(Content { bytes, modified: None });
+    }
+    let file = File::open(path).map_err(|error| failed(&error))?;
+    let before = file.metadata().map_err(|error| failed(&error))?;
+    if before.is_file() && before.len() > most {
+        return Err(too_large(path, most));
+    }
+    let bytes = read_up_to(&file, path, most)?;
+    let after = file.metadata().map_err(|error| failed(&error))?;
+    if !before.is_file() {
+        return Ok(Content { bytes, modified: None });
+    }
+    let modified = after.modified().ok();
+    if after.len() != bytes.len() as u64 || before.modified().ok() != modified {
+        return Err(Complaint::new(Kind::Unreadable, "the file changed while it was read")
+            .in_file(path)
+            .help("wait until it is written to its end, or read a copy"));
+    }
+    Ok(Content { bytes, modified })
+}
+
+/// Whether a path stands for standard input or output.
+pub fn is_standard(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+fn read_up_to(from: impl Read, path: &Path, most: u64) -> Result<Vec<u8>, Complaint> {
+    let mut bytes = Vec::new();
+    from.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(|error| not_read(path, &error))?;
+    if bytes.len() as u64 > most {
+        return Err(too_large(path, most));
+    }
+    Ok(bytes)
+}
+
+/// The complaint about a file of more than `most` bytes.
+pub fn too_large(path: &Path, most: u64) -> Complaint {
+    Complaint::new(Kind::Bounds, format!("the file is larger than {} MiB", most >> 20))
+        .in_file(path)
+        .help("split it; no more is read, so that a wrong file cannot fill the memory")
+}
+
+/// Most bytes of a text that people write, such as a rig file.
+pub const MOST_TEXT: u64 = 4 << 20;
+
+/// Reads a whole text file of at most [`MOST_TEXT`] bytes; a UTF-8 byte-order mark at its start is dropped.
+///
+/// # Errors
+/// Those of [`read`], and bytes that are not UTF-8 (with their line).
 pub fn read_text(path: &Path) -> Result<String, Complaint> {
-    let mut bytes = fs::read(path).map_err(|error| not_read(path, &error))?;
+    text(path, read(path, MOST_TEXT)?.bytes)
+}
+
+/// The bytes of the file `path` as text; a UTF-8 byte-order mark at its start is dropped.
+///
+/// # Errors
+/// Bytes that are not UTF-8, with their line.
+pub fn text(path: &Path, mut bytes: Vec<u8>) -> Result<String, Complaint> {
     if UTF16_MARKS.iter().any(|mark| bytes.starts_with(mark)) {
         return Err(Complaint::new(Kind::Encoding, "the file is UTF-16 text")
             .at(Place::line(path, 1))
@@ -51,13 +129,22 @@ fn not_read(path: &Path, error: &io::Error) -> Complaint {
 }
 
 /// Writes a file whole or not at all: what `write` puts out goes to a temporary file in the same folder, which takes
-/// the place of `path` only when all of it is written. A device, such as `/dev/stdout`, is written directly.
+/// the place of `path` only when all of it is written. A device, such as `/dev/stdout`, is written directly, and so is the
+/// standard output, `-`.
 ///
 /// # Errors
 /// A parent folder that does not exist, a folder in the place of the file, and everything that goes wrong in writing;
 /// then `path` is as it was before.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Complaint> {
     let failed = |error: &io::Error| not_written(path, error);
+    if is_standard(path) {
+        let mut out = BufWriter::new(io::stdout().lock());
+        return match write(&mut out).and_then(|()| out.flush()) {
+            // Whoever closed the pipe has seen enough.
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+            done => done.map_err(|error| failed(&error)),
+        };
+    }
     // A link stays a link: the file behind it is replaced.
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     let before = fs::metadata(&target).ok();
@@ -75,6 +162,8 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
     let folder = existing_folder(&target, path)?;
     let temporary = temporary_in(&folder).map_err(|error| failed(&error))?;
     fill(temporary.as_file(), write).map_err(|error| failed(&error))?;
+    // A machine that loses power must not be left with the new name and nothing behind it.
+    temporary.as_file().sync_data().map_err(|error| failed(&error))?;
     if let Some(there) = before {
         fs::set_permissions(temporary.path(), there.permissions()).map_err(|error| failed(&error))?;
     }
@@ -91,6 +180,9 @@ pub fn check_folder(path: &Path) -> Result<(), Complaint> {
 }
 
 fn existing_folder(target: &Path, path: &Path) -> Result<PathBuf, Complaint> {
+    if is_standard(path) {
+        return Ok(PathBuf::new());
+    }
     let folder = folder_of(target);
     if folder.is_dir() {
         return Ok(folder);

@@ -23,7 +23,7 @@
 //!
 //! Data flows one way, and nothing lower knows anything higher:
 //! [`record`] and [`rig`], then [`model`] (from [`physics`], solved by [`numeric`]), [`residual`] and [`fit`], [`diagnosis`],
-//! [`report`]. [`structure`] says beforehand what can be told apart, [`campaign`] measures how well it goes.
+//! [`report`]. [`store`] keeps diagnoses and [`history`] reads its trends. [`structure`] says beforehand what can be told apart, [`campaign`] measures how well it goes.
 
 pub mod calibration;
 pub mod campaign;
@@ -33,6 +33,7 @@ pub mod diagnosis;
 pub mod expression;
 pub mod files;
 pub mod fit;
+pub mod history;
 pub mod learn;
 pub mod model;
 pub mod numeric;
@@ -41,5 +42,6 @@ pub mod record;
 pub mod report;
 pub mod residual;
 pub mod rig;
+pub mod store;
 pub mod structure;
 pub mod units;

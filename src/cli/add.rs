@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Status};
+use super::{Failure, Status, read};
 use crate::files::{check_folder, read_text, write_atomically};
 use crate::learn::add::add;
 use crate::rig::Rig;
@@ -34,7 +34,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     check_folder(&arguments.output)?;
     let text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, text.clone())?;
-    let record = arguments.fit.as_ref().map(|path| rig.record(path)).transpose()?;
+    let record = arguments.fit.as_ref().map(|path| read::record(&rig, path)).transpose()?;
     let new = add(&text, &rig, &arguments.effect, record.as_ref())?;
     write_atomically(&arguments.output, |file| file.write_all(new.as_bytes()))?;
     // With `-o /dev/stdout` more would stand in the rig file.

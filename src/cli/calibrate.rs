@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{Failure, Format, Status, write_json};
+use super::{Failure, Format, Status, read, write_json};
 use crate::calibration::{Options, Report, calibrate};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::files::{check_folder, read_text, write_atomically};
@@ -38,7 +38,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let mut records = Vec::new();
     let mut bad = Vec::new();
     for path in &arguments.records {
-        match rig.record(path) {
+        match read::record(&rig, path) {
             Ok(record) => records.push(record),
             Err(complaint) => bad.push(complaint),
         }

@@ -6,11 +6,10 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
+use super::check_record::{RecordPage, record_page};
 use super::page::write_page;
 use super::{Failure, Format, Status, write_json};
-use crate::complaint::Complaint;
-use crate::model::{Drive, Model};
-use crate::record::{Channel, Record};
+use crate::model::Model;
 use crate::report::number::{difference_in_unit, in_unit, rounded};
 use crate::rig::{InitialPressure, NodeKind, Quantity, Rig, Sensor, Target};
 
@@ -115,58 +114,29 @@ pub struct CycleLine {
     pub duration_s: f64,
 }
 
-#[derive(Serialize)]
-pub struct RecordPage {
-    pub file: String,
-    pub rows: usize,
-    pub from_s: f64,
-    pub to_s: f64,
-    pub interval_s: f64,
-    pub duration_s: f64,
-    pub channels: Vec<ChannelLine>,
-    pub phases: Vec<PhaseLine>,
-    pub warnings: Vec<String>,
-}
-
-#[derive(Serialize)]
-pub struct ChannelLine {
-    pub name: String,
-    pub unit: String,
-    pub least: f64,
-    pub greatest: f64,
-    /// `sensor`, `input`, or nothing of this rig.
-    pub role: Option<&'static str>,
-}
-
-/// What stands between two jumps of the inputs.
-#[derive(Serialize)]
-pub struct PhaseLine {
-    pub from_s: f64,
-    pub to_s: f64,
-    pub inputs: Vec<PhaseInput>,
-}
-
-#[derive(Serialize)]
-pub struct PhaseInput {
-    pub name: String,
-    pub from: f64,
-    pub to: f64,
-    pub unit: String,
-}
-
 /// Runs the verb; the page goes to `out`.
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
     let rig = Rig::read(&arguments.rig)?;
-    let record = match &arguments.record {
-        None => None,
-        Some(path) => Some(record_page(&rig, &rig.record(path)?)?),
+    let (record, refused) = match &arguments.record {
+        None => (None, None),
+        Some(path) => {
+            let (page, refused) = record_page(&rig, path)?;
+            (Some(page), refused)
+        }
     };
     let page = Page { schema: "borescope.check/1", rig: rig_page(rig), record };
     match arguments.format {
         Format::Json => write_json(out, &page)?,
         Format::Text => write_page(out, &page)?,
     }
-    Ok(Status::Done)
+    match refused {
+        None => Ok(Status::Done),
+        Some(complaint) => {
+            // What was found goes before why it is of no use.
+            out.flush()?;
+            Err(complaint.into())
+        }
+    }
 }
 
 fn rig_page(rig: Rig) -> RigPage {
@@ -278,127 +248,4 @@ fn sensor_line(rig: &Rig, sensor: &Sensor) -> SensorLine {
         unit: unit.symbol,
         lag_s: sensor.lag,
     }
-}
-
-fn record_page(rig: &Rig, record: &Record) -> Result<RecordPage, Complaint> {
-    let mut warnings = Vec::new();
-    let drive = Drive::from_record(rig, record)?;
-    for sensor in &rig.sensors {
-        let channel = record.require(&sensor.column, sensor.quantity.dimension(), sensor.place.clone())?;
-        warnings.extend(doubts(sensor, channel, &record.time));
-    }
-    let (from, to) = (record.time.first().copied().unwrap_or(0.0), record.time.last().copied().unwrap_or(0.0));
-    let sampling = record.sampling();
-    if let Some(sampling) = sampling.filter(|sampling| !sampling.regular) {
-        warnings.insert(
-            0,
-            format!(
-                "the sampling is irregular: intervals from {} s to {} s, mostly {} s",
-                rounded(sampling.shortest, 6),
-                rounded(sampling.longest, 6),
-                rounded(sampling.interval, 6)
-            ),
-        );
-    }
-    let role = |channel: &Channel| {
-        if rig.sensors.iter().any(|sensor| sensor.column == channel.name) {
-            Some("sensor")
-        } else {
-            rig.inputs.iter().any(|input| input.column == channel.name).then_some("input")
-        }
-    };
-    let channels = record.channels.iter().map(|channel| ChannelLine {
-        name: channel.name.clone(),
-        unit: channel.unit.to_string(),
-        least: in_unit(channel.values.iter().copied().fold(f64::INFINITY, f64::min), &channel.unit),
-        greatest: in_unit(channel.values.iter().copied().fold(f64::NEG_INFINITY, f64::max), &channel.unit),
-        role: role(channel),
-    });
-    Ok(RecordPage {
-        file: record.path.display().to_string(),
-        rows: record.time.len(),
-        from_s: rounded(from, 12),
-        to_s: rounded(to, 12),
-        interval_s: sampling.map_or(0.0, |sampling| rounded(sampling.interval, 9)),
-        duration_s: rounded(to - from, 12),
-        channels: channels.collect(),
-        phases: phases(rig, &drive),
-        warnings,
-    })
-}
-
-/// The pieces of the drive, joined up to the next jump.
-fn phases(rig: &Rig, drive: &Drive) -> Vec<PhaseLine> {
-    let mut phases: Vec<PhaseLine> = Vec::new();
-    for piece in &drive.pieces {
-        match phases.last_mut().filter(|_| !piece.jump) {
-            Some(phase) => {
-                phase.to_s = rounded(piece.end, 12);
-                for ((own, to), input) in phase.inputs.iter_mut().zip(&piece.to).zip(&rig.inputs) {
-                    own.to = in_unit(*to, &input.unit);
-                }
-            }
-            None => phases.push(PhaseLine {
-                from_s: rounded(piece.start, 12),
-                to_s: rounded(piece.end, 12),
-                inputs: rig
-                    .inputs
-                    .iter()
-                    .zip(piece.from.iter().zip(&piece.to))
-                    .map(|(input, (from, to))| PhaseInput {
-                        name: input.name.clone(),
-                        from: in_unit(*from, &input.unit),
-                        to: in_unit(*to, &input.unit),
-                        unit: input.unit.to_string(),
-                    })
-                    .collect(),
-            }),
-        }
-    }
-    phases
-}
-
-/// Rows in a run at the extreme value from which a noisy channel counts as clipped.
-const CLIPPED: usize = 10;
-/// Median step from row to row, in standard deviations of the noise, below which a channel counts as computed rather
-/// than measured; noise alone makes it 0.95.
-const MEASURED: f64 = 0.3;
-
-/// What is doubtful about a sensor's column.
-fn doubts(sensor: &Sensor, channel: &Channel, time: &[f64]) -> Option<String> {
-    let least = channel.values.iter().copied().fold(f64::INFINITY, f64::min);
-    let greatest = channel.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let shown = |si: f64| format!("{} {}", in_unit(si, &channel.unit), channel.unit);
-    let name = &channel.name;
-    if least == greatest {
-        return Some(format!("`{name}` stays at {}: is the sensor connected?", shown(least)));
-    }
-    let mut steps: Vec<f64> = channel
-        .values
-        .windows(2)
-        .filter(|pair| pair.iter().all(|value| *value != least && *value != greatest))
-        .map(|pair| (pair[1] - pair[0]).abs())
-        .collect();
-    steps.sort_by(f64::total_cmp);
-    if steps.get(steps.len() / 2).is_none_or(|median| *median < MEASURED * sensor.noise) {
-        return None;
-    }
-    for extreme in [greatest, least] {
-        let runs = channel.values.chunk_by(|a, b| a == b);
-        let mut row = 0;
-        for run in runs {
-            if run.len() >= CLIPPED && run.first() == Some(&extreme) {
-                let (from, to) = (time.get(row).copied()?, time.get(row + run.len() - 1).copied()?);
-                let which = if extreme == greatest { "greatest" } else { "least" };
-                return Some(format!(
-                    "`{name}` may be saturated: it rests at its {which} value {} from {} s to {} s",
-                    shown(extreme),
-                    rounded(from, 9),
-                    rounded(to, 9)
-                ));
-            }
-            row += run.len();
-        }
-    }
-    None
 }

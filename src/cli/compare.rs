@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, write_json};
+use super::{Failure, Format, Status, read, write_json};
 use crate::learn::compare::compare;
 use crate::report;
 use crate::rig::Rig;
@@ -27,7 +27,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
     let rig = Rig::read(&arguments.rig)?;
-    let comparison = compare(&rig, &rig.record(&arguments.record)?)?;
+    let comparison = compare(&rig, &read::record(&rig, &arguments.record)?)?;
     match arguments.format {
         Format::Text => out.write_all(report::learn::comparison(&comparison).as_bytes())?,
         Format::Json => write_json(out, &comparison)?,

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::keep::Keeper;
 use super::{Failure, Format, Status, write_json};
 use crate::complaint::Complaint;
 use crate::diagnosis::{Diagnosed, Options, Verdict, diagnose};
-use crate::files::{check_folder, write_atomically};
+use crate::files::{MOST_TEXT, check_folder, read, text, write_atomically};
 use crate::model::Model;
 use crate::report::diagnosis::{html, write_text};
 use crate::rig::Rig;
@@ -27,6 +28,12 @@ pub struct Arguments {
     /// Also write a page with pictures; only with one record
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    /// Keep each diagnosis in this store, an SQLite file, which is made where it is missing
+    #[arg(long, value_name = "FILE")]
+    store: Option<PathBuf>,
+    /// When the record was measured, such as `2026-05-01T12:00:00Z`; without it the time of its file
+    #[arg(long, value_name = "TIME")]
+    at: Option<String>,
     /// Exit with 1 if a fault or a misfit was found
     #[arg(long)]
     exit_code: bool,
@@ -41,13 +48,21 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     if let Some(report) = &arguments.report {
         check_folder(report)?;
     }
-    let model = Model::new(Rig::read(&arguments.rig)?);
+    let content = read(&arguments.rig, MOST_TEXT)?;
+    let digest = content.digest();
+    let rig = Rig::parse(&arguments.rig, text(&arguments.rig, content.bytes)?)?;
+    let (store, at) = (arguments.store.as_deref(), arguments.at.as_deref());
+    let keeper = Keeper::open(store, at, arguments.records.len(), &rig, digest)?;
+    let model = Model::new(rig);
     let options = Options::default();
     let mut done: Vec<Diagnosed> = Vec::new();
     let mut bad: Vec<Complaint> = Vec::new();
     for (number, path) in arguments.records.iter().enumerate() {
-        let one = model.rig.record(path).and_then(|record| {
+        let one = super::read::record(&model.rig, path).and_then(|record| {
             let diagnosed = diagnose(&model, &record, &options)?;
+            if let Some(keeper) = &keeper {
+                keeper.keep(&record, &options, &diagnosed.diagnosis)?;
+            }
             if let Some(report) = &arguments.report {
                 let page = html(&model.rig, &record, &diagnosed);
                 write_atomically(report, |file| file.write_all(page.as_bytes()))?;

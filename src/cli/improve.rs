@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, write_json};
+use super::{Failure, Format, Status, read, write_json};
 use crate::files::{check_folder, read_text, write_atomically};
 use crate::learn::add::with_effects;
 use crate::learn::improve::{Step, improve};
@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     check_folder(&arguments.output)?;
     let text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, text.clone())?;
-    let (fit, check) = (rig.record(&arguments.fit)?, rig.record(&arguments.check)?);
+    let (fit, check) = (read::record(&rig, &arguments.fit)?, read::record(&rig, &arguments.check)?);
     let terminal = io::stderr().is_terminal();
     let told = |step: &Step| {
         if terminal {

@@ -7,13 +7,18 @@ mod add;
 mod calibrate;
 mod campaign;
 mod check;
+mod check_record;
 mod compare;
 mod diagnose;
 mod effects;
 mod expected;
+mod export;
+mod history;
 mod improve;
 mod isolability;
+mod keep;
 mod page;
+mod read;
 mod signatures;
 mod simulate;
 mod suggest;
@@ -44,6 +49,8 @@ enum Verb {
     Compare(compare::Arguments),
     Diagnose(diagnose::Arguments),
     Effects(effects::Arguments),
+    Export(export::Arguments),
+    History(history::Arguments),
     Improve(improve::Arguments),
     Isolability(isolability::Arguments),
     Simulate(simulate::Arguments),
@@ -60,6 +67,8 @@ impl Verb {
             Self::Compare(arguments) => compare::run(arguments, out),
             Self::Diagnose(arguments) => diagnose::run(arguments, out),
             Self::Effects(arguments) => effects::run(arguments, out),
+            Self::Export(arguments) => export::run(arguments, out),
+            Self::History(arguments) => history::run(arguments, out),
             Self::Improve(arguments) => improve::run(arguments, out),
             Self::Isolability(arguments) => isolability::run(arguments, out),
             Self::Simulate(arguments) => simulate::run(arguments, out),

@@ -2,11 +2,12 @@
 
 use std::io::{self, Write};
 
-use super::check::{Page, PhaseInput, RecordPage, RigPage};
+use super::check::{Page, RigPage};
+use super::check_record::{PhaseInput, RecordPage};
 use crate::report::number::{rounded, text, with_unit};
 
-/// Phases that the text shows; the JSON has all.
-const PHASES: usize = 20;
+/// Phases and warnings that the text shows; the JSON has all.
+const MOST: usize = 20;
 
 pub fn write_page(out: &mut dyn Write, page: &Page) -> io::Result<()> {
     write_rig(out, &page.rig)?;
@@ -88,6 +89,7 @@ fn write_record(out: &mut dyn Write, record: &RecordPage) -> io::Result<()> {
         text(record.duration_s),
         text(record.interval_s)
     )?;
+    writeln!(out, "  read as {}", record.read_as)?;
     let rows = record.channels.iter().map(|channel| {
         let range = format!("from {} to {}", text(channel.least), with_unit(channel.greatest, &channel.unit));
         vec![channel.name.clone(), channel.role.unwrap_or("not of this rig").to_owned(), range]
@@ -98,15 +100,30 @@ fn write_record(out: &mut dyn Write, record: &RecordPage) -> io::Result<()> {
         row.extend(phase.inputs.iter().map(course));
         row
     });
-    let mut rows: Vec<_> = rows.collect();
-    let beyond = rows.len().saturating_sub(PHASES);
-    rows.truncate(PHASES);
-    table(out, "phases between jumps of the inputs", &rows)?;
+    cut_off(out, "phases between jumps of the inputs", rows.collect())?;
+    if !record.mapping.is_empty() {
+        let rows = record.mapping.iter().map(|proposal| {
+            let write = match (&proposal.column, proposal.because) {
+                (Some(column), Some("unit")) => format!("column = \"{column}\"  (the only one of its unit)"),
+                (Some(column), _) => format!("column = \"{column}\""),
+                (None, _) => "no column left that is like it".to_owned(),
+            };
+            vec![proposal.wanted.clone(), proposal.role.to_owned(), write]
+        });
+        table(out, "columns that are missing, with what the rig file may say", &rows.collect::<Vec<_>>())?;
+    }
+    cut_off(out, "warnings", record.warnings.iter().map(|warning| vec![warning.clone()]).collect())
+}
+
+/// A table of no more lines than people read; the JSON has all.
+fn cut_off(out: &mut dyn Write, heading: &str, mut rows: Vec<Vec<String>>) -> io::Result<()> {
+    let beyond = rows.len().saturating_sub(MOST);
+    rows.truncate(MOST);
+    table(out, heading, &rows)?;
     if beyond > 0 {
         writeln!(out, "  and {beyond} more")?;
     }
-    let rows = record.warnings.iter().map(|warning| vec![warning.clone()]);
-    table(out, "warnings", &rows.collect::<Vec<_>>())
+    Ok(())
 }
 
 /// How an input runs over a phase; four digits, as its noise leaves no more.

@@ -57,7 +57,7 @@ pub struct Answer {
 /// # Errors
 /// An unreadable record, or one without the inputs; a healthy rig that cannot be simulated.
 pub fn operating_point(rig: &Rig, input: Option<&Path>) -> Result<Option<(Drive, Record)>, Complaint> {
-    let source = input.map(|path| rig.record(path)).transpose()?;
+    let source = input.map(|path| super::read::record(rig, path)).transpose()?;
     let (drive, times) = match simulate::drive(rig, source.as_ref()) {
         Ok(found) => found,
         Err(_) if source.is_none() => return Ok(None),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use super::{Failure, Format, Status, write_json};
+use super::{Failure, Format, Status, read, write_json};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::model::{self, Drive, Model};
 use crate::record::Record;
@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         set.push(set_parameter(&mut rig, "--set", text)?);
     }
     check_capacities(&rig, &arguments.set)?;
-    let source = arguments.input.as_deref().map(|path| rig.record(path)).transpose()?;
+    let source = arguments.input.as_deref().map(|path| read::record(&rig, path)).transpose()?;
     let (drive, times) = drive(&rig, source.as_ref())?;
     let model = Model::new(rig);
     let parameters = model.rig.nominal();

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, write_json};
+use super::{Failure, Format, Status, read, write_json};
 use crate::learn::result::SuggestionReport;
 use crate::learn::suggest::{Conclusion, suggest};
 use crate::report;
@@ -31,8 +31,8 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
     let rig = Rig::read(&arguments.rig)?;
-    let record = rig.record(&arguments.record)?;
-    let check = arguments.check.as_ref().map(|path| rig.record(path)).transpose()?;
+    let record = read::record(&rig, &arguments.record)?;
+    let check = arguments.check.as_ref().map(|path| read::record(&rig, path)).transpose()?;
     let suggestion = suggest(&rig, &record, check.as_ref())?;
     let shown = SuggestionReport::new(&suggestion, &record, check.as_ref())?;
     match arguments.format {

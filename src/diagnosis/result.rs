@@ -21,6 +21,17 @@ pub enum Verdict {
     ModelInadequate,
 }
 
+impl Verdict {
+    /// The word that the JSON has for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Healthy => "healthy",
+            Self::Faulty => "faulty",
+            Self::ModelInadequate => "model-inadequate",
+        }
+    }
+}
+
 /// What one record says about one fault. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FaultReport {

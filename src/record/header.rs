@@ -3,42 +3,67 @@
 use crate::complaint::{Complaint, Kind, Place};
 use crate::units::{Dimension, Unit};
 
+/// Most columns of a record.
+const MOST_COLUMNS: usize = 4096;
+
 /// One column as the header names it.
 pub(super) struct Column {
     pub name: String,
     pub unit: Unit,
 }
 
-/// The sign between columns: the one that the header has most of outside quotes and brackets.
-pub(super) fn separator(header: &str) -> u8 {
-    let mut counts = [(b',', 0_usize), (b';', 0), (b'\t', 0)];
-    let (mut quoted, mut bracketed) = (false, false);
-    for byte in header.bytes() {
-        match byte {
-            b'"' => quoted = !quoted,
-            b'\n' | b'\r' if !quoted => break,
-            b'[' => bracketed = true,
-            b']' => bracketed = false,
-            _ if quoted || bracketed => {}
-            _ => {
-                for (sign, count) in &mut counts {
-                    *count += usize::from(*sign == byte);
-                }
-            }
-        }
+/// Whether the row below such a header may hold the units: the header has none.
+pub(super) fn lacks_units(fields: &csv::StringRecord) -> bool {
+    fields.len() > 1 && !fields.iter().any(|field| field.contains('['))
+}
+
+/// Whether the row may be one of units: it begins with one of time, and no field is a number.
+pub(super) fn is_unit_row(fields: &csv::StringRecord) -> bool {
+    let is_number = |field: &str| field.trim().replace(',', ".").parse::<f64>().is_ok();
+    fields.get(0).is_some_and(|first| Unit::parse_as(bare_unit(first), Dimension::TIME).is_ok())
+        // The unit `1` of a pure number is one too.
+        && !fields.iter().any(|field| field.trim() != "1" && is_number(field))
+}
+
+/// The names of one row, each with the unit of another row.
+pub(super) fn join(names: &csv::StringRecord, units: &csv::StringRecord, place: Place) -> Result<Joined, Complaint> {
+    if names.len() != units.len() {
+        let what = format!("the row has {} units, but the header names {} columns", units.len(), names.len());
+        return Err(Complaint::new(Kind::Shape, what)
+            .at(place)
+            .help("one unit for each column, `-` for a pure number"));
     }
-    let mut best = (b',', 0);
-    for candidate in counts {
-        if candidate.1 > best.1 {
-            best = candidate;
+    let mut joined = csv::StringRecord::new();
+    for (name, unit) in names.iter().zip(units) {
+        let unit = bare_unit(unit);
+        if unit.is_empty() {
+            return Err(Complaint::new(Kind::Unit, format!("the column `{}` has no unit", tidy(name)))
+                .at(place)
+                .help("one unit for each column, `-` for a pure number"));
         }
+        joined.push_field(&format!("{} [{unit}]", tidy(name)));
     }
-    best.0
+    Ok(Joined { fields: joined, place })
+}
+
+/// A header put together from two rows; complaints point to that of the units.
+pub(super) struct Joined {
+    pub fields: csv::StringRecord,
+    pub place: Place,
+}
+
+fn bare_unit(field: &str) -> &str {
+    field.trim().trim_start_matches(['[', '(']).trim_end_matches([']', ')']).trim()
 }
 
 /// The columns, the time first.
 pub(super) fn parse(fields: &csv::StringRecord, place: &Place) -> Result<Vec<Column>, Complaint> {
     check_time(fields, place)?;
+    if fields.len() > MOST_COLUMNS {
+        return Err(Complaint::new(Kind::Bounds, format!("the header names {} columns", fields.len()))
+            .at(place.clone())
+            .help(format!("no more than {MOST_COLUMNS} are read; leave away those that the rig does not name")));
+    }
     let mut columns: Vec<Column> = Vec::with_capacity(fields.len());
     for (index, field) in fields.iter().enumerate() {
         let column = parse_column(field, index + 1, place)?;
@@ -58,7 +83,7 @@ pub(super) fn parse(fields: &csv::StringRecord, place: &Place) -> Result<Vec<Col
 }
 
 fn check_time(fields: &csv::StringRecord, place: &Place) -> Result<(), Complaint> {
-    let is_time = |field: &str| bare_name(field) == "time";
+    let is_time = |field: &str| bare_name(field).eq_ignore_ascii_case("time");
     let first = fields.get(0).unwrap_or_default();
     if is_time(first) {
         return Ok(());

@@ -1,8 +1,17 @@
 //! Measured series: what a logger wrote, in SI.
 
+mod binary;
+#[cfg(feature = "parquet")]
+mod columns;
+mod dialect;
 mod header;
+mod origin;
+mod packed;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod read;
 mod sampling;
+pub mod survey;
 mod table;
 mod write;
 
@@ -11,6 +20,7 @@ use std::path::{Path, PathBuf};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
 use crate::units::{Dimension, Unit, UnitError};
 
+pub use origin::Origin;
 pub use sampling::Sampling;
 
 /// Series over one common time.
@@ -26,6 +36,8 @@ pub struct Record {
     pub channels: Vec<Channel>,
     /// The line of the column names, which messages about columns point to.
     pub header_line: usize,
+    /// What is known of the file that it was read from.
+    pub origin: Origin,
 }
 
 /// One column of a record.
@@ -57,7 +69,7 @@ impl Channel {
 impl Record {
     /// A record that comes from no file, such as a simulated one; `path` is the name that messages give it.
     pub fn new(path: impl Into<PathBuf>, time: Vec<f64>, channels: Vec<Channel>) -> Self {
-        Self { path: path.into(), time, time_decimals: None, channels, header_line: 1 }
+        Self { path: path.into(), time, time_decimals: None, channels, header_line: 1, origin: Origin::default() }
     }
 
     /// Reads a table of columns `name [unit]`, the first of them `time`, separated by commas, semicolons or tabs.
@@ -71,7 +83,17 @@ impl Record {
     /// unknown unit, or twice; a row that is too short or too long; a text that is no finite number; a time that repeats
     /// or runs backwards; a file that ends in the middle of a row, or has no rows. The first mistake is told, with its line.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Complaint> {
-        read::read(path.as_ref())
+        read::read(path.as_ref(), read::Care::Strict).map(|(record, _)| record)
+    }
+
+    /// Reads a table as [`read`](Self::read) does, but takes what a diagnosis cannot use: NaN stands for a field that is empty
+    /// or no finite number, and the times are as they stand, risen or not. What [`read`](Self::read) would say of it comes
+    /// along.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read) but for these.
+    pub fn read_as_it_stands(path: impl AsRef<Path>) -> Result<(Self, Option<Complaint>), Complaint> {
+        read::read(path.as_ref(), read::Care::Survey)
     }
 
     /// Writes the table, with the path of the record unchanged; what it gives, [`read`](Self::read) takes.

@@ -2,21 +2,58 @@
 
 use std::path::Path;
 
+use super::binary::Binary;
+use super::dialect::{Dialect, separator};
+use super::packed::unpack;
 use super::table::{Table, unclosed_quote};
-use super::{Record, header};
+use super::{Origin, Record, header};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::files;
 
-pub(super) fn read(path: &Path) -> Result<Record, Complaint> {
-    let text = files::read_text(path)?;
-    let mut lines = Lines::new(&text);
+/// Most bytes of a record.
+const MOST: u64 = 1 << 30;
+
+/// Whether what a diagnosis cannot use is refused, or taken to be told about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Care {
+    /// Every field a finite number, the time rising.
+    Strict,
+    /// NaN for a field that is empty or no finite number, times as they stand.
+    Survey,
+}
+
+/// A record, and what a strict reader would have said of it.
+pub(super) type Standing = (Record, Option<Complaint>);
+
+/// The record, and under [`Care::Survey`] the complaint that a strict reader would have made.
+pub(super) fn read(path: &Path, care: Care) -> Result<Standing, Complaint> {
+    let content = files::read(path, MOST)?;
+    let (digest, modified) = (content.digest(), content.modified);
+    let (bytes, packing) = unpack(path, content.bytes, MOST)?;
+    let ((mut record, refused), mut read_as) = match Binary::of(&bytes) {
+        Some(format) => (format.read(path, &bytes, care)?, format.name().to_owned()),
+        None => {
+            let (read, dialect) = parse(path, &files::text(path, bytes)?, care)?;
+            (read, format!("CSV, {dialect}"))
+        }
+    };
+    if let Some(packing) = packing {
+        read_as.push_str(&format!(", packed with {packing}"));
+    }
+    record.origin = Origin { digest, modified, read_as };
+    Ok((record, refused))
+}
+
+fn parse(path: &Path, text: &str, care: Care) -> Result<(Standing, Dialect), Complaint> {
+    let mut lines = Lines::new(text);
     let Some(header_start) = lines.next_row(0) else {
         return Err(Complaint::new(Kind::Empty, "the file is empty")
             .in_file(path)
             .help("the first row names the columns: `time [s],p_A [bar],...`"));
     };
     let header_line = lines.line;
-    let separator = header::separator(text.get(header_start..).unwrap_or_default());
+    let header_place = Place::line(path, header_line);
+    let separator = separator(text.get(header_start..).unwrap_or_default(), &header_place)?;
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
@@ -27,20 +64,38 @@ pub(super) fn read(path: &Path) -> Result<Record, Complaint> {
     let mut row = csv::StringRecord::new();
     next(&mut reader, &mut row, path)?;
     let header_end = offset(&reader);
-    let header_place = Place::line(path, header_line);
     let quotes = text.get(header_start..header_end).map_or(0, |header| header.matches('"').count());
     if quotes % 2 == 1 {
         return Err(unclosed_quote(header_place));
     }
-    let columns = header::parse(&row, &header_place)?;
-    let mut table = Table::new(path, separator, columns);
+    let names = row.clone();
+    let mut unit_row = None;
+    let mut pending = false;
+    let mut before = offset(&reader);
+    let columns = if header::lacks_units(&names) && next(&mut reader, &mut row, path)? {
+        lines.next_row(before);
+        if header::is_unit_row(&row) {
+            unit_row = Some(lines.line);
+            let joined = header::join(&names, &row, Place::line(path, lines.line))?;
+            header::parse(&joined.fields, &joined.place)?
+        } else {
+            pending = true;
+            header::parse(&names, &header_place)?
+        }
+    } else {
+        header::parse(&names, &header_place)?
+    };
+    let mut table = Table::new(path, separator, columns, care);
 
     loop {
-        let before = offset(&reader);
-        if !next(&mut reader, &mut row, path)? {
-            break;
+        if !pending {
+            before = offset(&reader);
+            if !next(&mut reader, &mut row, path)? {
+                break;
+            }
+            lines.next_row(before);
         }
-        lines.next_row(before);
+        pending = false;
         // A line of blanks is no row.
         if row.len() == 1 && row.get(0).is_some_and(|field| field.trim().is_empty()) {
             continue;
@@ -49,7 +104,8 @@ pub(super) fn read(path: &Path) -> Result<Record, Complaint> {
         let cut = last && !text.ends_with(['\n', '\r']);
         table.push(&row, lines.line, cut, last)?;
     }
-    table.finish(header_line)
+    let commas = table.commas();
+    Ok((table.finish(header_line)?, Dialect { separator, commas, unit_row }))
 }
 
 fn offset(reader: &csv::Reader<&[u8]>) -> usize {

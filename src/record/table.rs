@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
+use super::Origin;
+use super::dialect::{has_thousands, proves_decimal_comma};
 use super::header::Column;
+use super::read::{Care, Standing};
 use super::{Channel, Record};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::units::Unit;
@@ -12,6 +15,14 @@ const ROWS_FOR_A_RULE: usize = 10;
 
 pub(super) fn unclosed_quote(place: Place) -> Complaint {
     Complaint::new(Kind::Syntax, "a quotation mark opens and is not closed").at(place).help("close it, or remove it")
+}
+
+/// What loggers write where there is no value.
+fn is_missing(field: &str) -> bool {
+    const WORDS: &[&str] = &[
+        "", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "inf", "-inf", "+inf", "1.#inf", "1.#qnan", "-nan",
+    ];
+    WORDS.iter().any(|word| field.eq_ignore_ascii_case(word))
 }
 
 /// How many decimals the numbers of a column have, as long as all have as many.
@@ -46,13 +57,20 @@ pub(super) struct Table<'a> {
     columns: Vec<Column>,
     values: Vec<Vec<f64>>,
     decimals: Vec<Decimals>,
+    care: Care,
+    /// What a strict reader would have said first.
+    refused: Option<Complaint>,
     /// The decimal mark of the first number that has one.
     mark: Option<u8>,
+    /// The first number with a comma, its column and line, until one can only have a decimal comma.
+    doubtful: Option<(String, usize, usize)>,
+    /// Whether some comma can only be a decimal mark.
+    proved: bool,
     last_line: usize,
 }
 
 impl<'a> Table<'a> {
-    pub(super) fn new(path: &'a Path, separator: u8, columns: Vec<Column>) -> Self {
+    pub(super) fn new(path: &'a Path, separator: u8, columns: Vec<Column>, care: Care) -> Self {
         let count = columns.len();
         Self {
             path,
@@ -60,7 +78,11 @@ impl<'a> Table<'a> {
             columns,
             values: vec![Vec::new(); count],
             decimals: vec![Decimals::Unknown; count],
+            care,
+            refused: None,
             mark: None,
+            doubtful: None,
+            proved: false,
             last_line: 0,
         }
     }
@@ -85,25 +107,37 @@ impl<'a> Table<'a> {
         }
         for (index, field) in row.iter().enumerate() {
             let field = field.trim();
-            let (written, decimals) = self.number(field, index, line, cut)?;
+            let (written, decimals) = match self.number(field, index, line, cut) {
+                // The time says where the rest belongs: it must be there.
+                Err(complaint) if index == 0 || !(self.care == Care::Survey && is_missing(field)) => {
+                    return Err(complaint);
+                }
+                Err(complaint) => {
+                    self.refused.get_or_insert(complaint);
+                    (f64::NAN, None)
+                }
+                Ok(number) => number,
+            };
             let is_last = index + 1 == self.columns.len();
             if cut && is_last {
                 self.check_not_cut(field, index, decimals, line)?;
             }
-            let (Some(column), Some(values), Some(rule)) =
-                (self.columns.get(index), self.values.get_mut(index), self.decimals.get_mut(index))
-            else {
-                continue;
-            };
+            let Some(column) = self.columns.get(index) else { continue };
             let value = column.unit.to_si(written);
             if index == 0
-                && let Some(before) = values.last().copied()
+                && let Some(before) = self.values.first().and_then(|times| times.last().copied())
                 && value <= before
             {
-                return Err(self.time_not_rising(field, value < before, line));
+                let complaint = self.time_not_rising(field, value < before, line);
+                if self.care == Care::Strict {
+                    return Err(complaint);
+                }
+                self.refused.get_or_insert(complaint);
             }
-            values.push(value);
-            *rule = rule.with(decimals);
+            if let (Some(values), Some(rule)) = (self.values.get_mut(index), self.decimals.get_mut(index)) {
+                values.push(value);
+                *rule = rule.with(decimals);
+            }
         }
         self.last_line = line;
         Ok(())
@@ -146,6 +180,12 @@ impl<'a> Table<'a> {
                 Some(_) => {}
             }
         }
+        if mark == Some(b',') && !self.proved {
+            self.proved = proves_decimal_comma(field);
+            if self.doubtful.is_none() {
+                self.doubtful = Some((field.to_owned(), index, line));
+            }
+        }
         let parsed = match mark {
             Some(b',') => field.replacen(',', ".", 1).parse::<f64>(),
             _ => field.parse::<f64>(),
@@ -177,6 +217,11 @@ impl<'a> Table<'a> {
             return self
                 .complain(Kind::Number, line, format!("the field of `{name}` is empty"))
                 .help("every field holds a number; remove rows with gaps, or split the record there");
+        }
+        if has_thousands(field) {
+            return self
+                .complain(Kind::Number, line, format!("`{field}` in column `{name}` has separators of thousands"))
+                .help("write all numbers with the same decimal mark and without separators of thousands");
         }
         let finite = field.parse::<f64>().is_err();
         let what = if finite { "a number" } else { "a finite number" };
@@ -225,7 +270,24 @@ impl<'a> Table<'a> {
             )
     }
 
-    pub(super) fn finish(self, header_line: usize) -> Result<Record, Complaint> {
+    /// Whether the decimal mark is the comma.
+    pub(super) fn commas(&self) -> bool {
+        self.mark == Some(b',')
+    }
+
+    pub(super) fn finish(self, header_line: usize) -> Result<Standing, Complaint> {
+        if let Some((field, index, line)) = self.doubtful.as_ref().filter(|_| !self.proved) {
+            let what = format!(
+                "`{field}` in column `{}` may be {} or {}, and so may all numbers with a comma",
+                self.name(*index),
+                field.replace(',', "."),
+                field.replace(',', "")
+            );
+            return Err(self.complain(Kind::Contradiction, *line, what).help(
+                "write the numbers with decimal points and without separators of thousands, or some with another number \
+                 of decimals",
+            ));
+        }
         let mut decimals = self.decimals.into_iter().map(Decimals::known);
         let mut columns = self.columns.into_iter().zip(self.values);
         let (time_unit, time) =
@@ -241,6 +303,7 @@ impl<'a> Table<'a> {
             .zip(decimals)
             .map(|((column, values), decimals)| Channel { name: column.name, unit: column.unit, values, decimals })
             .collect();
-        Ok(Record { path: self.path.to_path_buf(), time, time_decimals, channels, header_line })
+        let (path, origin) = (self.path.to_path_buf(), Origin::default());
+        Ok((Record { path, time, time_decimals, channels, header_line, origin }, self.refused))
     }
 }

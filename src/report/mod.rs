@@ -3,6 +3,7 @@
 pub mod campaign;
 pub mod diagnosis;
 pub mod effects;
+pub mod history;
 pub mod html;
 pub mod improvement;
 pub mod learn;

@@ -4,6 +4,7 @@ mod calibration;
 mod cycle;
 mod effect;
 mod join;
+mod mapping;
 mod parse;
 mod sensor;
 mod source;
@@ -18,6 +19,7 @@ use crate::units::Unit;
 pub use calibration::Calibration;
 pub use cycle::{Cycle, Phase, Profile};
 pub use effect::{Given, Placed, Present, Readings, Spot};
+pub use mapping::Proposal;
 pub use sensor::{Hold, Input, Quantity, Sensor, TOLERANCE, Target};
 pub(crate) use source::document;
 
@@ -133,6 +135,8 @@ pub struct Fault {
     pub healthy: f64,
     /// Range searched, SI.
     pub bounds: (f64, f64),
+    /// Value from which the part no longer serves, SI; the history of the rig forecasts when it will be passed.
+    pub limit: Option<f64>,
     pub place: Place,
 }
 

@@ -95,7 +95,11 @@ impl super::Rig {
     /// # Errors
     /// As [`Record::read`].
     pub fn record(&self, path: impl AsRef<Path>) -> Result<Record, Complaint> {
-        let mut record = Record::read(path)?;
+        Ok(self.scaled(Record::read(path)?))
+    }
+
+    /// The record with the columns of scaled sensors as what they stand for.
+    pub(super) fn scaled(&self, mut record: Record) -> Record {
         for sensor in &self.sensors {
             let Some((raw, unit)) = &sensor.scale else { continue };
             let reads = |channel: &Channel| channel.name == sensor.column && channel.unit.dimension == *raw;
@@ -104,7 +108,7 @@ impl super::Rig {
             channel.values.iter_mut().for_each(|value| *value *= unit.factor);
             channel.unit = unit.clone();
         }
-        Ok(record)
+        record
     }
 }
 

@@ -5,6 +5,9 @@ use crate::rig::source::Value;
 use crate::rig::{Cycle, Phase, Profile, Rig};
 use crate::units::Dimension;
 
+/// Most rows of a cycle: a rig file must not be able to fill the memory.
+const MOST_ROWS: f64 = 1e6;
+
 pub(super) fn read_cycle(rig: &Rig, value: &Value<'_>) -> Result<Cycle, Complaint> {
     let table = value.table("`[cycle]`")?;
     let interval_value = table.require("interval", "add the time between samples, such as `interval = \"4 ms\"`")?;
@@ -55,5 +58,12 @@ pub(super) fn read_cycle(rig: &Rig, value: &Value<'_>) -> Result<Cycle, Complain
             .at(phases_value.place())
             .help("add `{ duration = \"1 s\", ... }` with a value for every input"));
     }
-    Ok(Cycle { interval, phases })
+    let cycle = Cycle { interval, phases };
+    let rows = cycle.duration() / interval;
+    if rows > MOST_ROWS {
+        return Err(Complaint::new(Kind::Bounds, format!("the cycle has {rows:.1e} rows"))
+            .at(phases_value.place())
+            .help(format!("no more than {MOST_ROWS:.0e}: write a longer `interval` or shorter phases")));
+    }
+    Ok(cycle)
 }

@@ -44,7 +44,42 @@ pub(super) fn read_fault(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<(
         .at(bounds_value.place())
         .help(format!("the lower one first, the healthy value between them, both {}", range(limits, unit))));
     }
+    let limit = match table.get("limit") {
+        None => None,
+        Some(limit) => Some(read_limit(rig, id, &limit, parameter, healthy, (low, high))?),
+    };
     table.finish()?;
-    rig.faults.push(Fault { parameter, healthy, bounds: (low, high), place: value.place() });
+    rig.faults.push(Fault { parameter, healthy, bounds: (low, high), limit, place: value.place() });
     Ok(())
+}
+
+/// The value from which the part no longer serves: reached on the way from the healthy value to a bound of the search.
+fn read_limit(
+    rig: &Rig,
+    id: &str,
+    value: &Value<'_>,
+    parameter: usize,
+    healthy: f64,
+    bounds: (f64, f64),
+) -> Result<f64, Complaint> {
+    let unit = &rig.parameters[parameter].unit;
+    let limit = value.quantity(unit.dimension)?.value;
+    let shown = |value: f64| Quantity { value, unit: unit.clone() };
+    if limit == healthy {
+        return Err(Complaint::new(
+            Kind::Contradiction,
+            format!("`limit` of fault `{id}` is its healthy value, {}", shown(healthy)),
+        )
+        .at(value.place())
+        .help("write the value from which the part no longer serves"));
+    }
+    if !(bounds.0..=bounds.1).contains(&limit) {
+        return Err(Complaint::new(
+            Kind::Bounds,
+            format!("`limit` of fault `{id}` is {}, outside the range that is searched", shown(limit)),
+        )
+        .at(value.place())
+        .help(format!("a value that is searched, {}", range(bounds, unit))));
+    }
+    Ok(limit)
 }

@@ -1,0 +1,158 @@
+//! The part of `check` that is about a record.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::complaint::Complaint;
+use crate::model::Drive;
+use crate::record::survey::{Finding, survey};
+use crate::record::{Channel, Record};
+use crate::report::number::{in_unit, rounded};
+use crate::rig::{Proposal, Rig};
+
+#[derive(Serialize)]
+pub struct RecordPage {
+    pub file: String,
+    /// What was recognised of the file.
+    pub read_as: String,
+    /// Whether a diagnosis can use the record.
+    pub usable: bool,
+    pub rows: usize,
+    pub from_s: f64,
+    pub to_s: f64,
+    pub interval_s: f64,
+    pub duration_s: f64,
+    pub channels: Vec<ChannelLine>,
+    pub phases: Vec<PhaseLine>,
+    /// Columns that the rig asks for and the record lacks, with those that they may be.
+    pub mapping: Vec<Proposal>,
+    /// What is doubtful, with its times.
+    pub findings: Vec<Finding>,
+    /// The same in words.
+    pub warnings: Vec<String>,
+}
+
+#[derive(Serialize)]
+pub struct ChannelLine {
+    pub name: String,
+    pub unit: String,
+    pub least: f64,
+    pub greatest: f64,
+    /// `sensor`, `input`, or nothing of this rig.
+    pub role: Option<&'static str>,
+}
+
+/// What stands between two jumps of the inputs.
+#[derive(Serialize)]
+pub struct PhaseLine {
+    pub from_s: f64,
+    pub to_s: f64,
+    pub inputs: Vec<PhaseInput>,
+}
+
+#[derive(Serialize)]
+pub struct PhaseInput {
+    pub name: String,
+    pub from: f64,
+    pub to: f64,
+    pub unit: String,
+}
+
+/// The page, and what keeps a diagnosis from using the record.
+pub fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<Complaint>), Complaint> {
+    let (record, refused) = rig.record_as_it_stands(path)?;
+    let mapping = rig.proposals(&record);
+    let drive = match refused {
+        Some(complaint) => Err(complaint),
+        None => columns(rig, &record),
+    };
+    let findings = survey(&record, |channel| {
+        let own = rig.sensors.iter().find(|sensor| sensor.column == channel.name);
+        own.map(|sensor| sensor.noise)
+    });
+    let (from, to) = (record.time.first().copied().unwrap_or(0.0), record.time.last().copied().unwrap_or(0.0));
+    let sampling = record.sampling();
+    let mut warnings: Vec<String> = Vec::new();
+    if let Some(sampling) = sampling.filter(|sampling| !sampling.regular) {
+        warnings.push(format!(
+            "the sampling is irregular: intervals from {} s to {} s, mostly {} s",
+            rounded(sampling.shortest, 6),
+            rounded(sampling.longest, 6),
+            rounded(sampling.interval, 6)
+        ));
+    }
+    warnings.extend(findings.iter().map(Finding::to_string));
+    let role = |channel: &Channel| {
+        if rig.sensors.iter().any(|sensor| sensor.column == channel.name) {
+            Some("sensor")
+        } else {
+            rig.inputs.iter().any(|input| input.column == channel.name).then_some("input")
+        }
+    };
+    let finite =
+        |channel: &'_ Channel| channel.values.iter().copied().filter(|value| value.is_finite()).collect::<Vec<_>>();
+    let channels = record.channels.iter().map(|channel| ChannelLine {
+        name: channel.name.clone(),
+        unit: channel.unit.to_string(),
+        least: in_unit(finite(channel).into_iter().fold(f64::INFINITY, f64::min), &channel.unit),
+        greatest: in_unit(finite(channel).into_iter().fold(f64::NEG_INFINITY, f64::max), &channel.unit),
+        role: role(channel),
+    });
+    let page = RecordPage {
+        file: record.path.display().to_string(),
+        read_as: record.origin.read_as.clone(),
+        usable: drive.is_ok(),
+        rows: record.time.len(),
+        from_s: rounded(from, 12),
+        to_s: rounded(to, 12),
+        interval_s: sampling.map_or(0.0, |sampling| rounded(sampling.interval, 9)),
+        duration_s: rounded(to - from, 12),
+        channels: channels.collect(),
+        phases: drive.as_ref().map_or_else(|_| Vec::new(), |drive| phases(rig, drive)),
+        mapping,
+        findings,
+        warnings,
+    };
+    Ok((page, drive.err()))
+}
+
+/// The drive, where the record has every column that the rig asks for.
+fn columns(rig: &Rig, record: &Record) -> Result<Drive, Complaint> {
+    let drive = Drive::from_record(rig, record)?;
+    for sensor in &rig.sensors {
+        record.require(&sensor.column, sensor.quantity.dimension(), sensor.place.clone())?;
+    }
+    Ok(drive)
+}
+
+/// The pieces of the drive, joined up to the next jump.
+fn phases(rig: &Rig, drive: &Drive) -> Vec<PhaseLine> {
+    let mut phases: Vec<PhaseLine> = Vec::new();
+    for piece in &drive.pieces {
+        match phases.last_mut().filter(|_| !piece.jump) {
+            Some(phase) => {
+                phase.to_s = rounded(piece.end, 12);
+                for ((own, to), input) in phase.inputs.iter_mut().zip(&piece.to).zip(&rig.inputs) {
+                    own.to = in_unit(*to, &input.unit);
+                }
+            }
+            None => phases.push(PhaseLine {
+                from_s: rounded(piece.start, 12),
+                to_s: rounded(piece.end, 12),
+                inputs: rig
+                    .inputs
+                    .iter()
+                    .zip(piece.from.iter().zip(&piece.to))
+                    .map(|(input, (from, to))| PhaseInput {
+                        name: input.name.clone(),
+                        from: in_unit(*from, &input.unit),
+                        to: in_unit(*to, &input.unit),
+                        unit: input.unit.to_string(),
+                    })
+                    .collect(),
+            }),
+        }
+    }
+    phases
+}

@@ -1,0 +1,67 @@
+//! `export`: a store as a table for other programs.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{Failure, Status};
+use crate::complaint::{Complaint, Kind};
+use crate::files::{is_standard, write_atomically};
+use crate::report::number::text;
+use crate::store::{Store, StoredRun, export_csv};
+
+/// Write a store as a table: a row for each fault of each run
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The store that `diagnose --store` has filled
+    #[arg(long, value_name = "FILE")]
+    store: PathBuf,
+    /// Where the table is written, as CSV or Parquet by its ending; `-` is CSV to standard output
+    #[arg(short, long, value_name = "TABLE.csv|TABLE.parquet")]
+    output: PathBuf,
+}
+
+/// Runs the verb; what was written is told on `out`, unless the table goes there.
+pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+    let path = &arguments.output;
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if ending == "parquet" && cfg!(not(feature = "parquet")) {
+        return Err(without_parquet(path).into());
+    }
+    if !(is_standard(path) || ending == "csv" || ending == "parquet") {
+        return Err(Complaint::new(Kind::UnknownName, format!("the ending `{ending}` is that of no known table"))
+            .in_file(path)
+            .help("end it in `.csv` or `.parquet`")
+            .into());
+    }
+    let runs = Store::open_existing(&arguments.store)?.runs()?;
+    if is_standard(path) {
+        export_csv(&runs, out)?;
+        return Ok(Status::Done);
+    }
+    if ending == "parquet" {
+        parquet(path, &runs)?
+    } else {
+        write_atomically(path, |file| export_csv(&runs, file))?
+    }
+    let rows: usize = runs.iter().map(|run| run.faults.len()).sum();
+    writeln!(out, "{}: {} rows of {} runs", path.display(), text(rows as f64), runs.len())?;
+    Ok(Status::Done)
+}
+
+fn without_parquet(path: &std::path::Path) -> Complaint {
+    Complaint::new(Kind::Unwritable, "this borescope was built without the feature `parquet`")
+        .in_file(path)
+        .help("build it with `cargo build --release --features parquet`, or write a `.csv`")
+}
+
+#[cfg(feature = "parquet")]
+fn parquet(path: &std::path::Path, runs: &[StoredRun]) -> Result<(), Complaint> {
+    write_atomically(path, |file| crate::store::export_parquet(runs, file))
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet(path: &std::path::Path, _: &[StoredRun]) -> Result<(), Complaint> {
+    Err(without_parquet(path))
+}

@@ -1,0 +1,54 @@
+//! `history`: the course of each fault over the runs of a store.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{Failure, Format, Status, write_json};
+use crate::complaint::{Complaint, Kind, Place, help_with_names};
+use crate::files::{MOST_TEXT, read, text};
+use crate::history::{By, history};
+use crate::report::history::write_text;
+use crate::rig::Rig;
+use crate::store::{RigIdentity, Store};
+
+/// Show how the faults of a rig grow over its stored diagnoses, and when they pass their limits
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The rig file, with `limit` at the faults that have one
+    rig: PathBuf,
+    /// The store that `diagnose --store` has filled
+    #[arg(long, value_name = "FILE")]
+    store: PathBuf,
+    /// What the trend goes over
+    #[arg(long, value_enum, default_value_t = By::Time)]
+    by: By,
+    /// How the history is written
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+}
+
+/// Runs the verb; the history goes to `out`.
+pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+    let content = read(&arguments.rig, MOST_TEXT)?;
+    let digest = content.digest();
+    let rig = Rig::parse(&arguments.rig, text(&arguments.rig, content.bytes)?)?;
+    let store = Store::open_existing(&arguments.store)?;
+    let runs = store.runs_of(&RigIdentity::new(&rig, digest).key)?;
+    if runs.is_empty() {
+        let rigs = store.rigs()?;
+        let name =
+            if rig.name.is_empty() { "this rig file, which has no name".into() } else { format!("`{}`", rig.name) };
+        return Err(Complaint::new(Kind::Empty, format!("the store has no runs of {name}"))
+            .at(Place::file(&arguments.store))
+            .help(help_with_names(&rig.name, "rigs in the store", rigs.iter().map(String::as_str)))
+            .into());
+    }
+    let history = history(&rig, &arguments.store.display().to_string(), &runs, arguments.by);
+    match arguments.format {
+        Format::Json => write_json(out, &history)?,
+        Format::Text => out.write_all(write_text(&history).as_bytes())?,
+    }
+    Ok(Status::Done)
+}

@@ -1,0 +1,71 @@
+//! `diagnose --store`: what keeps the diagnoses.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use crate::complaint::{Complaint, Kind};
+use crate::diagnosis::{Diagnosis, Options};
+use crate::record::Record;
+use crate::rig::Rig;
+use crate::store::{Dated, Moment, NewRun, RigIdentity, Store};
+
+/// An open store, and the rig whose runs it gets.
+pub struct Keeper {
+    store: Store,
+    file: String,
+    rig: RigIdentity,
+    at: Option<Moment>,
+}
+
+impl Keeper {
+    /// Opens the store before long work is done for it; `at` is the time that the user gives to the only one of `records`.
+    pub fn open(
+        store: Option<&Path>,
+        at: Option<&str>,
+        records: usize,
+        rig: &Rig,
+        digest: String,
+    ) -> Result<Option<Self>, Complaint> {
+        let at = at
+            .map(str::parse::<Moment>)
+            .transpose()
+            .map_err(|complaint| Complaint { what: format!("`--at`: {}", complaint.what), ..complaint })?;
+        let Some(path) = store else {
+            return match at {
+                None => Ok(None),
+                Some(_) => Err(Complaint::new(Kind::MissingEntry, "`--at` without `--store`")
+                    .help("the time is kept with the diagnosis: name a store with `--store FILE`")),
+            };
+        };
+        if at.is_some() && records > 1 {
+            return Err(Complaint::new(Kind::Contradiction, "`--at` with more than one record")
+                .help("call `diagnose` once for each, or leave `--at` away: each then has the time of its file"));
+        }
+        let store = Store::open(path)?;
+        Ok(Some(Self { store, file: path.display().to_string(), rig: RigIdentity::new(rig, digest), at }))
+    }
+
+    /// Keeps a diagnosis, and says on standard error under which number and time.
+    pub fn keep(&self, record: &Record, options: &Options, diagnosis: &Diagnosis) -> Result<(), Complaint> {
+        let before = match self.at {
+            None => self.store.time_given(&record.origin.digest)?,
+            Some(_) => None,
+        };
+        let run = NewRun::now(&self.rig, record, self.at.or(before), options, diagnosis);
+        let number = self.store.add(&run)?;
+        let dated = match run.dated {
+            Dated::Given if before.is_some() => "as given before; `--at` gives another",
+            Dated::Given => "as given",
+            Dated::File => "the time of the record's file; `--at` gives another",
+            Dated::Diagnosis => "the time of the diagnosis; `--at` gives another",
+        };
+        let _ = writeln!(
+            io::stderr(),
+            "note: {}: kept in {} as run {number}, measured {} ({dated})",
+            diagnosis.record,
+            self.file,
+            run.measured_at.short()
+        );
+        Ok(())
+    }
+}

@@ -1,0 +1,17 @@
+//! Records as the verbs take them: what was recognised of an unusual file is told.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use crate::complaint::Complaint;
+use crate::record::Record;
+use crate::rig::Rig;
+
+/// Reads a record of a rig; how, is said on standard error where it is in another form than records are written in.
+pub fn record(rig: &Rig, path: &Path) -> Result<Record, Complaint> {
+    let record = rig.record(path)?;
+    if !record.origin.is_plain() {
+        let _ = writeln!(io::stderr(), "note: {}: read as {}", path.display(), record.origin.read_as);
+    }
+    Ok(record)
+}

@@ -1,0 +1,119 @@
+//! The history as programs read it (`borescope.history/1`).
+
+use clap::ValueEnum;
+use serde::Serialize;
+
+use super::forecast::State;
+
+/// Name and version of the JSON schema.
+pub const SCHEMA: &str = "borescope.history/1";
+
+/// What the trend goes over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum By {
+    /// The times at which the records were measured.
+    Time,
+    /// The order in which they were stored.
+    Run,
+}
+
+impl By {
+    /// The step that slopes are told over.
+    pub fn step(self) -> &'static str {
+        match self {
+            Self::Time => "day",
+            Self::Run => "run",
+        }
+    }
+}
+
+/// A place on the axis of the trend: a moment, or a count of runs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Axis {
+    Time(String),
+    Run(f64),
+}
+
+/// A run that counts.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunLine {
+    pub run: i64,
+    pub measured_at: String,
+    pub dated_by: String,
+    pub record: String,
+    pub verdict: String,
+    pub model_version: String,
+    pub rig_digest: String,
+}
+
+/// What one run said of a fault. Numbers in the unit of the fault.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Value {
+    pub run: i64,
+    pub measured_at: String,
+    pub value: f64,
+    /// Ends of the 95 % interval; `None` where the record did not bound the value.
+    pub ci95: [Option<f64>; 2],
+    pub present: bool,
+    pub probability: Option<f64>,
+}
+
+/// The straight line through the values. Numbers in the unit of the fault.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Trend {
+    /// Change in a `per`.
+    pub slope: f64,
+    /// `day` or `run`.
+    pub per: &'static str,
+    /// The 95 % interval of the slope.
+    pub ci95: [f64; 2],
+    /// The line at the last run.
+    pub now: f64,
+    pub now_ci95: [f64; 2],
+    /// Standard deviation between runs beyond what their intervals say.
+    pub scatter: f64,
+    /// Runs that the line goes through.
+    pub runs: usize,
+}
+
+/// When the line passes the limit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Forecast {
+    pub state: State,
+    /// `None` where the line never does.
+    pub passes_at: Option<Axis>,
+    /// First and last passing within the uncertainty of the line, 95 %; an end is `None` where it never does.
+    pub ci95: [Option<Axis>; 2],
+}
+
+/// The course of one fault. Numbers in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FaultHistory {
+    pub id: String,
+    pub meaning: String,
+    pub unit: String,
+    pub healthy: f64,
+    pub limit: Option<f64>,
+    pub values: Vec<Value>,
+    pub trend: Option<Trend>,
+    /// `None` without a limit or a trend.
+    pub forecast: Option<Forecast>,
+    /// What was left out, why there is no trend, whether it bends; in words.
+    pub remark: Option<String>,
+}
+
+/// The courses of all faults of a rig.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct History {
+    pub schema: &'static str,
+    pub rig: String,
+    pub name: String,
+    pub store: String,
+    pub by: By,
+    pub runs: Vec<RunLine>,
+    /// Every fault of the rig, in its order.
+    pub faults: Vec<FaultHistory>,
+    pub warnings: Vec<String>,
+}

@@ -1,0 +1,46 @@
+//! The values of a fault in the unit of today's rig file, and how sure each is.
+
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use super::Value;
+use crate::report::number::rounded;
+use crate::rig::{Fault, Rig};
+use crate::store::{StoredFault, StoredRun};
+use crate::units::Unit;
+
+/// Digits of what is told.
+const DIGITS: usize = 7;
+
+pub(super) fn short(value: f64) -> f64 {
+    rounded(value, DIGITS)
+}
+
+/// The stored value in `unit`; `None` where it was of another dimension or not finite.
+pub(super) fn in_unit(stored: &StoredFault, unit: &Unit, run: &StoredRun) -> Option<Value> {
+    let own = Unit::parse_as(&stored.unit, unit.dimension).ok()?;
+    let to = |value: f64| if own.symbol == unit.symbol { value } else { unit.from_si(own.to_si(value)) };
+    Some(Value {
+        run: run.id,
+        measured_at: run.measured_at.to_string(),
+        value: short(to(stored.value?)),
+        ci95: [stored.low, stored.high].map(|end| end.map(|end| short(to(end)))),
+        present: stored.present,
+        probability: stored.probability,
+    })
+}
+
+/// The standard error of a value: the longer side of its interval. An open side counts only where the value rests at that
+/// end of the search, as a part without the fault does; otherwise the record does not bound the value.
+pub(super) fn sigma(value: &Value, rig: &Rig, fault: &Fault) -> Option<f64> {
+    let unit = &rig.parameters[fault.parameter].unit;
+    let (low, high) = (unit.from_si(fault.bounds.0), unit.from_si(fault.bounds.1));
+    let near = 1e-6 * (high - low).abs();
+    let side = |end: Option<f64>, bound: f64| match end {
+        Some(end) => Some((end - value.value).abs()),
+        None => ((value.value - bound).abs() <= near).then_some(0.0),
+    };
+    let length = side(value.ci95[0], low)?.max(side(value.ci95[1], high)?);
+    let factor = Normal::standard().inverse_cdf(0.975);
+    // An interval without width would overrule all others.
+    Some((length / factor).max(near))
+}

@@ -1,0 +1,72 @@
+//! Formats that are no text, known by their first bytes.
+
+use std::path::Path;
+
+use super::read::{Care, Standing};
+use crate::complaint::{Complaint, Kind};
+
+/// A format that is no text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Binary {
+    Parquet,
+    /// MATLAB v5 to v7.2.
+    Mat,
+    /// MATLAB v7.3, which is HDF5.
+    Hdf,
+    Mdf,
+}
+
+impl Binary {
+    /// The format of a file that begins so.
+    pub fn of(bytes: &[u8]) -> Option<Self> {
+        const MARKS: &[(&[u8], Binary)] = &[
+            (b"PAR1", Binary::Parquet),
+            (b"MATLAB 7.3", Binary::Hdf),
+            (b"\x89HDF\r\n", Binary::Hdf),
+            (b"MATLAB 5.0", Binary::Mat),
+            (b"MDF     ", Binary::Mdf),
+        ];
+        MARKS.iter().find(|(mark, _)| bytes.starts_with(mark)).map(|(_, format)| *format)
+    }
+
+    /// What people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Parquet => "Parquet",
+            Self::Mat => "MATLAB v5",
+            Self::Hdf => "MATLAB v7.3 or HDF5",
+            Self::Mdf => "MDF 4",
+        }
+    }
+
+    /// Reads the record.
+    ///
+    /// # Errors
+    /// A format that is not read, or that this program was built without; and what is wrong in the record.
+    pub fn read(self, path: &Path, bytes: &[u8], care: Care) -> Result<Standing, Complaint> {
+        match self {
+            Self::Parquet => parquet(path, bytes, care),
+            Self::Hdf => Err(self.not_read(path, "save it in MATLAB with `writetable`, or in another way as CSV")),
+            Self::Mat | Self::Mdf => {
+                Err(self.not_read(path, "write the record as CSV, columns `name [unit]`, the time first"))
+            }
+        }
+    }
+
+    fn not_read(self, path: &Path, help: &str) -> Complaint {
+        Complaint::new(Kind::Syntax, format!("the file is {}, which is not read", self.name())).in_file(path).help(help)
+    }
+}
+
+#[cfg(feature = "parquet")]
+fn parquet(path: &Path, bytes: &[u8], care: Care) -> Result<Standing, Complaint> {
+    super::parquet::read(path, bytes, care)
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet(path: &Path, _: &[u8], _: Care) -> Result<Standing, Complaint> {
+    let what = "the file is Parquet, and this borescope was built without the feature `parquet`";
+    Err(Complaint::new(Kind::Syntax, what)
+        .in_file(path)
+        .help("build it with `cargo build --release --features parquet`, or write the record as CSV"))
+}

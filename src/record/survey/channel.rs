@@ -1,0 +1,120 @@
+//! A channel by itself: dropouts, values that stand still, spikes.
+
+use super::{Doubt, Finding};
+use crate::record::Channel;
+
+/// Fewest rows of one value that are told.
+const FEWEST: usize = 10;
+/// Chance that noise alone makes a run as long somewhere in the record.
+const BY_CHANCE: f64 = 1e-3;
+/// Median second difference, in standard deviations of the noise, below which a channel counts as computed rather than
+/// measured; noise alone makes it 1.65, and steady motion nothing.
+const MEASURED: f64 = 0.5;
+/// Height of a spike, in standard deviations of the noise, and in median deviations of the rows around it.
+const SPIKE: f64 = 8.0;
+/// Rows on either side of a spike that say how restless the channel is there.
+const AROUND: usize = 12;
+/// Share of its height by which the rows beside a spike may differ.
+const BESIDE: f64 = 0.25;
+
+/// A bend of a channel is a second difference of more than so many standard deviations of its noise.
+const BEND: f64 = 6.0;
+/// Rows behind a bend, and before it, in which leaps of other channels are the circuit's.
+const BEHIND: usize = 12;
+const BEFORE: usize = 3;
+
+/// The rows at which a channel bends beyond its noise; none where nothing is known of the noise.
+pub(super) fn bends(values: &[f64], noise: Option<f64>) -> Vec<usize> {
+    let Some(noise) = noise else { return Vec::new() };
+    let bent = |three: &[f64]| (three[0] - 2.0 * three[1] + three[2]).abs() > BEND * 6f64.sqrt() * noise;
+    values.windows(3).enumerate().filter(|(_, three)| bent(three)).map(|(row, _)| row + 1).collect()
+}
+
+/// Whether one of the rows, which rise, is near `row`.
+pub(super) fn is_near(rows: &[usize], row: usize) -> bool {
+    let from = rows.partition_point(|bend| bend + BEHIND < row);
+    rows.get(from).is_some_and(|bend| *bend <= row + BEFORE)
+}
+
+/// What is doubtful about a channel.
+pub(super) fn survey(
+    channel: &Channel,
+    time: &[f64],
+    noise: Option<f64>,
+    restless: impl Fn(usize) -> bool,
+) -> Vec<Finding> {
+    let values = &channel.values;
+    let of_rows = |doubt, rows, value| Finding::of_rows(doubt, channel, time, rows, value);
+    let mut findings = Vec::new();
+    let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
+    for value in values.iter().filter(|value| value.is_finite()) {
+        (least, greatest) = (least.min(*value), greatest.max(*value));
+    }
+    let mut row = 0;
+    for run in values.chunk_by(|a, b| a.is_nan() == b.is_nan()) {
+        if run.first().is_some_and(|value| value.is_nan()) {
+            findings.push(of_rows(Doubt::Dropout, row..row + run.len(), None));
+        }
+        row += run.len();
+    }
+    let Some(noise) = noise else { return findings };
+    if least == greatest {
+        findings.push(of_rows(Doubt::Constant, 0..values.len(), Some(least)));
+        return findings;
+    }
+    if is_measured(values, least, greatest, noise) {
+        let length = length_beyond_chance(values);
+        let mut row = 0;
+        for run in values.chunk_by(|a, b| a == b) {
+            if length.is_some_and(|length| run.len() >= length) {
+                let value = run.first().copied();
+                let doubt =
+                    if value == Some(least) || value == Some(greatest) { Doubt::Saturated } else { Doubt::Stuck };
+                findings.push(of_rows(doubt, row..row + run.len(), value));
+            }
+            row += run.len();
+        }
+    }
+    let spikes = (1..values.len().saturating_sub(1)).filter(|row| is_spike(values, *row, noise) && !restless(*row));
+    findings.extend(spikes.map(|row| of_rows(Doubt::Spike, row..row + 1, values.get(row).copied())));
+    findings
+}
+
+/// Whether the channel is as restless as its noise makes it, away from its extremes.
+fn is_measured(values: &[f64], least: f64, greatest: f64, noise: f64) -> bool {
+    let inside = |value: &f64| value.is_finite() && *value != least && *value != greatest;
+    let threes = values.windows(3).filter(|three| three.iter().all(inside));
+    let mut bends: Vec<f64> = threes.map(|three| (three[0] - 2.0 * three[1] + three[2]).abs()).collect();
+    bends.sort_by(f64::total_cmp);
+    bends.get(bends.len() / 2).is_some_and(|median| *median >= MEASURED * noise)
+}
+
+/// Rows of one value from which on it is no chance, as often as neighbours are alike where the channel moves; `None` where
+/// they nearly always are.
+fn length_beyond_chance(values: &[f64]) -> Option<usize> {
+    let (mut alike, mut pairs) = (0, 0);
+    for run in values.chunk_by(|a, b| a == b).filter(|run| run.len() < FEWEST) {
+        (alike, pairs) = (alike + run.len() - 1, pairs + run.len());
+    }
+    let share = (alike as f64 / f64::from(pairs.max(1) as u32)).max(1e-3);
+    if share > 0.8 {
+        return None;
+    }
+    let length = 1.0 + (BY_CHANCE / values.len().max(1) as f64).ln() / share.ln();
+    Some((length.ceil() as usize).max(FEWEST))
+}
+
+/// Whether a value stands off from both its neighbours to the same side, and they are alike.
+fn is_spike(values: &[f64], row: usize, noise: f64) -> bool {
+    let [before, here, after] = [values[row - 1], values[row], values[row + 1]];
+    let (up, down) = (here - before, here - after);
+    let height = up.abs().min(down.abs());
+    if !(up * down > 0.0 && height > SPIKE * noise && (after - before).abs() < BESIDE * height) {
+        return false;
+    }
+    let around = values.get(row.saturating_sub(AROUND)..(row + AROUND + 1).min(values.len())).unwrap_or_default();
+    let mut steps: Vec<f64> =
+        around.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|s| s.is_finite()).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).is_some_and(|median| height > SPIKE * median)
+}

@@ -1,0 +1,131 @@
+//! What is doubtful about a record, with its times: the clock, and each channel by itself.
+
+mod channel;
+mod clock;
+
+use std::fmt;
+
+use super::{Channel, Record};
+use crate::report::number::{in_unit, rounded, text, with_unit};
+use crate::units::Unit;
+
+/// A sort of doubt.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Doubt {
+    /// The time stands still from row to row.
+    DuplicateStamp,
+    /// The time runs backwards.
+    ClockReset,
+    /// Rows are missing.
+    MissingRows,
+    /// Intervals between rows that are not alike.
+    Jitter,
+    /// No value.
+    Dropout,
+    /// One value throughout.
+    Constant,
+    /// One value for longer than noise allows.
+    Stuck,
+    /// The same at the greatest or the least value of the channel.
+    Saturated,
+    /// A value far from its neighbours on both sides.
+    Spike,
+}
+
+/// One doubt.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Finding {
+    pub doubt: Doubt,
+    /// The column; `None` for the clock.
+    pub channel: Option<String>,
+    /// First and last time, s, of the rows that it is about.
+    pub from_s: f64,
+    pub to_s: f64,
+    /// Rows that it is about; of missing ones, how many.
+    pub rows: usize,
+    /// The value at which it stands, or the one that is off, in `unit`; of jitter its root mean square; of a clock that was
+    /// set the time before.
+    pub value: Option<f64>,
+    pub unit: Option<String>,
+}
+
+/// Every doubt: first those about the clock, then those about each column, in the order of the file and of their times.
+///
+/// Whether a channel stands still or leaps is judged only where `noise` gives the standard deviation of one of its samples,
+/// SI; a leap only where no other such channel bends within the rows before, since a circuit that switches leaps too.
+pub fn survey(record: &Record, noise: impl Fn(&Channel) -> Option<f64>) -> Vec<Finding> {
+    let mut findings = clock::survey(record);
+    let noises: Vec<Option<f64>> = record.channels.iter().map(noise).collect();
+    let bends: Vec<Vec<usize>> =
+        record.channels.iter().zip(&noises).map(|(channel, noise)| channel::bends(&channel.values, *noise)).collect();
+    for (index, (channel, noise)) in record.channels.iter().zip(&noises).enumerate() {
+        let restless = |row: usize| {
+            let others = bends.iter().enumerate().filter(|(other, _)| *other != index);
+            others.into_iter().any(|(_, bends)| channel::is_near(bends, row))
+        };
+        findings.extend(channel::survey(channel, &record.time, *noise, restless));
+    }
+    findings
+}
+
+impl Finding {
+    fn of_rows(
+        doubt: Doubt,
+        channel: &Channel,
+        time: &[f64],
+        rows: std::ops::Range<usize>,
+        value: Option<f64>,
+    ) -> Self {
+        let at = |row: usize| rounded(time.get(row).copied().unwrap_or_default(), 12);
+        Self {
+            doubt,
+            channel: Some(channel.name.clone()),
+            from_s: at(rows.start),
+            to_s: at(rows.end.saturating_sub(1)),
+            rows: rows.len(),
+            value: value.map(|value| in_unit(value, &channel.unit)),
+            unit: Some(channel.unit.to_string()),
+        }
+    }
+
+    fn of_clock(doubt: Doubt, from: f64, to: f64, rows: usize, value: Option<f64>) -> Self {
+        Self {
+            doubt,
+            channel: None,
+            from_s: rounded(from, 12),
+            to_s: rounded(to, 12),
+            rows,
+            value: value.map(|value| rounded(value, 6)),
+            unit: Some(Unit::second().to_string()),
+        }
+    }
+}
+
+impl fmt::Display for Finding {
+    /// The doubt in words.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = self.channel.as_deref().unwrap_or_default();
+        let (from, to, rows) = (rounded(self.from_s, 9), rounded(self.to_s, 9), self.rows);
+        let value = with_unit(self.value.unwrap_or_default(), self.unit.as_deref().unwrap_or("-"));
+        let when = if from == to { format!("at {from} s") } else { format!("from {from} s to {to} s") };
+        let many = if rows == 1 { "1 row".to_owned() } else { format!("{rows} rows") };
+        match self.doubt {
+            Doubt::DuplicateStamp => write!(f, "the time {from} s stands in {many}"),
+            Doubt::ClockReset => write!(f, "the clock was set back from {value} to {from} s"),
+            Doubt::MissingRows => write!(f, "{many} missing {when}"),
+            Doubt::Jitter => {
+                write!(
+                    f,
+                    "the intervals between rows scatter by {value}, most {when} with {} s",
+                    text(rounded(to - from, 6))
+                )
+            }
+            Doubt::Dropout => write!(f, "`{name}` has no value in {many} {when}"),
+            Doubt::Constant => write!(f, "`{name}` stays at {value}: is the sensor connected?"),
+            Doubt::Stuck => write!(f, "`{name}` is stuck at {value} for {many} {when}"),
+            Doubt::Saturated => write!(f, "`{name}` may be saturated: it rests at its extreme value {value} {when}"),
+            Doubt::Spike => write!(f, "`{name}` leaps to {value} {when}"),
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! The history of a rig as text.
+
+use super::number::{text, with_unit};
+use super::table::aligned;
+use crate::history::forecast::State;
+use crate::history::{Axis, FaultHistory, History};
+
+/// Bars of the small pictures of a course, from low to high.
+const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+/// Most bars of a picture: of longer courses, the last.
+const MOST: usize = 30;
+
+/// The whole page, with a final line break.
+pub fn write_text(history: &History) -> String {
+    let name = if history.name.is_empty() { String::new() } else { format!(" ({})", history.name) };
+    let days = |moment: &str| moment.get(..10).unwrap_or(moment).to_owned();
+    let span = match (history.runs.first(), history.runs.last()) {
+        (Some(first), Some(last)) => format!(", {} to {}", days(&first.measured_at), days(&last.measured_at)),
+        _ => String::new(),
+    };
+    let mut lines = vec![format!("{}{name}: {} runs in {}{span}", history.rig, history.runs.len(), history.store)];
+    lines.push(String::new());
+    let heads = [
+        ("fault", false),
+        ("course", false),
+        ("now", true),
+        ("", false),
+        ("trend", true),
+        ("95 %", false),
+        ("limit", true),
+        ("passes", false),
+    ];
+    let rows: Vec<Vec<String>> = history.faults.iter().map(row).collect();
+    lines.extend(aligned(&heads, &rows));
+    for (heading, notes) in [("remarks", remarks(history)), ("warnings", history.warnings.clone())] {
+        if !notes.is_empty() {
+            lines.extend([String::new(), format!("{heading}:")]);
+            lines.extend(notes.iter().map(|note| format!("  {note}")));
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+fn remarks(history: &History) -> Vec<String> {
+    let with_remark = |fault: &FaultHistory| Some(format!("{}: {}", fault.id, fault.remark.as_ref()?));
+    history.faults.iter().filter_map(with_remark).collect()
+}
+
+fn row(fault: &FaultHistory) -> Vec<String> {
+    let (mut now, mut sure, mut slope, mut between) = (String::new(), String::new(), String::new(), String::new());
+    match (&fault.trend, fault.values.last()) {
+        (Some(trend), _) => {
+            now = text(trend.now);
+            sure = format!("+- {}", with_unit(short(0.5 * (trend.now_ci95[1] - trend.now_ci95[0])), &fault.unit));
+            slope = format!("{:+}/{}", short(trend.slope), trend.per);
+            between = format!("{:+} to {:+}", short(trend.ci95[0]), short(trend.ci95[1]));
+        }
+        (None, Some(last)) => {
+            now = text(last.value);
+            sure = fault.unit.clone();
+        }
+        (None, None) => {}
+    }
+    let limit = fault.limit.map_or_else(String::new, |limit| with_unit(limit, &fault.unit));
+    vec![fault.id.clone(), course(fault), now, sure, slope, between, limit, passes(fault)]
+}
+
+/// Three digits are what an uncertainty is worth.
+fn short(value: f64) -> f64 {
+    super::number::rounded(value, 3)
+}
+
+fn passes(fault: &FaultHistory) -> String {
+    let Some(forecast) = &fault.forecast else { return String::new() };
+    let at = |axis: &Option<Axis>, without: &str| match axis {
+        Some(Axis::Time(moment)) => moment.get(..16).unwrap_or(moment).replace('T', " "),
+        Some(Axis::Run(run)) => format!("run {:.1}", run),
+        None => without.to_owned(),
+    };
+    let ends = || format!("{} to {}", at(&forecast.ci95[0], "unknown"), at(&forecast.ci95[1], "never"));
+    match forecast.state {
+        State::Passed => format!("passed {} ({})", at(&forecast.passes_at, "before"), ends()),
+        State::AtLimit => format!("at its limit ({})", ends()),
+        State::WillPass => format!("{} ({})", at(&forecast.passes_at, "far ahead"), ends()),
+        State::MayPass => format!("not before {}, perhaps never", at(&forecast.ci95[0], "long")),
+        State::Receding => "moves away".to_owned(),
+    }
+}
+
+/// The values as bars, the healthy value and the limit within the scale.
+fn course(fault: &FaultHistory) -> String {
+    let values = || fault.values.iter().map(|value| value.value);
+    let known = || values().chain([fault.healthy]).chain(fault.limit);
+    let (low, high) = (known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max));
+    let skipped = fault.values.len().saturating_sub(MOST);
+    let bar = |value: f64| {
+        let share = if high > low { (value - low) / (high - low) } else { 0.0 };
+        BARS[((share * 7.0).round() as usize).min(7)]
+    };
+    values().skip(skipped).map(bar).collect()
+}

@@ -1,0 +1,96 @@
+//! Which columns of a record may be those that a rig asks for under other names.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::Rig;
+use crate::complaint::Complaint;
+use crate::record::Record;
+use crate::units::{Dimension, Unit};
+
+/// A column that the rig asks for and the record does not have, with the column that it may be.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Proposal {
+    /// The column that the rig file names.
+    pub wanted: String,
+    /// `sensor` or `input`.
+    pub role: &'static str,
+    /// The column of the record; `None` where none has its unit.
+    pub column: Option<String>,
+    /// How alike the names are, from 0 to 1.
+    pub similarity: f64,
+    /// What speaks for it: `name`, or `unit` where it is the only column left with that dimension.
+    pub because: Option<&'static str>,
+}
+
+/// Similarity of names from which a column is proposed by its name.
+const ALIKE: f64 = 0.5;
+
+impl Rig {
+    /// Reads a record of this rig as [`Record::read_as_it_stands`] does; the columns of scaled sensors come as what they stand
+    /// for.
+    ///
+    /// # Errors
+    /// As [`Record::read_as_it_stands`].
+    pub fn record_as_it_stands(&self, path: impl AsRef<Path>) -> Result<(Record, Option<Complaint>), Complaint> {
+        let (record, refused) = Record::read_as_it_stands(path)?;
+        Ok((self.scaled(record), refused))
+    }
+
+    /// For each column that the record lacks, the one of those that the rig does not name which is most alike in name, of the
+    /// right dimension. No column is proposed twice.
+    pub fn proposals(&self, record: &Record) -> Vec<Proposal> {
+        let sensors = self.sensors.iter().map(|sensor| {
+            let dimension = sensor.scale.as_ref().map_or(sensor.quantity.dimension(), |(raw, _)| *raw);
+            ("sensor", &sensor.column, dimension)
+        });
+        let inputs = self.inputs.iter().map(|input| ("input", &input.column, input.unit.dimension));
+        let named: Vec<(&str, &String, Dimension)> = sensors.chain(inputs).collect();
+        let lacking: Vec<_> = named.iter().filter(|(_, column, _)| record.channel(column).is_none()).collect();
+        let free: Vec<(&str, &Unit)> = record
+            .channels
+            .iter()
+            .filter(|channel| !named.iter().any(|(_, column, _)| **column == channel.name))
+            .map(|channel| (channel.name.as_str(), &channel.unit))
+            .collect();
+        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+        for (want, (_, column, dimension)) in lacking.iter().enumerate() {
+            let fitting = free.iter().enumerate().filter(|(_, (_, unit))| unit.dimension == *dimension);
+            pairs.extend(fitting.map(|(have, (name, _))| (similarity(column, name), want, have)));
+        }
+        // The most alike first; ties in the order of the files.
+        pairs.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let mut chosen: Vec<Option<(f64, usize, &'static str)>> = vec![None; lacking.len()];
+        for (alike, want, have) in &pairs {
+            let taken = |have: &usize, chosen: &[Option<(f64, usize, &str)>]| {
+                chosen.iter().flatten().any(|(_, other, _)| other == have)
+            };
+            if chosen[*want].is_some() || taken(have, &chosen) {
+                continue;
+            }
+            let rivals = pairs.iter().filter(|(_, other, _)| other == want);
+            let alone = rivals.filter(|(_, _, other)| !taken(other, &chosen)).count() == 1;
+            let because = if *alike >= ALIKE { Some("name") } else { alone.then_some("unit") };
+            chosen[*want] = because.map(|because| (*alike, *have, because));
+        }
+        lacking
+            .iter()
+            .zip(chosen)
+            .map(|((role, wanted, _), chosen)| Proposal {
+                wanted: (*wanted).clone(),
+                role,
+                column: chosen.map(|(_, have, _)| free[have].0.to_owned()),
+                similarity: chosen.map_or(0.0, |(alike, _, _)| crate::report::number::rounded(alike, 3)),
+                because: chosen.map(|(_, _, because)| because),
+            })
+            .collect()
+    }
+}
+
+/// How alike two names are, letters and digits alone counting.
+fn similarity(a: &str, b: &str) -> f64 {
+    let bare =
+        |name: &str| name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect::<String>();
+    strsim::normalized_damerau_levenshtein(&bare(a), &bare(b))
+}

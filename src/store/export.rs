@@ -1,0 +1,95 @@
+//! The whole store as one table: a row for each fault of each run.
+
+use std::io::{self, Write};
+
+use super::StoredRun;
+
+/// One cell of the table.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell<'a> {
+    Text(&'a str),
+    /// Milliseconds are written, UTC.
+    Time(super::Moment),
+    Whole(i64),
+    Number(Option<f64>),
+    Truth(bool),
+}
+
+/// Names of the columns, in their order.
+pub const COLUMNS: [&str; 21] = [
+    "run",
+    "measured_at",
+    "dated_by",
+    "diagnosed_at",
+    "rig",
+    "rig_name",
+    "rig_digest",
+    "record",
+    "record_digest",
+    "verdict",
+    "chi2_reduced",
+    "model_version",
+    "fault",
+    "unit",
+    "value",
+    "low",
+    "high",
+    "healthy",
+    "present",
+    "probability",
+    "biased",
+];
+
+/// The rows of the table, in the order of the runs and of the faults in each.
+pub fn rows(runs: &[StoredRun]) -> impl Iterator<Item = [Cell<'_>; COLUMNS.len()]> {
+    runs.iter().flat_map(|run| {
+        run.faults.iter().map(move |fault| {
+            [
+                Cell::Whole(run.id),
+                Cell::Time(run.measured_at),
+                Cell::Text(&run.dated_by),
+                Cell::Time(run.diagnosed_at),
+                Cell::Text(&run.rig),
+                Cell::Text(&run.rig_name),
+                Cell::Text(&run.rig_digest),
+                Cell::Text(&run.record),
+                Cell::Text(&run.record_digest),
+                Cell::Text(&run.verdict),
+                Cell::Number(run.chi2_reduced),
+                Cell::Text(&run.model_version),
+                Cell::Text(&fault.id),
+                Cell::Text(&fault.unit),
+                Cell::Number(fault.value),
+                Cell::Number(fault.low),
+                Cell::Number(fault.high),
+                Cell::Number(fault.healthy),
+                Cell::Truth(fault.present),
+                Cell::Number(fault.probability),
+                Cell::Truth(fault.biased),
+            ]
+        })
+    })
+}
+
+/// Writes the table as CSV; a number that there is not is an empty field.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn export_csv(runs: &[StoredRun], to: &mut dyn Write) -> io::Result<()> {
+    let mut table = csv::Writer::from_writer(to);
+    table.write_record(COLUMNS)?;
+    for row in rows(runs) {
+        table.write_record(row.iter().map(text))?;
+    }
+    table.flush()
+}
+
+fn text(cell: &Cell<'_>) -> String {
+    match cell {
+        Cell::Text(text) => (*text).to_owned(),
+        Cell::Time(moment) => moment.to_string(),
+        Cell::Whole(number) => number.to_string(),
+        Cell::Number(number) => number.map_or_else(String::new, |number| number.to_string()),
+        Cell::Truth(truth) => truth.to_string(),
+    }
+}

@@ -1,0 +1,131 @@
+//! What the store keeps of a diagnosis.
+
+use std::path::Path;
+
+use super::Moment;
+use crate::diagnosis::{Diagnosis, Options};
+use crate::record::Record;
+use crate::rig::Rig;
+
+/// Which rig a run is of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RigIdentity {
+    /// What the runs of one rig share: the name in the rig file, or its path where it has none.
+    pub key: String,
+    /// The path as given.
+    pub path: String,
+    /// The name in the rig file, which may be empty.
+    pub name: String,
+    /// SHA-256 of the rig file, in hexadecimal digits.
+    pub digest: String,
+}
+
+impl RigIdentity {
+    /// The identity of a rig whose file has this digest.
+    pub fn new(rig: &Rig, digest: String) -> Self {
+        let absolute = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        let key = if rig.name.is_empty() {
+            format!("file {}", absolute(&rig.path).display())
+        } else {
+            format!("name {}", rig.name)
+        };
+        Self { key, path: rig.path.display().to_string(), name: rig.name.clone(), digest }
+    }
+}
+
+/// Where the time of a run comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dated {
+    /// The user gave it.
+    Given,
+    /// When the record was last written to.
+    File,
+    /// The diagnosis itself, of a record that came through a pipe.
+    Diagnosis,
+}
+
+impl Dated {
+    /// The word in the store.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Given => "given",
+            Self::File => "file",
+            Self::Diagnosis => "diagnosis",
+        }
+    }
+}
+
+/// A diagnosis to be kept.
+#[derive(Debug, Clone)]
+pub struct NewRun<'a> {
+    pub rig: &'a RigIdentity,
+    /// SHA-256 of the record's file, in hexadecimal digits.
+    pub record_digest: &'a str,
+    /// When the record was measured.
+    pub measured_at: Moment,
+    pub dated: Dated,
+    /// When it was diagnosed.
+    pub diagnosed_at: Moment,
+    pub options: &'a Options,
+    pub diagnosis: &'a Diagnosis,
+}
+
+impl<'a> NewRun<'a> {
+    /// A run that ends now. Without a time given, it is that of the record's file, or now where it came through a pipe.
+    pub fn now(
+        rig: &'a RigIdentity,
+        record: &'a Record,
+        given: Option<Moment>,
+        options: &'a Options,
+        diagnosis: &'a Diagnosis,
+    ) -> Self {
+        let diagnosed_at = Moment::now();
+        let file = record.origin.modified.and_then(Moment::of_system);
+        let (measured_at, dated) = match (given, file) {
+            (Some(given), _) => (given, Dated::Given),
+            (None, Some(file)) => (file, Dated::File),
+            (None, None) => (diagnosed_at, Dated::Diagnosis),
+        };
+        Self { rig, record_digest: &record.origin.digest, measured_at, dated, diagnosed_at, options, diagnosis }
+    }
+}
+
+/// A run as the store has it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StoredRun {
+    /// Number of the run, rising in the order of storing.
+    pub id: i64,
+    pub rig: String,
+    pub rig_name: String,
+    pub rig_digest: String,
+    pub record: String,
+    pub record_digest: String,
+    pub measured_at: Moment,
+    /// Where `measured_at` comes from: `given`, `file` or `diagnosis`.
+    pub dated_by: String,
+    pub diagnosed_at: Moment,
+    pub verdict: String,
+    pub chi2_reduced: Option<f64>,
+    /// Version of the program, whose laws the model is made of.
+    pub model_version: String,
+    /// As JSON.
+    pub options: String,
+    pub faults: Vec<StoredFault>,
+}
+
+/// What a run says about one fault. Numbers in `unit`; `None` where there was no finite one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StoredFault {
+    pub id: String,
+    pub unit: String,
+    pub value: Option<f64>,
+    /// Ends of the 95 % interval; `None` where the record does not bound the value.
+    pub low: Option<f64>,
+    pub high: Option<f64>,
+    pub healthy: Option<f64>,
+    pub present: bool,
+    pub probability: Option<f64>,
+    /// `bounded`, `lower-bound-only`, `upper-bound-only` or `unidentifiable`.
+    pub identifiable: String,
+    pub biased: bool,
+}
