@@ -5,12 +5,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, write_json};
+use super::{Failure, Format, Status, write_json, write_page};
 use crate::complaint::Complaint;
 use crate::diagnosis::{Diagnosed, Options, Verdict, diagnose};
-use crate::files::{check_folder, write_atomically};
+use crate::files::check_folder;
 use crate::model::Model;
-use crate::report::diagnosis::{html, write_text};
+use crate::report::diagnosis::write_text;
+use crate::report::pages::diagnosis::html;
 use crate::rig::Rig;
 
 /// Diagnose records of a rig: which faults, how large, how sure
@@ -49,8 +50,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         let one = model.rig.record(path).and_then(|record| {
             let diagnosed = diagnose(&model, &record, &options)?;
             if let Some(report) = &arguments.report {
-                let page = html(&model.rig, &record, &diagnosed);
-                write_atomically(report, |file| file.write_all(page.as_bytes()))?;
+                write_page(report, &html(&model.rig, &record, &diagnosed)?)?;
             }
             Ok(diagnosed)
         });

@@ -18,8 +18,8 @@ use crate::units::Unit;
 pub use calibration::Calibration;
 pub use cycle::{Cycle, Phase, Profile};
 pub use effect::{Given, Placed, Present, Readings, Spot};
-pub(crate) use source::document;
 pub use sensor::{Hold, Input, Quantity, Sensor, TOLERANCE, Target};
+pub(crate) use source::document;
 
 /// Physical limits, SI, in words.
 pub(crate) fn range(bounds: (f64, f64), unit: &Unit) -> String {
