@@ -29,13 +29,14 @@ struct Drawing<'a> {
 
 /// The circuit as one `<svg>` element; what these faults are of is marked.
 pub fn svg(rig: &Rig, faults: &[&FaultReport]) -> String {
-    let layout = layout(rig);
-    let mut drawing = Drawing {
-        rig,
-        faults,
-        out: String::new(),
-        ends: (f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
+    let ends = (f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY);
+    let mut drawing = Drawing { rig, faults, out: String::new(), ends };
+    let letters = |component: usize| {
+        let name = &rig.components[component].name;
+        let texts = drawing.wrong(name);
+        texts.iter().chain([name]).map(|text| text.chars().count()).max().unwrap_or(0)
     };
+    let layout = layout(rig, &letters);
     drawing.lines(&layout);
     layout.placed.iter().for_each(|placed| drawing.component(placed));
     let (left, top, right, bottom) = drawing.ends;
@@ -251,7 +252,7 @@ mod tests {
     fn every_rig_is_drawn_with_nothing_upon_another() {
         for name in ["telescopic", "press", "two_tanks", "cascaded_tanks"] {
             let rig = Rig::read(format!("fixtures/{name}/rig.toml")).unwrap();
-            let layout = layout(&rig);
+            let layout = layout(&rig, &|component| rig.components[component].name.len());
             let hidden = |kind: &str| symbol::of(kind) == Symbol::Hidden;
             let shown = rig.components.iter().filter(|component| !hidden(component.card.kind)).count();
             assert_eq!(layout.placed.len(), shown, "{name}");

@@ -15,7 +15,7 @@ const LEVEL: f64 = 120.0;
 const COLUMN: f64 = 150.0;
 /// Width of a letter of a name, and what stands between a name and the next symbol, px.
 const LETTER: f64 = 7.2;
-const BESIDE: f64 = 46.0;
+const BESIDE: f64 = 60.0;
 /// Distance of cylinders.
 const APART: f64 = 380.0;
 /// How far nodes of one level keep apart.
@@ -57,7 +57,8 @@ fn hydraulic(rig: &Rig, component: usize) -> Vec<(usize, usize)> {
     ports.filter(|(_, (port, _))| port.kind == PortKind::Hydraulic).map(|(index, (_, node))| (index, *node)).collect()
 }
 
-pub(super) fn layout(rig: &Rig) -> Layout {
+/// Lays a circuit out; what stands beside each component has so many letters.
+pub(super) fn layout(rig: &Rig, letters: &dyn Fn(usize) -> usize) -> Layout {
     let plan = Plan::new(rig);
     let lines = plan.lines();
     let mut placed: Vec<Placed> = Vec::new();
@@ -75,7 +76,7 @@ pub(super) fn layout(rig: &Rig) -> Layout {
         let y = plan.row(row);
         let first = spine.first().or(left.first()).map_or(COLUMN, |&first| {
             let component = &rig.components[first];
-            let name = LETTER * component.name.chars().count() as f64;
+            let name = LETTER * letters(first) as f64;
             symbol::of(component.card.kind).half_width().max(25.0) + (name + BESIDE).max(COLUMN - 25.0)
         });
         let lying = spine.iter().all(|&one| symbol::of(rig.components[one].card.kind) == Symbol::Cylinder);

@@ -57,25 +57,30 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String,
     page.section(why);
     let mut shown = Shown::new(rig, record, "time", 1)?;
     shown.detected_at_s = diagnosis.detected_at_s;
-    let mut residuals = Section::new("Residuals");
-    residuals.paragraph(
+    if !diagnosis.residuals.is_empty() {
+        page.section(residual_section(&shown, diagnosis)?);
+    }
+    page.section(fit(&shown, diagnosed));
+    Ok(page.html())
+}
+
+/// What each balance says, over time and summed up.
+fn residual_section(shown: &Shown<'_>, diagnosis: &Diagnosis) -> Result<Section, Complaint> {
+    let mut section = Section::new("Residuals");
+    section.paragraph(
         "Each balance of the circuit with healthy parameters: zero but for noise while nothing is wrong with it.",
     );
-    residuals.table(Table::of(
+    section.table(Table::of(
         "Residuals with healthy parameters",
         &words::RESIDUAL_HEADS,
         words::residual_rows(diagnosis),
     ));
-    if !diagnosis.residuals.is_empty() {
-        residuals.paragraph(
-            "Each residual as the mean of windows, with what noise and tolerance allow; an alarm is raised where the running sum of what \
-             goes beyond passes its threshold.",
-        );
-        residuals::add(&mut residuals, &shown, &diagnosis.residuals, &Detection::default())?;
-    }
-    page.section(residuals);
-    page.section(fit(&shown, diagnosed));
-    Ok(page.html())
+    section.paragraph(
+        "Each residual as the mean of windows, with what noise and tolerance allow; an alarm is raised where the running sum of what \
+         goes beyond passes its threshold.",
+    );
+    residuals::add(&mut section, shown, &diagnosis.residuals, &Detection::default())?;
+    Ok(section)
 }
 
 /// Measured against model, and what was estimated along.
