@@ -173,8 +173,13 @@ fn the_page_is_written_whole_or_not_at_all() {
     assert!(ran.out.starts_with("HEALTHY: "), "{}", ran.out);
     let html = fs::read_to_string(&page).unwrap();
     assert!(html.starts_with("<!DOCTYPE html>") && html.ends_with("</html>\n"));
-    // One picture for each sensor, and nothing that grows with the record.
-    assert_eq!(html.matches("<svg xmlns").count(), 8);
+    // Measured and misfit of each sensor, a residual and its sum, the map, the circuit.
+    let charts = |of: &str| html.matches(of).count();
+    assert_eq!(
+        (charts("data-name=\"misfit of "), charts("class=\"live map\""), charts("class=\"circuit\"")),
+        (8, 1, 1)
+    );
+    assert!(charts("data-name=\"running sum of ") > 5);
     assert!(html.len() < 1_500_000, "{} bytes", html.len());
     assert_eq!(entries(folder.path()), ["page.html"]);
 

@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::Args;
 use serde::Serialize;
 
-use super::{Failure, Format, Status, write_json};
+use super::{Failure, Format, Status, write_json, write_page};
 use crate::calibration;
 use crate::campaign::case::Replay;
 use crate::campaign::store::{Finished, Journal, digest};
@@ -39,6 +39,9 @@ pub struct Arguments {
     /// record, and its rig's healthy records and calibrated rig file
     #[arg(long, value_name = "K", conflicts_with = "resume")]
     case: Option<usize>,
+    /// Also write a page with pictures; of one case the page of its diagnosis
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// How the result is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -86,6 +89,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     if let Some(folder) = &arguments.output {
         check_folder(folder)?;
     }
+    if let Some(path) = &arguments.report {
+        check_folder(path)?;
+    }
     let campaign = Campaign::new(rig, options)?;
     if let Some(case) = arguments.case {
         return alone(&campaign, &text, case, arguments, out);
@@ -119,6 +125,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     if let Some(folder) = &arguments.output {
         finished.write(folder, &report)?;
     }
+    if let Some(path) = &arguments.report {
+        write_page(path, &report::pages::campaign::html(&finished))?;
+    }
     match arguments.format {
         Format::Text => out.write_all(report.as_bytes())?,
         Format::Json => write_json(out, &finished)?,
@@ -136,6 +145,15 @@ fn alone(
     let replay = campaign.replay(case)?;
     if let Some(folder) = &arguments.output {
         leave(campaign, rig_text, &replay, folder)?;
+    }
+    if let Some(path) = &arguments.report {
+        let (Some(record), Some(diagnosed)) = (&replay.record, &replay.diagnosed) else {
+            let why = replay.row.failure.clone().unwrap_or_default();
+            return Err(Complaint::new(Kind::Computation, format!("the case has no diagnosis to show: {why}")).into());
+        };
+        let calibrated = campaign.prepared(replay.row.rig).ok().and_then(|prepared| prepared.model.as_ref().ok());
+        let rig = calibrated.map_or(&campaign.rig, |model| &model.rig);
+        write_page(path, &report::pages::diagnosis::html(rig, record, diagnosed)?)?;
     }
     let diagnosis = replay.diagnosed.as_ref().map(|diagnosed| &diagnosed.diagnosis);
     match arguments.format {

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, read, write_json};
-use crate::learn::compare::compare;
+use super::{Failure, Format, Status, read, write_json, write_page};
+use crate::files::check_folder;
+use crate::learn::compare::compared;
 use crate::report;
 use crate::rig::Rig;
 
@@ -20,6 +21,9 @@ pub struct Arguments {
     /// How the comparison is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
+    /// Also write a page with pictures
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// Exit with 1 if the model misses the record
     #[arg(long)]
     exit_code: bool,
@@ -27,10 +31,18 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
     let rig = Rig::read(&arguments.rig)?;
-    let comparison = compare(&rig, &read::record(&rig, &arguments.record)?)?;
+    let record = read::record(&rig, &arguments.record)?;
+    if let Some(report) = &arguments.report {
+        check_folder(report)?;
+    }
+    let compared = compared(&rig, &record)?;
+    if let Some(path) = &arguments.report {
+        write_page(path, &report::pages::learn::comparison(&rig, &record, &compared)?)?;
+    }
+    let comparison = &compared.comparison;
     match arguments.format {
-        Format::Text => out.write_all(report::learn::comparison(&comparison).as_bytes())?,
-        Format::Json => write_json(out, &comparison)?,
+        Format::Text => out.write_all(report::learn::comparison(comparison).as_bytes())?,
+        Format::Json => write_json(out, comparison)?,
     }
     Ok(if arguments.exit_code && !comparison.adequate { Status::Found } else { Status::Done })
 }

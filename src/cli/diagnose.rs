@@ -6,12 +6,13 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::keep::Keeper;
-use super::{Failure, Format, Status, write_json};
+use super::{Failure, Format, Status, write_json, write_page};
 use crate::complaint::Complaint;
 use crate::diagnosis::{Diagnosed, Options, Verdict, diagnose};
-use crate::files::{MOST_TEXT, check_folder, read, text, write_atomically};
+use crate::files::{MOST_TEXT, check_folder, read, text};
 use crate::model::Model;
-use crate::report::diagnosis::{html, write_text};
+use crate::report::diagnosis::write_text;
+use crate::report::pages::diagnosis::html;
 use crate::rig::Rig;
 
 /// Diagnose records of a rig: which faults, how large, how sure
@@ -64,8 +65,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
                 keeper.keep(&record, &options, &diagnosed.diagnosis)?;
             }
             if let Some(report) = &arguments.report {
-                let page = html(&model.rig, &record, &diagnosed);
-                write_atomically(report, |file| file.write_all(page.as_bytes()))?;
+                write_page(report, &html(&model.rig, &record, &diagnosed)?)?;
             }
             Ok(diagnosed)
         });

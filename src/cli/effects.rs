@@ -1,19 +1,24 @@
 //! `effects`: the library of physical effects.
 
 use std::io::Write;
+use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, write_json};
+use super::{Failure, Format, Status, write_json, write_page};
 use crate::complaint::{Complaint, Kind, help_with_names};
 use crate::physics::effect::{EFFECTS, effect};
 use crate::report::effects::{EffectReport, LibraryReport, card, library};
+use crate::report::pages;
 
 /// List the physical effects that a model may be given, or show the card of one
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// Name of an effect, without its place
     name: Option<String>,
+    /// Also write a page with pictures
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// How the library is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -21,6 +26,9 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
     let Some(name) = &arguments.name else {
+        if let Some(path) = &arguments.report {
+            write_page(path, &pages::effects::library())?;
+        }
         match arguments.format {
             Format::Text => out.write_all(library().as_bytes())?,
             Format::Json => write_json(out, &LibraryReport::new())?,
@@ -34,6 +42,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
             .help(help_with_names(kind, "effects", EFFECTS.iter().map(|effect| effect.name)))
             .into());
     };
+    if let Some(path) = &arguments.report {
+        write_page(path, &pages::effects::card(effect))?;
+    }
     match arguments.format {
         Format::Text => out.write_all(card(effect).as_bytes())?,
         Format::Json => write_json(out, &EffectReport::new(effect))?,

@@ -10,6 +10,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::expected::{self, Expected};
 use crate::model::{Drive, Model};
 use crate::record::Record;
+use crate::report::html::{Column, Table};
 use crate::report::number::{self, rounded};
 use crate::rig::Rig;
 
@@ -96,6 +97,34 @@ pub fn numbers(rig: &Rig, drive: &Drive, record: &Record, with: &[String]) -> Re
         rival: rival
             .map_or_else(Vec::new, |rival| rival.faults.iter().map(|&fault| parameter(fault).id.clone()).collect()),
     })
+}
+
+/// What would be known, in sentences.
+pub fn said(numbers: &Numbers) -> Vec<String> {
+    let with: Vec<String> =
+        numbers.with.iter().map(|one| format!("{} {}", one.id, number::with_unit(one.value, &one.unit))).collect();
+    let mut said = vec![
+        format!("With {}.", if with.is_empty() { "the healthy rig".to_owned() } else { with.join(" + ") }),
+        format!("Rank {} of {} faults.", numbers.rank, numbers.of),
+    ];
+    let lost = numbers.with.iter().filter(|one| !one.identifiable);
+    said.extend(lost.map(|one| format!("{}: not identifiable at this size.", one.id)));
+    let name = if numbers.rival.is_empty() { "healthy".to_owned() } else { numbers.rival.join(" + ") };
+    said.push(format!("Most easily mistaken for {name}, {} %.", number::text(rounded(100.0 * numbers.mistaken, 3))));
+    said
+}
+
+/// Expected widths of the intervals, for a page.
+pub fn table(numbers: &Numbers) -> Table {
+    let row = |width: &Width| {
+        let half = width.half_width.map_or("unknown".to_owned(), |half| format!("+- {}", number::text(half)));
+        vec![width.id.clone().into(), half.into(), width.unit.clone().into()]
+    };
+    Table::new(
+        "Half the 95 % interval that a record there would leave each fault, the present ones unknown too",
+        vec![Column::text("fault"), Column::number("half width", ""), Column::text("unit")],
+        numbers.widths.iter().map(row).collect(),
+    )
 }
 
 /// The numbers as plain text.

@@ -5,12 +5,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, read, write_json};
+use super::{Failure, Format, Status, read, write_json, write_page};
 use crate::files::{check_folder, read_text, write_atomically};
 use crate::learn::add::with_effects;
 use crate::learn::improve::{Step, improve};
 use crate::learn::suggest::Conclusion;
 use crate::report::improvement::Ledger;
+use crate::report::pages;
 use crate::rig::Rig;
 
 /// Add the physics that a model lacks, one effect at a time, and show what each bought
@@ -33,6 +34,9 @@ pub struct Arguments {
     /// How the ledger is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
+    /// Also write a page with pictures
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// Exit with 1 if an effect was missing
     #[arg(long)]
     exit_code: bool,
@@ -41,6 +45,9 @@ pub struct Arguments {
 /// Runs the verb; the ledger goes to `out`, unless the rig file itself goes to a device.
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
     check_folder(&arguments.output)?;
+    if let Some(path) = &arguments.report {
+        check_folder(path)?;
+    }
     let text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, text.clone())?;
     let (fit, check) = (read::record(&rig, &arguments.fit)?, read::record(&rig, &arguments.check)?);
@@ -54,10 +61,13 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let improvement = improve(&rig, &fit, &check, told)?;
     let new = with_effects(&arguments.rig, &text, &rig, &improvement.trial)?;
     write_atomically(&arguments.output, |file| file.write_all(new.as_bytes()))?;
+    let names = [&arguments.rig, &arguments.fit, &arguments.check].map(|path| path.display().to_string());
+    let ledger = Ledger::new(&improvement, names);
+    if let Some(path) = &arguments.report {
+        write_page(path, &pages::improvement::improvement(&rig, (&fit, &check), &improvement, &ledger)?)?;
+    }
     // With `-o /dev/stdout` the ledger would stand in the rig file.
     if arguments.output.is_file() {
-        let names = [&arguments.rig, &arguments.fit, &arguments.check].map(|path| path.display().to_string());
-        let ledger = Ledger::new(&improvement, names);
         match arguments.format {
             Format::Json => write_json(out, &ledger)?,
             Format::Text => ledger.write_text(out)?,

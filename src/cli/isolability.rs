@@ -7,7 +7,9 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::{Failure, Format, Status, expected, signatures, write_json};
+use super::{Failure, Format, Status, expected, signatures, write_json, write_page};
+use crate::files::check_folder;
+use crate::report::pages::isolability::{Point, html};
 use crate::rig::Rig;
 use crate::structure::{Isolability, analyse, render};
 
@@ -22,6 +24,9 @@ pub struct Arguments {
     /// Take this fault as present at the operating point, such as `cylinder.clearance=0.2mm`; may be repeated
     #[arg(long, value_name = "FAULT=VALUE")]
     with: Vec<String>,
+    /// Also write a page with pictures
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// How the result is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -38,6 +43,9 @@ struct Page<'a> {
 }
 
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+    if let Some(path) = &arguments.report {
+        check_folder(path)?;
+    }
     let rig = Rig::read(&arguments.rig)?;
     let structure = analyse(&rig);
     let point = signatures::operating_point(&rig, arguments.input.as_deref())?;
@@ -48,6 +56,14 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         }
         None => (None, None),
     };
+    if let Some(path) = &arguments.report {
+        let point = signatures.as_deref().zip(expected.as_ref()).map(|(rows, numbers)| Point {
+            signatures: signatures::table(&rig, rows),
+            said: expected::said(numbers),
+            widths: expected::table(numbers),
+        });
+        write_page(path, &html(&rig, &structure, point))?;
+    }
     match arguments.format {
         Format::Text => {
             out.write_all(render(&structure).as_bytes())?;

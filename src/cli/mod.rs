@@ -25,11 +25,13 @@ mod suggest;
 
 use std::ffi::OsString;
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
 use crate::complaint::Complaint;
+use crate::files::write_atomically;
 
 /// Look inside a hydraulic circuit through its records.
 #[derive(Debug, Parser)]
@@ -153,4 +155,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 fn write_json(out: &mut dyn Write, result: &impl serde::Serialize) -> io::Result<()> {
     serde_json::to_writer_pretty(&mut *out, result)?;
     writeln!(out)
+}
+
+/// Writes the page of `--report`, whole or not at all.
+fn write_page(path: &Path, page: &str) -> Result<(), Complaint> {
+    write_atomically(path, |file| file.write_all(page.as_bytes()))
 }

@@ -9,6 +9,7 @@ use super::simulate;
 use crate::complaint::{Complaint, Kind};
 use crate::model::{self, Drive, Model};
 use crate::record::Record;
+use crate::report::html::{Cell, Column, Table};
 use crate::report::number::{self, difference_in_unit, in_unit, rounded};
 use crate::residual::{self, Detection, Sensitivity};
 use crate::rig::{Fault, Rig};
@@ -117,6 +118,41 @@ fn answer(rig: &Rig, answer: &Sensitivity, residual: &Unit, spread: f64) -> Answ
     }
 }
 
+/// Deviations from which on a field of the page is darkest.
+const DARKEST: f64 = 300.0;
+
+/// The matrix for a page: each fault of a component in deviations of noise and tolerance, as dark as it is plain.
+pub fn table(rig: &Rig, rows: &[Row]) -> Table {
+    let faults = of_components(rig);
+    let id = |fault: &&Fault| rig.parameters[fault.parameter].id.clone();
+    let row = |row: &Row| -> Vec<Cell> {
+        let cell = |fault: &&Fault| {
+            let answer = row.faults.iter().find(|answer| answer.id == id(fault));
+            answer.map_or(Cell::Shade(String::new(), 0.0), |answer| {
+                let share = (answer.deviations.abs().max(1.0).ln() / DARKEST.ln()).min(1.0);
+                Cell::Shade(number::text(rounded(answer.deviations, 2)), share)
+            })
+        };
+        let name = Cell::from(format!("{} {}, {}", row.residual, row.equation, row.phase));
+        std::iter::once(name).chain(faults.iter().map(cell)).collect()
+    };
+    let columns = faults.iter().map(|fault| Column::text(id(fault)));
+    let mut table = Table::new(
+        "How far each residual moves when a fault goes to the far end of its range, in standard deviations of noise and tolerance",
+        std::iter::once(Column::text("residual, phase")).chain(columns).collect(),
+        rows.iter().map(row).collect(),
+    );
+    table.upright = true;
+    table
+}
+
+/// The faults that are not of sensors: those would be most of the columns; programs find them.
+fn of_components(rig: &Rig) -> Vec<&Fault> {
+    let of_sensor =
+        |fault: &&Fault| rig.sensors.iter().any(|sensor| fault.parameter.wrapping_sub(sensor.first_parameter) < 2);
+    rig.faults.iter().filter(|fault| !of_sensor(fault)).collect()
+}
+
 /// The matrix as plain text, lines ended by line feeds: a row for each residual and phase, a column for each fault of a
 /// component.
 pub fn render(rig: &Rig, rows: Option<&[Row]>) -> String {
@@ -135,10 +171,7 @@ pub fn render(rig: &Rig, rows: Option<&[Row]>) -> String {
 
 fn write(text: &mut String, rig: &Rig, rows: &[Row]) -> std::fmt::Result {
     writeln!(text, "\nSignatures: how far each residual moves when a fault goes to the far end of its range.")?;
-    // Sensors would be most of the columns; programs find them.
-    let of_sensor =
-        |fault: &&Fault| rig.sensors.iter().any(|sensor| fault.parameter.wrapping_sub(sensor.first_parameter) < 2);
-    let faults: Vec<&Fault> = rig.faults.iter().filter(|fault| !of_sensor(fault)).collect();
+    let faults = of_components(rig);
     for (index, fault) in faults.iter().enumerate() {
         let parameter = &rig.parameters[fault.parameter];
         let far = |end: f64| (end - fault.healthy).abs();

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, read, write_json};
+use super::{Failure, Format, Status, read, write_json, write_page};
+use crate::files::check_folder;
 use crate::learn::result::SuggestionReport;
 use crate::learn::suggest::{Conclusion, suggest};
 use crate::report;
@@ -24,6 +25,9 @@ pub struct Arguments {
     /// How the suggestion is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
+    /// Also write a page with pictures
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// Exit with 1 if an effect is missing
     #[arg(long)]
     exit_code: bool,
@@ -33,8 +37,15 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let rig = Rig::read(&arguments.rig)?;
     let record = read::record(&rig, &arguments.record)?;
     let check = arguments.check.as_ref().map(|path| read::record(&rig, path)).transpose()?;
+    if let Some(path) = &arguments.report {
+        check_folder(path)?;
+    }
     let suggestion = suggest(&rig, &record, check.as_ref())?;
     let shown = SuggestionReport::new(&suggestion, &record, check.as_ref())?;
+    if let Some(path) = &arguments.report {
+        let page = report::pages::learn::suggestion(&rig, (&record, check.as_ref()), &suggestion, &shown)?;
+        write_page(path, &page)?;
+    }
     match arguments.format {
         Format::Text => out.write_all(report::learn::suggestion(&shown).as_bytes())?,
         Format::Json => write_json(out, &shown)?,

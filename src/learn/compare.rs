@@ -112,12 +112,27 @@ pub struct Comparison {
     pub fitted: Vec<Fitted>,
 }
 
+/// A comparison with the curves behind it.
+#[derive(Debug, Clone)]
+pub struct Compared {
+    pub comparison: Comparison,
+    pub run: Run,
+}
+
 /// The healthy model beside a record: faults at their healthy values, uncertain data-sheet values fitted within their
 /// uncertainty.
 ///
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved on the record.
 pub fn compare(rig: &Rig, record: &Record) -> Result<Comparison, Complaint> {
+    Ok(compared(rig, record)?.comparison)
+}
+
+/// The same with the curves behind it.
+///
+/// # Errors
+/// As [`compare`].
+pub fn compared(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     let model = Model::new(rig.clone());
     let drive = Drive::from_record(rig, record)?;
     let (values, _) = refit::fitted(&model, record, &drive, &rig.healthy(), (0, FORMS))?;
@@ -125,7 +140,7 @@ pub fn compare(rig: &Rig, record: &Record) -> Result<Comparison, Complaint> {
     let mut comparison = Comparison::of(&model, record, &run)?;
     let estimated = estimate::estimated_parameters(rig).into_iter();
     comparison.fitted = estimated.filter(|&index| !rig.is_fault(index)).map(fitted(rig, &values)).collect();
-    Ok(comparison)
+    Ok(Compared { comparison, run })
 }
 
 fn fitted(rig: &Rig, values: &[f64]) -> impl Fn(usize) -> Fitted {

@@ -50,7 +50,7 @@ pub fn write_text(finished: &Finished) -> String {
 }
 
 /// `3 of 4, 75 % (19.4 to 99.4 %)`.
-fn rate(rate: &Rate) -> String {
+pub(super) fn rate(rate: &Rate) -> String {
     let percent = |share: f64| text(rounded(100.0 * share, 3));
     match rate.share {
         None => "none".to_owned(),
@@ -65,11 +65,11 @@ fn rate(rate: &Rate) -> String {
     }
 }
 
-fn short(rate: &Rate) -> String {
+pub(super) fn short(rate: &Rate) -> String {
     rate.share.map_or("-".to_owned(), |share| format!("{} % of {}", text(rounded(100.0 * share, 3)), rate.of))
 }
 
-fn number(value: Option<f64>, unit: &str) -> String {
+pub(super) fn number(value: Option<f64>, unit: &str) -> String {
     value.map_or("-".to_owned(), |value| format!("{}{unit}", text(rounded(value, 3))))
 }
 
@@ -211,7 +211,7 @@ fn wrong(line: &mut impl FnMut(&str), rows: &[Row]) {
 }
 
 /// The injected faults with their sizes.
-fn sizes(row: &Row) -> String {
+pub(super) fn sizes(row: &Row) -> String {
     let injected = row.faults.iter().filter(|fault| fault.injected);
     let each: Vec<String> = injected
         .map(|fault| {

@@ -157,7 +157,7 @@ fn rows(effect: &EffectReport) -> Vec<(String, &FreeReport)> {
 }
 
 const LIBRARY_HEADS: [Head; 3] = [("effect", false), ("where", false), ("meaning", false)];
-const FREE_HEADS: [Head; 6] = [
+pub(super) const FREE_HEADS: [Head; 6] = [
     ("parameter", false),
     ("unit", false),
     ("neutral", true),
@@ -165,6 +165,21 @@ const FREE_HEADS: [Head; 6] = [
     ("plausible", false),
     ("meaning", false),
 ];
+
+/// The parameters of a card as a table has them.
+pub(super) fn free_rows(effect: &EffectReport) -> Vec<Vec<String>> {
+    let row = |(name, free): (String, &FreeReport)| {
+        vec![
+            name,
+            free.unit.to_owned(),
+            free.neutral_text(),
+            free.first.clone(),
+            free.plausible_text(),
+            free.meaning.to_owned(),
+        ]
+    };
+    rows(effect).into_iter().map(row).collect()
+}
 
 /// The library as a table.
 pub fn library() -> String {
@@ -183,17 +198,7 @@ pub fn card(effect: &Effect) -> String {
     lines.push(format!("validity  {}", effect.validity));
     lines.push(format!("source    {}", effect.source));
     lines.push(String::new());
-    let row = |(name, free): (String, &FreeReport)| {
-        vec![
-            name,
-            free.unit.to_owned(),
-            free.neutral_text(),
-            free.first.clone(),
-            free.plausible_text(),
-            free.meaning.to_owned(),
-        ]
-    };
-    lines.extend(aligned(&FREE_HEADS, &rows(&effect).into_iter().map(row).collect::<Vec<_>>()));
+    lines.extend(aligned(&FREE_HEADS, &free_rows(&effect)));
     lines.join("\n") + "\n"
 }
 

@@ -82,24 +82,29 @@ impl Ledger {
         }
     }
 
+    /// The conclusion in one sentence.
+    pub fn headline(&self) -> &'static str {
+        match self.conclusion {
+            Conclusion::Adequate => "ADEQUATE: the model as given explains both records; nothing to add.",
+            Conclusion::EffectFound => "EFFECT FOUND: with what was added the model explains both records.",
+            Conclusion::Confounded => "CONFOUNDED: what was added explains the records, and so do others.",
+            Conclusion::UnknownEffect => "UNKNOWN EFFECT: no law of the library explains all that is missed.",
+        }
+    }
+
     /// Table and staircase.
     ///
     /// # Errors
     /// What `out` gives.
     pub fn write_text(&self, out: &mut dyn Write) -> io::Result<()> {
-        let conclusion = match self.conclusion {
-            Conclusion::Adequate => "ADEQUATE: the model as given explains both records; nothing to add.",
-            Conclusion::EffectFound => "EFFECT FOUND: with what was added the model explains both records.",
-            Conclusion::Confounded => "CONFOUNDED: what was added explains the records, and so do others.",
-            Conclusion::UnknownEffect => "UNKNOWN EFFECT: no law of the library explains all that is missed.",
-        };
+        let conclusion = self.headline();
         writeln!(
             out,
             "{conclusion}\n\nrig    {}\nfit    {}\ncheck  {}\n",
             self.rig, self.fit_record, self.check_record
         )?;
         writeln!(out, "Errors, normalised by sensor noise over all channels")?;
-        let name = |row: &Row| row.added.as_ref().map_or("as given".to_owned(), |added| format!("+ {added}"));
+        let name = Row::name;
         let width = self.steps.iter().map(|row| name(row).chars().count()).max().unwrap_or(0).max(8);
         writeln!(
             out,
@@ -140,13 +145,23 @@ impl Ledger {
             }
         }
         if let Some(rest) = &self.remaining {
-            writeln!(
-                out,
-                "\nLeft unexplained, most of all: {} (chi-square per sample {:.2})",
-                rest.equation, rest.chi2_reduced
-            )?;
+            writeln!(out, "\n{}", rest.sentence())?;
         }
         Ok(())
+    }
+}
+
+impl Row {
+    /// What the model of the row is called.
+    pub fn name(&self) -> String {
+        self.added.as_ref().map_or("as given".to_owned(), |added| format!("+ {added}"))
+    }
+}
+
+impl Remaining {
+    /// What is left, in words.
+    pub fn sentence(&self) -> String {
+        format!("Left unexplained, most of all: {} (chi-square per sample {:.2})", self.equation, self.chi2_reduced)
     }
 }
 

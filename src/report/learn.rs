@@ -1,5 +1,6 @@
 //! Comparison and suggestion for people.
 
+use super::html::Table;
 use super::number::{rounded, text, with_unit};
 use super::table::{Head, aligned};
 use crate::learn::compare::{Channel, Comparison, Where};
@@ -33,7 +34,7 @@ fn channel_row(channel: &Channel) -> Vec<String> {
     ]
 }
 
-const WORST_HEADS: [Head; 7] = [
+pub(super) const WORST_HEADS: [Head; 7] = [
     ("sensor", false),
     ("phase", false),
     ("from s", true),
@@ -43,23 +44,24 @@ const WORST_HEADS: [Head; 7] = [
     ("deviations", true),
 ];
 
-/// The comparison as a page of text.
-pub fn comparison(comparison: &Comparison) -> String {
-    let mut lines = vec![match &comparison.place {
+/// The comparison in one line.
+pub(super) fn comparison_headline(comparison: &Comparison) -> String {
+    match &comparison.place {
         None => "ADEQUATE: the healthy model explains the record within noise and tolerance.".to_owned(),
         Some(place) => format!("MISFIT: the healthy model does not explain the record. {}", sits(place)),
-    }];
-    lines.push(String::new());
-    lines.push(format!("rig     {}", comparison.rig));
-    lines.push(format!("record  {}", comparison.record));
-    let mut block = |title: &str, heads: &[Head], rows: &[Vec<String>]| {
-        lines.extend([String::new(), title.to_owned()]);
-        lines.extend(aligned(heads, rows));
-    };
-    let rows: Vec<Vec<String>> = comparison.channels.iter().map(channel_row).collect();
-    block("Measured and model (chi-square 1 is right within noise and tolerance)", &CHANNEL_HEADS, &rows);
+    }
+}
+
+/// How each sensor is followed, for a page.
+pub(super) fn channel_table(comparison: &Comparison) -> Table {
+    let rows = comparison.channels.iter().map(channel_row).collect();
+    Table::of("Fit of each sensor; chi-square 1 is right within noise and tolerance", &CHANNEL_HEADS, rows)
+}
+
+/// The worst phases of the sensors that are missed.
+pub(super) fn worst_rows(comparison: &Comparison) -> Vec<Vec<String>> {
     let missed = comparison.channels.iter().filter(|channel| !channel.adequate);
-    let rows: Vec<Vec<String>> = missed
+    missed
         .flat_map(|channel| {
             channel.worst.iter().map(|miss| {
                 vec![
@@ -73,7 +75,22 @@ pub fn comparison(comparison: &Comparison) -> String {
                 ]
             })
         })
-        .collect();
+        .collect()
+}
+
+/// The comparison as a page of text.
+pub fn comparison(comparison: &Comparison) -> String {
+    let mut lines = vec![comparison_headline(comparison)];
+    lines.push(String::new());
+    lines.push(format!("rig     {}", comparison.rig));
+    lines.push(format!("record  {}", comparison.record));
+    let mut block = |title: &str, heads: &[Head], rows: &[Vec<String>]| {
+        lines.extend([String::new(), title.to_owned()]);
+        lines.extend(aligned(heads, rows));
+    };
+    let rows: Vec<Vec<String>> = comparison.channels.iter().map(channel_row).collect();
+    block("Measured and model (chi-square 1 is right within noise and tolerance)", &CHANNEL_HEADS, &rows);
+    let rows = worst_rows(comparison);
     if !rows.is_empty() {
         block("Where it misses most (mean deviation in standard deviations; 0.8 is right)", &WORST_HEADS, &rows);
     }
@@ -85,7 +102,7 @@ fn ended(lines: Vec<String>) -> String {
 }
 
 /// Where a misfit sits, in a sentence.
-fn sits(place: &Where) -> String {
+pub(super) fn sits(place: &Where) -> String {
     let goes = match place.depends_on.as_slice() {
         [] => "goes with no measured quantity".to_owned(),
         some => format!("goes with {}", some.join(", ")),
@@ -139,7 +156,7 @@ const CANDIDATE_HEADS: [Head; 6] = [
     ("alike", false),
 ];
 
-fn before_after(before: Option<f64>, after: Option<f64>) -> String {
+pub(super) fn before_after(before: Option<f64>, after: Option<f64>) -> String {
     let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| text(rounded(value, 4)));
     format!("{} -> {}", number(before), number(after))
 }
@@ -157,7 +174,7 @@ fn candidate_row(candidate: &CandidateReport) -> Vec<String> {
 
 const PARAMETER_HEADS: [Head; 4] = [("parameter", false), ("estimate", true), ("95 % interval", true), ("unit", false)];
 
-fn parameter_row(one: &ParameterReport) -> Vec<String> {
+pub(super) fn parameter_row(one: &ParameterReport) -> Vec<String> {
     let interval = match one.ci95 {
         [Some(low), Some(high)] => format!("{} to {}", text(rounded(low, 4)), text(rounded(high, 4))),
         [Some(low), None] => format!("above {}", text(rounded(low, 4))),
@@ -167,10 +184,10 @@ fn parameter_row(one: &ParameterReport) -> Vec<String> {
     vec![one.id.clone(), text(rounded(one.value, 4)), interval, one.unit.clone()]
 }
 
-const SCORED_HEADS: [Head; 5] =
+pub(super) const SCORED_HEADS: [Head; 5] =
     [("effect", false), ("size", false), ("smallest", true), ("unit", false), ("remark", false)];
 
-fn scored_row(scored: &ScoredReport) -> Vec<String> {
+pub(super) fn scored_row(scored: &ScoredReport) -> Vec<String> {
     let remark = match (&scored.absorbed_by, scored.excited) {
         (_, false) => "not excited".to_owned(),
         (Some(parameter), true) => format!("absorbed by {parameter}"),

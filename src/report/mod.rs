@@ -1,6 +1,7 @@
 //! What a reader gets to see: texts, line charts, self-contained pages, and the part of the reference that the cards give.
 
 pub mod campaign;
+pub mod circuit;
 pub mod diagnosis;
 pub mod effects;
 pub mod history;
@@ -8,6 +9,7 @@ pub mod html;
 pub mod improvement;
 pub mod learn;
 pub mod number;
+pub mod pages;
 pub mod plot;
 pub mod reference;
 pub mod table;

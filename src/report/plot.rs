@@ -1,16 +1,26 @@
-//! Line charts as SVG: one or several panels under each other, the same bytes for the same numbers.
+//! Line charts as SVG, the same bytes for the same numbers: pictures that stand alone ([`Figure::svg`]), and charts of a
+//! page that follow its width and colours and can be zoomed ([`Chart::live`]).
 //!
 //! Own code: kuva is 70,000 lines with a breaking release every month, poloto has no bands, charts-rs draws categories;
 //! none thins out spike-safe or writes title and description.
 
 mod axis;
 mod draw;
+mod live;
+mod map;
+mod thin;
+
+pub use live::Live;
+pub use map::{Cell, Map};
 
 /// Colours of Okabe and Ito (2008), distinct to colour-blind readers; their yellow is left out, it fades on paper.
 pub const PALETTE: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#000000", "#cc79a7", "#56b4e9", "#a06a00"];
 
 /// Dash patterns, so that lines stay apart in black and white.
 pub const DASHES: [&str; 4] = ["", "8 3", "2.5 2.5", "9 3 2 3"];
+
+/// Ticks that the x axis of a chart in a page aims at.
+const TICK_COUNT: f64 = 7.0;
 
 /// An axis: what it shows and in which unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,12 +31,16 @@ pub struct Axis {
     pub unit: String,
     /// From, to, in this unit; `None` takes in all that is drawn.
     pub range: Option<(f64, f64)>,
+    /// Names of 0, 1 and so on, in place of numbers; only in pages.
+    pub names: Vec<String>,
+    /// Whether equal distances are equal ratios; only in pages.
+    pub logarithmic: bool,
 }
 
 impl Axis {
     /// An axis whose range follows what is drawn.
     pub fn new(label: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self { label: label.into(), unit: unit.into(), range: None }
+        Self { label: label.into(), unit: unit.into(), range: None, names: Vec::new(), logarithmic: false }
     }
 
     /// The same axis over a given range, in its unit. What lies outside is cut off.
@@ -169,6 +183,11 @@ impl Figure {
     pub fn svg(&self) -> String {
         draw::figure(self)
     }
+}
+
+/// The stretches of a series between points that are not finite.
+fn pieces(series: &Series) -> impl Iterator<Item = &[(f64, f64)]> {
+    series.points.split(|(x, y)| !x.is_finite() || !y.is_finite()).filter(|piece| !piece.is_empty())
 }
 
 #[cfg(test)]

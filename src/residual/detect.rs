@@ -141,6 +141,24 @@ impl<'a> Evaluated<'a> {
         detection.threshold(self.residuals.len(), self.window)
     }
 
+    /// The running sum that is tested behind each window that counts: its end, s, and the larger side, in standard deviations.
+    /// Each phase has a sum of its own.
+    pub fn sums(&self, series: &Series, detection: &Detection) -> Vec<(f64, f64)> {
+        let mut sums = Vec::new();
+        for &name in phases(self.rig) {
+            let counts =
+                |&at: &usize| series.gate[at] == Gate::Open && phase(self.rig, self.drive, series.time[at]) == name;
+            let here: Vec<usize> = (0..series.gate.len()).filter(counts).collect();
+            let whitened: Vec<f64> = here.iter().map(|&at| series.value[at] / series.sigma[at]).collect();
+            let allowance = |&at: &usize| detection.coverage * series.tolerance[at] / series.sigma[at];
+            let allowances: Vec<f64> = here.iter().map(allowance).collect();
+            let values = cusum::sums(&whitened, &allowances, detection.reference());
+            sums.extend(here.iter().map(|&at| series.time[at]).zip(values));
+        }
+        sums.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sums
+    }
+
     /// Tests every residual; `detection.window` is that of [`Evaluated::of`].
     pub fn judge(&self, detection: &Detection) -> Vec<ResidualReport> {
         let threshold = self.threshold(detection);

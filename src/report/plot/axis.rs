@@ -59,6 +59,11 @@ impl Scale {
         self.start + share.clamp(-4.0, 5.0) * (self.end - self.start)
     }
 
+    /// Ends of the axis, in its unit.
+    pub fn ends(&self) -> (f64, f64) {
+        (self.from, self.to)
+    }
+
     /// A tick's number, with no more decimals than the ticks need.
     pub fn number(&self, tick: f64) -> String {
         let text = if self.scientific { format!("{tick:.1e}") } else { format!("{tick:.*}", self.decimals) };

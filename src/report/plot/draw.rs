@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::axis::Scale;
-use super::{Axis, Chart, DASHES, Figure, PALETTE, Rule, Series, Shape};
+use super::{Axis, Chart, DASHES, Figure, PALETTE, Rule, Series, Shape, pieces};
 use crate::report::escape;
 
 const LEFT: f64 = 66.0;
@@ -240,11 +240,6 @@ fn stroke(series: &Series, index: usize) -> String {
     }
     let dash = if dash.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{dash}\"") };
     format!(" stroke=\"{colour}\" stroke-width=\"1.8\" stroke-linejoin=\"round\" fill=\"none\"{dash}")
-}
-
-/// The stretches of a series between points that are not finite.
-fn pieces(series: &Series) -> impl Iterator<Item = &[(f64, f64)]> {
-    series.points.split(|(x, y)| !x.is_finite() || !y.is_finite()).filter(|piece| !piece.is_empty())
 }
 
 fn pixels(piece: &[(f64, f64)], x: &Scale, y: &Scale) -> Vec<(f64, f64)> {

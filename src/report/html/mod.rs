@@ -1,11 +1,19 @@
-//! A page that needs nothing but itself: no scripts, no fonts or styles from elsewhere, fit for print.
+//! A page that needs nothing but itself: no fonts, styles or scripts from elsewhere, fit for a phone, for the dark and for
+//! print. Without its one script everything is seen all the same, only not zoomed.
+
+mod table;
 
 use std::fmt::Write;
 
 use super::escape;
-use super::plot::Figure;
+use super::plot::{Chart, Figure, Live, Map};
+
+pub use table::{Cell, Column, Mark, Scale, Table};
 
 const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = include_str!("page.js");
+/// Forbids the page to load anything.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:";
 
 /// How a notice is meant; it is told in words and by the colour of its edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,36 +26,6 @@ pub enum Tone {
     Caution,
 }
 
-/// A column of a table.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Column {
-    pub name: String,
-    /// Unit of its numbers, shown in the head; empty for none.
-    pub unit: String,
-    /// Numbers are set to the right.
-    pub numeric: bool,
-}
-
-impl Column {
-    /// A column of words.
-    pub fn text(name: impl Into<String>) -> Self {
-        Self { name: name.into(), unit: String::new(), numeric: false }
-    }
-
-    /// A column of numbers in a unit; an empty unit for none.
-    pub fn number(name: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self { name: name.into(), unit: unit.into(), numeric: true }
-    }
-}
-
-/// A table; a row shorter than the columns ends in empty cells, what goes beyond them is dropped.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Table {
-    pub caption: String,
-    pub columns: Vec<Column>,
-    pub rows: Vec<Vec<String>>,
-}
-
 #[derive(Debug, Clone, PartialEq)]
 enum Block {
     Paragraph(String),
@@ -57,6 +35,9 @@ enum Block {
     Preformatted(String),
     Table(Table),
     Figure(String, String),
+    Subheading(String),
+    /// Markup that this crate made.
+    Made(String),
 }
 
 /// A heading with what stands under it, in the order in which it was added. All texts are plain and escaped here.
@@ -102,6 +83,36 @@ impl Section {
         self.add(Block::Figure(figure.svg(), caption.into()))
     }
 
+    /// Adds a heading of what follows within the section.
+    pub fn subheading(&mut self, text: impl Into<String>) -> &mut Self {
+        self.add(Block::Subheading(text.into()))
+    }
+
+    /// Adds a chart that can be zoomed and read.
+    pub fn chart(&mut self, chart: &Chart, live: &Live) -> &mut Self {
+        self.add(Block::Made(chart.live(live)))
+    }
+
+    /// Adds charts that stand beside each other where there is room.
+    pub fn side_by_side(&mut self, charts: &[(Chart, Live)]) -> &mut Self {
+        let charts: String = charts.iter().map(|(chart, live)| chart.live(live)).collect();
+        self.add(Block::Made(format!("<div class=\"beside\">\n{charts}</div>\n")))
+    }
+
+    /// Adds a map of fields along an axis.
+    pub fn map(&mut self, map: &Map, live: &Live) -> &mut Self {
+        self.add(Block::Made(map.live(live)))
+    }
+
+    /// Adds a drawing, an `<svg>` element made by this crate, with a caption.
+    pub fn drawing(&mut self, name: &str, svg: &str, caption: &str) -> &mut Self {
+        let (name, caption) = (escape(name), escape(caption));
+        self.add(Block::Made(format!(
+            "<figure class=\"drawing\" data-name=\"{name}\">\n<div class=\"head\"><span class=\"tools\"></span></div>\n{svg}\
+             <figcaption>{caption}</figcaption>\n</figure>\n"
+        )))
+    }
+
     fn add(&mut self, block: Block) -> &mut Self {
         self.blocks.push(block);
         self
@@ -134,7 +145,8 @@ impl Page {
         let mut out = format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n\
+             <meta name=\"color-scheme\" content=\"light dark\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n\
              </head>\n<body>\n<header>\n<h1>{title}</h1>\n"
         );
         if !self.lead.is_empty() {
@@ -157,7 +169,7 @@ impl Page {
             }
             out.push_str("</section>\n");
         }
-        out.push_str("</main>\n</body>\n</html>\n");
+        line(&mut out, format_args!("</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>"));
         out
     }
 }
@@ -195,38 +207,12 @@ impl Block {
             }
             Self::Preformatted(text) => line(out, format_args!("<pre>{}</pre>", escape(text))),
             Self::Table(table) => table.html(out),
+            Self::Subheading(text) => line(out, format_args!("<h3>{}</h3>", escape(text))),
+            Self::Made(markup) => out.push_str(markup),
             Self::Figure(svg, caption) => {
                 line(out, format_args!("<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>", escape(caption)));
             }
         }
-    }
-}
-
-impl Table {
-    fn html(&self, out: &mut String) {
-        line(
-            out,
-            format_args!("<div class=\"wide\"><table>\n<caption>{}</caption>\n<thead><tr>", escape(&self.caption)),
-        );
-        let class = |column: &Column| if column.numeric { " class=\"number\"" } else { "" };
-        for column in &self.columns {
-            let unit = if column.unit.is_empty() {
-                String::new()
-            } else {
-                format!(" <small>{}</small>", escape(&column.unit))
-            };
-            line(out, format_args!("<th scope=\"col\"{}>{}{unit}</th>", class(column), escape(&column.name)));
-        }
-        out.push_str("</tr></thead>\n<tbody>\n");
-        for row in &self.rows {
-            out.push_str("<tr>");
-            for (index, column) in self.columns.iter().enumerate() {
-                let cell = escape(row.get(index).map_or("", String::as_str));
-                let _ = write!(out, "<td{}>{cell}</td>", class(column));
-            }
-            out.push_str("</tr>\n");
-        }
-        out.push_str("</tbody>\n</table></div>\n");
     }
 }
 
@@ -246,17 +232,18 @@ mod tests {
         let mut faults = Section::new("Faults & <sizes>");
         faults
             .notice(Tone::Alert, "cylinder leaks <b>")
-            .table(Table {
-                caption: "Faults".into(),
-                columns: vec![Column::text("id"), Column::number("value", "mm")],
-                rows: vec![vec!["cylinder.clearance".into(), "0.20".into()], vec!["\u{1}\"x\"".into()]],
-            })
+            .table(Table::new(
+                "Faults",
+                vec![Column::text("id"), Column::number("value", "mm")],
+                vec![vec!["cylinder.clearance".into(), "0.20".into()], vec!["\u{1}\"x\"".into()]],
+            ))
             .facts(vec![("record".into(), "a&b.csv".into())])
             .list(vec!["one".into()])
             .preformatted("a  <b");
         let chart =
             Chart::new("p", Axis::new("t", "s"), Axis::new("p", "bar"), vec![Series::line("s", vec![(0.0, 1.0)])]);
-        faults.paragraph("text").figure(&Figure::new("p", "p over t", vec![chart]), "caption");
+        faults.paragraph("text").figure(&Figure::new("p", "p over t", vec![chart.clone()]), "caption");
+        faults.chart(&chart, &Live::new("time", "p <over> t"));
         let page = Page::new("Diagnosis of <x>", "lead").section(faults).clone().html();
         for part in [
             "Faults &amp; &lt;sizes&gt;",
@@ -268,10 +255,12 @@ mod tests {
         ] {
             assert!(page.contains(part), "{part} is missing in {page}");
         }
-        for foreign in ["<script", "http://cdn", "https://", "@import", "url("] {
+        for foreign in ["<script src", "<link", "http://cdn", "https://", "@import", "url("] {
             assert!(!page.contains(foreign), "{foreign}");
         }
-        for tag in ["section", "table", "thead", "tbody", "figure", "svg", "ul", "dl", "main", "body", "html", "div"] {
+        for tag in
+            ["section", "table", "thead", "tbody", "figure", "svg", "script", "ul", "dl", "main", "body", "html", "div"]
+        {
             let opened = page.matches(&format!("<{tag}>")).count() + page.matches(&format!("<{tag} ")).count();
             assert_eq!(opened, page.matches(&format!("</{tag}>")).count(), "{tag}");
         }

@@ -1,0 +1,300 @@
+//! The hydraulic circuit of a rig as a drawing with symbols after ISO 1219-1.
+
+mod place;
+mod symbol;
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use self::place::{Layout, Placed, layout};
+use self::symbol::Symbol;
+use crate::diagnosis::FaultReport;
+use crate::physics::card::PortKind;
+use crate::report::escape;
+use crate::report::number::{rounded, with_unit};
+use crate::rig::{Quantity, Rig, Target};
+
+/// Mean width of a character, px.
+const CHARACTER: f64 = 6.4;
+/// Room around the drawing, px.
+const RIM: f64 = 14.0;
+
+struct Drawing<'a> {
+    rig: &'a Rig,
+    faults: &'a [&'a FaultReport],
+    out: String,
+    /// Left, top, right, bottom of what has been drawn.
+    ends: (f64, f64, f64, f64),
+}
+
+/// The circuit as one `<svg>` element; what these faults are of is marked.
+pub fn svg(rig: &Rig, faults: &[&FaultReport]) -> String {
+    let ends = (f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY);
+    let mut drawing = Drawing { rig, faults, out: String::new(), ends };
+    let letters = |component: usize| {
+        let name = &rig.components[component].name;
+        let texts = drawing.wrong(name);
+        texts.iter().chain([name]).map(|text| text.chars().count()).max().unwrap_or(0)
+    };
+    let layout = layout(rig, &letters);
+    drawing.lines(&layout);
+    layout.placed.iter().for_each(|placed| drawing.component(placed));
+    let (left, top, right, bottom) = drawing.ends;
+    if left > right {
+        return String::new();
+    }
+    let (width, height) = (right - left + 2.0 * RIM, bottom - top + 2.0 * RIM);
+    let marked: Vec<&str> = faults.iter().map(|fault| fault.id.as_str()).collect();
+    let names: Vec<&str> = layout.placed.iter().map(|placed| rig.components[placed.component].name.as_str()).collect();
+    let what = format!(
+        "hydraulic circuit with {}; {}",
+        names.join(", "),
+        if marked.is_empty() { "nothing marked".to_owned() } else { format!("marked: {}", marked.join(", ")) }
+    );
+    format!(
+        "<svg class=\"circuit\" role=\"img\" aria-label=\"{}\" viewBox=\"{:.0} {:.0} {width:.0} {height:.0}\" width=\"{width:.0}\" \
+         height=\"{height:.0}\">\n{}</svg>\n",
+        escape(&what),
+        left - RIM,
+        top - RIM,
+        drawing.out
+    )
+}
+
+impl Drawing<'_> {
+    fn put(&mut self, text: std::fmt::Arguments<'_>) {
+        // Writing to a String cannot fail.
+        let _ = self.out.write_fmt(text);
+        self.out.push('\n');
+    }
+
+    fn reach(&mut self, x: (f64, f64), y: (f64, f64)) {
+        let (left, top, right, bottom) = self.ends;
+        self.ends = (left.min(x.0), top.min(y.0), right.max(x.1), bottom.max(y.1));
+    }
+
+    fn text(&mut self, (x, y): (f64, f64), anchor: &str, class: &str, text: &str) {
+        if text.is_empty() {
+            return;
+        }
+        let width = text.chars().count() as f64 * CHARACTER;
+        let left = match anchor {
+            "end" => x - width,
+            "middle" => x - 0.5 * width,
+            _ => x,
+        };
+        self.reach((left, left + width), (y - 11.0, y + 3.0));
+        let text = escape(text);
+        self.put(format_args!(
+            "<text class=\"{class}\" x=\"{x:.0}\" y=\"{y:.0}\" text-anchor=\"{anchor}\">{text}</text>"
+        ));
+    }
+
+    /// What is wrong with a component or sensor: `clearance 0.2 mm`.
+    fn wrong(&self, owner: &str) -> Vec<String> {
+        let own = |fault: &&&FaultReport| fault.id.rsplit_once('.').is_some_and(|(of, _)| of == owner);
+        let name = |fault: &&FaultReport| {
+            let parameter = fault.id.rsplit_once('.').map_or("", |(_, parameter)| parameter);
+            format!("{parameter} {}", with_unit(rounded(fault.value, 4), &fault.unit))
+        };
+        self.faults.iter().filter(own).map(name).collect()
+    }
+
+    /// Sensors of some quantities at a target, one text each, with whether something is wrong with it.
+    fn sensors(&self, at: &Target, quantities: &[Quantity]) -> Vec<(String, bool)> {
+        let here =
+            self.rig.sensors.iter().filter(|sensor| sensor.target == *at && quantities.contains(&sensor.quantity));
+        here.map(|sensor| {
+            let wrong = self.wrong(&format!("sensor.{}", sensor.name));
+            if wrong.is_empty() {
+                (sensor.name.clone(), false)
+            } else {
+                (format!("{}: {}", sensor.name, wrong.join(", ")), true)
+            }
+        })
+        .collect()
+    }
+
+    /// The lines of the nodes, with junctions, names and sensors.
+    fn lines(&mut self, layout: &Layout) {
+        let mut meet: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        for placed in &layout.placed {
+            for &(_, node, x, y) in &placed.ends {
+                match layout.lines.get(&node) {
+                    None => self.tank(x, y),
+                    Some(&line) => {
+                        let out = if y > placed.y { 1.0 } else { -1.0 };
+                        // Around the symbol where the line lies on its other side.
+                        let x = if (line - y) * out < 0.0 {
+                            let (beside, off) = (x - 46.0, y + 8.0 * out);
+                            self.put(format_args!("<path d=\"M{x:.0} {y:.0}V{off:.0}H{beside:.0}V{line:.0}\"/>"));
+                            beside
+                        } else {
+                            self.put(format_args!("<path d=\"M{x:.0} {y:.0}V{line:.0}\"/>"));
+                            x
+                        };
+                        meet.entry(node).or_default().push(x);
+                    }
+                }
+            }
+        }
+        for (node, mut places) in meet {
+            let y = layout.lines[&node];
+            places.sort_by(f64::total_cmp);
+            let (Some(&left), Some(&right)) = (places.first(), places.last()) else { continue };
+            self.put(format_args!("<path d=\"M{left:.0} {y:.0}H{right:.0}\"/>"));
+            self.reach((left, right), (y, y));
+            for x in places.iter().filter(|x| **x > left + 1.0 && **x < right - 1.0) {
+                self.put(format_args!("<circle class=\"full\" cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"3\"/>"));
+            }
+            let to_left = left + right < -1.0;
+            let (x, anchor) = if to_left { (left - 7.0, "end") } else { (right + 7.0, "start") };
+            let sensors = self.sensors(&Target::Node(node), &[Quantity::Pressure, Quantity::Level]);
+            let name = self.rig.nodes[node].name.clone();
+            self.text((x, y - 2.0), anchor, "line", &name);
+            let mut below = y + 11.0;
+            for (text, wrong) in sensors {
+                self.text((x, below), anchor, if wrong { "wrong" } else { "sensor" }, &text);
+                below += 13.0;
+            }
+        }
+    }
+
+    /// A tank at the end of a line.
+    fn tank(&mut self, x: f64, y: f64) {
+        self.put(format_args!("<path d=\"M{x:.0} {y:.0}v9m-10-6v9h20v-9\"/>"));
+        self.reach((x - 10.0, x + 10.0), (y, y + 12.0));
+    }
+
+    fn component(&mut self, placed: &Placed) {
+        let component = &self.rig.components[placed.component];
+        let (x, y, symbol) = (placed.x, placed.y, placed.symbol);
+        let wrong = self.wrong(&component.name);
+        let (wide, high) = (symbol.half_width(), symbol.half_height());
+        if !wrong.is_empty() {
+            self.put(format_args!(
+                "<rect class=\"mark\" x=\"{:.0}\" y=\"{:.0}\" width=\"{:.0}\" height=\"{:.0}\" rx=\"8\"/>",
+                x - symbol.left() - 6.0,
+                y - high - 3.0,
+                wide + symbol.left() + 12.0,
+                2.0 * high + 6.0
+            ));
+        }
+        let turn = if placed.turned { " rotate(180)" } else { "" };
+        self.put(format_args!("<g transform=\"translate({x:.0} {y:.0}){turn}\">{}</g>", symbol.svg()));
+        self.reach((x - wide - 6.0, x + wide + 6.0), (y - high - 6.0, y + high + 6.0));
+        let name = component.name.clone();
+        if symbol == Symbol::Cylinder {
+            self.text((x - 60.0, y - 30.0), "start", "name", &name);
+            let beside = x - 60.0 + (name.chars().count() as f64 + 2.0) * 7.0;
+            self.text((beside, y - 30.0), "start", "wrong", &wrong.join(", "));
+            self.body(placed);
+        } else {
+            let x = x + wide + 12.0;
+            self.text((x, y + 4.0), "start", "name", &name);
+            for (line, wrong) in wrong.iter().enumerate() {
+                self.text((x, y + 18.0 + 14.0 * line as f64), "start", "wrong", wrong);
+            }
+        }
+        for &(port, _, end_x, end_y) in &placed.ends {
+            let sensors = self.sensors(&Target::Port(placed.component, port), &[Quantity::Flow]);
+            let left = end_x < x;
+            for (text, wrong) in sensors {
+                let at = (end_x + if left { -5.0 } else { 5.0 }, end_y + if end_y > y { 12.0 } else { -3.0 });
+                self.text(at, if left { "end" } else { "start" }, if wrong { "wrong" } else { "sensor" }, &text);
+            }
+        }
+    }
+
+    /// What acts on the rod of a cylinder, and what is measured of it.
+    fn body(&mut self, placed: &Placed) {
+        let (rig, x, y) = (self.rig, placed.x + 98.0, placed.y);
+        let component = &rig.components[placed.component];
+        let mut mechanical = component.card.ports.iter().zip(&component.ports);
+        let Some((_, &body)) = mechanical.find(|(port, _)| port.kind == PortKind::Mechanical) else { return };
+        let mut below = y + 18.0;
+        for (index, other) in rig.components.iter().enumerate() {
+            if index == placed.component || !other.ports.contains(&body) {
+                continue;
+            }
+            if other.card.kind == "external-force" {
+                self.put(format_args!("<path class=\"force\" d=\"M{:.0} {y:.0}H{x:.0}m9-5l-9 5 9 5\"/>", x + 38.0));
+                self.reach((x, x + 38.0), (y - 5.0, y + 5.0));
+            }
+            let inputs: Vec<&str> = other.inputs.iter().map(|&input| rig.inputs[input].name.as_str()).collect();
+            let text = if inputs.is_empty() { other.name.clone() } else { inputs.join(", ") };
+            self.text((x + 10.0, below), "start", "sensor", &text);
+            below += 13.0;
+            for wrong in self.wrong(&other.name) {
+                self.text((x + 10.0, below), "start", "wrong", &wrong);
+                below += 13.0;
+            }
+        }
+        let motion = self.sensors(&Target::Node(body), &[Quantity::Position, Quantity::Velocity]);
+        for (number, (text, wrong)) in motion.into_iter().enumerate() {
+            let at = (x + 10.0, y - 10.0 - 13.0 * number as f64);
+            self.text(at, "start", if wrong { "wrong" } else { "sensor" }, &text);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Boxes of the symbols of a rig, as centre and half sizes.
+    fn boxes(layout: &Layout) -> Vec<(f64, f64, f64, f64)> {
+        let one = |placed: &Placed| (placed.x, placed.y, placed.symbol.half_width(), placed.symbol.half_height());
+        layout.placed.iter().map(one).collect()
+    }
+
+    #[test]
+    fn every_rig_is_drawn_with_nothing_upon_another() {
+        for name in ["telescopic", "press", "two_tanks", "cascaded_tanks"] {
+            let rig = Rig::read(format!("fixtures/{name}/rig.toml")).unwrap();
+            let layout = layout(&rig, &|component| rig.components[component].name.len());
+            let hidden = |kind: &str| symbol::of(kind) == Symbol::Hidden;
+            let shown = rig.components.iter().filter(|component| !hidden(component.card.kind)).count();
+            assert_eq!(layout.placed.len(), shown, "{name}");
+            let boxes = boxes(&layout);
+            for (index, a) in boxes.iter().enumerate() {
+                for b in &boxes[..index] {
+                    let apart = (a.0 - b.0).abs() >= a.2 + b.2 || (a.1 - b.1).abs() >= a.3 + b.3;
+                    assert!(apart, "{name}: {a:?} {b:?}");
+                }
+            }
+            let drawn = svg(&rig, &[]);
+            for sensor in &rig.sensors {
+                assert!(drawn.contains(&format!(">{}</text>", sensor.name)), "{name}: {}", sensor.name);
+            }
+            assert_eq!(drawn, svg(&rig, &[]));
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_framed_and_named() {
+        let rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
+        let fault = |id: &str, unit: &str| FaultReport {
+            id: id.to_owned(),
+            meaning: String::new(),
+            value: 0.2,
+            unit: unit.to_owned(),
+            healthy: 0.0,
+            ci95: [None, None],
+            present: true,
+            probability: 1.0,
+            identifiable: crate::fit::Identifiable::Bounded,
+            remark: None,
+            biased: false,
+        };
+        let (clearance, offset) = (fault("cylinder.clearance", "mm"), fault("sensor.p_A.offset", "bar"));
+        let drawn = svg(&rig, &[&clearance, &offset]);
+        assert_eq!(drawn.matches("class=\"mark\"").count(), 1);
+        for text in
+            [">clearance 0.2 mm</text>", ">p_A: offset 0.2 bar</text>", "marked: cylinder.clearance, sensor.p_A.offset"]
+        {
+            assert!(drawn.contains(text), "{text}");
+        }
+        assert!(!svg(&rig, &[]).contains("class=\"mark\""));
+    }
+}

@@ -1,0 +1,138 @@
+//! Symbols after ISO 1219-1, drawn for a flow upwards around (0, 0); colours come from the page.
+
+/// How a component is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Symbol {
+    Pump,
+    VariablePump,
+    ReliefValve,
+    FlowControlValve,
+    DirectionalValve,
+    CheckValve,
+    Restrictor,
+    Orifice,
+    FreeOutlet,
+    Cylinder,
+    Vessel,
+    /// A box with its name.
+    Box,
+    /// Part of a line, or of a body.
+    Hidden,
+}
+
+/// The symbol of a kind of component.
+pub(super) fn of(kind: &str) -> Symbol {
+    match kind {
+        "pump" => Symbol::Pump,
+        "flow-source" => Symbol::VariablePump,
+        "relief-valve" => Symbol::ReliefValve,
+        "flow-control-valve" => Symbol::FlowControlValve,
+        "directional-valve" => Symbol::DirectionalValve,
+        "check-valve" => Symbol::CheckValve,
+        "restrictor" => Symbol::Restrictor,
+        "orifice" => Symbol::Orifice,
+        "free-outlet" => Symbol::FreeOutlet,
+        "cylinder" => Symbol::Cylinder,
+        "reservoir" => Symbol::Vessel,
+        "tank" | "line-volume" | "external-force" | "coulomb-friction" => Symbol::Hidden,
+        _ => Symbol::Box,
+    }
+}
+
+/// Lines that reach both ends.
+const THROUGH: &str = "M0 30V-30";
+
+impl Symbol {
+    pub fn is_source(self) -> bool {
+        matches!(self, Self::Pump | Self::VariablePump)
+    }
+
+    /// Whether it may stand upside down.
+    pub fn turns(self) -> bool {
+        !matches!(self, Self::Cylinder | Self::DirectionalValve | Self::Vessel | Self::Pump | Self::VariablePump)
+    }
+
+    pub fn half_width(self) -> f64 {
+        match self {
+            Self::DirectionalValve => 78.0,
+            Self::Cylinder => 100.0,
+            Self::Vessel => 36.0,
+            Self::ReliefValve => 36.0,
+            _ => 24.0,
+        }
+    }
+
+    pub fn half_height(self) -> f64 {
+        match self {
+            Self::Vessel => 34.0,
+            Self::Cylinder => 20.0,
+            _ => 26.0,
+        }
+    }
+
+    /// How far the symbol reaches to the left.
+    pub fn left(self) -> f64 {
+        if self == Self::Cylinder { 62.0 } else { self.half_width() }
+    }
+
+    /// Where the hydraulic ports end, in the order of the card.
+    pub fn ends(self) -> &'static [(f64, f64)] {
+        match self {
+            // Outlet and inlet.
+            Self::Pump | Self::VariablePump => &[(0.0, -30.0), (0.0, 30.0)],
+            Self::DirectionalValve => &[(-10.0, 30.0), (10.0, 30.0), (-10.0, -30.0), (10.0, -30.0)],
+            Self::Cylinder => &[(-48.0, 30.0), (48.0, 30.0)],
+            Self::Vessel => &[(0.0, 34.0)],
+            _ => &[(0.0, 30.0), (0.0, -30.0)],
+        }
+    }
+
+    /// Lines of the symbol.
+    pub fn svg(self) -> String {
+        let line = |d: &str| format!("<path d=\"{d}\"/>");
+        let full = |d: &str| format!("<path class=\"full\" d=\"{d}\"/>");
+        match self {
+            Self::Hidden => String::new(),
+            Self::Pump => {
+                "<circle r=\"22\"/>".to_owned() + &line("M0-22V-30M0 22V30M-22-3H-34M-22 3H-34") + &full("M0-22L-8-9H8z")
+            }
+            Self::VariablePump => {
+                Self::Pump.svg() + &line("M-20 20L24-20M24-20l-9 3M24-20l-4 9")
+            }
+            Self::ReliefValve => {
+                "<rect x=\"-18\" y=\"-18\" width=\"36\" height=\"36\"/>".to_owned()
+                    + &line("M0 18V30M0-18V-30M-8 13V-13M-8-13l-4 7M-8-13l4 7M18 0l2-6 4 12 4-12 4 12 2-6")
+                    + "<path class=\"pilot\" d=\"M0 25H-27V0H-18\"/>"
+            }
+            Self::FlowControlValve => {
+                "<rect x=\"-20\" y=\"-22\" width=\"40\" height=\"44\"/>".to_owned()
+                    + &line(THROUGH)
+                    + &line("M-10-9Q-2 0-10 9M10-9Q2 0 10 9M0-20l-4 7M0-20l4 7M-24 14L24-14M24-14l-8 1M24-14l-5 6")
+            }
+            Self::DirectionalValve => {
+                let squares: String = [-60, -20, 20]
+                    .iter()
+                    .map(|x| format!("<rect x=\"{x}\" y=\"-20\" width=\"40\" height=\"40\"/>"))
+                    .collect();
+                squares
+                    + "<rect x=\"-76\" y=\"-9\" width=\"16\" height=\"18\"/><rect x=\"60\" y=\"-9\" width=\"16\" height=\"18\"/>"
+                    + &line("M-76 9L-60-9M60 9L76-9M-10 20V30M10 20V30M-10-20V-30M10-20V-30")
+                    + &line("M-10-20v8m-5 0h10M10-20v8m-5 0h10M-10 20v-8m-5 0h10M10 20v-8m-5 0h10")
+                    + &line("M-50 20V-20M-50-20l-4 8M-50-20l4 8M-30-20V20M-30 20l-4-8M-30 20l4-8")
+                    + &line("M30 20L50-20M50-20l-7 6M50-20l0 9M30-20L50 20M50 20l-7-6M50 20l0-9")
+            }
+            Self::CheckValve => "<circle r=\"8\"/>".to_owned() + &line("M0-8V-30M-12-1L0 11 12-1M0 11V30"),
+            Self::Restrictor => line(THROUGH) + &line("M-12-15Q-1 0-12 15M12-15Q1 0 12 15"),
+            Self::Orifice => line(THROUGH) + &line("M-13-9L-3 0-13 9M13-9L3 0 13 9"),
+            Self::FreeOutlet => line("M0 30V-8") + &line("M-13-9L-3 0-13 9M13-9L3 0 13 9") + "<path class=\"pilot\" d=\"M0-8V-30\"/>",
+            Self::Cylinder => {
+                "<rect x=\"-60\" y=\"-17\" width=\"120\" height=\"34\"/><rect class=\"full\" x=\"-24\" y=\"-17\" width=\"7\" height=\"34\"/>\
+                 <rect class=\"rod\" x=\"-17\" y=\"-4\" width=\"115\" height=\"8\"/>"
+                    .to_owned()
+                    + &line("M-48 17V30M48 17V30")
+            }
+            Self::Vessel => line("M-34-28V26H34V-28M0 26V34") + &line("M-34-6H34") + &full("M-4-14H4L0-7z"),
+            Self::Box => "<rect x=\"-20\" y=\"-18\" width=\"40\" height=\"36\"/>".to_owned() + &line("M0 18V30M0-18V-30M-10-6H10M-10 0H10M-10 6H10"),
+        }
+    }
+}

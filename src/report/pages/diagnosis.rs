@@ -1,0 +1,167 @@
+//! The page of a diagnosis.
+
+use super::channels::{Said, Shown};
+use super::learn::{CURVES, named};
+use super::{misfit, residuals};
+use crate::complaint::Complaint;
+use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, Hypothesis, UncertainReport, Verdict};
+use crate::record::Record;
+use crate::report::circuit;
+use crate::report::diagnosis as words;
+use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table, Tone};
+use crate::report::number::with_unit;
+use crate::residual::Detection;
+use crate::rig::Rig;
+
+/// The diagnosis as a page: verdict, faults, why, residuals, measured against model.
+///
+/// # Errors
+/// Columns that are missing.
+pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String, Complaint> {
+    let diagnosis = &diagnosed.diagnosis;
+    let mut page = Page::new(format!("Diagnosis of {}", named(rig)), format!("Record {}", diagnosis.record));
+    let mut verdict = Section::new("Verdict");
+    let tone = match diagnosis.verdict {
+        Verdict::Healthy => Tone::Good,
+        Verdict::Faulty => Tone::Alert,
+        Verdict::ModelInadequate => Tone::Caution,
+    };
+    verdict.notice(tone, words::headline(diagnosis));
+    if let Some(at) = diagnosis.detected_at_s {
+        verdict.paragraph(format!("Detected at {at:.2} s."));
+    }
+    if let Some(at) = diagnosis.onset_s {
+        verdict.paragraph(format!("Began at {at:.2} s."));
+    }
+    page.section(verdict);
+    let present: Vec<&FaultReport> = diagnosis.present().collect();
+    let mut drawn = Section::new("Circuit");
+    let caption = "The circuit as the rig file has it, symbols after ISO 1219; what is faulty is framed. Sensors stand beside what they measure.";
+    drawn.drawing("circuit", &circuit::svg(rig, &present), caption);
+    page.section(drawn);
+    let mut faults = Section::new("Faults");
+    faults.table(fault_table(rig, diagnosis));
+    let open = words::undetermined(diagnosis);
+    if !open.is_empty() {
+        faults.subheading("What could not be determined");
+        faults.list(open);
+    }
+    page.section(faults);
+    let mut why = Section::new("Which faults together");
+    why.table(hypothesis_table(diagnosis));
+    if !diagnosis.ambiguity.is_empty() {
+        let groups = diagnosis.ambiguity.iter().map(|group| format!("one of {}", group.join(", ")));
+        why.subheading("What this record cannot tell apart");
+        why.list(groups.collect());
+    }
+    page.section(why);
+    let mut shown = Shown::new(rig, record, "time", 1)?;
+    shown.detected_at_s = diagnosis.detected_at_s;
+    if !diagnosis.residuals.is_empty() {
+        page.section(residual_section(&shown, diagnosis)?);
+    }
+    page.section(fit(&shown, diagnosed));
+    Ok(page.html())
+}
+
+/// What each balance says, over time and summed up.
+fn residual_section(shown: &Shown<'_>, diagnosis: &Diagnosis) -> Result<Section, Complaint> {
+    let mut section = Section::new("Residuals");
+    section.paragraph(
+        "Each balance of the circuit with healthy parameters: zero but for noise while nothing is wrong with it.",
+    );
+    section.table(Table::of(
+        "Residuals with healthy parameters",
+        &words::RESIDUAL_HEADS,
+        words::residual_rows(diagnosis),
+    ));
+    section.paragraph(
+        "Each residual as the mean of windows, with what noise and tolerance allow; an alarm is raised where the running sum of what \
+         goes beyond passes its threshold.",
+    );
+    residuals::add(&mut section, shown, &diagnosis.residuals, &Detection::default())?;
+    Ok(section)
+}
+
+/// Measured against model, and what was estimated along.
+fn fit(shown: &Shown<'_>, diagnosed: &Diagnosed) -> Section {
+    let diagnosis = &diagnosed.diagnosis;
+    let mut section = Section::new("Measured and model");
+    section.table(Table::of(
+        "Fit of each sensor; 1 is right within noise and tolerance",
+        &words::CHANNEL_HEADS,
+        words::channel_rows(diagnosis),
+    ));
+    if !diagnosis.uncertain.is_empty() {
+        let scales = diagnosis.uncertain.iter().map(uncertain_scale).collect();
+        let caption = "Estimated along: what the rig file gives with an uncertainty. Bar: before the record, two standard \
+                       deviations; point: with it";
+        let table = Table::of(caption, &words::UNCERTAIN_HEADS, words::uncertain_rows(diagnosis));
+        section.table(table.with(4, Column::text("against the data sheet"), scales));
+    }
+    let misfit: Vec<&[f64]> = diagnosed.misfit.iter().map(Vec::as_slice).collect();
+    misfit::add(&mut section, shown, &misfit);
+    section.paragraph(CURVES);
+    let healthy = Said { name: "healthy model", outputs: &diagnosed.healthy, misfit: Vec::new(), style: (2, 1) };
+    let fitted = Said { name: "fitted model", outputs: &diagnosed.model, misfit, style: (1, 0) };
+    shown.charts(&mut section, &[healthy, fitted]);
+    section
+}
+
+/// The faults, each with its interval on the range that was searched.
+fn fault_table(rig: &Rig, diagnosis: &Diagnosis) -> Table {
+    let scale = |fault: &FaultReport| {
+        let searched = rig.faults.iter().find(|one| rig.parameters[one.parameter].id == fault.id);
+        let Some(searched) = searched else { return Cell::from("") };
+        let unit = &rig.parameters[searched.parameter].unit;
+        let (from, to) = (unit.from_si(searched.bounds.0), unit.from_si(searched.bounds.1));
+        Cell::Scale(Scale {
+            from,
+            to,
+            marks: vec![Mark::Bar(fault.ci95[0], fault.ci95[1]), Mark::Stroke(fault.healthy), Mark::Point(fault.value)],
+            text: format!(
+                "{} within {} to {}, healthy {}",
+                words::interval(fault),
+                with_unit(from, &fault.unit),
+                with_unit(to, &fault.unit),
+                with_unit(fault.healthy, &fault.unit)
+            ),
+        })
+    };
+    let scales = diagnosis.faults.iter().map(scale).collect();
+    let caption = "Every fault of the rig. On each scale, from end to end of what was searched: bar the 95 % interval (dashed where \
+                   it is open), point the estimate, stroke the healthy value";
+    Table::of(caption, &words::FAULT_HEADS, words::fault_rows(diagnosis)).with(
+        0,
+        Column::text("interval within bounds"),
+        scales,
+    )
+}
+
+fn hypothesis_table(diagnosis: &Diagnosis) -> Table {
+    let scale = |one: &Hypothesis| {
+        Cell::Scale(Scale {
+            from: 0.0,
+            to: 1.0,
+            marks: vec![Mark::Length(one.probability)],
+            text: format!("probability {}", words::percent(one.probability)),
+        })
+    };
+    let rows = words::hypothesis_rows(diagnosis);
+    let scales = diagnosis.hypotheses.iter().take(rows.len()).map(scale).collect();
+    Table::of("Sets of faults", &words::HYPOTHESIS_HEADS, rows).with(1, Column::text("share"), scales)
+}
+
+fn uncertain_scale(one: &UncertainReport) -> Cell {
+    let (reach, sigma) = (4.0 * one.sigma_before, one.sigma_before);
+    Cell::Scale(Scale {
+        from: one.nominal - reach,
+        to: one.nominal + reach,
+        marks: vec![
+            Mark::Bar(Some(one.nominal - 2.0 * sigma), Some(one.nominal + 2.0 * sigma)),
+            Mark::Stroke(one.nominal),
+            Mark::Point(one.value),
+        ],
+        text: format!("{:.1} standard deviations from the data sheet", (one.value - one.nominal) / sigma),
+    })
+}

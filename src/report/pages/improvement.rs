@@ -1,0 +1,125 @@
+//! The page of `improve`.
+
+use super::channels::Shown;
+use super::learn::{CURVES, named, run_said, staircase, tone};
+use super::misfit;
+use crate::complaint::Complaint;
+use crate::learn::improve::Improvement;
+use crate::record::Record;
+use crate::report::html::{Cell, Column, Page, Section, Table};
+use crate::report::improvement::{Ledger, Row};
+use crate::report::number::{rounded, text};
+use crate::rig::Rig;
+
+/// The page of an improvement: what each addition bought, and where what is left sits.
+///
+/// # Errors
+/// Columns that are missing.
+pub fn improvement(
+    rig: &Rig,
+    (fit, check): (&Record, &Record),
+    found: &Improvement,
+    ledger: &Ledger,
+) -> Result<String, Complaint> {
+    let lead = format!("Learnt on {}, judged on {}", ledger.fit_record, ledger.check_record);
+    let mut page = Page::new(format!("Improvement of {}", named(rig)), lead);
+    let mut verdict = Section::new("Verdict");
+    verdict.notice(tone(ledger.conclusion), ledger.headline());
+    let added: Vec<String> = ledger.steps.iter().filter_map(|step| step.added.clone()).collect();
+    if !added.is_empty() {
+        verdict.paragraph(format!("Added: {}.", added.join(", then ")));
+    }
+    if let Some(rest) = &ledger.remaining {
+        verdict.paragraph(rest.sentence());
+    }
+    page.section(verdict);
+    page.section(steps(ledger));
+    if let (Some(first), Some(last)) = (found.steps.first(), found.steps.last()) {
+        for (record, group, name, check) in
+            [(check, "check", "The check record", true), (fit, "time", "The fit record", false)]
+        {
+            let run = |step: &'_ crate::learn::improve::Step| if check { step.check.clone() } else { step.fit.clone() };
+            let (before, after) = (run(first), run(last));
+            let shown = Shown::new(rig, record, group, 2)?;
+            let mut section = Section::new(name);
+            section.paragraph(if check {
+                "Nothing is fitted to this record. The map is that of the last model; the charts show the first and the last."
+            } else {
+                CURVES
+            });
+            let last_model = run_said("last model", &after, record, (1, 0));
+            misfit::add(&mut section, &shown, &last_model.misfit);
+            let said = if found.steps.len() > 1 {
+                vec![run_said("as given", &before, record, (2, 1)), last_model]
+            } else {
+                vec![last_model]
+            };
+            shown.charts(&mut section, &said);
+            page.section(section);
+        }
+    }
+    Ok(page.html())
+}
+
+/// The ledger: staircase, table, errors of each channel, warnings, what was refused.
+fn steps(ledger: &Ledger) -> Section {
+    let mut section = Section::new("What each addition bought");
+    let errors: Vec<(f64, f64)> = ledger.steps.iter().map(|step| (step.fit_rmse, step.check_rmse)).collect();
+    let (chart, live) = staircase(&errors);
+    section.chart(&chart, &live);
+    let number = |value: f64| Cell::from(text(rounded(value, 4)));
+    let row = |(index, step): (usize, &Row)| -> Vec<Cell> {
+        vec![
+            index.to_string().into(),
+            step.name().into(),
+            number(step.fit_rmse),
+            number(step.check_rmse),
+            number(step.chi2_reduced),
+            number(step.check_chi2_reduced),
+        ]
+    };
+    section.table(Table::new(
+        "Errors, normalised by sensor noise over all channels; chi-square 1 is right within noise and tolerance",
+        vec![
+            Column::text("model"),
+            Column::text("added"),
+            Column::number("fit", ""),
+            Column::number("check", ""),
+            Column::number("chi-square, fit", ""),
+            Column::number("chi-square, check", ""),
+        ],
+        ledger.steps.iter().enumerate().map(row).collect(),
+    ));
+    let mut columns = vec![Column::text("channel"), Column::text("unit")];
+    columns.extend(ledger.steps.iter().map(|step| Column::number(step.name(), "")));
+    let channels = ledger.steps.first().into_iter().flat_map(|first| &first.channels);
+    let rows = channels.map(|(name, channel)| {
+        let errors = ledger
+            .steps
+            .iter()
+            .map(|step| step.channels.get(name).map_or(Cell::from("-"), |one| number(one.check_rmse)));
+        [Cell::from(name.clone()), Cell::from(channel.unit.clone())].into_iter().chain(errors).collect()
+    });
+    section.table(Table::new("Error of each channel on the check record, model by model", columns, rows.collect()));
+    let notes: Vec<String> = ledger
+        .steps
+        .iter()
+        .flat_map(|step| {
+            let warnings = step.warnings.iter().map(|warning| format!("{}: {warning}", step.name()));
+            let refused = step.refused.iter().map(|refused| {
+                format!(
+                    "refused, {}: check error {}, but {}",
+                    refused.effect,
+                    text(rounded(refused.check_rmse, 4)),
+                    refused.warnings.join("; ")
+                )
+            });
+            warnings.chain(refused).collect::<Vec<_>>()
+        })
+        .collect();
+    if !notes.is_empty() {
+        section.subheading("Warnings, and what was refused");
+        section.list(notes);
+    }
+    section
+}

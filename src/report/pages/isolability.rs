@@ -1,0 +1,125 @@
+//! The page of `isolability`.
+
+use super::learn::named;
+use crate::report::circuit;
+use crate::report::html::{Cell, Column, Page, Section, Table, Tone};
+use crate::rig::Rig;
+use crate::structure::{Isolability, Pair};
+
+/// What numbers at an operating point add to the structure.
+pub struct Point {
+    /// How far each residual moves with each fault.
+    pub signatures: Table,
+    /// What a record there would say, in words.
+    pub said: Vec<String>,
+    /// Expected widths of the intervals.
+    pub widths: Table,
+}
+
+/// The structure, and what an operating point adds to it.
+pub fn html(rig: &Rig, structure: &Isolability, point: Option<Point>) -> String {
+    let detected = structure.detectable.iter().filter(|&&one| one).count();
+    let mut page = Page::new(
+        format!("Isolability of {}", named(rig)),
+        format!(
+            "{} equations in {} unknowns, redundancy {}",
+            structure.equations, structure.unknowns, structure.redundancy
+        ),
+    );
+    let mut verdict = Section::new("Verdict");
+    let all = detected == structure.faults.len() && structure.ambiguity_groups.is_empty();
+    verdict.notice(
+        if all { Tone::Good } else { Tone::Caution },
+        format!(
+            "{detected} of {} faults can be detected; {}.",
+            structure.faults.len(),
+            match structure.ambiguity_groups.len() {
+                0 => "all of these can be told apart by structure".to_owned(),
+                1 => "one group cannot be told apart".to_owned(),
+                several => format!("{several} groups cannot be told apart"),
+            }
+        ),
+    );
+    let groups = structure.ambiguity_groups.iter().map(|group| format!("Not to be told apart: {}.", group.join(", ")));
+    let pairs = structure.inseparable.iter().filter_map(|pair| {
+        let back = |other: &Pair| other.fault == pair.explained_by && other.explained_by == pair.fault;
+        match structure.inseparable.iter().any(back) {
+            false => Some(format!("Whatever is measured, {} explains {}.", pair.explained_by, pair.fault)),
+            true if pair.fault < pair.explained_by => {
+                Some(format!("Whatever is measured, {} and {} explain each other.", pair.fault, pair.explained_by))
+            }
+            true => None,
+        }
+    });
+    page.section(verdict);
+    let mut drawn = Section::new("Circuit");
+    drawn.drawing(
+        "circuit",
+        &circuit::svg(rig, &[]),
+        "The circuit as the rig file has it; sensors beside what they measure.",
+    );
+    page.section(drawn);
+    let mut matrix = Section::new("Which fault hides behind which");
+    matrix.table(isolation_table(structure));
+    let points: Vec<String> = groups.chain(pairs).collect();
+    if !points.is_empty() {
+        matrix.list(points);
+    }
+    page.section(matrix);
+    page.section(tests(structure));
+    if let Some(point) = point {
+        let mut signatures = Section::new("Signatures at the operating point");
+        signatures.table(point.signatures);
+        page.section(signatures);
+        let mut expected = Section::new("What a record there would say");
+        expected.list(point.said).table(point.widths);
+        page.section(expected);
+    } else {
+        let mut none = Section::new("Operating point");
+        none.paragraph("None: signatures and expected intervals need a [cycle] in the rig file, or --input RECORD.");
+        page.section(none);
+    }
+    page.html()
+}
+
+fn isolation_table(structure: &Isolability) -> Table {
+    let columns = structure.faults.iter().map(|fault| Column::text(fault.clone()));
+    let row = |(index, (fault, explained)): (usize, (&String, &Vec<bool>))| {
+        let note = if structure.detectable[index] { String::new() } else { " (cannot be detected)".to_owned() };
+        let cell = |(other, &hides): (usize, &bool)| match (hides, other == index) {
+            (true, true) => Cell::Shade("\u{b7}".to_owned(), 0.15),
+            (true, false) => Cell::Shade("x".to_owned(), 0.9),
+            (false, _) => Cell::Shade(String::new(), 0.0),
+        };
+        let name = Cell::from(format!("{fault}{note}"));
+        std::iter::once(name).chain(explained.iter().enumerate().map(cell)).collect()
+    };
+    let mut table = Table::new(
+        "x: the fault of the column explains whatever the fault of the row does",
+        std::iter::once(Column::text("fault")).chain(columns).collect(),
+        structure.faults.iter().zip(&structure.explained_by).enumerate().map(row).collect(),
+    );
+    table.upright = true;
+    table
+}
+
+fn tests(structure: &Isolability) -> Section {
+    let mut section = Section::new("Tests and sensors");
+    let row = |test: &crate::structure::Test| {
+        vec![test.faults.join(", ").into(), test.signals.join(", ").into(), test.equations.len().to_string().into()]
+    };
+    section.table(Table::new(
+        "Tests that suffice to tell apart what can be told apart",
+        vec![Column::text("answers to"), Column::text("uses"), Column::number("equations", "")],
+        structure.tests.iter().map(row).collect(),
+    ));
+    match structure.sensors.first() {
+        None => section.paragraph("No few further sensors would isolate every fault."),
+        Some(none) if none.is_empty() => section.paragraph("No further sensor would tell more faults apart."),
+        Some(_) => {
+            section.paragraph("Further sensors that would help, any one line of these:");
+            section.list(structure.sensors.iter().map(|sensors| sensors.join(" and ")).collect())
+        }
+    };
+    section
+}

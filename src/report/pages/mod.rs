@@ -1,0 +1,12 @@
+//! Pages with pictures, one file for each verb that finds something.
+
+pub mod campaign;
+pub mod diagnosis;
+pub mod effects;
+pub mod improvement;
+pub mod isolability;
+pub mod learn;
+
+mod channels;
+mod misfit;
+mod residuals;
