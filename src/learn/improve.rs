@@ -4,6 +4,7 @@ use super::suggest::{Conclusion, Judged, ROUNDS, Suggestion, is_adequate, sugges
 use super::trial::{Run, Trial};
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate;
+use crate::diagnosis::hypotheses::MOST_ROUNDS;
 use crate::model::{Drive, Model};
 use crate::record::Record;
 use crate::rig::Rig;
@@ -59,10 +60,12 @@ pub fn improve(rig: &Rig, fit: &Record, check: &Record, mut told: impl FnMut(&St
         let Some(chosen) = chosen(&last, before) else { break };
         found = last.conclusion;
         let refused = refused(&last, chosen);
-        let next = step(Some(chosen.id()), &chosen.trial, chosen.warnings.clone(), refused)?;
+        // Candidates are compared by a few rounds each; what is added is fitted to its end.
+        let Trial { rig, values, set, .. } = &chosen.trial;
+        trial = Trial::fitted(rig, fit, values, *set, MOST_ROUNDS)?;
+        let next = step(Some(chosen.id()), &trial, chosen.warnings.clone(), refused)?;
         told(&next);
         steps.push(next);
-        trial = chosen.trial.clone();
         let reached = &steps[steps.len() - 1];
         if is_adequate(&reached.fit, &trial.rig) && is_adequate(&reached.check, &trial.rig) {
             last.conclusion = Conclusion::Adequate;
