@@ -242,6 +242,18 @@ impl Estimate<'_> {
         Ok(self)
     }
 
+    /// The record as the rig without faults explains it best, the form renewed so many times.
+    ///
+    /// # Errors
+    /// The model cannot be solved there.
+    pub fn without_faults(&self, forms: usize) -> Result<Self, Complaint> {
+        let (full, record) = (&self.case.full, self.case.record);
+        let (theta, _) = quick(full.model, record, full.drive, (&self.case.mean, 0), forms)?;
+        let case = case_at(full.model, record, full.drive, &theta)?;
+        let isolation = held(&case, &theta, 0).map_err(|error| unsolvable(full.model, record, error))?;
+        Ok(Self { case, isolation })
+    }
+
     /// Whether it leaves more than noise unexplained.
     pub fn missed(&self) -> bool {
         missed(&self.case, &self.isolation)

@@ -42,7 +42,7 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<S
     }
     if let Some(record) = record {
         let trial = rough_base(rig, record, |estimate, base| {
-            let candidate = candidate(estimate, &base.fit.outputs, &placed);
+            let candidate = candidate(estimate, &placed);
             refitted_alone(&base, record, candidate)
         })?;
         return with_effects(&rig.path, text, rig, &trial);

@@ -22,6 +22,10 @@ pub struct Candidate {
     pub tried: Vec<Given>,
     /// Expected fall of chi-square.
     pub score: f64,
+    /// What is expected to be left of the cost, each fault that is present priced by the information criterion.
+    pub left: f64,
+    /// Where it was scored, as an index into the stands; `None` where it was not.
+    pub stand: Option<usize>,
     /// Factor on the tried size at which chi-square would be least.
     pub factor: f64,
     /// Smallest factor on the tried size that the record could show: three standard errors.
@@ -39,11 +43,14 @@ const EXCITED: f64 = 0.1;
 /// Share of the influence below which a candidate counts as absorbed.
 const ABSORBED: f64 = 0.05;
 /// Factors on the tried size beyond which the form is not believed.
-const FAR: f64 = 20.0;
+const FAR: f64 = 5.0;
+/// Sizes that are tried, in typical ones: an effect that is not straight shows itself only near its own.
+const SIZES: &[f64] = &[1.0, 5.0, 25.0];
 
-/// All effects that the rig may have and does not, the most promising first.
-pub fn candidates(estimate: &Estimate<'_>, outputs: &[Vec<f64>]) -> Vec<Candidate> {
-    let rig = estimate.case.rig();
+/// All effects that the rig may have and does not, the most promising first, each at the stand where it promises most.
+pub fn candidates(stands: &[&Estimate<'_>]) -> Vec<Candidate> {
+    let Some(first) = stands.first() else { return Vec::new() };
+    let rig = first.case.rig();
     let places: Vec<Placed> = rig
         .effect_places()
         .into_iter()
@@ -52,19 +59,26 @@ pub fn candidates(estimate: &Estimate<'_>, outputs: &[Vec<f64>]) -> Vec<Candidat
         // What is a fault of the rig competes as one.
         .filter(|placed| !(matches!(placed.effect.form, Form::Bent) && bends_a_fault(rig, placed)))
         .collect();
-    let mut all: Vec<Candidate> =
-        places.par_iter().flat_map_iter(|placed| best_try(estimate, outputs, placed)).collect();
-    all.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let mut all: Vec<Candidate> = places
+        .par_iter()
+        .flat_map_iter(|placed| {
+            let tried = stands.iter().enumerate().filter_map(|(stand, estimate)| {
+                Some(Candidate { stand: Some(stand), ..best_try(estimate, placed)? })
+            });
+            tried.min_by(|a, b| a.left.total_cmp(&b.left))
+        })
+        .collect();
+    all.sort_by(|a, b| a.left.total_cmp(&b.left));
     all
 }
 
 /// One effect at its place, scored; a curve without a formula as it is tried.
-pub fn candidate(estimate: &Estimate<'_>, outputs: &[Vec<f64>], placed: &Placed) -> Option<Candidate> {
+pub fn candidate(estimate: &Estimate<'_>, placed: &Placed) -> Option<Candidate> {
     if placed.effect.is_empirical() {
         let id = estimate.case.rig().effect_id(placed);
         return empirical(estimate.case.rig()).into_iter().find(|candidate| candidate.id == id);
     }
-    best_try(estimate, outputs, placed)
+    best_try(estimate, placed)
 }
 
 /// Curves without a formula at every place, as if tried at their typical size.
@@ -81,6 +95,8 @@ pub fn empirical(rig: &Rig) -> Vec<Candidate> {
                 placed,
                 tried: placed.effect.parameters.iter().map(one).collect(),
                 score: 0.0,
+                left: f64::INFINITY,
+                stand: None,
                 factor: 0.0,
                 smallest: f64::INFINITY,
                 own: 1.0,
@@ -98,36 +114,59 @@ fn bends_a_fault(rig: &Rig, placed: &Placed) -> bool {
 }
 
 /// The try of an effect that promises most.
-fn best_try(estimate: &Estimate<'_>, outputs: &[Vec<f64>], placed: &Placed) -> Option<Candidate> {
-    let tries = tries(estimate, outputs, placed);
-    let scored = tries.into_iter().filter_map(|tried| scored(estimate, placed, tried));
-    scored.max_by(|a, b| a.score.total_cmp(&b.score))
+fn best_try(estimate: &Estimate<'_>, placed: &Placed) -> Option<Candidate> {
+    let mut scored: Vec<Candidate> =
+        tries(estimate, placed).into_iter().filter_map(|tried| scored(estimate, placed, tried)).collect();
+    // What the record could show is told by the least try: nearest to a straight line.
+    let least = scored.first().map(|first| (first.smallest, distance(estimate.case.rig(), first)))?;
+    let best = (0..scored.len()).max_by(|&a, &b| scored[a].score.total_cmp(&scored[b].score))?;
+    let mut best = scored.swap_remove(best);
+    if let (smallest, Some(unit)) = least
+        && let Some(own) = distance(estimate.case.rig(), &best)
+    {
+        best.smallest = smallest * unit / own;
+    }
+    Some(best)
 }
 
-/// What is tried first of each parameter, SI; several where a level has to be found.
-fn tries(estimate: &Estimate<'_>, outputs: &[Vec<f64>], placed: &Placed) -> Vec<Vec<Given>> {
+/// How far the tried size is from doing nothing, SI; `None` of a level, which is where it is.
+pub(super) fn distance(rig: &Rig, candidate: &Candidate) -> Option<f64> {
+    let (free, tried) = candidate.placed.effect.parameters.first().zip(candidate.tried.first())?;
+    Some((tried.value - nothing(rig, &candidate.placed, free)?).abs()).filter(|distance| *distance > 0.0)
+}
+
+/// The value, SI, at which a parameter of an effect does nothing: its neutral one, or that which the rig has.
+fn nothing(rig: &Rig, placed: &Placed, free: &Free) -> Option<f64> {
+    match free.neutral {
+        Some(neutral) => Some(rig.effect_unit(placed, free.name).difference_to_si(neutral)),
+        None => Some(rig.parameters[rig.bent(placed, free.name)?].value),
+    }
+}
+
+/// What is tried of each parameter, SI: several levels where a level has to be found, else several sizes.
+fn tries(estimate: &Estimate<'_>, placed: &Placed) -> Vec<Vec<Given>> {
     let rig = estimate.case.rig();
-    let shares: &[f64] = if placed.effect.parameters.iter().any(|free| matches!(free.first, First::Range(_))) {
-        &[0.6, 0.75, 0.85, 0.95]
-    } else {
-        &[1.0]
+    let of_level = placed.effect.parameters.iter().any(|free| matches!(free.first, First::Range(_)));
+    let steps: &[f64] = match placed.spot {
+        // Readings pile up at a limit, noise above it.
+        Spot::Sensor(_) if of_level => &[0.0, 2.0],
+        _ if of_level => &[0.6, 0.75, 0.85, 0.95],
+        _ => SIZES,
     };
-    shares
-        .iter()
-        .map(|share| {
-            let one = |free: &Free| {
-                let value = rig.first_size(placed, free).unwrap_or_else(|| match placed.spot {
-                    Spot::Sensor(sensor) => {
-                        let (low, high) = ends(&outputs[sensor]);
-                        low + share * (high - low)
-                    }
-                    spot => share * highest_level(estimate, spot),
-                });
-                Given { name: free.name.to_owned(), value, sigma: 0.0 }
-            };
-            placed.effect.parameters.iter().map(one).collect()
-        })
-        .collect()
+    let one = |free: &Free, step: f64| {
+        let value = match (rig.first_size(placed, free), placed.spot) {
+            (Some(first), _) if of_level => first,
+            // What only shapes the effect stays.
+            (Some(first), _) => nothing(rig, placed, free).map_or(first, |from| from + step * (first - from)),
+            (None, Spot::Sensor(sensor)) => {
+                ends(estimate.case.full.measured[sensor]).1 - step * rig.sensors[sensor].noise
+            }
+            (None, spot) => step * highest_level(estimate, spot),
+        };
+        Given { name: free.name.to_owned(), value, sigma: 0.0 }
+    };
+    let all = steps.iter().map(|&step| placed.effect.parameters.iter().map(|free| one(free, step)).collect());
+    all.collect()
 }
 
 fn ends(values: &[f64]) -> (f64, f64) {
@@ -168,6 +207,7 @@ fn highest_level(estimate: &Estimate<'_>, spot: Spot) -> f64 {
 fn scored(estimate: &Estimate<'_>, placed: &Placed, tried: Vec<Given>) -> Option<Candidate> {
     let (case, isolation) = (&estimate.case, &estimate.isolation);
     let full = &case.full;
+    let priced = isolation.best.cost + f64::from(isolation.set().count_ones()) * (isolation.best.misfit.len() as f64).ln();
     let mut rig = full.model.rig.clone();
     let id = rig.effect_id(placed);
     let indices = rig.give_effect(placed, &tried).ok()?;
@@ -192,6 +232,8 @@ fn scored(estimate: &Estimate<'_>, placed: &Placed, tried: Vec<Given>) -> Option
         placed: *placed,
         tried,
         score: 0.0,
+        left: priced,
+        stand: None,
         factor: 0.0,
         smallest: f64::INFINITY,
         own: 0.0,
@@ -221,5 +263,6 @@ fn scored(estimate: &Estimate<'_>, placed: &Placed, tried: Vec<Given>) -> Option
         (true, true) => score.fall_at(1.0),
         (true, false) => score.fall_at(candidate.factor),
     };
+    candidate.left -= candidate.score;
     Some(candidate)
 }

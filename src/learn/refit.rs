@@ -27,8 +27,11 @@ pub(super) struct Rough {
     pub cost: f64,
 }
 
-/// Everything fitted jointly with some effects: from where the model without them stands, and from the healthy data sheet.
-pub(super) fn refitted(base: &Trial, record: &Record, effects: &[Candidate]) -> Option<Rough> {
+/// Where a model without the effects stands: all of its parameters, SI, and the faults that are present.
+pub(super) type Stand = (Vec<f64>, Set);
+
+/// Everything fitted jointly with some effects, from the stands where they were scored; from all where they were not.
+pub(super) fn refitted(base: &Trial, stands: &[Stand], record: &Record, effects: &[Candidate]) -> Option<Rough> {
     let mut rig = base.rig.clone();
     let mut starts: Vec<(usize, f64)> = Vec::new();
     for effect in effects {
@@ -68,19 +71,20 @@ pub(super) fn refitted(base: &Trial, record: &Record, effects: &[Candidate]) -> 
             starts.push((index, start.clamp(low, high)));
         }
     }
-    let from = |mut values: Vec<f64>, set: Set| {
+    let from = |(values, set): &Stand| {
+        let mut values = values.clone();
         values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
         for &(index, start) in &starts {
             values[index] = start;
         }
-        quick(&rig, record, &values, set, FIRST_FORMS)
+        quick(&rig, record, &values, *set, FIRST_FORMS)
     };
-    // Without faults both starts are one.
-    let both = [from(base.values.clone(), base.set), (base.set != 0).then(|| from(base.rig.healthy(), 0)).flatten()];
+    let asked = |stand: usize| effects.iter().any(|effect| effect.stand.is_none_or(|own| own == stand));
+    let tried = stands.iter().enumerate().filter(|(stand, _)| asked(*stand)).filter_map(|(_, stand)| from(stand));
     // Fewer faults are better where both explain alike: each costs what a parameter costs.
     let samples = base.fit.misfit.len() as f64;
     let price = |rough: &Rough| rough.cost + f64::from(rough.set.count_ones()) * samples.ln();
-    both.into_iter().flatten().min_by(|a, b| price(a).total_cmp(&price(b)))
+    tried.min_by(|a, b| price(a).total_cmp(&price(b)))
 }
 
 /// All parameters of a rig (SI) with the faults of `set` and what is uncertain fitted from there, and the cost.

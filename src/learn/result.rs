@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::candidate::Candidate;
+use super::candidate::{Candidate, distance};
 use super::compare::{Comparison, Where};
 use super::suggest::{Conclusion, Judged, Suggestion};
 use super::trial::{Run, Trial};
@@ -208,7 +208,7 @@ fn scored(base: &Trial, candidate: &Candidate) -> ScoredReport {
     let placed = &candidate.placed;
     let free = placed.effect.parameters.first();
     let unit = free.map(|free| base.rig.effect_unit(placed, free.name));
-    let smallest = size(&base.rig, candidate).map(|size| candidate.smallest * size).filter(|size| size.is_finite());
+    let smallest = distance(&base.rig, candidate).map(|size| candidate.smallest * size).filter(|size| size.is_finite());
     ScoredReport {
         id: candidate.id.clone(),
         parameter: free.map_or("", |free| free.name).to_owned(),
@@ -221,15 +221,4 @@ fn scored(base: &Trial, candidate: &Candidate) -> ScoredReport {
         excited: candidate.excited,
         score: rounded(candidate.score, DIGITS),
     }
-}
-
-/// How far the tried size is from doing nothing, SI; `None` of a level, which is where it is.
-fn size(rig: &Rig, candidate: &Candidate) -> Option<f64> {
-    let placed = &candidate.placed;
-    let (free, tried) = placed.effect.parameters.first().zip(candidate.tried.first())?;
-    let nothing = match free.neutral {
-        Some(neutral) => rig.effect_unit(placed, free.name).difference_to_si(neutral),
-        None => rig.parameters[rig.bent(placed, free.name)?].value,
-    };
-    Some((tried.value - nothing).abs())
 }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::candidate::{Candidate, candidates, empirical};
-use super::refit::{FORMS, Rough, quick, refitted};
+use super::refit::{FORMS, Rough, Stand, quick, refitted};
 use super::trial::{Run, Trial};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::case::members;
@@ -112,7 +112,9 @@ pub(super) fn rough_base<T>(
 /// # Errors
 /// The model cannot be solved with it.
 pub(super) fn refitted_alone(base: &Trial, record: &Record, candidate: Option<Candidate>) -> Result<Trial, Complaint> {
-    let rough = candidate.and_then(|candidate| refitted(base, record, &[candidate]));
+    let stands = [(base.values.clone(), base.set), (base.rig.healthy(), 0)];
+    // It was scored at the first; the other is tried too.
+    let rough = candidate.and_then(|candidate| refitted(base, &stands, record, &[Candidate { stand: None, ..candidate }]));
     let Some(rough) = rough else {
         return Err(Complaint::new(Kind::Computation, "the model cannot be solved with this effect")
             .at(Place::file(&base.rig.path))
@@ -129,10 +131,15 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let base_check = check.map(|record| base.check(record)).transpose()?;
     let explained =
         is_adequate(&base.fit, &base.rig) && base_check.as_ref().is_none_or(|run| is_adequate(run, &base.rig));
-    let scored = candidates(estimate, &base.fit.outputs);
     if explained {
+        let scored = candidates(&[estimate]);
         return Ok(Suggestion { conclusion: Conclusion::Adequate, base, base_check, judged: Vec::new(), scored });
     }
+    // Faults bend to what is missing: what they hide shows where there are none.
+    let without = (base.set != 0).then(|| estimate.without_faults(FORMS)).transpose()?;
+    let scored = candidates(&[Some(estimate), without.as_ref()].into_iter().flatten().collect::<Vec<_>>());
+    let mut stands = vec![(base.values.clone(), base.set)];
+    stands.extend(without.map(|without| (without.case.full.parameters(&without.isolation.best.theta), 0)));
     let worth = significant(scored.len());
     let chosen: Vec<Vec<Candidate>> = scored
         .iter()
@@ -140,21 +147,21 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
         .take(FITTED)
         .map(|candidate| vec![candidate.clone()])
         .collect();
-    let mut judged = judge(estimate, &base, &base_check, check, chosen)?;
+    let mut judged = judge(estimate, (&base, &stands), &base_check, check, chosen)?;
     if !judged.iter().any(|judged| explains(judged, &base, &base_check)) {
         let best: Vec<&Judged> = judged.iter().take(PAIRED).collect();
         let mut pairs = Vec::new();
         for (place, a) in best.iter().enumerate() {
             pairs.extend(best[..place].iter().map(|b| [b.effects.clone(), a.effects.clone()].concat()));
         }
-        judged.extend(judge(estimate, &base, &base_check, check, pairs)?);
+        judged.extend(judge(estimate, (&base, &stands), &base_check, check, pairs)?);
         rank(&mut judged, &base, estimate.case.record)?;
     }
     let conclusion = conclude(&mut judged, &base, &base_check);
     if conclusion == Conclusion::UnknownEffect {
         // What no law explains, a curve may at least describe.
         let curves = empirical(&base.rig).into_iter().map(|curve| vec![curve]).collect();
-        judged.extend(judge(estimate, &base, &base_check, check, curves)?);
+        judged.extend(judge(estimate, (&base, &stands), &base_check, check, curves)?);
         rank(&mut judged, &base, estimate.case.record)?;
     }
     Ok(Suggestion { conclusion, base, base_check, judged, scored })
@@ -183,7 +190,7 @@ pub fn channel_chi2(run: &Run, rig: &Rig) -> Vec<(f64, usize)> {
 /// Refits the model with each set of effects.
 fn judge(
     estimate: &Estimate<'_>,
-    base: &Trial,
+    (base, stands): (&Trial, &[Stand]),
     base_check: &Option<Run>,
     check: Option<&Record>,
     chosen: Vec<Vec<Candidate>>,
@@ -192,7 +199,7 @@ fn judge(
     let mut rough: Vec<(Vec<Candidate>, Rough)> = chosen
         .into_par_iter()
         .filter_map(|effects| {
-            let rough = refitted(base, record, &effects)?;
+            let rough = refitted(base, stands, record, &effects)?;
             Some((effects, rough))
         })
         .collect();

@@ -1,0 +1,97 @@
+//! What the plants may hide: the effect's name in the library, a draw of its size, and how the plant has it.
+
+use borescope::campaign::random::Stream;
+
+use super::{A, B, Line, PUMP_LINE, Plant};
+
+/// L/min per bar in SI.
+const PER_BAR: f64 = 1e-3 / 60.0 / 1e5;
+
+/// An effect that the telescopic plant can hide.
+pub struct Hidden {
+    /// `kind@place` as the library calls it.
+    pub id: &'static str,
+    /// Others that act alike on every record of this rig, to which the same name may be given.
+    pub alike: &'static [&'static str],
+    /// A size in the middle of what a rig may have, in the unit of the card.
+    pub typical: f64,
+    /// Gives the plant the effect in this size.
+    pub put: fn(&mut Plant, f64),
+}
+
+/// What is one flow out of the pump line over its pressure, wherever it goes.
+const OF_PUMP: &[&str] = &["pump-slip", "pump-droop", "external-leakage@pump_line"];
+
+const fn hidden(id: &'static str, typical: f64, put: fn(&mut Plant, f64)) -> Hidden {
+    Hidden { id, alike: &[], typical, put }
+}
+
+/// One of each kind.
+pub const HIDDEN: &[Hidden] = &[
+    hidden("external-leakage@A", 0.006, |plant, size| plant.external_leak[A] = size * PER_BAR),
+    hidden("external-orifice-leakage@A", 0.08, |plant, size| plant.external_hole[A] = size * 1e-6),
+    hidden("hose-compliance@A", 0.03, |plant, size| plant.hose[A] = size * 1e-11),
+    hidden("line-resistance@B", 0.06, |plant, size| {
+        // K q² at 5 L/min, as q^1.75, with a laminar part.
+        let flow: f64 = 5e-3 / 60.0;
+        plant.lines[1] = Some(Line { laminar: 5e8, turbulent: size * 25.0 * 1e5 / flow.powf(1.75) });
+    }),
+    hidden("load-force", 250.0, |plant, size| plant.load_force = size),
+    hidden("load-mass", 60.0, |plant, size| plant.load_mass = size),
+    hidden("load-stiffness", 5.0, |plant, size| plant.load_stiffness = size * 1e3),
+    hidden("orifice-leakage@cylinder", 0.15, |plant, size| plant.hole_in_piston = size * 1e-6),
+    hidden("position-dependent-clearance@cylinder", 0.02, |plant, size| plant.worn_end = size * PER_BAR),
+    hidden("pressure-friction@cylinder", 6.0, |plant, size| plant.friction_per_pressure = size / 1e5),
+    hidden("progressive-load", 0.04, |plant, size| plant.progressive_load = size * 1e6),
+    Hidden { id: "pump-slip", alike: OF_PUMP, typical: 0.004, put: |plant, size| plant.slip = size * PER_BAR },
+    hidden("relief-weeping", 0.03, |plant, size| plant.weeping = size * PER_BAR),
+    hidden("seal-friction@cylinder", 350.0, |plant, size| (plant.coulomb, plant.breakaway) = (size, 0.6 * size)),
+    hidden("compensator-lag", 20.0, |plant, size| plant.compensator_lag = size * 1e-3),
+    hidden("end-cushioning@cylinder", 2e5, |plant, size| (plant.cushion, plant.cushion_length) = (size, 25e-3)),
+    hidden("entrained-air", 1.0, |plant, size| plant.air = size * 1e-2),
+    Hidden { id: "pump-droop", alike: OF_PUMP, typical: 0.0008, put: |plant, size| plant.droop = size / 1e5 },
+    hidden("relief-knee", 5.0, |plant, size| plant.knee = size * 1e5),
+    hidden("sensor-gain@q_A", 1.05, |plant, size| plant.readings[5].gain = size),
+    hidden("sensor-offset@p_A", 1.5, |plant, size| plant.readings[2].offset = size * 1e5),
+    hidden("spool-dead-band", 0.1, |plant, size| plant.dead_band = size),
+    hidden("spool-flow-force", 0.3, |plant, size| plant.flow_force = size),
+    hidden("spool-lag", 30.0, |plant, size| plant.spool_lags = [0.8e-3 * size, 0.2e-3 * size]),
+    hidden("viscous-friction@cylinder", 4000.0, |plant, size| plant.viscous = size),
+    hidden("sensor-delay@x", 12.0, |plant, size| plant.readings[7].delay = size * 1e-3),
+    hidden("sensor-lag@p_B", 15.0, |plant, size| plant.readings[3].lag = size * 1e-3),
+    hidden("sensor-saturation@p_A", 25.0, |plant, size| plant.readings[2].limit = size * 1e5),
+    hidden("external-leakage@B", 0.008, |plant, size| plant.external_leak[B] = size * PER_BAR),
+    Hidden {
+        id: "external-leakage@pump_line",
+        alike: OF_PUMP,
+        typical: 0.004,
+        put: |plant, size| plant.external_leak[PUMP_LINE] = size * PER_BAR,
+    },
+];
+
+/// A size from 0.6 to 1.6 of the typical one; of what multiplies, of its distance to one.
+pub fn size(hidden: &Hidden, random: &mut Stream) -> f64 {
+    let factor = random.uniform(0.6, 1.6);
+    if hidden.id.starts_with("sensor-gain") {
+        return 1.0 + factor * (hidden.typical - 1.0);
+    }
+    factor * hidden.typical
+}
+
+/// A plant within the tolerance of its data sheet.
+pub fn healthy(random: &mut Stream) -> Plant {
+    let sheet = Plant::default();
+    let mut near = |value: f64, relative: f64| value * (1.0 + relative * random.normal().clamp(-2.0, 2.0));
+    Plant {
+        viscosity: near(sheet.viscosity, 0.004),
+        bulk_modulus: sheet.bulk_modulus,
+        pump_flow: near(sheet.pump_flow, 0.005),
+        set_pressure: near(sheet.set_pressure, 0.003),
+        discharge: near(sheet.discharge, 0.004),
+        reducing_discharge: near(sheet.reducing_discharge, 0.004),
+        rated_drop: near(sheet.rated_drop, 0.0016),
+        compensator_lag: near(sheet.compensator_lag, 0.1),
+        spool_lags: [near(8e-3, 0.1), 0.0],
+        ..sheet
+    }
+}
