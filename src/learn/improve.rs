@@ -1,5 +1,6 @@
 //! The whole loop: suggest, add, fit again, until nothing is left to explain or nothing explains the rest.
 
+use super::compare::{Comparison, Where};
 use super::suggest::{Conclusion, Judged, ROUNDS, Suggestion, is_adequate, suggest, suggest_from};
 use super::trial::{Run, Trial};
 use crate::complaint::Complaint;
@@ -37,8 +38,8 @@ pub struct Improvement {
     pub steps: Vec<Step>,
     /// The model at the end.
     pub trial: Trial,
-    /// What the last look said of what is left.
-    pub left: Conclusion,
+    /// Where the model at the end still misses; `None` where it is adequate.
+    pub rest: Option<Where>,
 }
 
 /// Adds effects to a rig one at a time or in pairs, while the fit record asks for them and the check record agrees.
@@ -89,7 +90,17 @@ pub fn improve(rig: &Rig, fit: &Record, check: &Record, mut told: impl FnMut(&St
         },
         (_, conclusion) => conclusion,
     };
-    Ok(Improvement { conclusion, steps, trial, left: last.conclusion })
+    let rest = if last.conclusion == Conclusion::Adequate {
+        None
+    } else {
+        let model = Model::new(trial.rig.clone());
+        let of = |record, run| Comparison::of(&model, record, run).map(|comparison| comparison.place);
+        match of(fit, &trial.fit)? {
+            Some(place) => Some(place),
+            None => of(check, &steps[steps.len() - 1].check)?,
+        }
+    };
+    Ok(Improvement { conclusion, steps, trial, rest })
 }
 
 /// The best addition that is worth it: a law with physical sense if there is one, else a curve.

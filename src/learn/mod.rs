@@ -7,6 +7,7 @@
 //! | [`candidate`] | which effects might be missing, and how much of the misfit could each explain (score test) |
 //! | [`trial`] | what a record says once an effect is in the model, everything else fitted along |
 //! | [`suggest`] | which effect is missing, judged on a second record |
+//! | [`separate`] | which experiment would tell two explanations apart |
 //! | [`result`] | the suggestion as programs read it |
 //! | [`add`] | the rig file with an effect more |
 //! | [`improve`] | the whole loop with its ledger |
@@ -18,5 +19,6 @@ pub mod improve;
 pub mod phase;
 mod refit;
 pub mod result;
+pub mod separate;
 pub mod suggest;
 pub mod trial;

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::candidate::{Candidate, distance};
 use super::compare::{Comparison, Where};
+use super::separate::Experiment;
 use super::suggest::{Conclusion, Judged, Suggestion};
 use super::trial::{Run, Trial};
 use crate::complaint::Complaint;
@@ -85,6 +86,8 @@ pub struct SuggestionReport {
     pub candidates: Vec<CandidateReport>,
     /// Every other effect that the rig could have, the most promising first.
     pub not_fitted: Vec<ScoredReport>,
+    /// What would tell the best from its first rival; `None` where it has none, or where the rig has no cycle.
+    pub experiment: Option<Experiment>,
 }
 
 impl SuggestionReport {
@@ -121,6 +124,10 @@ impl SuggestionReport {
                 .filter(|candidate| !alone(candidate))
                 .map(|candidate| scored(base, candidate))
                 .collect(),
+            experiment: suggestion
+                .experiment
+                .clone()
+                .map(|experiment| Experiment { sigma: rounded(experiment.sigma, DIGITS), ..experiment }),
         })
     }
 

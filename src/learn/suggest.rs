@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::candidate::{Candidate, candidates, empirical};
 use super::refit::{FORMS, Rough, Stand, quick, refitted};
+use super::separate::{Experiment, separating};
 use super::trial::{Run, Trial};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::case::members;
@@ -76,6 +77,8 @@ pub struct Suggestion {
     pub judged: Vec<Judged>,
     /// Every candidate by its score, the best first.
     pub scored: Vec<Candidate>,
+    /// What would tell the best from its first rival, where it has one.
+    pub experiment: Option<Experiment>,
 }
 
 /// Looks for the effect that a model lacks.
@@ -133,7 +136,8 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
         is_adequate(&base.fit, &base.rig) && base_check.as_ref().is_none_or(|run| is_adequate(run, &base.rig));
     if explained {
         let scored = candidates(&[estimate]);
-        return Ok(Suggestion { conclusion: Conclusion::Adequate, base, base_check, judged: Vec::new(), scored });
+        let (conclusion, judged) = (Conclusion::Adequate, Vec::new());
+        return Ok(Suggestion { conclusion, base, base_check, judged, scored, experiment: None });
     }
     // Faults bend to what is missing: what they hide shows where there are none.
     let without = (base.set != 0).then(|| estimate.without_faults(FORMS)).transpose()?;
@@ -164,7 +168,17 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
         judged.extend(judge(estimate, (&base, &stands), &base_check, check, curves)?);
         rank(&mut judged, &base, estimate.case.record)?;
     }
-    Ok(Suggestion { conclusion, base, base_check, judged, scored })
+    let experiment = rivals(&judged).and_then(|[best, rival]| {
+        separating([best.id(), rival.id()], &best.trial, &rival.trial)
+    });
+    Ok(Suggestion { conclusion, base, base_check, judged, scored, experiment })
+}
+
+/// The best explanation and the first that is alike.
+fn rivals(judged: &[Judged]) -> Option<[&Judged; 2]> {
+    let best = judged.first()?;
+    let rival = best.confounded_with.first()?;
+    Some([best, judged.iter().find(|other| other.id() == *rival)?])
 }
 
 /// Fall of chi-square that the best of so many candidates reaches by chance in one of 1,000 records (Bonferroni).

@@ -5,7 +5,9 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
+use super::learn::sits;
 use super::number::rounded;
+use crate::learn::compare::Where;
 use crate::learn::improve::{Improvement, Step};
 use crate::learn::suggest::Conclusion;
 use crate::rig::Rig;
@@ -25,7 +27,7 @@ pub struct Ledger {
     pub conclusion: Conclusion,
     pub steps: Vec<Row>,
     /// What is left where something is.
-    pub remaining: Option<Remaining>,
+    pub remaining: Option<Where>,
 }
 
 /// One row: the model with what was added.
@@ -57,15 +59,6 @@ pub struct Refused {
     pub warnings: Vec<String>,
 }
 
-/// Where the rest sits: the channel that is furthest from its noise.
-#[derive(Debug, Clone, Serialize)]
-pub struct Remaining {
-    pub equation: String,
-    pub phase: Option<String>,
-    pub depends_on: Vec<String>,
-    pub chi2_reduced: f64,
-}
-
 impl Ledger {
     /// From what `improve` found; `names` are the files as the user gave them: rig, fit record, check record.
     pub fn new(improvement: &Improvement, names: [String; 3]) -> Self {
@@ -78,7 +71,7 @@ impl Ledger {
             check_record,
             conclusion: improvement.conclusion,
             steps: improvement.steps.iter().map(|step| row(rig, step)).collect(),
-            remaining: (improvement.left != Conclusion::Adequate).then(|| remaining(improvement)),
+            remaining: improvement.rest.clone(),
         }
     }
 
@@ -145,23 +138,21 @@ impl Ledger {
             }
         }
         if let Some(rest) = &self.remaining {
-            writeln!(out, "\n{}", rest.sentence())?;
+            writeln!(out, "\n{}", left(rest))?;
         }
         Ok(())
     }
+}
+
+/// What is left unexplained, in words.
+pub fn left(rest: &Where) -> String {
+    format!("Left unexplained: {}", sits(rest))
 }
 
 impl Row {
     /// What the model of the row is called.
     pub fn name(&self) -> String {
         self.added.as_ref().map_or("as given".to_owned(), |added| format!("+ {added}"))
-    }
-}
-
-impl Remaining {
-    /// What is left, in words.
-    pub fn sentence(&self) -> String {
-        format!("Left unexplained, most of all: {} (chi-square per sample {:.2})", self.equation, self.chi2_reduced)
     }
 }
 
@@ -190,18 +181,5 @@ fn row(rig: &Rig, step: &Step) -> Row {
         channels: channels.collect(),
         warnings: step.warnings.clone(),
         refused: refused.collect(),
-    }
-}
-
-fn remaining(improvement: &Improvement) -> Remaining {
-    let rig = &improvement.trial.rig;
-    let chi2 = crate::learn::suggest::channel_chi2(&improvement.trial.fit, rig);
-    let worst = chi2.iter().zip(&rig.sensors).max_by(|a, b| a.0.0.total_cmp(&b.0.0));
-    let (chi2, name) = worst.map_or((0.0, String::new()), |((chi2, _), sensor)| (*chi2, sensor.name.clone()));
-    Remaining {
-        equation: format!("reading of {name}"),
-        phase: None,
-        depends_on: Vec::new(),
-        chi2_reduced: rounded(chi2, DIGITS),
     }
 }

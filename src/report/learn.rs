@@ -5,6 +5,7 @@ use super::number::{rounded, text, with_unit};
 use super::table::{Head, aligned};
 use crate::learn::compare::{Channel, Comparison, Where};
 use crate::learn::result::{CandidateReport, ParameterReport, ScoredReport, SuggestionReport};
+use crate::learn::separate::Experiment;
 use crate::learn::suggest::Conclusion;
 
 const CHANNEL_HEADS: [Head; 9] = [
@@ -147,6 +148,28 @@ pub fn conclusion(suggestion: &SuggestionReport) -> String {
     }
 }
 
+/// What would tell two rivals apart, in a sentence.
+pub(super) fn experiment(experiment: &Experiment) -> String {
+    let [first, second] = &experiment.between;
+    let apart = format!("{:.1} standard deviations", experiment.sigma);
+    if experiment.sigma < TOLD_APART {
+        return format!("No change of the rig's cycle that was tried tells {first} from {second}: {apart} at most.");
+    }
+    let length = if experiment.length == 1.0 {
+        String::new()
+    } else {
+        format!(" and phases of {:.0} % of their length", 100.0 * experiment.length)
+    };
+    format!(
+        "To tell {first} from {second}, record the rig's cycle with {} at {:.0} %{length}: they are {apart} apart then.",
+        experiment.inputs.join(" and "),
+        100.0 * experiment.share
+    )
+}
+
+/// Standard deviations from which on two explanations are told apart.
+const TOLD_APART: f64 = 5.0;
+
 const CANDIDATE_HEADS: [Head; 6] = [
     ("effect", false),
     ("supported", false),
@@ -206,6 +229,7 @@ pub(super) fn scored_row(scored: &ScoredReport) -> Vec<String> {
 pub fn suggestion(suggestion: &SuggestionReport) -> String {
     let mut lines = vec![conclusion(suggestion)];
     lines.extend(suggestion.place.as_ref().map(sits));
+    lines.extend(suggestion.experiment.as_ref().map(experiment));
     lines.push(String::new());
     lines.push(format!("rig     {}", suggestion.rig));
     lines.push(format!("record  {}", suggestion.record));

@@ -7,7 +7,7 @@ use crate::complaint::Complaint;
 use crate::learn::improve::Improvement;
 use crate::record::Record;
 use crate::report::html::{Cell, Column, Page, Section, Table};
-use crate::report::improvement::{Ledger, Row};
+use crate::report::improvement::{Ledger, Row, left};
 use crate::report::number::{rounded, text};
 use crate::rig::Rig;
 
@@ -30,7 +30,7 @@ pub fn improvement(
         verdict.paragraph(format!("Added: {}.", added.join(", then ")));
     }
     if let Some(rest) = &ledger.remaining {
-        verdict.paragraph(rest.sentence());
+        verdict.paragraph(left(rest));
     }
     page.section(verdict);
     page.section(steps(ledger));

@@ -120,6 +120,9 @@ pub fn suggestion(
     if let Some(place) = &report.place {
         verdict.paragraph(words::sits(place));
     }
+    if let Some(experiment) = &report.experiment {
+        verdict.paragraph(words::experiment(experiment));
+    }
     page.section(verdict);
     let shown = Shown::new(rig, record, "time", records)?;
     let mut place = Section::new("Where the model as given misses");

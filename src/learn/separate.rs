@@ -1,0 +1,81 @@
+//! The experiment that tells two explanations of a record apart.
+
+use rayon::prelude::*;
+
+use super::refit::quick;
+use super::trial::Trial;
+use crate::complaint::Complaint;
+use crate::model::{self, Drive, Model, SimulationError};
+use crate::record::Record;
+use crate::rig::{Cycle, Phase, Profile, Rig};
+
+/// Shares of the inputs of the rig's cycle that are tried: of measured loads, or of all inputs where none is measured.
+const SHARES: [f64; 5] = [0.0, 0.25, 0.5, 1.0, 1.5];
+/// The same of the lengths of its phases.
+const LENGTHS: [f64; 2] = [1.0, 0.5];
+/// Forms of the fit of the rival to what the other predicts.
+const FORMS: usize = 4;
+
+/// A run of the rig's cycle, changed, that two explanations predict differently.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Experiment {
+    /// The two explanations.
+    pub between: [String; 2],
+    /// Inputs that are scaled.
+    pub inputs: Vec<String>,
+    /// Share of what the cycle of the rig file has for them.
+    pub share: f64,
+    /// Share of the lengths of its phases.
+    pub length: f64,
+    /// How far apart the two are then, in standard deviations: the root of the chi-square that the second leaves of an exact
+    /// record of the first, everything uncertain and all faults fitted anew.
+    pub sigma: f64,
+}
+
+/// The change of the rig's cycle under which the second explanation can follow the first least; `None` for a rig without a
+/// cycle, or where none can be run.
+pub fn separating(names: [String; 2], first: &Trial, second: &Trial) -> Option<Experiment> {
+    let rig = &first.rig;
+    let cycle = rig.cycle.as_ref()?;
+    let loads: Vec<bool> = rig.inputs.iter().map(|input| input.noise > 0.0).collect();
+    let scaled: Vec<bool> = loads.iter().map(|load| *load || !loads.contains(&true)).collect();
+    let menu: Vec<(f64, f64)> = LENGTHS.iter().flat_map(|&length| SHARES.map(|share| (share, length))).collect();
+    let apart = |&(share, length): &(f64, f64)| {
+        let record = predicted(first, &changed(cycle, &scaled, share, length)).ok()?;
+        let rival = quick(&second.rig, &record, &second.values, second.set, FORMS)?;
+        Some((share, length, rival.cost.max(0.0).sqrt()))
+    };
+    let tried: Vec<(f64, f64, f64)> = menu.par_iter().filter_map(apart).collect();
+    let (share, length, sigma) = tried.into_iter().max_by(|a, b| a.2.total_cmp(&b.2))?;
+    let inputs = rig.inputs.iter().zip(&scaled).filter(|(_, scaled)| **scaled).map(|(input, _)| input.name.clone());
+    Some(Experiment { between: names, inputs: inputs.collect(), share, length, sigma })
+}
+
+/// A cycle with some of its inputs scaled and its phases shortened.
+fn changed(cycle: &Cycle, scaled: &[bool], share: f64, length: f64) -> Cycle {
+    let phases = cycle.phases.iter().map(|phase| {
+        let rows = (phase.duration * length / cycle.interval).round().max(1.0);
+        let input = |(profile, scaled): (&Profile, &bool)| {
+            let share = if *scaled { share } else { 1.0 };
+            Profile { from: share * profile.from, to: share * profile.to }
+        };
+        Phase { duration: rows * cycle.interval, inputs: phase.inputs.iter().zip(scaled).map(input).collect() }
+    });
+    Cycle { interval: cycle.interval, phases: phases.collect() }
+}
+
+/// What a fitted model says that a logger would write of a cycle, without noise.
+fn predicted(trial: &Trial, cycle: &Cycle) -> Result<Record, Complaint> {
+    let rig: &Rig = &trial.rig;
+    let model = Model::new(rig.clone());
+    let times = model::cycle_times(rig, cycle);
+    let record = |drive: &Drive| -> Result<Record, SimulationError> {
+        let outputs = model.simulate(&trial.values, drive, &times)?;
+        let inputs = model::input_columns(rig, drive, &times);
+        Ok(model::recording(rig, "experiment", times.clone(), inputs, &outputs, None))
+    };
+    let failed = |error: SimulationError| Complaint::new(crate::complaint::Kind::Computation, error.to_string());
+    let first = record(&Drive::from_cycle(rig, cycle)).map_err(failed)?;
+    // Once more from its own columns, so that both explanations read the inputs in the same way.
+    record(&Drive::from_record(rig, &first)?).map_err(failed)
+}
