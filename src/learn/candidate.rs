@@ -22,8 +22,6 @@ pub struct Candidate {
     pub tried: Vec<Given>,
     /// Expected fall of chi-square.
     pub score: f64,
-    /// What is expected to be left of the cost, each fault that is present priced by the information criterion.
-    pub left: f64,
     /// Where it was scored, as an index into the stands; `None` where it was not.
     pub stand: Option<usize>,
     /// Factor on the tried size at which chi-square would be least.
@@ -47,10 +45,9 @@ const FAR: f64 = 5.0;
 /// Sizes that are tried, in typical ones: an effect that is not straight shows itself only near its own.
 const SIZES: &[f64] = &[1.0, 5.0, 25.0];
 
-/// All effects that the rig may have and does not, the most promising first, each at the stand where it promises most.
-pub fn candidates(stands: &[&Estimate<'_>]) -> Vec<Candidate> {
-    let Some(first) = stands.first() else { return Vec::new() };
-    let rig = first.case.rig();
+/// All effects that the rig may have and does not, the most promising first; `stand` is where the estimate stands.
+pub fn candidates(estimate: &Estimate<'_>, stand: usize) -> Vec<Candidate> {
+    let rig = estimate.case.rig();
     let places: Vec<Placed> = rig
         .effect_places()
         .into_iter()
@@ -59,16 +56,11 @@ pub fn candidates(stands: &[&Estimate<'_>]) -> Vec<Candidate> {
         // What is a fault of the rig competes as one.
         .filter(|placed| !(matches!(placed.effect.form, Form::Bent) && bends_a_fault(rig, placed)))
         .collect();
-    let mut all: Vec<Candidate> = places
-        .par_iter()
-        .flat_map_iter(|placed| {
-            let tried = stands.iter().enumerate().filter_map(|(stand, estimate)| {
-                Some(Candidate { stand: Some(stand), ..best_try(estimate, placed)? })
-            });
-            tried.min_by(|a, b| a.left.total_cmp(&b.left))
-        })
-        .collect();
-    all.sort_by(|a, b| a.left.total_cmp(&b.left));
+    let mut all: Vec<Candidate> = places.par_iter().flat_map_iter(|placed| best_try(estimate, placed)).collect();
+    for candidate in &mut all {
+        candidate.stand = Some(stand);
+    }
+    all.sort_by(|a, b| b.score.total_cmp(&a.score));
     all
 }
 
@@ -95,7 +87,6 @@ pub fn empirical(rig: &Rig) -> Vec<Candidate> {
                 placed,
                 tried: placed.effect.parameters.iter().map(one).collect(),
                 score: 0.0,
-                left: f64::INFINITY,
                 stand: None,
                 factor: 0.0,
                 smallest: f64::INFINITY,
@@ -207,7 +198,6 @@ fn highest_level(estimate: &Estimate<'_>, spot: Spot) -> f64 {
 fn scored(estimate: &Estimate<'_>, placed: &Placed, tried: Vec<Given>) -> Option<Candidate> {
     let (case, isolation) = (&estimate.case, &estimate.isolation);
     let full = &case.full;
-    let priced = isolation.best.cost + f64::from(isolation.set().count_ones()) * (isolation.best.misfit.len() as f64).ln();
     let mut rig = full.model.rig.clone();
     let id = rig.effect_id(placed);
     let indices = rig.give_effect(placed, &tried).ok()?;
@@ -232,7 +222,6 @@ fn scored(estimate: &Estimate<'_>, placed: &Placed, tried: Vec<Given>) -> Option
         placed: *placed,
         tried,
         score: 0.0,
-        left: priced,
         stand: None,
         factor: 0.0,
         smallest: f64::INFINITY,
@@ -263,6 +252,5 @@ fn scored(estimate: &Estimate<'_>, placed: &Placed, tried: Vec<Given>) -> Option
         (true, true) => score.fall_at(1.0),
         (true, false) => score.fall_at(candidate.factor),
     };
-    candidate.left -= candidate.score;
     Some(candidate)
 }

@@ -114,9 +114,9 @@ fn chosen<'a>(last: &'a Suggestion, before: &Step) -> Option<&'a Judged> {
     };
     let empirical = |judged: &&Judged| judged.effects.iter().any(|effect| effect.placed.effect.is_empirical());
     let laws = || last.judged.iter().filter(|judged| !empirical(judged)).filter(|judged| worth(judged, WORTH));
-    let single = laws().find(|judged| judged.effects.len() == 1 && !senseless(judged));
+    let single = laws().find(|judged| judged.effects.len() == 1 && !judged.senseless());
     let error = |judged: &Judged| judged.check.as_ref().map_or(f64::INFINITY, |check| check.normalised);
-    let pair = laws().find(|judged| judged.effects.len() > 1 && !senseless(judged));
+    let pair = laws().find(|judged| judged.effects.len() > 1 && !judged.senseless());
     single
         .filter(|single| pair.is_none_or(|pair| error(pair) > (1.0 - PAIR) * error(single)))
         .or(pair)
@@ -124,22 +124,10 @@ fn chosen<'a>(last: &'a Suggestion, before: &Step) -> Option<&'a Judged> {
         .or_else(|| laws().next())
 }
 
-fn senseless(judged: &Judged) -> bool {
-    judged.warnings.iter().any(|warning| warning.starts_with("implausible") || first_at_bound(judged, warning))
-}
-
-/// Whether a warning says that the size of an effect ended on a bound; what only shapes it may.
-fn first_at_bound(judged: &Judged, warning: &str) -> bool {
-    let sizes = judged.trial.rig.effects.iter().filter_map(|effect| effect.parameters.first());
-    sizes
-        .map(|&index| &judged.trial.rig.parameters[index].id)
-        .any(|id| warning.starts_with(&format!("at-bound: {id} ")))
-}
-
 /// Extensions that promise more than the chosen one but make no sense.
 fn refused(last: &Suggestion, chosen: &Judged) -> Vec<(String, Run, Vec<String>)> {
     let better =
         |one: &&Judged| one.check.as_ref().zip(chosen.check.as_ref()).is_some_and(|(a, b)| a.normalised < b.normalised);
-    let flagged = last.judged.iter().filter(better).filter(|one| senseless(one));
+    let flagged = last.judged.iter().filter(better).filter(|one| one.senseless());
     flagged.filter_map(|one| Some((one.id(), one.check.clone()?, one.warnings.clone()))).collect()
 }

@@ -7,6 +7,7 @@
 //! | [`candidate`] | which effects might be missing, and how much of the misfit could each explain (score test) |
 //! | [`trial`] | what a record says once an effect is in the model, everything else fitted along |
 //! | [`suggest`] | which effect is missing, judged on a second record |
+//! | `verdict` | the one word on a record |
 //! | [`separate`] | which experiment would tell two explanations apart |
 //! | [`result`] | the suggestion as programs read it |
 //! | [`add`] | the rig file with an effect more |
@@ -22,3 +23,4 @@ pub mod result;
 pub mod separate;
 pub mod suggest;
 pub mod trial;
+mod verdict;

@@ -27,6 +27,13 @@ pub(super) struct Rough {
     pub cost: f64,
 }
 
+impl Rough {
+    /// The cost, each fault priced as a parameter is: fewer are better where both explain alike.
+    pub fn priced(&self, samples: f64) -> f64 {
+        self.cost + f64::from(self.set.count_ones()) * samples.ln()
+    }
+}
+
 /// Where a model without the effects stands: all of its parameters, SI, and the faults that are present.
 pub(super) type Stand = (Vec<f64>, Set);
 
@@ -81,10 +88,8 @@ pub(super) fn refitted(base: &Trial, stands: &[Stand], record: &Record, effects:
     };
     let asked = |stand: usize| effects.iter().any(|effect| effect.stand.is_none_or(|own| own == stand));
     let tried = stands.iter().enumerate().filter(|(stand, _)| asked(*stand)).filter_map(|(_, stand)| from(stand));
-    // Fewer faults are better where both explain alike: each costs what a parameter costs.
     let samples = base.fit.misfit.len() as f64;
-    let price = |rough: &Rough| rough.cost + f64::from(rough.set.count_ones()) * samples.ln();
-    tried.min_by(|a, b| price(a).total_cmp(&price(b)))
+    tried.min_by(|a, b| a.priced(samples).total_cmp(&b.priced(samples)))
 }
 
 /// All parameters of a rig (SI) with the faults of `set` and what is uncertain fitted from there, and the cost.

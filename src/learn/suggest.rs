@@ -6,6 +6,7 @@ use super::candidate::{Candidate, candidates, empirical};
 use super::refit::{FORMS, Rough, Stand, quick, refitted};
 use super::separate::{Experiment, separating};
 use super::trial::{Run, Trial};
+use super::verdict::{conclude, conclude_near, explains, warnings};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::case::members;
 use crate::diagnosis::estimate::{self, Estimate};
@@ -16,6 +17,10 @@ use crate::rig::Rig;
 
 /// Candidates that are fitted.
 const FITTED: usize = 8;
+/// The same of those that show where no fault has bent to what is missing, and where the model is within its tolerance.
+const FITTED_NEAR: usize = 4;
+/// Share of the noise that an effect has to explain where the model is within its tolerance: what is less is tolerance.
+const NEAR: f64 = 0.005;
 /// Candidates of which pairs are fitted where none explains the record alone.
 const PAIRED: usize = 5;
 /// Candidates that are isolated anew, faults and all.
@@ -26,8 +31,6 @@ const CONTINUED: usize = 3;
 pub(super) const ROUNDS: u64 = 4;
 /// Difference of the information criterion within which two explanations are rivals (Kass and Raftery 1995: very strong).
 pub const RIVAL: f64 = 10.0;
-/// Share of what is missed that an effect has to explain to be called found.
-const EXPLAINED: f64 = 0.8;
 
 /// One word on what the record says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -62,8 +65,22 @@ pub struct Judged {
 
 impl Judged {
     pub fn id(&self) -> String {
-        self.effects.iter().map(|effect| effect.id.as_str()).collect::<Vec<_>>().join(" + ")
+        joined(&self.effects)
     }
+
+    /// Whether it makes no physical sense as fitted: a value that nobody would believe, or a size on a bound of its search;
+    /// what only shapes an effect may end there.
+    pub fn senseless(&self) -> bool {
+        let sizes = self.trial.rig.effects.iter().filter_map(|effect| effect.parameters.first());
+        let ids: Vec<&String> = sizes.map(|&index| &self.trial.rig.parameters[index].id).collect();
+        let size_at_bound = |warning: &str| ids.iter().any(|id| warning.starts_with(&format!("at-bound: {id} ")));
+        self.warnings.iter().any(|warning| warning.starts_with("implausible") || size_at_bound(warning))
+    }
+}
+
+/// What effects together are called.
+fn joined(effects: &[Candidate]) -> String {
+    effects.iter().map(|effect| effect.id.as_str()).collect::<Vec<_>>().join(" + ")
 }
 
 /// What [`suggest`] found.
@@ -117,7 +134,8 @@ pub(super) fn rough_base<T>(
 pub(super) fn refitted_alone(base: &Trial, record: &Record, candidate: Option<Candidate>) -> Result<Trial, Complaint> {
     let stands = [(base.values.clone(), base.set), (base.rig.healthy(), 0)];
     // It was scored at the first; the other is tried too.
-    let rough = candidate.and_then(|candidate| refitted(base, &stands, record, &[Candidate { stand: None, ..candidate }]));
+    let rough =
+        candidate.and_then(|candidate| refitted(base, &stands, record, &[Candidate { stand: None, ..candidate }]));
     let Some(rough) = rough else {
         return Err(Complaint::new(Kind::Computation, "the model cannot be solved with this effect")
             .at(Place::file(&base.rig.path))
@@ -132,27 +150,24 @@ pub(super) fn refitted_alone(base: &Trial, record: &Record, candidate: Option<Ca
 /// As [`suggest`].
 pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>) -> Result<Suggestion, Complaint> {
     let base_check = check.map(|record| base.check(record)).transpose()?;
-    let explained =
+    let near =
         is_adequate(&base.fit, &base.rig) && base_check.as_ref().is_none_or(|run| is_adequate(run, &base.rig));
-    if explained {
-        let scored = candidates(&[estimate]);
-        let (conclusion, judged) = (Conclusion::Adequate, Vec::new());
-        return Ok(Suggestion { conclusion, base, base_check, judged, scored, experiment: None });
-    }
     // Faults bend to what is missing: what they hide shows where there are none.
-    let without = (base.set != 0).then(|| estimate.without_faults(FORMS)).transpose()?;
-    let scored = candidates(&[Some(estimate), without.as_ref()].into_iter().flatten().collect::<Vec<_>>());
+    let of_components = members(base.set).any(|fault| !estimate.case.is_of_sensor(fault));
+    let without = (of_components || (base.set != 0 && !near)).then(|| estimate.without_faults(FORMS)).transpose()?;
+    let scored = candidates(estimate, 0);
+    let hidden = without.as_ref().map_or(Vec::new(), |without| candidates(without, 1));
     let mut stands = vec![(base.values.clone(), base.set)];
     stands.extend(without.map(|without| (without.case.full.parameters(&without.isolation.best.theta), 0)));
-    let worth = significant(scored.len());
-    let chosen: Vec<Vec<Candidate>> = scored
-        .iter()
-        .filter(|candidate| candidate.score > worth)
-        .take(FITTED)
-        .map(|candidate| vec![candidate.clone()])
-        .collect();
+    let worth = significant(scored.len()) + if near { NEAR * base.fit.misfit.len() as f64 } else { 0.0 };
+    let best = |list: &[Candidate], most: usize| -> Vec<Vec<Candidate>> {
+        let promising = list.iter().filter(|candidate| candidate.score > worth);
+        promising.take(most).map(|candidate| vec![candidate.clone()]).collect()
+    };
+    let most = if near { FITTED_NEAR } else { FITTED };
+    let chosen = [best(&scored, most), best(&hidden, FITTED_NEAR)].concat();
     let mut judged = judge(estimate, (&base, &stands), &base_check, check, chosen)?;
-    if !judged.iter().any(|judged| explains(judged, &base, &base_check)) {
+    if !near && !judged.iter().any(|judged| explains(judged, &base, &base_check)) {
         let best: Vec<&Judged> = judged.iter().take(PAIRED).collect();
         let mut pairs = Vec::new();
         for (place, a) in best.iter().enumerate() {
@@ -161,24 +176,27 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
         judged.extend(judge(estimate, (&base, &stands), &base_check, check, pairs)?);
         rank(&mut judged, &base, estimate.case.record)?;
     }
-    let conclusion = conclude(&mut judged, &base, &base_check);
+    let conclusion = if near {
+        conclude_near(&mut judged, &base, &base_check)
+    } else {
+        conclude(&mut judged, &base, &base_check)
+    };
     if conclusion == Conclusion::UnknownEffect {
         // What no law explains, a curve may at least describe.
         let curves = empirical(&base.rig).into_iter().map(|curve| vec![curve]).collect();
         judged.extend(judge(estimate, (&base, &stands), &base_check, check, curves)?);
         rank(&mut judged, &base, estimate.case.record)?;
     }
-    let experiment = rivals(&judged).and_then(|[best, rival]| {
-        separating([best.id(), rival.id()], &best.trial, &rival.trial)
-    });
+    let experiment = apart(&judged, &base);
     Ok(Suggestion { conclusion, base, base_check, judged, scored, experiment })
 }
 
-/// The best explanation and the first that is alike.
-fn rivals(judged: &[Judged]) -> Option<[&Judged; 2]> {
+/// What would tell the best explanation from the first that is alike: an effect, or the faults of the model as given.
+fn apart(judged: &[Judged], base: &Trial) -> Option<Experiment> {
     let best = judged.first()?;
     let rival = best.confounded_with.first()?;
-    Some([best, judged.iter().find(|other| other.id() == *rival)?])
+    let other = judged.iter().find(|other| other.id() == *rival).map_or(base, |other| &other.trial);
+    separating([best.id(), rival.clone()], &best.trial, other)
 }
 
 /// Fall of chi-square that the best of so many candidates reaches by chance in one of 1,000 records (Bonferroni).
@@ -217,7 +235,16 @@ fn judge(
             Some((effects, rough))
         })
         .collect();
-    rough.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    let samples = base.fit.misfit.len() as f64;
+    rough.sort_by(|a, b| a.1.priced(samples).total_cmp(&b.1.priced(samples)));
+    // From several stands the same effect comes twice.
+    let mut known: Vec<String> = Vec::new();
+    rough.retain(|(effects, _)| {
+        let id = joined(effects);
+        let new = !known.contains(&id);
+        known.push(id);
+        new
+    });
     // The best go on to their end; of the others it is enough to know that they are worse.
     rough.par_iter_mut().take(CONTINUED).for_each(|(_, rough)| {
         if let Some(further) = quick(&rough.rig, record, &rough.values, rough.set, FORMS) {
@@ -275,83 +302,4 @@ fn rank(judged: &mut [Judged], base: &Trial, record: &Record) -> Result<(), Comp
     }
     judged.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
     Ok(())
-}
-
-/// What speaks against an effect as fitted.
-fn warnings(trial: &Trial, base: &Trial) -> Vec<String> {
-    let mut warnings = Vec::new();
-    for effect in &trial.rig.effects {
-        for (free, &index) in effect.placed.effect.parameters.iter().zip(&effect.parameters) {
-            let parameter = &trial.rig.parameters[index];
-            if parameter.sigma == 0.0 {
-                continue;
-            }
-            let value = parameter.unit.from_si(trial.values[index]);
-            let unit = trial.rig.effect_unit(&effect.placed, free.name);
-            let in_card = unit.from_si(trial.values[index]);
-            let (low, high) = parameter.bounds;
-            if trial.at_bound.contains(&index) || trial.values[index] <= low || trial.values[index] >= high {
-                warnings.push(format!("at-bound: {} = {value:.4} {}", parameter.id, parameter.unit));
-            } else if !(free.plausible.0..=free.plausible.1).contains(&in_card) {
-                warnings.push(format!("implausible: {} = {value:.4} {}", parameter.id, parameter.unit));
-            }
-        }
-    }
-    for (index, parameter) in base.rig.parameters.iter().enumerate() {
-        let moved = (trial.values[index] - parameter.value).abs();
-        if parameter.sigma > 0.0
-            && !parameter.anew
-            && !base.rig.is_fault(index)
-            && moved > 4.0 * parameter.sigma
-            && base.rig.effects.iter().all(|effect| !effect.parameters.contains(&index))
-            && trial.rig.effects.iter().all(|effect| !effect.parameters.contains(&index))
-        {
-            warnings.push(format!("moved: {} by {:.1} standard uncertainties", parameter.id, moved / parameter.sigma));
-        }
-    }
-    for fault in members(trial.set & !base.set) {
-        warnings.push(format!("fault: {} is needed too", base.rig.parameters[base.rig.faults[fault].parameter].id));
-    }
-    warnings
-}
-
-/// Share of what the model misses that a run explains; 1 where it is within noise and tolerance.
-fn explained(before: &Run, after: &Run, rig: &Rig) -> f64 {
-    if is_adequate(after, rig) {
-        return 1.0;
-    }
-    1.0 - ((after.chi2 - 1.0).max(0.0) / (before.chi2 - 1.0).max(1e-9))
-}
-
-fn explains(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> bool {
-    let on_check = match (base_check, &judged.check) {
-        (Some(before), Some(after)) => explained(before, after, &base.rig),
-        (None, _) => 1.0,
-        (Some(_), None) => 0.0,
-    };
-    judged.supported && explained(&base.fit, &judged.trial.fit, &base.rig).min(on_check) >= EXPLAINED
-}
-
-fn conclude(judged: &mut [Judged], base: &Trial, base_check: &Option<Run>) -> Conclusion {
-    let Some(best) = judged.first() else { return Conclusion::UnknownEffect };
-    if !explains(best, base, base_check) {
-        return Conclusion::UnknownEffect;
-    }
-    let (top, size) = (best.delta_bic, best.effects.len());
-    let close: Vec<bool> = judged
-        .iter()
-        .map(|one| one.effects.len() <= size && one.delta_bic > top - RIVAL && explains(one, base, base_check))
-        .collect();
-    let ids: Vec<String> = judged.iter().map(Judged::id).collect();
-    let rivals = close.iter().filter(|close| **close).count();
-    for (place, one) in judged.iter_mut().enumerate() {
-        if close[place] && rivals > 1 {
-            let others = ids.iter().zip(&close).enumerate();
-            one.confounded_with = others
-                .filter(|(other, (_, close))| **close && *other != place)
-                .map(|(_, (id, _))| id.clone())
-                .collect();
-        }
-    }
-    if rivals > 1 { Conclusion::Confounded } else { Conclusion::EffectFound }
 }

@@ -1,11 +1,23 @@
 //! What the plants may hide: the effect's name in the library, a draw of its size, and how the plant has it.
 
 use borescope::campaign::random::Stream;
+use borescope::rig::Rig;
 
 use super::{A, B, Line, PUMP_LINE, Plant};
 
 /// L/min per bar in SI.
 const PER_BAR: f64 = 1e-3 / 60.0 / 1e5;
+
+/// The rig file that goes with the plant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sheet {
+    /// The telescopic rig as it is.
+    Plain,
+    /// With a throttle of 1.6 mm, so that the reducing valve regulates.
+    Throttled,
+    /// Without sensors' faults, which would be the same as what is hidden.
+    TrueSensors,
+}
 
 /// An effect that the telescopic plant can hide.
 pub struct Hidden {
@@ -13,6 +25,7 @@ pub struct Hidden {
     pub id: &'static str,
     /// Others that act alike on every record of this rig, to which the same name may be given.
     pub alike: &'static [&'static str],
+    pub sheet: Sheet,
     /// A size in the middle of what a rig may have, in the unit of the card.
     pub typical: f64,
     /// Gives the plant the effect in this size.
@@ -23,7 +36,19 @@ pub struct Hidden {
 const OF_PUMP: &[&str] = &["pump-slip", "pump-droop", "external-leakage@pump_line"];
 
 const fn hidden(id: &'static str, typical: f64, put: fn(&mut Plant, f64)) -> Hidden {
-    Hidden { id, alike: &[], typical, put }
+    Hidden { id, alike: &[], sheet: Sheet::Plain, typical, put }
+}
+
+const fn throttled(id: &'static str, typical: f64, put: fn(&mut Plant, f64)) -> Hidden {
+    Hidden { id, alike: &[], sheet: Sheet::Throttled, typical, put }
+}
+
+const fn sensor(id: &'static str, typical: f64, put: fn(&mut Plant, f64)) -> Hidden {
+    Hidden { id, alike: &[], sheet: Sheet::TrueSensors, typical, put }
+}
+
+const fn of_pump(id: &'static str, typical: f64, put: fn(&mut Plant, f64)) -> Hidden {
+    Hidden { id, alike: OF_PUMP, sheet: Sheet::Plain, typical, put }
 }
 
 /// One of each kind.
@@ -43,30 +68,25 @@ pub const HIDDEN: &[Hidden] = &[
     hidden("position-dependent-clearance@cylinder", 0.02, |plant, size| plant.worn_end = size * PER_BAR),
     hidden("pressure-friction@cylinder", 6.0, |plant, size| plant.friction_per_pressure = size / 1e5),
     hidden("progressive-load", 0.04, |plant, size| plant.progressive_load = size * 1e6),
-    Hidden { id: "pump-slip", alike: OF_PUMP, typical: 0.004, put: |plant, size| plant.slip = size * PER_BAR },
+    of_pump("pump-slip", 0.004, |plant, size| plant.slip = size * PER_BAR),
     hidden("relief-weeping", 0.03, |plant, size| plant.weeping = size * PER_BAR),
     hidden("seal-friction@cylinder", 350.0, |plant, size| (plant.coulomb, plant.breakaway) = (size, 0.6 * size)),
-    hidden("compensator-lag", 20.0, |plant, size| plant.compensator_lag = size * 1e-3),
+    throttled("compensator-lag", 20.0, |plant, size| plant.compensator_lag = size * 1e-3),
     hidden("end-cushioning@cylinder", 2e5, |plant, size| (plant.cushion, plant.cushion_length) = (size, 25e-3)),
     hidden("entrained-air", 1.0, |plant, size| plant.air = size * 1e-2),
-    Hidden { id: "pump-droop", alike: OF_PUMP, typical: 0.0008, put: |plant, size| plant.droop = size / 1e5 },
-    hidden("relief-knee", 5.0, |plant, size| plant.knee = size * 1e5),
-    hidden("sensor-gain@q_A", 1.05, |plant, size| plant.readings[5].gain = size),
-    hidden("sensor-offset@p_A", 1.5, |plant, size| plant.readings[2].offset = size * 1e5),
+    of_pump("pump-droop", 0.0008, |plant, size| plant.droop = size / 1e5),
+    hidden("relief-knee", 8.0, |plant, size| plant.knee = size * 1e5),
+    sensor("sensor-gain@q_A", 1.05, |plant, size| plant.readings[5].gain = size),
+    sensor("sensor-offset@p_A", 1.5, |plant, size| plant.readings[2].offset = size * 1e5),
     hidden("spool-dead-band", 0.1, |plant, size| plant.dead_band = size),
-    hidden("spool-flow-force", 0.3, |plant, size| plant.flow_force = size),
+    throttled("spool-flow-force", 0.3, |plant, size| plant.flow_force = size),
     hidden("spool-lag", 30.0, |plant, size| plant.spool_lags = [0.8e-3 * size, 0.2e-3 * size]),
     hidden("viscous-friction@cylinder", 4000.0, |plant, size| plant.viscous = size),
-    hidden("sensor-delay@x", 12.0, |plant, size| plant.readings[7].delay = size * 1e-3),
-    hidden("sensor-lag@p_B", 15.0, |plant, size| plant.readings[3].lag = size * 1e-3),
-    hidden("sensor-saturation@p_A", 25.0, |plant, size| plant.readings[2].limit = size * 1e5),
+    sensor("sensor-delay@x", 12.0, |plant, size| plant.readings[7].delay = size * 1e-3),
+    sensor("sensor-lag@p_B", 15.0, |plant, size| plant.readings[3].lag = size * 1e-3),
+    sensor("sensor-saturation@p_A", 25.0, |plant, size| plant.readings[2].limit = size * 1e5),
     hidden("external-leakage@B", 0.008, |plant, size| plant.external_leak[B] = size * PER_BAR),
-    Hidden {
-        id: "external-leakage@pump_line",
-        alike: OF_PUMP,
-        typical: 0.004,
-        put: |plant, size| plant.external_leak[PUMP_LINE] = size * PER_BAR,
-    },
+    of_pump("external-leakage@pump_line", 0.004, |plant, size| plant.external_leak[PUMP_LINE] = size * PER_BAR),
 ];
 
 /// A size from 0.6 to 1.6 of the typical one; of what multiplies, of its distance to one.
@@ -79,8 +99,11 @@ pub fn size(hidden: &Hidden, random: &mut Stream) -> f64 {
 }
 
 /// A plant within the tolerance of its data sheet.
-pub fn healthy(random: &mut Stream) -> Plant {
-    let sheet = Plant::default();
+pub fn healthy(kind: Sheet, random: &mut Stream) -> Plant {
+    let mut sheet = Plant::default();
+    if kind == Sheet::Throttled {
+        sheet.throttle = 1.6e-3;
+    }
     let mut near = |value: f64, relative: f64| value * (1.0 + relative * random.normal().clamp(-2.0, 2.0));
     Plant {
         viscosity: near(sheet.viscosity, 0.004),
@@ -94,4 +117,16 @@ pub fn healthy(random: &mut Stream) -> Plant {
         spool_lags: [near(8e-3, 0.1), 0.0],
         ..sheet
     }
+}
+
+/// The rig file of a plant.
+pub fn rig(sheet: Sheet) -> Rig {
+    let path = "fixtures/telescopic/rig.toml";
+    let text = std::fs::read_to_string(path).expect("the rig file");
+    let text = match sheet {
+        Sheet::Plain => text,
+        Sheet::Throttled => text.replace("\"5 mm\"", "\"1.6 mm\""),
+        Sheet::TrueSensors => text.lines().filter(|line| !line.starts_with("\"sensor.")).map(|line| format!("{line}\n")).collect(),
+    };
+    Rig::parse(path, text).expect("a rig")
 }

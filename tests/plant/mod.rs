@@ -195,7 +195,7 @@ impl Plant {
         let over = p_pump - self.set_pressure;
         // A knee as a soft maximum.
         let wanted = if self.knee > 0.0 {
-            let width = self.knee / 2.8;
+            let width = self.knee / 1.386;
             width * ((-(over / width).abs()).exp().ln_1p() + (over / width).max(0.0))
         } else {
             over.max(0.0)
