@@ -23,6 +23,8 @@ const FITTED_NEAR: usize = 4;
 const NEAR: f64 = 0.005;
 /// Candidates of which pairs are fitted where none explains the record alone.
 const PAIRED: usize = 5;
+/// Ratio of two scores within which the refit has to say which effect explains more.
+const SCORES_ALIKE: f64 = 1.2;
 /// Candidates that are isolated anew, faults and all.
 const ISOLATED: usize = 2;
 /// Candidates that go on to their end.
@@ -150,45 +152,55 @@ pub(super) fn refitted_alone(base: &Trial, record: &Record, candidate: Option<Ca
 /// As [`suggest`].
 pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>) -> Result<Suggestion, Complaint> {
     let base_check = check.map(|record| base.check(record)).transpose()?;
-    let near =
-        is_adequate(&base.fit, &base.rig) && base_check.as_ref().is_none_or(|run| is_adequate(run, &base.rig));
+    let near = is_adequate(&base.fit, &base.rig) && base_check.as_ref().is_none_or(|run| is_adequate(run, &base.rig));
     // Faults bend to what is missing: what they hide shows where there are none.
     let of_components = members(base.set).any(|fault| !estimate.case.is_of_sensor(fault));
     let without = (of_components || (base.set != 0 && !near)).then(|| estimate.without_faults(FORMS)).transpose()?;
-    let scored = candidates(estimate, 0);
-    let hidden = without.as_ref().map_or(Vec::new(), |without| candidates(without, 1));
+    let mut lists = vec![candidates(estimate, 0)];
+    lists.extend(without.as_ref().map(|without| candidates(without, 1)));
     let mut stands = vec![(base.values.clone(), base.set)];
     stands.extend(without.map(|without| (without.case.full.parameters(&without.isolation.best.theta), 0)));
-    let worth = significant(scored.len()) + if near { NEAR * base.fit.misfit.len() as f64 } else { 0.0 };
-    let best = |list: &[Candidate], most: usize| -> Vec<Vec<Candidate>> {
-        let promising = list.iter().filter(|candidate| candidate.score > worth);
-        promising.take(most).map(|candidate| vec![candidate.clone()]).collect()
-    };
-    let most = if near { FITTED_NEAR } else { FITTED };
-    let chosen = [best(&scored, most), best(&hidden, FITTED_NEAR)].concat();
-    let mut judged = judge(estimate, (&base, &stands), &base_check, check, chosen)?;
+    let looking = Looking { record: estimate.case.record, base: &base, base_check: &base_check, check, stands };
+    let worth = significant(lists[0].len()) + if near { NEAR * base.fit.misfit.len() as f64 } else { 0.0 };
+    let most = [if near { FITTED_NEAR } else { FITTED }, FITTED_NEAR];
+    let promising = lists.iter().zip(most).flat_map(|(list, most)| {
+        list.iter().filter(|candidate| candidate.score > worth).take(most).map(|candidate| vec![candidate.clone()])
+    });
+    let mut judged = looking.judge(promising.collect())?;
+    let more = alike(&judged, &lists);
+    looking.join(&mut judged, more)?;
     if !near && !judged.iter().any(|judged| explains(judged, &base, &base_check)) {
-        let best: Vec<&Judged> = judged.iter().take(PAIRED).collect();
-        let mut pairs = Vec::new();
-        for (place, a) in best.iter().enumerate() {
-            pairs.extend(best[..place].iter().map(|b| [b.effects.clone(), a.effects.clone()].concat()));
-        }
-        judged.extend(judge(estimate, (&base, &stands), &base_check, check, pairs)?);
-        rank(&mut judged, &base, estimate.case.record)?;
+        let more = pairs(&judged);
+        looking.join(&mut judged, more)?;
     }
-    let conclusion = if near {
-        conclude_near(&mut judged, &base, &base_check)
-    } else {
-        conclude(&mut judged, &base, &base_check)
-    };
+    let conclusion =
+        if near { conclude_near(&mut judged, &base, &base_check) } else { conclude(&mut judged, &base, &base_check) };
     if conclusion == Conclusion::UnknownEffect {
         // What no law explains, a curve may at least describe.
-        let curves = empirical(&base.rig).into_iter().map(|curve| vec![curve]).collect();
-        judged.extend(judge(estimate, (&base, &stands), &base_check, check, curves)?);
-        rank(&mut judged, &base, estimate.case.record)?;
+        looking.join(&mut judged, empirical(&base.rig).into_iter().map(|curve| vec![curve]).collect())?;
     }
     let experiment = apart(&judged, &base);
+    let scored = lists.swap_remove(0);
     Ok(Suggestion { conclusion, base, base_check, judged, scored, experiment })
+}
+
+/// Candidates that promise as much as the best explanation where it was scored, and were not fitted.
+fn alike(judged: &[Judged], lists: &[Vec<Candidate>]) -> Vec<Vec<Candidate>> {
+    let Some([best]) = judged.first().map(|best| best.effects.as_slice()) else { return Vec::new() };
+    let list = best.stand.and_then(|stand| lists.get(stand)).map_or(&[][..], Vec::as_slice);
+    let known = |candidate: &Candidate| judged.iter().any(|one| one.id() == candidate.id);
+    let close = list.iter().filter(|candidate| candidate.score * SCORES_ALIKE > best.score && !known(candidate));
+    close.take(FITTED).map(|candidate| vec![candidate.clone()]).collect()
+}
+
+/// The best explanations, two by two.
+fn pairs(judged: &[Judged]) -> Vec<Vec<Candidate>> {
+    let best: Vec<&Judged> = judged.iter().take(PAIRED).collect();
+    let mut pairs = Vec::new();
+    for (place, a) in best.iter().enumerate() {
+        pairs.extend(best[..place].iter().map(|b| [b.effects.clone(), a.effects.clone()].concat()));
+    }
+    pairs
 }
 
 /// What would tell the best explanation from the first that is alike: an effect, or the faults of the model as given.
@@ -219,87 +231,104 @@ pub fn channel_chi2(run: &Run, rig: &Rig) -> Vec<(f64, usize)> {
         .collect()
 }
 
-/// Refits the model with each set of effects.
-fn judge(
-    estimate: &Estimate<'_>,
-    (base, stands): (&Trial, &[Stand]),
-    base_check: &Option<Run>,
-    check: Option<&Record>,
-    chosen: Vec<Vec<Candidate>>,
-) -> Result<Vec<Judged>, Complaint> {
-    let record = estimate.case.record;
-    let mut rough: Vec<(Vec<Candidate>, Rough)> = chosen
-        .into_par_iter()
-        .filter_map(|effects| {
-            let rough = refitted(base, stands, record, &effects)?;
-            Some((effects, rough))
-        })
-        .collect();
-    let samples = base.fit.misfit.len() as f64;
-    rough.sort_by(|a, b| a.1.priced(samples).total_cmp(&b.1.priced(samples)));
-    // From several stands the same effect comes twice.
-    let mut known: Vec<String> = Vec::new();
-    rough.retain(|(effects, _)| {
-        let id = joined(effects);
-        let new = !known.contains(&id);
-        known.push(id);
-        new
-    });
-    // The best go on to their end; of the others it is enough to know that they are worse.
-    rough.par_iter_mut().take(CONTINUED).for_each(|(_, rough)| {
-        if let Some(further) = quick(&rough.rig, record, &rough.values, rough.set, FORMS) {
-            *rough = further;
-        }
-    });
-    rough.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-    let mut judged: Vec<Judged> = rough
-        .into_par_iter()
-        .enumerate()
-        .filter_map(|(place, (effects, rough))| {
-            // With faults isolated anew.
-            let rounds = if place < ISOLATED { ROUNDS } else { 0 };
-            let trial = Trial::fitted(&rough.rig, record, &rough.values, rough.set, rounds).ok()?;
-            let check = check.and_then(|record| trial.check(record).ok());
-            let warnings = warnings(&trial, base);
-            Some(Judged {
-                effects,
-                trial,
-                check,
-                delta_bic: 0.0,
-                supported: false,
-                confounded_with: Vec::new(),
-                warnings,
-            })
-        })
-        .collect();
-    rank(&mut judged, base, record)?;
-    for one in &mut judged {
-        let better = |before: &Run, after: &Run| after.normalised < before.normalised;
-        let on_check = match (base_check, &one.check) {
-            (Some(before), Some(after)) => better(before, after),
-            (None, _) => true,
-            (Some(_), None) => false,
-        };
-        one.supported = one.delta_bic > RIVAL && on_check;
-    }
-    Ok(judged)
+/// A record that is looked at, with the model as given.
+struct Looking<'a> {
+    record: &'a Record,
+    base: &'a Trial,
+    base_check: &'a Option<Run>,
+    check: Option<&'a Record>,
+    /// Where refits start.
+    stands: Vec<Stand>,
 }
 
-/// Costs under the weights of the best, and the order by the information criterion.
-fn rank(judged: &mut [Judged], base: &Trial, record: &Record) -> Result<(), Complaint> {
-    let best = judged.iter().min_by(|a, b| a.trial.fit.chi2.total_cmp(&b.trial.fit.chi2));
-    let Some((weights, scale)) = best.map(|best| (best.trial.fit.weights.clone(), best.trial.fit.chi2.max(1.0))) else {
-        return Ok(());
-    };
-    let before = base.cost_under(record, &weights)?;
-    let samples = (record.time.len() * base.rig.sensors.len()) as f64;
-    for one in judged.iter_mut() {
-        let cost = one.trial.cost_under(record, &weights)?;
-        let more = one.trial.effect_parameters() as f64 - base.effect_parameters() as f64
-            + f64::from(one.trial.set.count_ones())
-            - f64::from(base.set.count_ones());
-        one.delta_bic = (before - cost) / scale - more * samples.ln();
+impl Looking<'_> {
+    /// Refits the model with each set of effects.
+    fn judge(&self, chosen: Vec<Vec<Candidate>>) -> Result<Vec<Judged>, Complaint> {
+        let Self { record, base, base_check, check, ref stands } = *self;
+        let mut rough: Vec<(Vec<Candidate>, Rough)> = chosen
+            .into_par_iter()
+            .filter_map(|effects| {
+                let rough = refitted(base, stands, record, &effects)?;
+                Some((effects, rough))
+            })
+            .collect();
+        let samples = base.fit.misfit.len() as f64;
+        rough.sort_by(|a, b| a.1.priced(samples).total_cmp(&b.1.priced(samples)));
+        // From several stands the same effect comes twice.
+        let mut known: Vec<String> = Vec::new();
+        rough.retain(|(effects, _)| {
+            let id = joined(effects);
+            let new = !known.contains(&id);
+            known.push(id);
+            new
+        });
+        // The best go on to their end; of the others it is enough to know that they are worse.
+        rough.par_iter_mut().take(CONTINUED).for_each(|(_, rough)| {
+            if let Some(further) = quick(&rough.rig, record, &rough.values, rough.set, FORMS) {
+                *rough = further;
+            }
+        });
+        rough.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        let mut judged: Vec<Judged> = rough
+            .into_par_iter()
+            .enumerate()
+            .filter_map(|(place, (effects, rough))| {
+                // With faults isolated anew.
+                let rounds = if place < ISOLATED { ROUNDS } else { 0 };
+                let trial = Trial::fitted(&rough.rig, record, &rough.values, rough.set, rounds).ok()?;
+                let check = check.and_then(|record| trial.check(record).ok());
+                let warnings = warnings(&trial, base);
+                Some(Judged {
+                    effects,
+                    trial,
+                    check,
+                    delta_bic: 0.0,
+                    supported: false,
+                    confounded_with: Vec::new(),
+                    warnings,
+                })
+            })
+            .collect();
+        self.rank(&mut judged)?;
+        for one in &mut judged {
+            let better = |before: &Run, after: &Run| after.normalised < before.normalised;
+            let on_check = match (base_check, &one.check) {
+                (Some(before), Some(after)) => better(before, after),
+                (None, _) => true,
+                (Some(_), None) => false,
+            };
+            one.supported = one.delta_bic > RIVAL && on_check;
+        }
+        Ok(judged)
     }
-    judged.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
-    Ok(())
+
+    /// Refits with further sets of effects, and ranks all anew.
+    fn join(&self, judged: &mut Vec<Judged>, chosen: Vec<Vec<Candidate>>) -> Result<(), Complaint> {
+        if chosen.is_empty() {
+            return Ok(());
+        }
+        judged.extend(self.judge(chosen)?);
+        self.rank(judged)
+    }
+
+    /// Costs under the weights of the best, and the order by the information criterion.
+    fn rank(&self, judged: &mut [Judged]) -> Result<(), Complaint> {
+        let Self { record, base, .. } = *self;
+        let best = judged.iter().min_by(|a, b| a.trial.fit.chi2.total_cmp(&b.trial.fit.chi2));
+        let Some((weights, scale)) = best.map(|best| (best.trial.fit.weights.clone(), best.trial.fit.chi2.max(1.0)))
+        else {
+            return Ok(());
+        };
+        let before = base.cost_under(record, &weights)?;
+        let samples = (record.time.len() * base.rig.sensors.len()) as f64;
+        for one in judged.iter_mut() {
+            let cost = one.trial.cost_under(record, &weights)?;
+            let more = one.trial.effect_parameters() as f64 - base.effect_parameters() as f64
+                + f64::from(one.trial.set.count_ones())
+                - f64::from(base.set.count_ones());
+            one.delta_bic = (before - cost) / scale - more * samples.ln();
+        }
+        judged.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
+        Ok(())
+    }
 }
