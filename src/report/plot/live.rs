@@ -216,9 +216,11 @@ impl Chart {
                 Rule::Vertical { x: at, label } => put(
                     out,
                     format_args!(
-                        "<text class=\"note\" data-at=\"{}\" x=\"{}%\" y=\"12\" dx=\"4\">{}</text>",
+                        "<text class=\"note\" data-at=\"{}\" x=\"{}%\" y=\"12\" {}>{}</text>",
                         short(*at),
                         percent(x.at(*at) / WIDE),
+                        // Near the right end there is room on the left only.
+                        if x.at(*at) > 0.75 * WIDE { "dx=\"-4\" text-anchor=\"end\"" } else { "dx=\"4\"" },
                         escape(label)
                     ),
                 ),
