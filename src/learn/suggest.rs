@@ -12,6 +12,7 @@ use crate::diagnosis::case::members;
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::{adequate, tame_squares};
 use crate::model::{Drive, Model};
+use crate::progress::{self, Count};
 use crate::record::Record;
 use crate::rig::Rig;
 
@@ -117,6 +118,7 @@ pub(super) fn rough_base<T>(
 ) -> Result<T, Complaint> {
     let model = Model::new(rig.clone());
     let drive = Drive::from_record(&model.rig, fit)?;
+    progress::stage("fit of the model as given");
     let near = estimate::near(&model, fit, &drive, None, estimate::FROM_HEALTHY)?;
     let base = Trial::of(&near)?;
     if is_adequate(&base.fit, rig) {
@@ -228,11 +230,13 @@ fn judge(
     chosen: Vec<Vec<Candidate>>,
 ) -> Result<Vec<Judged>, Complaint> {
     let record = estimate.case.record;
+    let count = Count::new("effects fitted", chosen.len());
     let mut rough: Vec<(Vec<Candidate>, Rough)> = chosen
         .into_par_iter()
         .filter_map(|effects| {
-            let rough = refitted(base, stands, record, &effects)?;
-            Some((effects, rough))
+            let rough = refitted(base, stands, record, &effects);
+            count.one();
+            Some((effects, rough?))
         })
         .collect();
     let samples = base.fit.misfit.len() as f64;
@@ -252,6 +256,7 @@ fn judge(
         }
     });
     rough.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    let count = Count::new("effects judged", rough.len());
     let mut judged: Vec<Judged> = rough
         .into_par_iter()
         .enumerate()
@@ -261,6 +266,7 @@ fn judge(
             let trial = Trial::fitted(&rough.rig, record, &rough.values, rough.set, rounds).ok()?;
             let check = check.and_then(|record| trial.check(record).ok());
             let warnings = warnings(&trial, base);
+            count.one();
             Some(Judged {
                 effects,
                 trial,
