@@ -100,7 +100,7 @@ fn colour_pictures_and_progress_are_for_terminals_only() {
     let piped = borescope(["diagnose", RIG, &record]);
     assert_eq!(piped.status, Some(0), "{}", piped.err);
     assert!(!piped.out.contains('\u{1b}') && !piped.out.contains('●') && !piped.err.contains('\u{1b}'));
-    let wide = format!("stty rows 40 cols 160; {}", line.replacen("borescope", env!("CARGO_BIN_EXE_borescope"), 1));
+    let wide = format!("stty rows 40 cols 160; {line}");
     let Some(shown) = on_a_terminal(&wide, &[]) else { return };
     assert!(shown.contains("\u{1b}[1;32mHEALTHY"), "{shown}");
     assert!(shown.contains('●') && shown.contains("within bounds") && shown.contains("misfit over time"), "{shown}");
