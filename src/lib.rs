@@ -38,6 +38,7 @@ pub mod learn;
 pub mod model;
 pub mod numeric;
 pub mod physics;
+pub mod progress;
 pub mod record;
 pub mod report;
 pub mod residual;

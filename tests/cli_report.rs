@@ -23,14 +23,15 @@ const TRIES: usize = 5;
 /// What a page may be.
 const MOST_BYTES: usize = 1_500_000;
 /// Pages of these have at least so many charts.
-const CHARTS: [(&str, u64); 7] = [
-    ("diagnose", 30),
+const CHARTS: [(&str, u64); 8] = [
+    ("diagnose", 44),
     ("compare", 17),
-    ("suggest", 33),
-    ("improve", 35),
+    ("suggest", 34),
+    ("improve", 36),
     ("campaign", 3),
     ("isolability", 0),
     ("effects", 0),
+    ("history", 1),
 ];
 
 struct Pages {
@@ -59,6 +60,7 @@ fn pages() -> &'static Pages {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| text(&folder.path().join(name));
         leaking(&folder);
+        kept(&folder);
         let (rig, fit, check, new) = (path("rig.toml"), path("fit.csv"), path("check.csv"), path("new.toml"));
         let calls = [
             ("diagnose", format!("diagnose {RIG} {LONG}")),
@@ -68,6 +70,7 @@ fn pages() -> &'static Pages {
             ("campaign", format!("campaign {TANKS} --cases 20")),
             ("isolability", format!("isolability {RIG}")),
             ("effects", "effects".to_owned()),
+            ("history", format!("history {} --store {}", path("tanks.toml"), path("store"))),
         ];
         let mut paths = BTreeMap::new();
         for (verb, call) in calls {
@@ -94,6 +97,23 @@ fn leaking(folder: &TempDir) {
     fs::write(path("leaks.toml"), rig + leak).unwrap();
     for (seed, name) in [("3", "fit.csv"), ("4", "check.csv")] {
         ran(&words(&format!("simulate {} --seed {seed} -o {}", path("leaks.toml"), path(name))));
+    }
+}
+
+/// A store with the runs of an outlet that grows towards its limit.
+fn kept(folder: &TempDir) {
+    let path = |name: &str| text(&folder.path().join(name));
+    let healthy = "\"upper_outlet.diameter\" = {";
+    let rig = fs::read_to_string(TANKS).unwrap();
+    assert!(rig.contains(healthy));
+    fs::write(path("tanks.toml"), rig.replace(healthy, &format!("{healthy} limit = \"8.8 mm\","))).unwrap();
+    for day in 1..=4 {
+        let record = path(&format!("day_{day}.csv"));
+        let grown = 8.0 + 0.1 * f64::from(day);
+        let set = format!("upper_outlet.diameter={grown}mm");
+        ran(&words(&format!("simulate {TANKS} --set {set} --seed {day} -o {record}")));
+        let (rig, store) = (path("tanks.toml"), path("store"));
+        ran(&words(&format!("--quiet diagnose {rig} {record} --store {store} --at 2026-05-0{day}")));
     }
 }
 

@@ -5,7 +5,7 @@
 //! - In a block marked ```` ```console ```` each command `$ borescope check ...`, `simulate` or `campaign` runs from
 //!   the root of the repository and ends with exit status 0; with 2 where the block is marked ```` ```console fails ````.
 //!   The lines below a command must all occur in what it prints, in this order; a line that ends in `...` stands for
-//!   every one that begins so, blank ones are passed over. What a command writes with `-o` goes to a temporary folder, where later commands of the
+//!   every one that begins so, blank ones are passed over. What a command writes with `-o` or `--report` goes to a temporary folder, where later commands of the
 //!   same page find it.
 
 mod command;
@@ -15,6 +15,9 @@ use std::path::{Path, PathBuf};
 
 use borescope::rig::Rig;
 use command::borescope;
+
+/// Options behind which stands a file that is written.
+const WRITTEN: [&str; 2] = ["-o", "--report"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -170,14 +173,15 @@ fn commands_run_and_print_what_is_shown() {
                 };
                 count += 1;
                 let place = |(index, word): (usize, &&str)| {
-                    if words[index - 1] == "-o" || written.iter().any(|known| known == word) {
+                    if WRITTEN.contains(&words[index - 1]) || written.iter().any(|known| known == word) {
                         folder.path().join(word).display().to_string()
                     } else {
                         (*word).to_owned()
                     }
                 };
                 let arguments: Vec<String> = words.iter().enumerate().skip(1).map(place).collect();
-                written.extend(words.windows(2).filter(|pair| pair[0] == "-o").map(|pair| pair[1].to_owned()));
+                written
+                    .extend(words.windows(2).filter(|pair| WRITTEN.contains(&pair[0])).map(|pair| pair[1].to_owned()));
                 let ran = borescope(&arguments);
                 let name = format!("{}, block at line {line}: {command}", path.display());
                 assert_eq!(ran.status, expected, "{name}\n{}", ran.err);

@@ -1,4 +1,4 @@
-//! The commands of the README, of the tutorial and of the how-to of calibration do what is printed under them.
+//! The commands of the README, of the tutorial, of the gallery and of how-to pages do what is printed under them.
 //!
 //! Every ```` ```console ```` block is run, line by line, in a copy of the fixtures. A line of printed output must occur in the
 //! real one, in its order, numbers apart; `...` stands for lines left out. Verdicts must agree to the digit.
@@ -42,7 +42,7 @@ fn copy(from: &Path, to: &Path) {
 /// stale.
 fn check(path: &str) -> (String, Vec<String>, Vec<String>) {
     let folder = tempfile::tempdir().unwrap();
-    for fixtures in ["fixtures/telescopic", "fixtures/learning"] {
+    for fixtures in ["fixtures/telescopic", "fixtures/learning", "fixtures/press", "fixtures/two_tanks"] {
         copy(Path::new(fixtures), &folder.path().join(fixtures));
     }
     let document = fs::read_to_string(path).unwrap();
@@ -58,7 +58,7 @@ fn check(path: &str) -> (String, Vec<String>, Vec<String>) {
         } else if let Some(command) = line.strip_prefix("$ ").filter(|_| console) {
             let command = command.replace("cargo run --release -- ", "borescope ");
             left = None;
-            if command.starts_with("borescope ") {
+            if command.starts_with("borescope ") || command.starts_with("sed ") {
                 let (status, lines) = run(folder.path(), &command);
                 // A document shows an exit status other than 0 by `; echo $?`, which ends with 0 itself.
                 if status != Some(0) {
@@ -113,6 +113,17 @@ fn the_tutorial_prints_what_the_program_prints() {
 fn the_gallery_prints_what_the_program_prints() {
     holds("docs/gallery/missing-physics.md");
     holds("docs/gallery/the-papers-leakage.md");
+    holds("docs/gallery/pages.md");
+}
+
+#[test]
+fn the_how_to_of_diagnosis_prints_what_the_program_prints() {
+    holds("docs/how-to/diagnose.md");
+}
+
+#[test]
+fn the_how_to_of_sensors_prints_what_the_program_prints() {
+    holds("docs/how-to/place-sensors.md");
 }
 
 #[test]

@@ -23,6 +23,7 @@ use crate::diagnosis::prior::Gaussian;
 use crate::diagnosis::problem::{Estimated, RecordProblem};
 use crate::fit::{self, FitError, Loss, Tolerances};
 use crate::model::{Drive, Model, SimulationError};
+use crate::progress::Count;
 use crate::record::Record;
 use crate::residual::settling;
 use crate::rig::{Rig, Sensor, TOLERANCE};
@@ -129,10 +130,12 @@ pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result
     let rough: Vec<Weights> = taken.iter().map(|one| rough(&model.rig, one)).collect();
     let mut theta = prior.mean.clone();
     let mut cost = f64::INFINITY;
+    let count = Count::new("first fits, at most", FIRST.len());
     for reach in FIRST {
         let mut joint = rounds.joint(rough.clone(), &theta, Loss::SoftL1 { k: FAR }).map_err(unsolved)?;
         joint.confine(reach);
         let fit = fit::fit(&joint, &theta, Loss::None, ends()).map_err(failed)?;
+        count.one();
         let gained = cost - fit.cost;
         (theta, cost) = (fit.theta, fit.cost);
         if gained.abs() < NEAR * cost {
@@ -140,6 +143,7 @@ pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result
         }
     }
     let mut round = 0;
+    let count = Count::new("rounds of noise, tolerance and fit, at most", options.rounds);
     let (fit, weights, settled) = loop {
         round += 1;
         let before = rounds.rig.clone();
@@ -151,6 +155,7 @@ pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result
         let fit = fit::fit(&joint, &theta, Loss::None, ends()).map_err(failed)?;
         let settled = joint.within(&fit.theta, &theta, SETTLED.2).map_err(unsolved)? && alike(&before, &rounds.rig);
         theta.clone_from(&fit.theta);
+        count.one();
         if settled || round >= options.rounds.max(1) {
             break (fit, weights, settled);
         }

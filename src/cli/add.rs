@@ -13,8 +13,9 @@ use crate::rig::Rig;
 /// Add an effect to a rig file, fitted to a record if one is given
 ///
 /// Comments and order of the file stay. Without a record the effect is there at its neutral value, uncertain, so that later
-/// fits estimate it. Example: borescope add rig.toml external-leakage@A --fit record.csv -o new.toml
+/// fits estimate it.
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  borescope add rig.toml external-leakage@A --fit record.csv -o new.toml")]
 pub struct Arguments {
     /// The rig file
     rig: PathBuf,

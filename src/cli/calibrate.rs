@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{Failure, Format, Status, read, write_json};
+use super::{Failure, Format, Status, read, terminal, write_json};
 use crate::calibration::{Options, Report, calibrate};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::files::{check_folder, read_text, write_atomically};
@@ -15,6 +15,7 @@ use crate::rig::Rig;
 
 /// Learn from healthy records what the data sheet does not tell, and write it into a new rig file
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  borescope calibrate rig.toml healthy_1.csv healthy_2.csv -o calibrated.toml")]
 pub struct Arguments {
     /// The rig file; its own calibration, if it has one, is not used
     rig: PathBuf,
@@ -46,6 +47,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     if !bad.is_empty() {
         return Err(Failure::Complaints(bad));
     }
+    terminal::show_progress();
     let calibrated = calibrate(&rig_text, &rig, &records, &Options::default())?;
     write_atomically(&arguments.output, |file| file.write_all(calibrated.text.as_bytes()))?;
     // With `-o /dev/stdout` the summary would stand in the rig file.
@@ -57,8 +59,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         out.flush()?;
     }
     for warning in &calibrated.report.warnings {
-        // `eprintln!` would panic where standard error is closed.
-        let _ = writeln!(io::stderr(), "warning: {warning}");
+        terminal::note(format_args!("warning: {warning}"));
     }
     Ok(Status::Done)
 }

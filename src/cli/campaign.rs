@@ -1,13 +1,13 @@
 //! `campaign`: how good the diagnosis of a rig is, measured on synthetic faults.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
 use serde::Serialize;
 
-use super::{Failure, Format, Status, write_json, write_page};
+use super::{Failure, Format, Status, terminal, write_json, write_page};
 use crate::calibration;
 use crate::campaign::case::Replay;
 use crate::campaign::store::{Finished, Journal, digest};
@@ -20,6 +20,9 @@ use crate::rig::Rig;
 
 /// Measure the diagnosis of a rig on synthetic faults
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  borescope campaign rig.toml --cases 400 -o campaign --report campaign.html\n  borescope campaign rig.toml --cases 400 --case 17 --report case_17.html"
+)]
 pub struct Arguments {
     /// The rig file; its `[cycle]` is what the cases run
     rig: PathBuf,
@@ -142,6 +145,7 @@ fn alone(
     arguments: &Arguments,
     out: &mut dyn Write,
 ) -> Result<Status, Failure> {
+    terminal::show_progress();
     let replay = campaign.replay(case)?;
     if let Some(folder) = &arguments.output {
         leave(campaign, rig_text, &replay, folder)?;
@@ -212,7 +216,7 @@ struct Progress {
 impl Progress {
     fn new(before: &[Row], todo: usize) -> Self {
         let mut progress = Self {
-            shown: io::stderr().is_terminal(),
+            shown: terminal::shows_progress(),
             begin: Instant::now(),
             done: 0,
             before: before.len(),

@@ -15,6 +15,7 @@ use crate::rig::{InitialPressure, NodeKind, Quantity, Rig, Sensor, Target};
 
 /// Check a rig file, and a record against it
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  borescope check rig.toml record.csv")]
 pub struct Arguments {
     /// The rig file
     rig: PathBuf,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, read, write_json, write_page};
+use super::{Failure, Format, Status, read, terminal, write_json, write_page};
 use crate::files::check_folder;
 use crate::learn::compare::compared;
 use crate::report;
@@ -13,6 +13,7 @@ use crate::rig::Rig;
 
 /// Compare the healthy model with a record: which sensors it misses, in which phases
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  borescope compare rig.toml record.csv --report misfit.html")]
 pub struct Arguments {
     /// The rig file
     rig: PathBuf,
@@ -41,7 +42,10 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     }
     let comparison = &compared.comparison;
     match arguments.format {
-        Format::Text => out.write_all(report::learn::comparison(comparison).as_bytes())?,
+        Format::Text => {
+            let page = report::learn::comparison(comparison);
+            out.write_all(terminal::verdict(&page, report::learn::comparison_tone(comparison)).as_bytes())?;
+        }
         Format::Json => write_json(out, comparison)?,
     }
     Ok(if arguments.exit_code && !comparison.adequate { Status::Found } else { Status::Done })

@@ -6,17 +6,20 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::keep::Keeper;
-use super::{Failure, Format, Status, write_json, write_page};
+use super::{Failure, Format, Status, terminal, write_json, write_page};
 use crate::complaint::Complaint;
 use crate::diagnosis::{Diagnosed, Options, Verdict, diagnose};
 use crate::files::{MOST_TEXT, check_folder, read, text};
 use crate::model::Model;
-use crate::report::diagnosis::write_text;
+use crate::report::diagnosis::write_styled;
 use crate::report::pages::diagnosis::html;
 use crate::rig::Rig;
 
 /// Diagnose records of a rig: which faults, how large, how sure
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  borescope diagnose rig.toml record.csv --report diagnosis.html\n  borescope diagnose rig.toml monday.csv tuesday.csv --store rig.db"
+)]
 pub struct Arguments {
     /// The rig file
     rig: PathBuf,
@@ -56,9 +59,14 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let keeper = Keeper::open(store, at, arguments.records.len(), &rig, digest)?;
     let model = Model::new(rig);
     let options = Options::default();
+    terminal::show_progress();
+    let style = terminal::style();
     let mut done: Vec<Diagnosed> = Vec::new();
     let mut bad: Vec<Complaint> = Vec::new();
     for (number, path) in arguments.records.iter().enumerate() {
+        if arguments.records.len() > 1 {
+            terminal::prefix(format!("record {} of {}, ", number + 1, arguments.records.len()));
+        }
         let one = super::read::record(&model.rig, path).and_then(|record| {
             let diagnosed = diagnose(&model, &record, &options)?;
             if let Some(keeper) = &keeper {
@@ -75,7 +83,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
                     if number > 0 {
                         writeln!(out)?;
                     }
-                    out.write_all(write_text(&diagnosed.diagnosis).as_bytes())?;
+                    terminal::clear();
+                    out.write_all(write_styled(&diagnosed, &model.rig, style).as_bytes())?;
                     out.flush()?;
                 }
                 done.push(diagnosed);

@@ -13,6 +13,7 @@ use crate::report::pages;
 
 /// List the physical effects that a model may be given, or show the card of one
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  borescope effects external-leakage")]
 pub struct Arguments {
     /// Name of an effect, without its place
     name: Option<String>,

@@ -13,6 +13,7 @@ use crate::store::{Store, StoredRun, export_csv};
 
 /// Write a store as a table: a row for each fault of each run
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  borescope export --store rig.db -o runs.csv")]
 pub struct Arguments {
     /// The store that `diagnose --store` has filled
     #[arg(long, value_name = "FILE")]

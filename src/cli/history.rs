@@ -5,16 +5,18 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, write_json};
+use super::{Failure, Format, Status, write_json, write_page};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
-use crate::files::{MOST_TEXT, read, text};
+use crate::files::{MOST_TEXT, check_folder, read, text};
 use crate::history::{By, history};
 use crate::report::history::write_text;
+use crate::report::pages;
 use crate::rig::Rig;
 use crate::store::{RigIdentity, Store};
 
 /// Show how the faults of a rig grow over its stored diagnoses, and when they pass their limits
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  borescope history rig.toml --store rig.db --report history.html")]
 pub struct Arguments {
     /// The rig file, with `limit` at the faults that have one
     rig: PathBuf,
@@ -24,6 +26,9 @@ pub struct Arguments {
     /// What the trend goes over
     #[arg(long, value_enum, default_value_t = By::Time)]
     by: By,
+    /// Also write a page with pictures
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// How the history is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -31,6 +36,9 @@ pub struct Arguments {
 
 /// Runs the verb; the history goes to `out`.
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+    if let Some(path) = &arguments.report {
+        check_folder(path)?;
+    }
     let content = read(&arguments.rig, MOST_TEXT)?;
     let digest = content.digest();
     let rig = Rig::parse(&arguments.rig, text(&arguments.rig, content.bytes)?)?;
@@ -46,6 +54,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
             .into());
     }
     let history = history(&rig, &arguments.store.display().to_string(), &runs, arguments.by);
+    if let Some(path) = &arguments.report {
+        write_page(path, &pages::history::html(&history))?;
+    }
     match arguments.format {
         Format::Json => write_json(out, &history)?,
         Format::Text => out.write_all(write_text(&history).as_bytes())?,

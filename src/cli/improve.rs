@@ -1,24 +1,26 @@
 //! `improve`: suggest, add and fit again, with the ledger of what each addition bought.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, read, write_json, write_page};
+use super::{Failure, Format, Status, read, terminal, write_json, write_page};
 use crate::files::{check_folder, read_text, write_atomically};
 use crate::learn::add::with_effects;
 use crate::learn::improve::{Step, improve};
 use crate::learn::suggest::Conclusion;
 use crate::report::improvement::Ledger;
-use crate::report::pages;
+use crate::report::{self, pages};
 use crate::rig::Rig;
 
 /// Add the physics that a model lacks, one effect at a time, and show what each bought
 ///
-/// Effects are learnt on one record and judged on another of the same rig under other loads. Example: borescope improve
-/// rig.toml --fit monday.csv --check tuesday.csv -o better.toml
+/// Effects are learnt on one record and judged on another of the same rig under other loads.
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  borescope improve rig.toml --fit monday.csv --check tuesday.csv -o better.toml --report ledger.html"
+)]
 pub struct Arguments {
     /// The rig file
     rig: PathBuf,
@@ -51,11 +53,11 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, text.clone())?;
     let (fit, check) = (read::record(&rig, &arguments.fit)?, read::record(&rig, &arguments.check)?);
-    let terminal = io::stderr().is_terminal();
+    terminal::show_progress();
     let told = |step: &Step| {
-        if terminal {
+        if terminal::shows_progress() {
             let added = step.added.as_deref().unwrap_or("as given");
-            let _ = writeln!(io::stderr(), "{added}: check error {:.3}", step.check.normalised);
+            terminal::note(format_args!("{added}: check error {:.3}", step.check.normalised));
         }
     };
     let improvement = improve(&rig, &fit, &check, told)?;
@@ -70,7 +72,13 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     if arguments.output.is_file() {
         match arguments.format {
             Format::Json => write_json(out, &ledger)?,
-            Format::Text => ledger.write_text(out)?,
+            Format::Text => {
+                let mut page = Vec::new();
+                ledger.write_text(&mut page)?;
+                terminal::clear();
+                let page = String::from_utf8_lossy(&page);
+                out.write_all(terminal::verdict(&page, report::learn::tone(ledger.conclusion)).as_bytes())?;
+            }
         }
     }
     let missing = improvement.conclusion != Conclusion::Adequate;

@@ -15,6 +15,7 @@ use crate::structure::{Isolability, analyse, render};
 
 /// Tell which faults of a rig its sensors can detect and tell apart
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  borescope isolability rig.toml --with cylinder.clearance=0.2mm")]
 pub struct Arguments {
     /// The rig file
     rig: PathBuf,

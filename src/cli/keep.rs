@@ -1,8 +1,8 @@
 //! `diagnose --store`: what keeps the diagnoses.
 
-use std::io::{self, Write};
 use std::path::Path;
 
+use super::terminal::note;
 use crate::complaint::{Complaint, Kind};
 use crate::diagnosis::{Diagnosis, Options};
 use crate::record::Record;
@@ -59,13 +59,12 @@ impl Keeper {
             Dated::File => "the time of the record's file; `--at` gives another",
             Dated::Diagnosis => "the time of the diagnosis; `--at` gives another",
         };
-        let _ = writeln!(
-            io::stderr(),
+        note(format_args!(
             "note: {}: kept in {} as run {number}, measured {} ({dated})",
             diagnosis.record,
             self.file,
             run.measured_at.short()
-        );
+        ));
         Ok(())
     }
 }

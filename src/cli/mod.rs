@@ -9,6 +9,7 @@ mod campaign;
 mod check;
 mod check_record;
 mod compare;
+mod completions;
 mod diagnose;
 mod effects;
 mod expected;
@@ -17,11 +18,13 @@ mod history;
 mod improve;
 mod isolability;
 mod keep;
+mod man;
 mod page;
 mod read;
 mod signatures;
 mod simulate;
 mod suggest;
+mod terminal;
 
 use std::ffi::OsString;
 use std::io::{self, Write};
@@ -37,6 +40,9 @@ use crate::files::write_atomically;
 #[derive(Debug, Parser)]
 #[command(name = "borescope", version)]
 struct CommandLine {
+    /// Nothing on standard error but errors: no notes, no warnings, no progress
+    #[arg(short, long, global = true)]
+    quiet: bool,
     #[command(subcommand)]
     verb: Verb,
 }
@@ -49,12 +55,14 @@ enum Verb {
     Campaign(campaign::Arguments),
     Check(check::Arguments),
     Compare(compare::Arguments),
+    Completions(completions::Arguments),
     Diagnose(diagnose::Arguments),
     Effects(effects::Arguments),
     Export(export::Arguments),
     History(history::Arguments),
     Improve(improve::Arguments),
     Isolability(isolability::Arguments),
+    Man(man::Arguments),
     Simulate(simulate::Arguments),
     Suggest(suggest::Arguments),
 }
@@ -67,12 +75,14 @@ impl Verb {
             Self::Campaign(arguments) => campaign::run(arguments, out),
             Self::Check(arguments) => check::run(arguments, out),
             Self::Compare(arguments) => compare::run(arguments, out),
+            Self::Completions(arguments) => completions::run(arguments, out),
             Self::Diagnose(arguments) => diagnose::run(arguments, out),
             Self::Effects(arguments) => effects::run(arguments, out),
             Self::Export(arguments) => export::run(arguments, out),
             Self::History(arguments) => history::run(arguments, out),
             Self::Improve(arguments) => improve::run(arguments, out),
             Self::Isolability(arguments) => isolability::run(arguments, out),
+            Self::Man(arguments) => man::run(arguments, out),
             Self::Simulate(arguments) => simulate::run(arguments, out),
             Self::Suggest(arguments) => suggest::run(arguments, out),
         }
@@ -128,11 +138,13 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
+    terminal::set_quiet(command_line.quiet);
     let mut out = io::BufWriter::new(io::stdout().lock());
     let result = command_line.verb.run(&mut out).and_then(|status| {
         out.flush()?;
         Ok(status)
     });
+    terminal::clear();
     let message = match result {
         Ok(Status::Done) => return ExitCode::SUCCESS,
         Ok(Status::Found) => return ExitCode::from(1),

@@ -1,8 +1,8 @@
 //! Records as the verbs take them: what was recognised of an unusual file is told.
 
-use std::io::{self, Write};
 use std::path::Path;
 
+use super::terminal::note;
 use crate::complaint::Complaint;
 use crate::record::Record;
 use crate::rig::Rig;
@@ -11,7 +11,7 @@ use crate::rig::Rig;
 pub fn record(rig: &Rig, path: &Path) -> Result<Record, Complaint> {
     let record = rig.record(path)?;
     if !record.origin.is_plain() {
-        let _ = writeln!(io::stderr(), "note: {}: read as {}", path.display(), record.origin.read_as);
+        note(format_args!("note: {}: read as {}", path.display(), record.origin.read_as));
     }
     Ok(record)
 }

@@ -16,6 +16,7 @@ use crate::units::Quantity;
 
 /// Write the record that the sensors of a rig would give
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  borescope simulate rig.toml --set cylinder.clearance=0.2mm --seed 1 -o record.csv")]
 pub struct Arguments {
     /// The rig file
     rig: PathBuf,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, read, write_json, write_page};
+use super::{Failure, Format, Status, read, terminal, write_json, write_page};
 use crate::files::check_folder;
 use crate::learn::result::SuggestionReport;
 use crate::learn::suggest::{Conclusion, suggest};
@@ -14,6 +14,9 @@ use crate::rig::Rig;
 
 /// Suggest the physical effect that the model of a rig lacks
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  borescope suggest rig.toml monday.csv --check tuesday.csv --report candidates.html"
+)]
 pub struct Arguments {
     /// The rig file
     rig: PathBuf,
@@ -40,6 +43,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     if let Some(path) = &arguments.report {
         check_folder(path)?;
     }
+    terminal::show_progress();
     let suggestion = suggest(&rig, &record, check.as_ref())?;
     let shown = SuggestionReport::new(&suggestion, &record, check.as_ref())?;
     if let Some(path) = &arguments.report {
@@ -47,7 +51,11 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         write_page(path, &page)?;
     }
     match arguments.format {
-        Format::Text => out.write_all(report::learn::suggestion(&shown).as_bytes())?,
+        Format::Text => {
+            let page = report::learn::suggestion(&shown);
+            terminal::clear();
+            out.write_all(terminal::verdict(&page, report::learn::tone(shown.conclusion)).as_bytes())?;
+        }
         Format::Json => write_json(out, &shown)?,
     }
     let found = shown.conclusion != Conclusion::Adequate;

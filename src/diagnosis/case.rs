@@ -67,11 +67,7 @@ impl<'a> Case<'a> {
 
     /// Whether a fault is an offset or a gain of a sensor: readings follow those exactly in a straight line.
     pub fn is_of_sensor(&self, fault: usize) -> bool {
-        let parameter = self.rig().faults[fault].parameter;
-        self.rig()
-            .sensors
-            .iter()
-            .any(|sensor| (sensor.first_parameter..sensor.first_parameter + 2).contains(&parameter))
+        self.rig().is_of_sensor(self.rig().faults[fault].parameter)
     }
 
     /// Number of estimated parameters.

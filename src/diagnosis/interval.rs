@@ -12,7 +12,8 @@ use super::case::{Case, Set, members};
 use super::descend::{EXACT, Point, descend};
 use super::hypotheses::Isolation;
 use super::quadratic::Quadratic;
-use crate::fit::End;
+use crate::fit::{End, ProfilePoint};
+use crate::progress::Count;
 
 /// Rise of `2 F` that ends a 95 % interval: quantile of chi-square with one degree of freedom.
 pub const RISE: f64 = 3.841_459;
@@ -34,6 +35,8 @@ const STEPS: usize = 6;
 const ENOUGH: f64 = 0.1;
 /// Most new forms for one end.
 const MOST_FORMS: usize = 2;
+/// Points of a profile that is known in full, and how far it is told, in standard errors.
+const TOLD: (usize, f64) = (21, 3.0);
 
 /// One end of an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,6 +59,8 @@ pub struct Interval {
     pub upper: Side,
     /// Rise of chi-square that ends the interval.
     pub threshold: f64,
+    /// What the search visited, by rising value (SI), the best included; rises as they are, colour not taken off.
+    pub points: Vec<ProfilePoint>,
     /// A better fit, where the search found one.
     pub better: Option<Point>,
 }
@@ -89,8 +94,13 @@ impl Base {
 /// The intervals of all faults, each with those of the best set free too; where other sets are as good as open, each
 /// interval holds what they say too.
 pub fn intervals(case: &Case<'_>, isolation: &Isolation) -> Vec<Option<Interval>> {
-    let mut intervals: Vec<_> =
-        (0..case.faults()).into_par_iter().map(|fault| interval(case, isolation, fault)).collect();
+    let count = Count::new("intervals of the faults", case.faults());
+    let one = |fault| {
+        let interval = interval(case, isolation, fault);
+        count.one();
+        interval
+    };
+    let mut intervals: Vec<_> = (0..case.faults()).into_par_iter().map(one).collect();
     for (other, probability) in isolation.weighed.iter().zip(isolation.probabilities()) {
         let Some(point) = other.point.as_ref().filter(|_| probability >= OPEN && other.set != isolation.set()) else {
             continue;
@@ -129,13 +139,15 @@ fn interval(case: &Case<'_>, isolation: &Isolation, fault: usize) -> Option<Inte
     let (low, high) = case.rig().faults[fault].bounds;
     let sigma = Some(sigma).filter(|sigma| *sigma < high - low);
     let value = best.theta[fault];
-    let mut search = Search { case, set, fault, best: &best, along, threshold, better: None };
+    let points = vec![ProfilePoint { value, rise: 0.0 }];
+    let mut search = Search { case, set, fault, best: &best, along, threshold, points, better: None };
     let reach = sigma.map_or(0.25 * (high - low), |sigma| QUANTILE * sigma);
     let lower = search.side(near, low, -reach);
     let upper = search.side(near, high, reach);
     let sigma = sigma.filter(|_| value > low && value < high);
-    let better = search.better;
-    Some(Interval { value, sigma, lower, upper, threshold, better })
+    let Search { mut points, better, .. } = search;
+    points.sort_by(|a, b| a.value.total_cmp(&b.value));
+    Some(Interval { value, sigma, lower, upper, threshold, points, better })
 }
 
 /// The interval of an offset or a gain: readings follow it in a straight line, so the quadratic form is the profile.
@@ -158,7 +170,19 @@ fn straight(case: &Case<'_>, isolation: &Isolation, set: Set, fault: usize) -> O
     };
     let (lower, upper) = (side(value - QUANTILE * sigma, low), side(value + QUANTILE * sigma, high));
     let known = sigma.is_finite() && sigma < high - low;
-    Some(Interval { value, sigma: known.then_some(sigma), lower, upper, threshold: RISE * colour, better: None })
+    let at = |held: f64| ProfilePoint { value: held, rise: ((held - value) / sigma).powi(2) * colour };
+    let step = |k: usize| value + TOLD.1 * sigma * (2.0 * k as f64 / (TOLD.0 - 1) as f64 - 1.0);
+    let points: Vec<ProfilePoint> =
+        (0..TOLD.0).map(step).filter(|value| (low..=high).contains(value)).map(at).collect();
+    Some(Interval {
+        value,
+        sigma: known.then_some(sigma),
+        lower,
+        upper,
+        threshold: RISE * colour,
+        points,
+        better: None,
+    })
 }
 
 struct Search<'a, 'b> {
@@ -168,6 +192,7 @@ struct Search<'a, 'b> {
     best: &'a Point,
     along: DVector<f64>,
     threshold: f64,
+    points: Vec<ProfilePoint>,
     better: Option<Point>,
 }
 
@@ -214,6 +239,7 @@ impl Search<'_, '_> {
                 self.better = Some(point.clone());
                 return Side { end: None, why: End::BetterOptimum, rise: 0.0 };
             }
+            self.points.push(ProfilePoint { value: at, rise: rise.max(0.0) });
             let root = rise.max(0.0).sqrt();
             if (rise / self.threshold - 1.0).abs() < CLOSE {
                 let end = below.0 + (at - below.0) * ((target - below.1) / (root - below.1)).clamp(0.0, 2.0);

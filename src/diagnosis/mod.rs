@@ -21,6 +21,7 @@ pub(crate) mod summary;
 
 use crate::complaint::{Complaint, Kind, Place};
 use crate::model::{Drive, Model};
+use crate::progress;
 use crate::record::Record;
 use crate::report::number::rounded;
 use crate::residual::{self, Detection};
@@ -45,6 +46,8 @@ pub struct Diagnosed {
     pub healthy: Vec<Vec<f64>>,
     /// Weighted misfits of the fit: `[sensor][row]`, 1 is one standard deviation.
     pub misfit: Vec<Vec<f64>>,
+    /// What the record leaves of each fault, in the order of the rig; `None` where the model cannot be solved.
+    pub intervals: Vec<Option<interval::Interval>>,
 }
 
 /// A weighted misfit is counted as no more than this, so that a few wild samples do not condemn a model.
@@ -80,6 +83,7 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
             .help("add `[sensors]`, one line per measured column"));
     }
     let drive = Drive::from_record(rig, record)?;
+    progress::stage("residuals and fit");
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;
     let mut first = estimate::near(model, record, &drive, None, estimate::FROM_HEALTHY)?;
     let mut begun = None;
@@ -165,7 +169,7 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
         uncertain: summary::uncertain(&estimate),
         faults,
     };
-    Ok(Diagnosed { diagnosis, model: outputs, healthy, misfit })
+    Ok(Diagnosed { diagnosis, model: outputs, healthy, misfit, intervals })
 }
 
 /// When fitted and healthy model part, s: where the running sum of the log likelihood ratio between them, started anew at

@@ -88,11 +88,11 @@ fn fault_history(rig: &Rig, fault: &Fault, runs: &[&StoredRun], by: By) -> Fault
     let mut unbounded = 0;
     for (place, run) in runs.iter().enumerate() {
         let Some(stored) = run.faults.iter().find(|stored| stored.id == *id) else { continue };
-        let Some(value) = values::in_unit(stored, unit, run) else { continue };
         let x = match by {
             By::Time => run.measured_at.seconds() / DAY,
             By::Run => (place + 1) as f64,
         };
+        let Some(value) = values::in_unit(stored, unit, (run, x)) else { continue };
         match values::sigma(&value, rig, fault) {
             Some(sigma) => points.push(Point { x, y: value.value, sigma }),
             None => unbounded += 1,
@@ -147,6 +147,7 @@ fn fault_history(rig: &Rig, fault: &Fault, runs: &[&StoredRun], by: By) -> Fault
         healthy: values::short(healthy),
         limit: limit.map(values::short),
         values,
+        line,
         trend: line.map(|line| Trend {
             slope: values::short(line.slope),
             per: by.step(),

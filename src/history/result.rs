@@ -4,6 +4,7 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use super::forecast::State;
+use super::regression::Line;
 
 /// Name and version of the JSON schema.
 pub const SCHEMA: &str = "borescope.history/1";
@@ -52,6 +53,9 @@ pub struct RunLine {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Value {
     pub run: i64,
+    /// Its place on the axis of the trend: days, or the count of runs.
+    #[serde(skip)]
+    pub x: f64,
     pub measured_at: String,
     pub value: f64,
     /// Ends of the 95 % interval; `None` where the record did not bound the value.
@@ -98,6 +102,9 @@ pub struct FaultHistory {
     pub limit: Option<f64>,
     pub values: Vec<Value>,
     pub trend: Option<Trend>,
+    /// The same line for pictures.
+    #[serde(skip)]
+    pub line: Option<Line>,
     /// `None` without a limit or a trend.
     pub forecast: Option<Forecast>,
     /// What was left out, why there is no trend, whether it bends; in words.

@@ -15,12 +15,13 @@ pub(super) fn short(value: f64) -> f64 {
     rounded(value, DIGITS)
 }
 
-/// The stored value in `unit`; `None` where it was of another dimension or not finite.
-pub(super) fn in_unit(stored: &StoredFault, unit: &Unit, run: &StoredRun) -> Option<Value> {
+/// The stored value of a run in `unit`, at its place on the axis; `None` where it was of another dimension or not finite.
+pub(super) fn in_unit(stored: &StoredFault, unit: &Unit, (run, x): (&StoredRun, f64)) -> Option<Value> {
     let own = Unit::parse_as(&stored.unit, unit.dimension).ok()?;
     let to = |value: f64| if own.symbol == unit.symbol { value } else { unit.from_si(own.to_si(value)) };
     Some(Value {
         run: run.id,
+        x,
         measured_at: run.measured_at.to_string(),
         value: short(to(stored.value?)),
         ci95: [stored.low, stored.high].map(|end| end.map(|end| short(to(end)))),

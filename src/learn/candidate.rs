@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use crate::diagnosis::estimate::Estimate;
 use crate::model::{Drive, Model};
 use crate::physics::effect::{First, Form, Free};
+use crate::progress::Count;
 use crate::rig::{Given, NodeKind, Placed, Rig, Spot};
 
 /// A candidate with what the score test says of it.
@@ -56,7 +57,13 @@ pub fn candidates(estimate: &Estimate<'_>, stand: usize) -> Vec<Candidate> {
         // What is a fault of the rig competes as one.
         .filter(|placed| !(matches!(placed.effect.form, Form::Bent) && bends_a_fault(rig, placed)))
         .collect();
-    let mut all: Vec<Candidate> = places.par_iter().flat_map_iter(|placed| best_try(estimate, placed)).collect();
+    let count = Count::new("effects scored", places.len());
+    let one = |placed: &Placed| {
+        let tried = best_try(estimate, placed);
+        count.one();
+        tried
+    };
+    let mut all: Vec<Candidate> = places.par_iter().flat_map_iter(one).collect();
     for candidate in &mut all {
         candidate.stand = Some(stand);
     }

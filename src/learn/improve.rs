@@ -36,6 +36,8 @@ pub struct Step {
 pub struct Improvement {
     pub conclusion: Conclusion,
     pub steps: Vec<Step>,
+    /// The model as given, everything uncertain and all faults fitted.
+    pub given: Trial,
     /// The model at the end.
     pub trial: Trial,
     /// Where the model at the end still misses; `None` where it is adequate.
@@ -49,7 +51,8 @@ pub struct Improvement {
 /// Columns that are missing, or a model that cannot be solved.
 pub fn improve(rig: &Rig, fit: &Record, check: &Record, mut told: impl FnMut(&Step)) -> Result<Improvement, Complaint> {
     let mut last = suggest(rig, fit, Some(check))?;
-    let mut trial = last.base.clone();
+    let given = last.base.clone();
+    let mut trial = given.clone();
     let step = |added, trial: &Trial, warnings, refused| -> Result<Step, Complaint> {
         Ok(Step { added, fit: trial.fit.clone(), check: trial.check(check)?, warnings, refused })
     };
@@ -100,7 +103,7 @@ pub fn improve(rig: &Rig, fit: &Record, check: &Record, mut told: impl FnMut(&St
             None => of(check, &steps[steps.len() - 1].check)?,
         }
     };
-    Ok(Improvement { conclusion, steps, trial, rest })
+    Ok(Improvement { conclusion, steps, given, trial, rest })
 }
 
 /// The best addition that is worth it: a law with physical sense if there is one, else a curve.

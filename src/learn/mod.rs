@@ -10,6 +10,7 @@
 //! | `verdict` | the one word on a record |
 //! | [`separate`] | which experiment would tell two explanations apart |
 //! | [`result`] | the suggestion as programs read it |
+//! | [`missing`] | what a missing flow or force looks like over the states |
 //! | [`add`] | the rig file with an effect more |
 //! | [`improve`] | the whole loop with its ledger |
 
@@ -17,6 +18,7 @@ pub mod add;
 pub mod candidate;
 pub mod compare;
 pub mod improve;
+pub mod missing;
 pub mod phase;
 mod refit;
 pub mod result;

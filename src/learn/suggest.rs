@@ -12,6 +12,7 @@ use crate::diagnosis::case::members;
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::{adequate, tame_squares};
 use crate::model::{Drive, Model};
+use crate::progress::{self, Count};
 use crate::record::Record;
 use crate::rig::Rig;
 
@@ -119,6 +120,7 @@ pub(super) fn rough_base<T>(
 ) -> Result<T, Complaint> {
     let model = Model::new(rig.clone());
     let drive = Drive::from_record(&model.rig, fit)?;
+    progress::stage("fit of the model as given");
     let near = estimate::near(&model, fit, &drive, None, estimate::FROM_HEALTHY)?;
     let base = Trial::of(&near)?;
     if is_adequate(&base.fit, rig) {
@@ -245,11 +247,13 @@ impl Looking<'_> {
     /// Refits the model with each set of effects.
     fn judge(&self, chosen: Vec<Vec<Candidate>>) -> Result<Vec<Judged>, Complaint> {
         let Self { record, base, base_check, check, ref stands } = *self;
+        let count = Count::new("effects fitted", chosen.len());
         let mut rough: Vec<(Vec<Candidate>, Rough)> = chosen
             .into_par_iter()
             .filter_map(|effects| {
-                let rough = refitted(base, stands, record, &effects)?;
-                Some((effects, rough))
+                let rough = refitted(base, stands, record, &effects);
+                count.one();
+                Some((effects, rough?))
             })
             .collect();
         let samples = base.fit.misfit.len() as f64;
@@ -269,6 +273,7 @@ impl Looking<'_> {
             }
         });
         rough.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        let count = Count::new("effects judged", rough.len());
         let mut judged: Vec<Judged> = rough
             .into_par_iter()
             .enumerate()
@@ -278,6 +283,7 @@ impl Looking<'_> {
                 let trial = Trial::fitted(&rough.rig, record, &rough.values, rough.set, rounds).ok()?;
                 let check = check.and_then(|record| trial.check(record).ok());
                 let warnings = warnings(&trial, base);
+                count.one();
                 Some(Judged {
                     effects,
                     trial,

@@ -1,10 +1,17 @@
 //! The diagnosis for people: a page of text to hand on; `pages::diagnosis` has the one with pictures.
 
-use std::fmt::Write;
-
+use super::html::Tone;
 use super::number::{rounded, text, with_unit};
+use super::style::{Style, bars, scale};
 use super::table::{Head, aligned};
-use crate::diagnosis::{Diagnosis, FaultReport, Verdict};
+use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, Verdict};
+use crate::rig::Rig;
+
+/// Characters of a scale with an interval, and of a course of misfits.
+const SCALE: usize = 21;
+const COURSE: usize = 24;
+/// Size of a weighted misfit that fills a bar, standard deviations; 0.8 is right.
+const FULL: f64 = 6.0;
 
 /// The verdict in one line.
 pub fn headline(diagnosis: &Diagnosis) -> String {
@@ -23,6 +30,15 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
                  Fault values below may be off by more than their intervals."
             )
         }
+    }
+}
+
+/// How a verdict is meant.
+pub(crate) fn tone(verdict: Verdict) -> Tone {
+    match verdict {
+        Verdict::Healthy => Tone::Good,
+        Verdict::Faulty => Tone::Alert,
+        Verdict::ModelInadequate => Tone::Caution,
     }
 }
 
@@ -174,47 +190,88 @@ pub(super) fn undetermined(diagnosis: &Diagnosis) -> Vec<String> {
 
 /// The diagnosis as a page of text.
 pub fn write_text(diagnosis: &Diagnosis) -> String {
-    let mut page = String::new();
-    // Writing to a String cannot fail.
-    let mut line = |text: &str| {
-        let _ = writeln!(page, "{text}");
+    page(diagnosis, Style::PLAIN, [Vec::new(), Vec::new()])
+}
+
+/// The same as a terminal shows it: in colour, and where it is wide enough with the intervals within their bounds and the misfit
+/// of each sensor over time.
+pub fn write_styled(diagnosed: &Diagnosed, rig: &Rig, style: Style) -> String {
+    page(&diagnosed.diagnosis, style, [scales(&diagnosed.diagnosis, rig), courses(&diagnosed.misfit)])
+}
+
+/// The interval of each fault on the range that was searched.
+fn scales(diagnosis: &Diagnosis, rig: &Rig) -> Vec<String> {
+    let one = |(fault, report): (&crate::rig::Fault, &FaultReport)| {
+        let unit = &rig.parameters[fault.parameter].unit;
+        let (low, high) = (unit.from_si(fault.bounds.0), unit.from_si(fault.bounds.1));
+        let share = |value: f64| (value - low) / (high - low);
+        scale(SCALE, report.ci95.map(|end| end.map(share)), share(report.healthy), share(report.value))
     };
-    line(&headline(diagnosis));
-    line("");
-    line(&format!("rig     {}", diagnosis.rig));
-    line(&format!("record  {}", diagnosis.record));
-    if let Some(at) = diagnosis.detected_at_s {
-        line(&format!("detected at {at:.2} s"));
+    rig.faults.iter().zip(&diagnosis.faults).map(one).collect()
+}
+
+/// The size of the misfit of each sensor over the record.
+fn courses(misfit: &[Vec<f64>]) -> Vec<String> {
+    let mean = |part: &[f64]| part.iter().map(|r| r.abs()).sum::<f64>() / part.len() as f64;
+    let course = |misfit: &Vec<f64>| {
+        let rows = misfit.len().div_ceil(COURSE).max(1);
+        bars(misfit.chunks(rows).map(|part| mean(part) / FULL))
+    };
+    misfit.iter().map(course).collect()
+}
+
+/// A table with a further column of pictures where the terminal has room for it.
+fn pictured(
+    style: Style,
+    heads: &[Head],
+    rows: &[Vec<String>],
+    (head, pictures): (&'static str, &[String]),
+) -> Vec<String> {
+    let plain = aligned(heads, rows);
+    if pictures.len() != rows.len() {
+        return plain;
     }
-    let mut block = |title: &str, heads: &[Head], rows: &[Vec<String>]| {
-        line("");
-        line(title);
-        for row in aligned(heads, rows) {
-            line(&row);
-        }
+    let heads: Vec<Head> = heads.iter().copied().chain([(head, false)]).collect();
+    let rows: Vec<Vec<String>> =
+        rows.iter().zip(pictures).map(|(row, picture)| [row.as_slice(), &[picture.clone()]].concat()).collect();
+    let wide = aligned(&heads, &rows);
+    let fits = |line: &String| style.width.is_some_and(|width| line.chars().count() <= width);
+    if wide.iter().all(fits) { wide } else { plain }
+}
+
+fn page(diagnosis: &Diagnosis, style: Style, [scales, courses]: [Vec<String>; 2]) -> String {
+    let mut lines = vec![style.painted(&headline(diagnosis), tone(diagnosis.verdict)), String::new()];
+    lines.extend([format!("rig     {}", diagnosis.rig), format!("record  {}", diagnosis.record)]);
+    lines.extend(diagnosis.detected_at_s.map(|at| format!("detected at {at:.2} s")));
+    lines.extend([String::new(), "Faults".to_owned()]);
+    let faults = pictured(style, &FAULT_HEADS, &fault_rows(diagnosis), ("within bounds", &scales));
+    let present = std::iter::once(false).chain(diagnosis.faults.iter().map(|fault| fault.present));
+    let painted = |(line, present): (String, bool)| if present { style.painted(&line, Tone::Alert) } else { line };
+    lines.extend(faults.into_iter().zip(present).map(painted));
+    let mut block = |title: &str, rows: Vec<String>| {
+        lines.extend([String::new(), title.to_owned()]);
+        lines.extend(rows);
     };
-    block("Faults", &FAULT_HEADS, &fault_rows(diagnosis));
-    block("Which faults together", &HYPOTHESIS_HEADS, &hypothesis_rows(diagnosis));
-    block("Residuals with healthy parameters", &RESIDUAL_HEADS, &residual_rows(diagnosis));
-    block("Fit of each sensor (1 is right within noise and tolerance)", &CHANNEL_HEADS, &channel_rows(diagnosis));
+    block("Which faults together", aligned(&HYPOTHESIS_HEADS, &hypothesis_rows(diagnosis)));
+    block("Residuals with healthy parameters", aligned(&RESIDUAL_HEADS, &residual_rows(diagnosis)));
+    let channels = pictured(style, &CHANNEL_HEADS, &channel_rows(diagnosis), ("misfit over time", &courses));
+    block("Fit of each sensor (1 is right within noise and tolerance)", channels);
     let open = undetermined(diagnosis);
     if !open.is_empty() {
-        line("");
-        line("What could not be determined");
-        for remark in open {
-            line(&format!("  {remark}"));
-        }
+        block("What could not be determined", open.into_iter().map(|remark| format!("  {remark}")).collect());
     }
-    line("");
-    line(&format!(
-        "fit: chi-square per sample {:.3}, {}, {} simulations of the record, ended by {}",
-        diagnosis.fit.chi2_reduced,
-        match diagnosis.fit.iterations {
-            1 => "1 iteration".to_owned(),
-            several => format!("{several} iterations"),
-        },
-        diagnosis.fit.solves,
-        diagnosis.fit.stopped_because
-    ));
-    page
+    lines.extend([String::new(), fitted(diagnosis), String::new()]);
+    lines.join("\n")
+}
+
+/// How the fit went, in a line.
+fn fitted(diagnosis: &Diagnosis) -> String {
+    let iterations = match diagnosis.fit.iterations {
+        1 => "1 iteration".to_owned(),
+        several => format!("{several} iterations"),
+    };
+    format!(
+        "fit: chi-square per sample {:.3}, {iterations}, {} simulations of the record, ended by {}",
+        diagnosis.fit.chi2_reduced, diagnosis.fit.solves, diagnosis.fit.stopped_because
+    )
 }

@@ -1,12 +1,11 @@
 //! The history of a rig as text.
 
 use super::number::{text, with_unit};
-use super::table::aligned;
+use super::style::bars;
+use super::table::{Head, aligned};
 use crate::history::forecast::State;
 use crate::history::{Axis, FaultHistory, History};
 
-/// Bars of the small pictures of a course, from low to high.
-const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 /// Most bars of a picture: of longer courses, the last.
 const MOST: usize = 30;
 
@@ -20,18 +19,7 @@ pub fn write_text(history: &History) -> String {
     };
     let mut lines = vec![format!("{}{name}: {} runs in {}{span}", history.rig, history.runs.len(), history.store)];
     lines.push(String::new());
-    let heads = [
-        ("fault", false),
-        ("course", false),
-        ("now", true),
-        ("", false),
-        ("trend", true),
-        ("95 %", false),
-        ("limit", true),
-        ("passes", false),
-    ];
-    let rows: Vec<Vec<String>> = history.faults.iter().map(row).collect();
-    lines.extend(aligned(&heads, &rows));
+    lines.extend(aligned(&HEADS, &rows(history)));
     for (heading, notes) in [("remarks", remarks(history)), ("warnings", history.warnings.clone())] {
         if !notes.is_empty() {
             lines.extend([String::new(), format!("{heading}:")]);
@@ -41,7 +29,22 @@ pub fn write_text(history: &History) -> String {
     lines.join("\n") + "\n"
 }
 
-fn remarks(history: &History) -> Vec<String> {
+pub(super) const HEADS: [Head; 8] = [
+    ("fault", false),
+    ("course", false),
+    ("now", true),
+    ("", false),
+    ("trend", true),
+    ("95 %", false),
+    ("limit", true),
+    ("passes", false),
+];
+
+pub(super) fn rows(history: &History) -> Vec<Vec<String>> {
+    history.faults.iter().map(row).collect()
+}
+
+pub(super) fn remarks(history: &History) -> Vec<String> {
     let with_remark = |fault: &FaultHistory| Some(format!("{}: {}", fault.id, fault.remark.as_ref()?));
     history.faults.iter().filter_map(with_remark).collect()
 }
@@ -70,7 +73,7 @@ fn short(value: f64) -> f64 {
     super::number::rounded(value, 3)
 }
 
-fn passes(fault: &FaultHistory) -> String {
+pub(super) fn passes(fault: &FaultHistory) -> String {
     let Some(forecast) = &fault.forecast else { return String::new() };
     let at = |axis: &Option<Axis>, without: &str| match axis {
         Some(Axis::Time(moment)) => moment.get(..16).unwrap_or(moment).replace('T', " "),
@@ -93,9 +96,6 @@ fn course(fault: &FaultHistory) -> String {
     let known = || values().chain([fault.healthy]).chain(fault.limit);
     let (low, high) = (known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max));
     let skipped = fault.values.len().saturating_sub(MOST);
-    let bar = |value: f64| {
-        let share = if high > low { (value - low) / (high - low) } else { 0.0 };
-        BARS[((share * 7.0).round() as usize).min(7)]
-    };
-    values().skip(skipped).map(bar).collect()
+    let share = |value: f64| if high > low { (value - low) / (high - low) } else { 0.0 };
+    bars(values().skip(skipped).map(share))
 }

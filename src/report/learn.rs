@@ -1,6 +1,6 @@
 //! Comparison and suggestion for people.
 
-use super::html::Table;
+use super::html::{Table, Tone};
 use super::number::{rounded, text, with_unit};
 use super::table::{Head, aligned};
 use crate::learn::compare::{Channel, Comparison, Where};
@@ -44,6 +44,20 @@ pub(super) const WORST_HEADS: [Head; 7] = [
     ("unit", false),
     ("deviations", true),
 ];
+
+/// How a conclusion is meant.
+pub(crate) fn tone(conclusion: Conclusion) -> Tone {
+    match conclusion {
+        Conclusion::Adequate => Tone::Good,
+        Conclusion::EffectFound => Tone::Alert,
+        Conclusion::Confounded | Conclusion::UnknownEffect => Tone::Caution,
+    }
+}
+
+/// How a comparison is meant.
+pub(crate) fn comparison_tone(comparison: &Comparison) -> Tone {
+    if comparison.adequate { Tone::Good } else { Tone::Alert }
+}
 
 /// The comparison in one line.
 pub(super) fn comparison_headline(comparison: &Comparison) -> String {

@@ -12,6 +12,7 @@ pub mod number;
 pub mod pages;
 pub mod plot;
 pub mod reference;
+pub mod style;
 pub mod table;
 
 /// A text as the content of an XML or HTML element or of a quoted attribute: markup escaped, and the control characters

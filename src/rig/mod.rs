@@ -187,6 +187,11 @@ impl Rig {
         self.faults.iter().any(|fault| fault.parameter == parameter)
     }
 
+    /// Whether a parameter is the offset or the gain of a sensor.
+    pub fn is_of_sensor(&self, parameter: usize) -> bool {
+        self.sensors.iter().any(|sensor| (sensor.first_parameter..sensor.first_parameter + 2).contains(&parameter))
+    }
+
     /// Index of the node with this name.
     pub fn node(&self, name: &str) -> Option<usize> {
         self.nodes.iter().position(|node| node.name == name)

@@ -4,7 +4,7 @@
 //! An effect comes in one of three forms ([`Form`]): a further component that is joined to the circuit, a parameter that a
 //! law has already, or something that a sensor does to what it reads.
 
-mod spline;
+pub(crate) mod spline;
 
 use super::card::Card;
 use super::component::{Answers, Law, Seen};

@@ -95,7 +95,7 @@ impl Section {
 
     /// Adds charts that stand beside each other where there is room.
     pub fn side_by_side(&mut self, charts: &[(Chart, Live)]) -> &mut Self {
-        let charts: String = charts.iter().map(|(chart, live)| chart.live(live)).collect();
+        let charts: String = charts.iter().map(|(chart, live)| chart.live(&live.clone().narrow())).collect();
         self.add(Block::Made(format!("<div class=\"beside\">\n{charts}</div>\n")))
     }
 

@@ -119,7 +119,7 @@ class Chart {
         make(this.grid, "text", { class: "y", x: -7, y: up(tick) + "%", dy: 4 }, text);
       }
     }
-    for (const [tick, text] of ticks(ends(view[0]), ends(view[1]), 7)) {
+    for (const [tick, text] of ticks(ends(view[0]), ends(view[1]), "narrow" in this.svg.dataset ? 3 : 7)) {
       make(this.grid, "line", { class: "x", x1: along(tick) + "%", x2: along(tick) + "%", y2: "100%" });
       make(this.grid, "text", { class: "x", x: along(tick) + "%", y: "100%", dy: 16 }, text);
     }

@@ -69,6 +69,8 @@ pub enum Mark {
     Length(f64),
     /// A stroke: what should be.
     Stroke(f64),
+    /// A dashed stroke: what must not be passed.
+    Limit(f64),
     /// A point: what is.
     Point(f64),
 }
@@ -96,6 +98,9 @@ impl Scale {
                 }
                 Mark::Stroke(value) => {
                     write!(out, "<line class=\"stroke\" x1=\"{0}%\" x2=\"{0}%\" y1=\"1\" y2=\"17\"/>", at(value))
+                }
+                Mark::Limit(value) => {
+                    write!(out, "<line class=\"limit\" x1=\"{0}%\" x2=\"{0}%\" y2=\"18\"/>", at(value))
                 }
                 Mark::Point(value) => write!(out, "<circle class=\"point\" cx=\"{}%\" cy=\"9\" r=\"4\"/>", at(value)),
             };

@@ -2,14 +2,14 @@
 
 use super::channels::{Said, Shown};
 use super::learn::{CURVES, named};
-use super::{misfit, residuals};
+use super::{misfit, profile, residuals};
 use crate::complaint::Complaint;
-use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, Hypothesis, UncertainReport, Verdict};
+use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, Hypothesis, UncertainReport};
 use crate::record::Record;
 use crate::report::circuit;
 use crate::report::diagnosis as words;
-use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table, Tone};
-use crate::report::number::with_unit;
+use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table};
+use crate::report::number::{in_unit, with_unit};
 use crate::residual::Detection;
 use crate::rig::Rig;
 
@@ -21,12 +21,7 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String,
     let diagnosis = &diagnosed.diagnosis;
     let mut page = Page::new(format!("Diagnosis of {}", named(rig)), format!("Record {}", diagnosis.record));
     let mut verdict = Section::new("Verdict");
-    let tone = match diagnosis.verdict {
-        Verdict::Healthy => Tone::Good,
-        Verdict::Faulty => Tone::Alert,
-        Verdict::ModelInadequate => Tone::Caution,
-    };
-    verdict.notice(tone, words::headline(diagnosis));
+    verdict.notice(words::tone(diagnosis.verdict), words::headline(diagnosis));
     if let Some(at) = diagnosis.detected_at_s {
         verdict.paragraph(format!("Detected at {at:.2} s."));
     }
@@ -46,6 +41,7 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String,
         faults.subheading("What could not be determined");
         faults.list(open);
     }
+    profile::add(&mut faults, rig, diagnosed);
     page.section(faults);
     let mut why = Section::new("Which faults together");
     why.table(hypothesis_table(diagnosis));
@@ -115,23 +111,35 @@ fn fault_table(rig: &Rig, diagnosis: &Diagnosis) -> Table {
         let Some(searched) = searched else { return Cell::from("") };
         let unit = &rig.parameters[searched.parameter].unit;
         let (from, to) = (unit.from_si(searched.bounds.0), unit.from_si(searched.bounds.1));
+        let limit = searched.limit.map(|limit| in_unit(limit, unit));
         Cell::Scale(Scale {
             from,
             to,
-            marks: vec![Mark::Bar(fault.ci95[0], fault.ci95[1]), Mark::Stroke(fault.healthy), Mark::Point(fault.value)],
+            marks: std::iter::once(Mark::Bar(fault.ci95[0], fault.ci95[1]))
+                .chain(limit.map(Mark::Limit))
+                .chain([Mark::Stroke(fault.healthy), Mark::Point(fault.value)])
+                .collect(),
             text: format!(
-                "{} within {} to {}, healthy {}",
+                "{} within {} to {}, healthy {}{}",
                 words::interval(fault),
                 with_unit(from, &fault.unit),
                 with_unit(to, &fault.unit),
-                with_unit(fault.healthy, &fault.unit)
+                with_unit(fault.healthy, &fault.unit),
+                limit.map_or(String::new(), |limit| format!(", limit {}", with_unit(limit, &fault.unit)))
             ),
         })
     };
     let scales = diagnosis.faults.iter().map(scale).collect();
-    let caption = "Every fault of the rig. On each scale, from end to end of what was searched: bar the 95 % interval (dashed where \
-                   it is open), point the estimate, stroke the healthy value";
-    Table::of(caption, &words::FAULT_HEADS, words::fault_rows(diagnosis)).with(
+    let limits = if rig.faults.iter().any(|fault| fault.limit.is_some()) {
+        ", dashed stroke the limit from which the part no longer serves"
+    } else {
+        ""
+    };
+    let caption = format!(
+        "Every fault of the rig. On each scale, from end to end of what was searched: bar the 95 % interval (dashed where it is open), \
+         point the estimate, stroke the healthy value{limits}"
+    );
+    Table::of(&caption, &words::FAULT_HEADS, words::fault_rows(diagnosis)).with(
         0,
         Column::text("interval within bounds"),
         scales,

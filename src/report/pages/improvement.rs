@@ -1,8 +1,8 @@
 //! The page of `improve`.
 
 use super::channels::Shown;
-use super::learn::{CURVES, named, run_said, staircase, tone};
-use super::misfit;
+use super::learn::{CURVES, named, run_said, staircase};
+use super::{misfit, missing};
 use crate::complaint::Complaint;
 use crate::learn::improve::Improvement;
 use crate::record::Record;
@@ -24,7 +24,7 @@ pub fn improvement(
     let lead = format!("Learnt on {}, judged on {}", ledger.fit_record, ledger.check_record);
     let mut page = Page::new(format!("Improvement of {}", named(rig)), lead);
     let mut verdict = Section::new("Verdict");
-    verdict.notice(tone(ledger.conclusion), ledger.headline());
+    verdict.notice(crate::report::learn::tone(ledger.conclusion), ledger.headline());
     let added: Vec<String> = ledger.steps.iter().filter_map(|step| step.added.clone()).collect();
     if !added.is_empty() {
         verdict.paragraph(format!("Added: {}.", added.join(", then ")));
@@ -34,6 +34,10 @@ pub fn improvement(
     }
     page.section(verdict);
     page.section(steps(ledger));
+    let more = (found.steps.len() > 1).then(|| ("at the end", &found.trial.fit));
+    if let Some(section) = missing::section(&found.given, fit, more)? {
+        page.section(section);
+    }
     if let (Some(first), Some(last)) = (found.steps.first(), found.steps.last()) {
         for (record, group, name, check) in
             [(check, "check", "The check record", true), (fit, "time", "The fit record", false)]

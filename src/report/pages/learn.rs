@@ -1,14 +1,14 @@
 //! Pages of `compare` and `suggest`.
 
 use super::channels::{Said, Shown, by_sensor};
-use super::misfit;
+use super::{misfit, missing, rivals};
 use crate::complaint::Complaint;
 use crate::learn::compare::{Compared, Fitted};
 use crate::learn::result::{CandidateReport, SuggestionReport};
 use crate::learn::suggest::{Conclusion, Suggestion};
 use crate::learn::trial::Run;
 use crate::record::Record;
-use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table, Tone};
+use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::learn as words;
 use crate::report::number::{rounded, text, with_unit};
 use crate::report::plot::{Axis, Chart, Live, Rule, Series};
@@ -21,7 +21,12 @@ const ADDED: (usize, usize) = (1, 0);
 const REACH: f64 = 4.0;
 
 pub(super) fn named(rig: &Rig) -> String {
-    if rig.name.is_empty() { rig.path.display().to_string() } else { rig.name.clone() }
+    named_or(&rig.name, &rig.path.display().to_string())
+}
+
+/// The name of a rig, or its file where it has none.
+pub(super) fn named_or(name: &str, file: &str) -> String {
+    if name.is_empty() { file.to_owned() } else { name.to_owned() }
 }
 
 /// The page of a comparison.
@@ -34,8 +39,7 @@ pub fn comparison(rig: &Rig, record: &Record, compared: &Compared) -> Result<Str
     let misfit = by_sensor(&compared.run.misfit, record);
     let mut page = Page::new(format!("Comparison of {}", named(rig)), format!("Record {}", comparison.record));
     let mut verdict = Section::new("Verdict");
-    let tone = if comparison.adequate { Tone::Good } else { Tone::Alert };
-    verdict.notice(tone, words::comparison_headline(comparison));
+    verdict.notice(words::comparison_tone(comparison), words::comparison_headline(comparison));
     verdict.table(words::channel_table(comparison));
     page.section(verdict);
     let mut place = Section::new("Where it misses");
@@ -116,7 +120,7 @@ pub fn suggestion(
     }
     let mut page = Page::new(format!("What the model of {} lacks", named(rig)), lead);
     let mut verdict = Section::new("Verdict");
-    verdict.notice(tone(report.conclusion), words::conclusion(report));
+    verdict.notice(words::tone(report.conclusion), words::conclusion(report));
     if let Some(place) = &report.place {
         verdict.paragraph(words::sits(place));
     }
@@ -129,16 +133,25 @@ pub fn suggestion(
     place.paragraph("The model as given, with everything uncertain and all faults fitted.");
     misfit::add(&mut place, &shown, &by_sensor(&found.base.fit.misfit, record));
     page.section(place);
+    let best = found.judged.first();
+    let name = best.map(|best| format!("with {}", best.id()));
+    let more = name.as_deref().zip(best.map(|best| &best.trial.fit));
+    if report.conclusion != Conclusion::Adequate
+        && let Some(section) = missing::section(&found.base, record, more)?
+    {
+        page.section(section);
+    }
     if !report.candidates.is_empty() {
         page.section(ranking(report));
     }
-    let best = found.judged.first();
+    if let Some(section) = rivals::section(&shown, found) {
+        page.section(section);
+    }
     let before_after = |shown: &Shown<'_>, section: &mut Section, before: &Run, after: Option<(&str, &Run)>| {
         let mut said = vec![run_said("as given", before, shown.record, GIVEN)];
         said.extend(after.map(|(name, run)| run_said(name, run, shown.record, ADDED)));
         shown.charts(section, &said);
     };
-    let name = best.map(|best| format!("with {}", best.id()));
     let mut fit = Section::new("Measured and model, before and after");
     fit.paragraph(CURVES);
     before_after(&shown, &mut fit, &found.base.fit, name.as_deref().zip(best.map(|best| &best.trial.fit)));
@@ -158,14 +171,6 @@ pub fn suggestion(
     ));
     page.section(rest);
     Ok(page.html())
-}
-
-pub(super) fn tone(conclusion: Conclusion) -> Tone {
-    match conclusion {
-        Conclusion::Adequate => Tone::Good,
-        Conclusion::EffectFound => Tone::Alert,
-        Conclusion::Confounded | Conclusion::UnknownEffect => Tone::Caution,
-    }
 }
 
 pub(super) fn run_said<'a>(name: &'a str, run: &'a Run, record: &Record, style: (usize, usize)) -> Said<'a> {
@@ -245,22 +250,6 @@ fn ranking(report: &SuggestionReport) -> Section {
         Column::text("interval from zero"),
     ];
     section.table(Table::new("Fitted sizes", columns, rows));
-    let rivals: Vec<String> = all
-        .iter()
-        .filter(|one| one.supported && !one.confounded_with.is_empty())
-        .map(|one| {
-            format!(
-                "{} and {} explain what was recorded alike. Another record in which they differ, at another load, speed or \
-                 position, would part them.",
-                one.effect,
-                one.confounded_with.join(", ")
-            )
-        })
-        .collect();
-    if !rivals.is_empty() {
-        section.subheading("Confounded");
-        section.list(rivals);
-    }
     let warned: Vec<String> =
         all.iter().flat_map(|one| one.warnings.iter().map(|warning| format!("{}: {warning}", one.effect))).collect();
     if !warned.is_empty() {

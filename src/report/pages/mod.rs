@@ -3,10 +3,14 @@
 pub mod campaign;
 pub mod diagnosis;
 pub mod effects;
+pub mod history;
 pub mod improvement;
 pub mod isolability;
 pub mod learn;
 
 mod channels;
 mod misfit;
+mod missing;
+mod profile;
 mod residuals;
+mod rivals;

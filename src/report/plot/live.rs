@@ -16,6 +16,8 @@ pub(super) const WIDE: f64 = 10_000.0;
 const HIGH: f64 = 5_000.0;
 /// Ticks that an axis aims at.
 const TICKS: (f64, f64) = (super::TICK_COUNT, 4.0);
+/// Ticks of the x axis of a narrow one; `page.js` aims at as many.
+const NARROW: f64 = 3.0;
 /// Height of a chart that has none of its own, px.
 const HEIGHT: f64 = 200.0;
 
@@ -26,6 +28,8 @@ pub struct Live {
     pub group: String,
     /// Most points of a curve.
     pub points: usize,
+    /// Whether it stands beside others, with room for few numbers under it.
+    pub narrow: bool,
     /// What the chart shows, for those who do not see it.
     pub description: String,
 }
@@ -33,7 +37,14 @@ pub struct Live {
 impl Live {
     /// A chart of a group with curves in full.
     pub fn new(group: impl Into<String>, description: impl Into<String>) -> Self {
-        Self { group: group.into(), points: 5_000, description: description.into() }
+        Self { group: group.into(), points: 5_000, narrow: false, description: description.into() }
+    }
+
+    /// The same in a part of the width.
+    #[must_use]
+    pub fn narrow(mut self) -> Self {
+        self.narrow = true;
+        self
     }
 
     /// The same with so many points in a curve at most.
@@ -49,7 +60,7 @@ impl Chart {
     pub fn live(&self, live: &Live) -> String {
         let log = self.y.logarithmic;
         let height = |value: f64| if log { value.max(f64::MIN_POSITIVE).log10() } else { value };
-        let (x, y) = self.scales(&height);
+        let (x, y) = self.scales(&height, if live.narrow { NARROW } else { TICKS.0 });
         let mut out = String::new();
         open(&mut out, &self.title, &self.y, &self.key(), live);
         let (from, to) = x.ends();
@@ -57,12 +68,13 @@ impl Chart {
         let fixed = if self.envelopes.is_empty() && self.y.range.is_none() { "" } else { " data-fixed" };
         let scale = if log { " data-log" } else { "" };
         let still = if self.x.names.is_empty() { "" } else { " data-still" };
+        let narrow = if live.narrow { " data-narrow" } else { "" };
         let size = self.height.unwrap_or(HEIGHT);
         put(
             &mut out,
             format_args!(
                 "<svg class=\"live\" role=\"img\" tabindex=\"0\" height=\"{size:.0}\" data-group=\"{}\" data-x=\"{} {}\" \
-                 data-y=\"{} {}\"{fixed}{scale}{still} aria-label=\"{}\">\n<g class=\"grid\">",
+                 data-y=\"{} {}\"{fixed}{scale}{still}{narrow} aria-label=\"{}\">\n<g class=\"grid\">",
                 escape(&live.group),
                 short(from),
                 short(to),
@@ -84,7 +96,7 @@ impl Chart {
         out
     }
 
-    fn scales(&self, height: &dyn Fn(f64) -> f64) -> (Scale, Scale) {
+    fn scales(&self, height: &dyn Fn(f64) -> f64, ticks: f64) -> (Scale, Scale) {
         let points = || self.series.iter().flat_map(|series| &series.points);
         let spread = || self.envelopes.iter().flat_map(|envelope| &envelope.points);
         let marks = || self.markers.iter();
@@ -98,7 +110,7 @@ impl Chart {
         if let (false, count) = (self.x.names.is_empty(), self.x.names.len()) {
             along.range = Some((-0.5, count as f64 - 0.5));
         }
-        let x = Scale::new(&along, seen_x, (0.0, WIDE), WIDE / TICKS.0, false);
+        let x = Scale::new(&along, seen_x, (0.0, WIDE), WIDE / ticks, false);
         let y = Scale::new(&self.y, seen_y.chain(across).map(height), (HIGH, 0.0), HIGH / TICKS.1, true);
         (x, y)
     }
@@ -216,9 +228,11 @@ impl Chart {
                 Rule::Vertical { x: at, label } => put(
                     out,
                     format_args!(
-                        "<text class=\"note\" data-at=\"{}\" x=\"{}%\" y=\"12\" dx=\"4\">{}</text>",
+                        "<text class=\"note\" data-at=\"{}\" x=\"{}%\" y=\"12\" {}>{}</text>",
                         short(*at),
                         percent(x.at(*at) / WIDE),
+                        // Near the right end there is room on the left only.
+                        if x.at(*at) > 0.75 * WIDE { "dx=\"-4\" text-anchor=\"end\"" } else { "dx=\"4\"" },
                         escape(label)
                     ),
                 ),

@@ -1,0 +1,323 @@
+//! What is missing, as a picture: the flow or the force that would explain the misfit, over the state that it goes with.
+//!
+//! A curve without a formula is put where it may act and fitted along with everything else, to first order around the model
+//! as it stands. Its bend is held down by a prior whose size makes the record most likely (MacKay, Neural Computation 4
+//! (1992) 415), so the picture shows no more than the record says. It leads to the term (Kristensen, Madsen and Jorgensen,
+//! Computers and Chemical Engineering 28 (2004) 1431); effects are judged by their own fits, never by it.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
+
+use super::candidate::empirical;
+use super::trial::{Run, Trial};
+use crate::complaint::Complaint;
+use crate::diagnosis::estimate;
+use crate::model::{Drive, Model};
+use crate::physics::effect::First;
+use crate::physics::effect::spline::{Curve, HEIGHTS};
+use crate::record::Record;
+use crate::rig::{Placed, Rig};
+
+/// Points of a picture over the whole axis.
+const POINTS: usize = 120;
+/// Half the width of a 95 % band in standard deviations.
+const QUANTILE: f64 = 1.959_963_984_540_054;
+/// Sizes of the bend that are tried, in typical sizes of the curve.
+const BENDS: [f64; 7] = [1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3];
+/// Standard deviation of the heights before the record, in typical sizes: next to nothing is known.
+const WIDE: f64 = 1e4;
+/// Influence of a height, of the largest, from which on the record has been there.
+const VISITED: f64 = 0.02;
+
+/// How a curve without a formula is told.
+struct Told {
+    effect: &'static str,
+    what: &'static str,
+    over: &'static str,
+    /// Whether the axis runs to both sides of zero.
+    both_sides: bool,
+}
+
+const TOLD: [Told; 5] = [
+    Told { effect: "empirical-leakage", what: "flow to the tank", over: "pressure", both_sides: false },
+    Told { effect: "empirical-piston-leakage", what: "conductance from A to B", over: "position", both_sides: false },
+    Told { effect: "empirical-drag", what: "force against the motion", over: "speed", both_sides: true },
+    Told { effect: "empirical-friction", what: "friction", over: "position", both_sides: false },
+    Told { effect: "empirical-load", what: "force against the rod", over: "position", both_sides: false },
+];
+
+/// A quantity with its unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Named {
+    pub name: String,
+    pub unit: String,
+}
+
+/// What is missing at one place, as far as a record shows it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Missing {
+    /// Where it acts: a node or a component.
+    pub at: String,
+    pub what: Named,
+    pub over: Named,
+    /// Share that it takes away of what is missed beyond noise and tolerance, to first order.
+    pub explains: f64,
+    /// State, value and half of its 95 % band, over what the record visited.
+    pub curve: Vec<(f64, f64, f64)>,
+    /// State and value of what another model has more, seen in the same way; empty without one.
+    pub found: Vec<(f64, f64)>,
+}
+
+/// What may be missing at every place of a rig, what explains most first: beside the faults and all else as `base` has them, so that
+/// what these have taken over is not in it. `found` is a run of the same record with an effect more.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved.
+pub fn missing(base: &Trial, record: &Record, found: Option<&Run>) -> Result<Vec<Missing>, Complaint> {
+    let own = Slopes::of_fitted(base, record)?;
+    let with: Option<Vec<f64>> = found.map(|run| {
+        let pairs = run.outputs.iter().flatten().zip(base.fit.outputs.iter().flatten());
+        let mut change: Vec<f64> = pairs.map(|(with, without)| without - with).collect();
+        base.fit.weights.apply(&mut change);
+        change
+    });
+    let curves: Vec<Placed> = empirical(&base.rig).into_iter().map(|curve| curve.placed).collect();
+    let mut all: Vec<Missing> =
+        curves.par_iter().filter_map(|placed| one(base, record, &own, placed, with.as_deref())).collect();
+    all.sort_by(|a, b| b.explains.total_cmp(&a.explains));
+    Ok(all)
+}
+
+/// Weighted derivatives of the misfits by parameters, a column each, and what is known of these before the record.
+struct Slopes {
+    columns: Vec<Vec<f64>>,
+    /// One over the standard deviation; 0 where nothing is known.
+    known: Vec<f64>,
+    /// How far each stands from where it was expected, SI.
+    away: Vec<f64>,
+}
+
+impl Slopes {
+    /// Of everything that was fitted.
+    fn of_fitted(base: &Trial, record: &Record) -> Result<Self, Complaint> {
+        let rig = &base.rig;
+        let present = |parameter: usize| {
+            rig.faults
+                .iter()
+                .position(|fault| fault.parameter == parameter)
+                .is_none_or(|fault| base.set >> fault & 1 == 1)
+        };
+        let by: Vec<usize> = estimate::estimated_parameters(rig).into_iter().filter(|&index| present(index)).collect();
+        let model = Model::new(rig.clone());
+        let drive = Drive::from_record(rig, record)?;
+        let columns = columns(&model, &base.values, &by, &drive, record, &base.fit)
+            .map_err(|error| estimate::unsolvable(&model, record, error))?;
+        let sigma =
+            |&index: &usize| Some(rig.parameters[index].sigma).filter(|sigma| *sigma > 0.0 && !rig.is_fault(index));
+        Ok(Self {
+            columns,
+            known: by.iter().map(|index| sigma(index).map_or(0.0, |sigma| 1.0 / sigma)).collect(),
+            away: by.iter().map(|&index| base.values[index] - rig.parameters[index].value).collect(),
+        })
+    }
+}
+
+fn columns(
+    model: &Model,
+    values: &[f64],
+    by: &[usize],
+    drive: &Drive,
+    record: &Record,
+    run: &Run,
+) -> Result<Vec<Vec<f64>>, crate::model::SimulationError> {
+    let derivatives = model.sensitivities(values, by, drive, &record.time)?.derivatives;
+    let weighted = |derivative: Vec<Vec<f64>>| {
+        let mut column = derivative.concat();
+        run.weights.apply(&mut column);
+        column
+    };
+    Ok(derivatives.into_iter().map(weighted).collect())
+}
+
+/// The curve at one place; `None` where the record shows nothing of it.
+fn one(base: &Trial, record: &Record, own: &Slopes, placed: &Placed, with: Option<&[f64]>) -> Option<Missing> {
+    let told = TOLD.iter().find(|told| told.effect == placed.effect.name)?;
+    let mut rig = base.rig.clone();
+    let indices = rig.give_effect(placed, &[]).ok()?;
+    let mut values = base.values.clone();
+    values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
+    let drive = Drive::from_record(&rig, record).ok()?;
+    let model = Model::new(rig);
+    let heights = columns(&model, &values, &indices, &drive, record, &base.fit).ok()?;
+    let visited = visited(&heights)?;
+    let unit = model.rig.effect_unit(placed, placed.effect.parameters[0].name);
+    let First::Value(typical) = placed.effect.parameters[0].first else { return None };
+    let fitted = Fitted::new(own, &heights, &base.fit.misfit, unit.difference_to_si(typical))?;
+    let (step, spread) = fitted.curve(&fitted.pull);
+    let seen = with.map(|change| fitted.curve(&fitted.slope(change)).0);
+    let axis = Axis::of(&model.rig, told)?;
+    let shares = || (0..=POINTS).map(|k| visited.0 + (visited.1 - visited.0) * k as f64 / POINTS as f64);
+    let shown = |si: f64| unit.difference_from_si(si);
+    let curve = shares().map(|share| {
+        let basis = basis(share);
+        let half = QUANTILE * (basis.transpose() * &spread * &basis)[0].sqrt();
+        (axis.at(share), shown(basis.dot(&step)), shown(half))
+    });
+    let found = seen.iter().flat_map(|seen| shares().map(|share| (axis.at(share), shown(basis(share).dot(seen)))));
+    Some(Missing {
+        at: placed_name(&model.rig, placed),
+        curve: curve.collect(),
+        found: found.collect(),
+        what: Named { name: told.what.to_owned(), unit: unit.symbol.clone() },
+        over: Named { name: told.over.to_owned(), unit: axis.unit.symbol.clone() },
+        explains: fitted.explains,
+    })
+}
+
+/// The place behind the `@` of an effect.
+fn placed_name(rig: &Rig, placed: &Placed) -> String {
+    let id = rig.effect_id(placed);
+    id.split_once('@').map_or(id.clone(), |(_, at)| at.to_owned())
+}
+
+/// First and last place of the axis, as shares of it, that the record has visited.
+fn visited(heights: &[Vec<f64>]) -> Option<(f64, f64)> {
+    let sizes: Vec<f64> = heights.iter().map(|column| column.iter().map(|c| c * c).sum::<f64>().sqrt()).collect();
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let seen = |size: &f64| largest > 0.0 && *size >= VISITED * largest;
+    let (first, last) = (sizes.iter().position(seen)?, sizes.iter().rposition(seen)?);
+    let peak = |height: usize| ((height as f64 - 1.0) / (HEIGHTS - 3) as f64).clamp(0.0, 1.0);
+    (last > first).then(|| (peak(first), peak(last)))
+}
+
+/// Weights of the heights at a share of the axis.
+fn basis(share: f64) -> DVector<f64> {
+    DVector::from_fn(HEIGHTS, |height, _| {
+        let mut alone = [0.0; HEIGHTS];
+        alone[height] = 1.0;
+        Curve::new(&alone).at(share)
+    })
+}
+
+/// The axis of the curve that was given last.
+struct Axis {
+    length: f64,
+    both_sides: bool,
+    unit: crate::units::Unit,
+}
+
+impl Axis {
+    fn of(rig: &Rig, told: &Told) -> Option<Self> {
+        let joined = rig.components.last()?;
+        let length = rig.parameters.get(joined.first_parameter + HEIGHTS)?;
+        Some(Self { length: length.unit.from_si(length.value), both_sides: told.both_sides, unit: length.unit.clone() })
+    }
+
+    fn at(&self, share: f64) -> f64 {
+        if self.both_sides { self.length * (2.0 * share - 1.0) } else { self.length * share }
+    }
+}
+
+/// Normal equations of a curve beside everything fitted, at the bend that makes the record most likely.
+struct Fitted<'a> {
+    columns: Vec<&'a [f64]>,
+    factor: Cholesky<f64, Dyn>,
+    /// Slope of half the cost.
+    pull: DVector<f64>,
+    /// Variance of a misfit that is left.
+    left: f64,
+    explains: f64,
+}
+
+impl<'a> Fitted<'a> {
+    fn new(own: &'a Slopes, heights: &'a [Vec<f64>], misfit: &[f64], typical: f64) -> Option<Self> {
+        let columns: Vec<&[f64]> = own.columns.iter().chain(heights).map(Vec::as_slice).collect();
+        let count = columns.len();
+        let mut square = DMatrix::zeros(count, count);
+        for i in 0..count {
+            for j in 0..=i {
+                square[(i, j)] = dot(columns[i], columns[j]);
+                square[(j, i)] = square[(i, j)];
+            }
+        }
+        let mut pull = DVector::from_iterator(count, columns.iter().map(|column| dot(column, misfit)));
+        for (index, (known, away)) in own.known.iter().zip(&own.away).enumerate() {
+            square[(index, index)] += known * known;
+            pull[index] += known * known * away;
+        }
+        let first = own.columns.len();
+        let bent = |bend: f64| {
+            let prior = prior(typical, bend);
+            let mut whole = square.clone();
+            let mut corner = whole.view_mut((first, first), (HEIGHTS, HEIGHTS));
+            corner += &prior;
+            let (factor, prior) = (Cholesky::new(whole)?, Cholesky::new(prior)?);
+            let fall = pull.dot(&factor.solve(&pull));
+            Some((fall - log_determinant(&factor) + log_determinant(&prior), factor))
+        };
+        let tried = BENDS.into_iter().filter_map(bent);
+        let (_, factor) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let step = -factor.solve(&pull);
+        let mut after = misfit.to_vec();
+        for (column, step) in columns.iter().zip(step.iter()) {
+            after.iter_mut().zip(*column).for_each(|(slot, slope)| *slot += slope * step);
+        }
+        let (before, after) = (dot(misfit, misfit), dot(&after, &after));
+        let left = (after / misfit.len().max(1) as f64).max(1.0);
+        let missed = before - misfit.len() as f64;
+        let explains = if missed > 0.0 { ((before - after) / missed).clamp(0.0, 1.0) } else { 0.0 };
+        Some(Self { columns, factor, pull, left, explains })
+    }
+
+    fn slope(&self, misfit: &[f64]) -> DVector<f64> {
+        DVector::from_iterator(self.columns.len(), self.columns.iter().map(|column| dot(column, misfit)))
+    }
+
+    /// Heights, SI, and their covariance, for a slope of half the cost.
+    fn curve(&self, pull: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
+        let step = -self.factor.solve(pull);
+        let first = step.len() - HEIGHTS;
+        let covariance = self.factor.inverse() * self.left;
+        (step.rows(first, HEIGHTS).into(), covariance.view((first, first), (HEIGHTS, HEIGHTS)).into())
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn log_determinant(factor: &Cholesky<f64, Dyn>) -> f64 {
+    2.0 * factor.l_dirty().diagonal().iter().map(|one| one.ln()).sum::<f64>()
+}
+
+/// Precision of the heights: their second differences are small, they themselves anything.
+fn prior(typical: f64, bend: f64) -> DMatrix<f64> {
+    let mut precision = DMatrix::identity(HEIGHTS, HEIGHTS) / (WIDE * typical).powi(2);
+    let weight = 1.0 / (bend * typical).powi(2);
+    for middle in 1..HEIGHTS - 1 {
+        let difference = [(middle - 1, 1.0), (middle, -2.0), (middle + 1, 1.0)];
+        for (i, a) in difference {
+            for (j, b) in difference {
+                precision[(i, j)] += weight * a * b;
+            }
+        }
+    }
+    precision
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::effect::EFFECTS;
+
+    #[test]
+    fn every_curve_without_a_formula_is_told() {
+        let names: Vec<&str> =
+            EFFECTS.iter().filter(|effect| effect.is_empirical()).map(|effect| effect.name).collect();
+        let mut told: Vec<&str> = TOLD.iter().map(|told| told.effect).collect();
+        told.sort_unstable();
+        let mut sorted = names.clone();
+        sorted.sort_unstable();
+        assert_eq!(told, sorted);
+    }
+}

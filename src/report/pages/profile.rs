@@ -1,0 +1,107 @@
+//! Profile likelihood of each fault: how fast the fit worsens when the fault is held elsewhere.
+
+use crate::diagnosis::interval::Interval;
+use crate::diagnosis::{Diagnosed, FaultReport};
+use crate::fit::ProfilePoint;
+use crate::report::diagnosis as words;
+use crate::report::html::Section;
+use crate::report::number::with_unit;
+use crate::report::plot::{Axis, Chart, Live, Rule, Series};
+use crate::rig::{Fault, Rig};
+
+/// Levels up to which a profile is shown.
+const SHOWN: f64 = 2.0;
+/// Pieces of the curve between two values that were tried.
+const PIECES: usize = 12;
+/// What is left free around the values, of their range.
+const RIM: f64 = 0.15;
+
+/// Adds a small chart for each fault whose interval was searched.
+pub(super) fn add(section: &mut Section, rig: &Rig, diagnosed: &Diagnosed) {
+    let faults = rig.faults.iter().zip(&diagnosed.diagnosis.faults).zip(&diagnosed.intervals);
+    let mut all: Vec<(&Fault, &FaultReport, &Interval)> = faults
+        .filter_map(|((fault, report), interval)| Some((fault, report, interval.as_ref()?)))
+        .filter(|(fault, report, interval)| {
+            interval.points.len() > 1 && (report.present || !rig.is_of_sensor(fault.parameter))
+        })
+        .collect();
+    if all.is_empty() {
+        return;
+    }
+    // What was found first.
+    all.sort_by_key(|(_, report, _)| !report.present);
+    section.subheading("Profile likelihood");
+    section.paragraph(
+        "Each fault held at values around its estimate while everything else is fitted anew: by how much chi-square rises. The interval \
+         ends where the curve crosses the level of 95 %; a curve that stays below it up to the end of the search leaves the interval \
+         open. Dots: values that were tried. Offsets and gains of sensors that are not faulty are left out: their curves are parabolas.",
+    );
+    let charts: Vec<(Chart, Live)> =
+        all.into_iter().map(|(fault, report, interval)| chart(rig, fault, report, interval)).collect();
+    section.side_by_side(&charts);
+}
+
+fn chart(rig: &Rig, fault: &Fault, report: &FaultReport, interval: &Interval) -> (Chart, Live) {
+    let unit = &rig.parameters[fault.parameter].unit;
+    let shown = |points: Vec<(f64, f64)>| -> Vec<(f64, f64)> {
+        points.into_iter().map(|(si, rise)| (unit.from_si(si), rise)).collect()
+    };
+    let tried = shown(interval.points.iter().map(|point| (point.value, point.rise)).collect());
+    let (from, to) = ends(&tried);
+    let rim = RIM * (to - from);
+    let top = SHOWN * interval.threshold;
+    let series = vec![
+        Series::line("rise of chi-square", shown(curve(&interval.points, interval.value))).styled(0, 0),
+        Series::dots("", tried).styled(0, 0),
+    ];
+    let x = Axis::new(&report.id, &unit.symbol).over(from - rim, to + rim);
+    let mut chart = Chart::new(&report.id, x, Axis::new("", "").over(0.0, top), series).high(130.0);
+    chart.rules.push(Rule::Horizontal { y: interval.threshold, label: "95 %".to_owned() });
+    let vertical = |x: f64, label: &str| Rule::Vertical { x, label: label.to_owned() };
+    chart.rules.extend(report.ci95.into_iter().flatten().map(|end| vertical(end, "")));
+    if (from - rim..=to + rim).contains(&report.healthy) {
+        chart.rules.push(vertical(report.healthy, "healthy"));
+    }
+    let told = format!(
+        "profile likelihood of {}: estimate {}, 95 % interval {}",
+        report.id,
+        with_unit(report.value, &report.unit),
+        words::interval(report)
+    );
+    (chart, Live::new("", told))
+}
+
+fn ends(points: &[(f64, f64)]) -> (f64, f64) {
+    let values = || points.iter().map(|point| point.0);
+    (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
+}
+
+/// The curve through the points of a profile: its signed root is nearly a straight line between them.
+fn curve(points: &[ProfilePoint], best: f64) -> Vec<(f64, f64)> {
+    let root = |point: &ProfilePoint| if point.value < best { -point.rise.sqrt() } else { point.rise.sqrt() };
+    let mut all = Vec::new();
+    for pair in points.windows(2) {
+        let (from, to) = ((pair[0].value, root(&pair[0])), (pair[1].value, root(&pair[1])));
+        all.extend((0..PIECES).map(|piece| {
+            let share = piece as f64 / PIECES as f64;
+            (from.0 + share * (to.0 - from.0), (from.1 + share * (to.1 - from.1)).powi(2))
+        }));
+    }
+    all.extend(points.last().map(|point| (point.value, point.rise)));
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_parabola_is_drawn_as_one_from_three_points() {
+        let point = |value: f64| ProfilePoint { value, rise: 4.0 * (value - 1.0) * (value - 1.0) };
+        let drawn = curve(&[point(-1.0), point(1.0), point(2.5)], 1.0);
+        assert_eq!(drawn.len(), 2 * PIECES + 1);
+        for (value, rise) in drawn {
+            approx::assert_relative_eq!(rise, point(value).rise, epsilon = 1e-12);
+        }
+    }
+}
