@@ -215,7 +215,11 @@ pub fn channel_chi2(run: &Run, rig: &Rig) -> Vec<(f64, usize)> {
     run.misfit
         .chunks(rows.max(1))
         .take(rig.sensors.len())
-        .map(|misfit| (tame_squares(misfit) / rows.max(1) as f64, rows.max(1)))
+        .enumerate()
+        .map(|(sensor, misfit)| {
+            let samples = run.weights.samples(sensor).max(1);
+            (tame_squares(misfit) / samples as f64, samples)
+        })
         .collect()
 }
 
@@ -292,7 +296,7 @@ fn rank(judged: &mut [Judged], base: &Trial, record: &Record) -> Result<(), Comp
         return Ok(());
     };
     let before = base.cost_under(record, &weights)?;
-    let samples = (record.time.len() * base.rig.sensors.len()) as f64;
+    let samples = base.fit.weights.all_samples() as f64;
     for one in judged.iter_mut() {
         let cost = one.trial.cost_under(record, &weights)?;
         let more = one.trial.effect_parameters() as f64 - base.effect_parameters() as f64

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::number::{rounded, text, with_unit};
 use super::table::{Head, aligned};
 use crate::diagnosis::{Diagnosis, FaultReport, Verdict};
+use crate::record::survey::{Doubt, Finding};
 
 /// The verdict in one line.
 pub fn headline(diagnosis: &Diagnosis) -> String {
@@ -172,6 +173,22 @@ pub(super) fn undetermined(diagnosis: &Diagnosis) -> Vec<String> {
     diagnosis.faults.iter().filter_map(open).collect()
 }
 
+/// Findings that are told one by one.
+const TOLD: usize = 12;
+
+/// What of the record the fit does not have, in words.
+pub(super) fn left_out(diagnosis: &Diagnosis) -> Vec<String> {
+    let words = |finding: &Finding| match finding.doubt {
+        Doubt::MissingRows => format!("{finding}; the model runs on, inputs as their `hold` says"),
+        _ => finding.to_string(),
+    };
+    let mut told: Vec<String> = diagnosis.left_out.iter().take(TOLD).map(words).collect();
+    if diagnosis.left_out.len() > TOLD {
+        told.push(format!("and {} more, which `check` lists", diagnosis.left_out.len() - TOLD));
+    }
+    told
+}
+
 /// The diagnosis as a page of text.
 pub fn write_text(diagnosis: &Diagnosis) -> String {
     let mut page = String::new();
@@ -203,6 +220,14 @@ pub fn write_text(diagnosis: &Diagnosis) -> String {
         line("What could not be determined");
         for remark in open {
             line(&format!("  {remark}"));
+        }
+    }
+    let left_out = left_out(diagnosis);
+    if !left_out.is_empty() {
+        line("");
+        line("Left out of the fit");
+        for what in left_out {
+            line(&format!("  {what}"));
         }
     }
     line("");
