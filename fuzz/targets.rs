@@ -46,7 +46,8 @@ fn rig(bytes: &[u8]) {
 /// A formula, a quantity and a unit.
 fn formula(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
-    let names = [Name::new("p", Dimension::PRESSURE), Name::new("x", Dimension::LENGTH), Name::new("k", Dimension::NONE)];
+    let names =
+        [Name::new("p", Dimension::PRESSURE), Name::new("x", Dimension::LENGTH), Name::new("k", Dimension::NONE)];
     for line in text.lines() {
         if let Ok(formula) = Expression::parse(line, &names) {
             let _: f64 = formula.evaluate(&[1e5, 0.5, 2.0]);

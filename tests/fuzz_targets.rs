@@ -18,9 +18,36 @@ const SLOWEST: Duration = Duration::from_secs(5);
 const LONGEST: usize = 6_000;
 /// What breaks readers.
 const TOKENS: &[&[u8]] = &[
-    b"\0\0\0\0\0\0\0\0", b"\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF", b"\x01\0\0\0", b"\0\0\0\x80", b"\xFF\xFF\xFF\x7F", b"NaN", b"-inf",
-    b"1e999", b"\"", b",", b";", b"\n", b"\r", b"[", b"]", b"{", b"}", b"(", b")", b" = ", b"+-", b"^", b"##DG", b"##DL", b"##DZ",
-    b"\x0E\0\0\0", b"\x0F\0\0\0", b"time [s]", b"-1", b"0",
+    b"\0\0\0\0\0\0\0\0",
+    b"\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF",
+    b"\x01\0\0\0",
+    b"\0\0\0\x80",
+    b"\xFF\xFF\xFF\x7F",
+    b"NaN",
+    b"-inf",
+    b"1e999",
+    b"\"",
+    b",",
+    b";",
+    b"\n",
+    b"\r",
+    b"[",
+    b"]",
+    b"{",
+    b"}",
+    b"(",
+    b")",
+    b" = ",
+    b"+-",
+    b"^",
+    b"##DG",
+    b"##DL",
+    b"##DZ",
+    b"\x0E\0\0\0",
+    b"\x0F\0\0\0",
+    b"time [s]",
+    b"-1",
+    b"0",
 ];
 
 struct Mutator {
@@ -79,8 +106,7 @@ impl Mutator {
 
 /// Runs a target on so many mutated inputs; gives how many of them, unlike those that it cannot read, were not empty.
 fn fuzz(target: &Target, executions: u64) {
-    let corpus: Vec<Vec<u8>> =
-        target.corpus.iter().map(|name| fs::read(format!("fixtures/{name}")).unwrap()).collect();
+    let corpus: Vec<Vec<u8>> = target.corpus.iter().map(|name| fs::read(format!("fixtures/{name}")).unwrap()).collect();
     for bytes in &corpus {
         (target.run)(bytes);
     }

@@ -33,7 +33,8 @@ fn every_unit_comes_back() {
                 let back = unit.from_si(unit.to_si(value));
                 assert!(close(back, value, scale), "{name}: {value} {symbol} comes back as {back}");
                 let written = format!("{value} {symbol}");
-                let quantity = Quantity::parse_as(&written, dimension).unwrap_or_else(|error| panic!("{written}: {error}"));
+                let quantity =
+                    Quantity::parse_as(&written, dimension).unwrap_or_else(|error| panic!("{written}: {error}"));
                 assert!(close(quantity.in_unit(), value, scale), "{written}");
                 let difference = unit.difference_from_si(unit.difference_to_si(value));
                 assert!(close(difference, value, 0.0), "{written}");
@@ -81,7 +82,8 @@ fn mapped_columns_read_as_what_they_stand_for() {
         Record::new("made", time, channels).write(&path).unwrap();
         path
     };
-    let of = |path: &std::path::Path, rig: &Rig| rig.record(path).unwrap().channel(&input.column).unwrap().values.clone();
+    let of =
+        |path: &std::path::Path, rig: &Rig| rig.record(path).unwrap().channel(&input.column).unwrap().values.clone();
     let direct = of(&write("plain.csv", vec![1.0, 2.0, -1.0], &input.unit), &plain);
     // Minus two volts a millivolt, and 5 mV at zero.
     let declared = "unit = \"V\"";

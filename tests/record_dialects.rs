@@ -118,7 +118,9 @@ fn formats_that_are_not_read_are_named() {
         let help = "build it with `cargo build --release --features parquet`, or write the record as CSV";
         assert_eq!(read(b"PAR1rest").unwrap_err(), format!("error: RECORD: {what}\n  help: {help}"));
     }
-    for (bytes, name) in [(&b"UnFinMF 4.10    "[..], "MDF whose writing broke off"), (b"MDF     3.30    ", "MDF before version 4")] {
+    for (bytes, name) in
+        [(&b"UnFinMF 4.10    "[..], "MDF whose writing broke off"), (b"MDF     3.30    ", "MDF before version 4")]
+    {
         let message = read(bytes).unwrap_err();
         assert!(
             message.starts_with(&format!("error: RECORD: the file is {name}, which is not read\n  help: ")),
@@ -178,8 +180,7 @@ fn findings(change: impl Fn(usize, f64, f64) -> (f64, f64)) -> Vec<Finding> {
     fs::write(&path, rows).unwrap();
     let (record, refused) = Record::read_as_it_stands(&path).unwrap();
     let found = survey(&record, |_| Some(0.3e5));
-    let refusing =
-        |finding: &Finding| matches!(finding.doubt, Doubt::DuplicateStamp | Doubt::ClockReset);
+    let refusing = |finding: &Finding| matches!(finding.doubt, Doubt::DuplicateStamp | Doubt::ClockReset);
     assert_eq!(refused.is_some(), found.iter().any(refusing), "{found:?}");
     found
 }

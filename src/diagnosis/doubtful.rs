@@ -10,7 +10,9 @@ const ROUNDING: f64 = 1e-9;
 /// Whether the rig has the end of a sensor's range among its effects: then its rest there says something.
 fn models_saturation(rig: &Rig, finding: &Finding) -> bool {
     let sensor = rig.sensors.iter().find(|sensor| Some(&sensor.column) == finding.channel.as_ref());
-    sensor.is_some_and(|sensor| rig.effects.iter().any(|effect| effect.id == format!("sensor-saturation@{}", sensor.name)))
+    sensor.is_some_and(|sensor| {
+        rig.effects.iter().any(|effect| effect.id == format!("sensor-saturation@{}", sensor.name))
+    })
 }
 
 /// The record without the samples of stuck and saturated sensors and without spikes, and everything that the fit does not have:

@@ -320,7 +320,10 @@ fn goes_with(misfit: &[f64], there: &[bool], signals: &[(String, Vec<f64>)]) -> 
     let misfit = only(misfit);
     let mut all: Vec<GoesWith> = signals
         .iter()
-        .map(|(name, values)| GoesWith { signal: name.clone(), coefficient: rounded(correlation(&misfit, &only(values)), 4) })
+        .map(|(name, values)| GoesWith {
+            signal: name.clone(),
+            coefficient: rounded(correlation(&misfit, &only(values)), 4),
+        })
         .filter(|goes| goes.coefficient.abs() >= GOES_WITH)
         .collect();
     all.sort_by(|a, b| b.coefficient.abs().total_cmp(&a.coefficient.abs()));

@@ -64,7 +64,9 @@ impl Binary {
             Self::Mat => gathered(mat::read(bytes, MOST)),
             Self::Mdf => gathered(mdf::read(bytes, MOST)),
             Self::Hdf => Err(self.not_read(path, "save it in MATLAB with `writetable`, or in another way as CSV")),
-            Self::UnfinishedMdf => Err(self.not_read(path, "let the program that wrote it finish it, or repair it there")),
+            Self::UnfinishedMdf => {
+                Err(self.not_read(path, "let the program that wrote it finish it, or repair it there"))
+            }
             Self::OldMdf => Err(self.not_read(path, "convert it to MDF 4, or write the record as CSV")),
         }
     }

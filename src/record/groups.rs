@@ -87,13 +87,16 @@ impl Groups {
                 refused = Some(complaint);
             }
         }
-        let wanted: Vec<bool> = self.groups.iter().map(|group| group.columns.iter().any(|c| asked.has(&c.name))).collect();
+        let wanted: Vec<bool> =
+            self.groups.iter().map(|group| group.columns.iter().any(|c| asked.has(&c.name))).collect();
         let making = |index: usize| wanted.get(index) == Some(&true) || !wanted.contains(&true);
         let times: Vec<&[f64]> = self.groups.iter().map(|group| &group.time[..]).collect();
         let (time, rows) = if alone { (times[0].to_vec(), Vec::new()) } else { align(&times, making) };
         if time.len().saturating_mul(count) > MOST_NUMBERS {
             let what = format!("the record has {count} columns at {} times", time.len());
-            return Err(complain(Kind::Bounds, what).help("split it, or leave away channels that the rig does not name"));
+            return Err(
+                complain(Kind::Bounds, what).help("split it, or leave away channels that the rig does not name")
+            );
         }
         let mut channels: Vec<Channel> = Vec::new();
         for (number, group) in self.groups.into_iter().enumerate() {
@@ -105,7 +108,8 @@ impl Groups {
                         continue;
                     }
                 };
-                let values = column.values.iter().map(|value| if value.is_finite() { unit.to_si(*value) } else { f64::NAN });
+                let values =
+                    column.values.iter().map(|value| if value.is_finite() { unit.to_si(*value) } else { f64::NAN });
                 let values = if alone { values.collect() } else { spread(values, &rows[number], time.len()) };
                 let name = unlike(column.name, &group.name, number, &channels);
                 channels.push(Channel::new(name, unit, values));
@@ -125,7 +129,10 @@ fn unlike(name: String, group: &str, number: usize, channels: &[Channel]) -> Str
         return name;
     }
     let within = if group.is_empty() { format!("{name}@{}", number + 1) } else { format!("{group}.{name}") };
-    (1..).map(|again| if again == 1 { within.clone() } else { format!("{within}#{again}") }).find(|name| !taken(name)).unwrap_or(within)
+    (1..)
+        .map(|again| if again == 1 { within.clone() } else { format!("{within}#{again}") })
+        .find(|name| !taken(name))
+        .unwrap_or(within)
 }
 
 /// The unit of the file, else that of the rig file; why the column is of no use where neither has one.
@@ -136,7 +143,9 @@ fn unit(column: &Column, asked: &Asked) -> Result<Unit, String> {
 }
 
 fn check_lengths(path: &Path, group: &Group) -> Result<(), Complaint> {
-    let Some(column) = group.columns.iter().find(|column| column.values.len() != group.time.len()) else { return Ok(()) };
+    let Some(column) = group.columns.iter().find(|column| column.values.len() != group.time.len()) else {
+        return Ok(());
+    };
     let (found, wanted) = (column.values.len(), group.time.len());
     let what = format!("the column `{}` has {found} values for {wanted} times", column.name);
     Err(Complaint::new(Kind::Shape, what).in_file(path).help("one value for each time"))

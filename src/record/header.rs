@@ -5,7 +5,6 @@ use super::groups::MOST_COLUMNS;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::units::{Dimension, Unit};
 
-
 /// One column as the header names it.
 pub(super) struct Column {
     pub name: String,
@@ -113,7 +112,9 @@ fn parse_column(field: &str, number: usize, place: &Place, asked: &Asked) -> Res
             .help("write `name [unit]`; remove a separator at the end of the lines"));
     }
     let told = asked.unit(name);
-    if unit.is_empty() && let Some(unit) = told {
+    if unit.is_empty()
+        && let Some(unit) = told
+    {
         return Ok(Column { name: name.to_owned(), unit: unit.clone() });
     }
     if unit.is_empty() {

@@ -135,7 +135,9 @@ impl Record {
                 return Err(Complaint::new(Kind::Unit, format!("the column `{name}` is left out: {why}"))
                     .at(asked_from)
                     .at(header)
-                    .help("write its unit into its line of the rig file, such as `unit = \"bar\"`, or convert the record"));
+                    .help(
+                        "write its unit into its line of the rig file, such as `unit = \"bar\"`, or convert the record",
+                    ));
             }
             let names = self.channels.iter().map(|channel| channel.name.as_str());
             return Err(Complaint::new(Kind::UnknownName, format!("the record has no column `{name}`"))

@@ -240,8 +240,7 @@ pub(super) fn samples(
             own.value[0] = values[row] + lag * own.value[1];
             own.variance[0] = source.variance(rig) + lag * lag * own.variance[1];
         }
-        let disturbed =
-            row < half
+        let disturbed = row < half
             || row + half >= count
             || prepared.disturbance(&rows).is_some()
             || prepared.lacks(&rows)

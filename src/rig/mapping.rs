@@ -45,7 +45,9 @@ impl Rig {
             let dimension = sensor.scale.as_ref().map_or(sensor.quantity.dimension(), |scale| scale.raw.dimension);
             ("sensor", &sensor.column, dimension)
         });
-        let inputs = self.inputs.iter().map(|input| ("input", &input.column, input.scale.as_ref().map_or(&input.unit, |scale| &scale.raw).dimension));
+        let inputs = self.inputs.iter().map(|input| {
+            ("input", &input.column, input.scale.as_ref().map_or(&input.unit, |scale| &scale.raw).dimension)
+        });
         let named: Vec<(&str, &String, Dimension)> = sensors.chain(inputs).collect();
         let lacking: Vec<_> = named.iter().filter(|(_, column, _)| record.channel(column).is_none()).collect();
         let free: Vec<(&str, &Unit)> = record

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use super::Scaling;
 use crate::complaint::{Complaint, Place};
 use crate::record::Record;
-use super::Scaling;
 use crate::units::{Dimension, Unit};
 
 /// What a sensor measures.

@@ -14,7 +14,10 @@ const COMPRESSED: u32 = 15;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value {
     /// Real numbers in the order of the file, with the sizes of their array.
-    Numbers { sizes: Vec<usize>, values: Vec<f64> },
+    Numbers {
+        sizes: Vec<usize>,
+        values: Vec<f64>,
+    },
     Text(String),
     /// One structure.
     Fields(Vec<(String, Value)>),

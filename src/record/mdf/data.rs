@@ -42,7 +42,10 @@ fn piece(block: &Block<'_>, out: &mut Vec<u8>, most: u64) -> Result<(), Broken> 
             out.extend(unpacked(block.data(), left)?);
             Ok(())
         }
-        id => Err(Broken::damaged(format!("its data stand in blocks {}, which are not read", String::from_utf8_lossy(id)))),
+        id => Err(Broken::damaged(format!(
+            "its data stand in blocks {}, which are not read",
+            String::from_utf8_lossy(id)
+        ))),
     }
 }
 

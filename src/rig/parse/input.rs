@@ -23,7 +23,8 @@ pub(super) fn read_inputs(rig: &mut Rig, inputs: Option<Value<'_>>) -> Result<()
             Some(value) => Some(Scaling::read(&value, unit.dimension, table.get("offset").as_ref())?),
         };
         // A scaled input is described in what its column holds.
-        let (dimension, size) = scale.as_ref().map_or((unit.dimension, 1.0), |scale| (scale.raw.dimension, scale.size()));
+        let (dimension, size) =
+            scale.as_ref().map_or((unit.dimension, 1.0), |scale| (scale.raw.dimension, scale.size()));
         let noise = match table.get("noise") {
             None => 0.0,
             Some(value) => difference(&value, dimension)? * size,

@@ -18,9 +18,12 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
     let sign = match table.get("direction") {
         None => 1.0,
         Some(value) if quantity != Quantity::Flow => {
-            return Err(Complaint::new(Kind::Contradiction, format!("{} is given, but only flows have one", value.what))
-                .at(value.place())
-                .help("write a negative scale where the column counts the other way, such as `scale = \"-1 mm/mm\"`"));
+            return Err(Complaint::new(
+                Kind::Contradiction,
+                format!("{} is given, but only flows have one", value.what),
+            )
+            .at(value.place())
+            .help("write a negative scale where the column counts the other way, such as `scale = \"-1 mm/mm\"`"));
         }
         Some(value) => named(&value, "directions", &[("in", 1.0), ("out", -1.0)])?,
     };

@@ -17,9 +17,9 @@ pub(super) fn check(version: Option<Value<'_>>) -> Result<(), Complaint> {
     let place = version.place();
     if stated > f64::from(VERSION) && stated.fract() == 0.0 {
         let what = format!("the rig file is of version {stated}, and this borescope reads version {VERSION}");
-        return Err(Complaint::new(Kind::Bounds, what)
-            .at(place)
-            .help("take a newer borescope, or write the file as docs/reference/rig-file.md has it, with `version = 1`"));
+        return Err(Complaint::new(Kind::Bounds, what).at(place).help(
+            "take a newer borescope, or write the file as docs/reference/rig-file.md has it, with `version = 1`",
+        ));
     }
     Err(Complaint::new(Kind::Bounds, format!("there is no version {stated} of rig files"))
         .at(place)
