@@ -7,7 +7,7 @@ mod command;
 use std::fs;
 use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use command::borescope;
@@ -26,11 +26,8 @@ fn a_full_disk_is_told() {
     assert!(ran.err.starts_with("error: /dev/full: cannot be written: "), "{}", ran.err);
     let full = fs::File::options().write(true).open("/dev/full").unwrap();
     for verb in [&["check", RIG][..], &["effects"], &["check", RIG, "--format", "json"]] {
-        let child = Command::new(env!("CARGO_BIN_EXE_borescope"))
-            .args(verb)
-            .stdout(full.try_clone().unwrap())
-            .stderr(Stdio::piped());
-        let output = child.output().unwrap();
+        let out = full.try_clone().unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_borescope")).args(verb).stdout(out).output().unwrap();
         let told = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{verb:?}: {told}");
         assert!(told.starts_with("error: standard output cannot be written: "), "{verb:?}: {told}");

@@ -276,6 +276,21 @@ fn channels_of_other_rates_stay_at_their_times() {
     assert_eq!((gaps.len(), gaps[0].channel.as_str(), gaps[0].missing), (1, "T_oil", 240));
 }
 
+/// Blocks that lead back to themselves are no endless record.
+#[test]
+fn links_in_a_circle_are_told() {
+    let mut bytes = fs::read("fixtures/formats/stroke.mf4").unwrap();
+    for id in [b"##DL", b"##CG", b"##CN"] {
+        let at = bytes.windows(4).position(|four| four == id).unwrap();
+        bytes[at + 24..at + 32].copy_from_slice(&(at as u64).to_le_bytes());
+        let message = read(&bytes).unwrap_err();
+        assert!(
+            message.starts_with("error: RECORD: the MDF 4 file is damaged: its blocks lead in a circle"),
+            "{message}"
+        );
+    }
+}
+
 /// No damage panics, wherever it is, and none is read as if nothing were.
 #[test]
 fn damaged_binary_files_are_told() {

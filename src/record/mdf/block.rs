@@ -1,16 +1,15 @@
 //! Blocks of MDF 4: a name of four letters, links to other blocks, then data.
 
+use std::collections::HashSet;
+
 use crate::record::bytes::{Broken, part, u64_at};
 
 /// The file, and how much of it has been followed.
 pub(super) struct File<'a> {
     pub bytes: &'a [u8],
-    /// Blocks that may still be visited: links may lead in circles.
-    left: usize,
+    /// Where blocks of groups, channels and data have been visited: links may lead in circles.
+    visited: HashSet<u64>,
 }
-
-/// Most blocks that are visited; a file of 4096 channels has ten thousands.
-const MOST_BLOCKS: usize = 1 << 20;
 
 /// One block.
 pub(super) struct Block<'a> {
@@ -21,15 +20,14 @@ pub(super) struct Block<'a> {
 
 impl<'a> File<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
-        Self { bytes, left: MOST_BLOCKS }
+        Self { bytes, visited: HashSet::new() }
     }
 
     /// The block at an address; `None` where the address is that of no block.
-    pub fn block(&mut self, address: u64) -> Result<Option<Block<'a>>, Broken> {
+    pub fn block(&self, address: u64) -> Result<Option<Block<'a>>, Broken> {
         if address == 0 {
             return Ok(None);
         }
-        self.left = self.left.checked_sub(1).ok_or_else(|| Broken::damaged("its blocks lead in a circle"))?;
         let start = usize::try_from(address).unwrap_or(usize::MAX);
         let head = part(self.bytes, start, 24)?;
         if !head.starts_with(b"##") {
@@ -44,8 +42,22 @@ impl<'a> File<'a> {
         Ok(Some(Block { id: part(head, 0, 4)?, bytes, links }))
     }
 
+    /// The block at an address that no other one may lead to.
+    pub fn once(&mut self, address: u64) -> Result<Option<Block<'a>>, Broken> {
+        if address != 0 && !self.visited.insert(address) {
+            return Err(Broken::damaged("its blocks lead in a circle"));
+        }
+        self.block(address)
+    }
+
+    /// The same, of a block that must be one of this name.
+    pub fn once_named(&mut self, address: u64, id: &[u8]) -> Result<Option<Block<'a>>, Broken> {
+        self.once(address)?;
+        self.named(address, id)
+    }
+
     /// The block at an address, which must be one of this name.
-    pub fn named(&mut self, address: u64, id: &[u8]) -> Result<Option<Block<'a>>, Broken> {
+    pub fn named(&self, address: u64, id: &[u8]) -> Result<Option<Block<'a>>, Broken> {
         match self.block(address)? {
             Some(block) if block.id != id => {
                 let (found, wanted) = (String::from_utf8_lossy(block.id), String::from_utf8_lossy(id));
@@ -56,7 +68,7 @@ impl<'a> File<'a> {
     }
 
     /// The text at an address: plain, or within the `<TX>` of a comment.
-    pub fn text(&mut self, address: u64) -> Result<Option<String>, Broken> {
+    pub fn text(&self, address: u64) -> Result<Option<String>, Broken> {
         let Some(block) = self.block(address)? else { return Ok(None) };
         let data = block.data();
         let end = data.iter().position(|byte| *byte == 0).unwrap_or(data.len());

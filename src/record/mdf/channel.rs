@@ -36,7 +36,7 @@ pub(super) struct Channel {
 }
 
 impl Channel {
-    pub fn read(file: &mut File<'_>, block: &Block<'_>) -> Result<Self, Broken> {
+    pub fn read(file: &File<'_>, block: &Block<'_>) -> Result<Self, Broken> {
         let data = block.data();
         let byte = |at: usize| part(data, at, 1).map(|one| one.first().copied().unwrap_or_default());
         let name = file.text(block.link(2))?.unwrap_or_default();

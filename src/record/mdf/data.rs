@@ -5,10 +5,10 @@ use crate::record::bytes::{Broken, inflate, part, u32_at, u64_at};
 
 /// Appends the records at an address to `out`, of at most `most` bytes.
 pub(super) fn gather(file: &mut File<'_>, address: u64, out: &mut Vec<u8>, most: u64) -> Result<(), Broken> {
-    let Some(block) = file.block(address)? else { return Ok(()) };
+    let Some(block) = file.once(address)? else { return Ok(()) };
     match block.id {
         b"##DL" => list(file, block, out, most),
-        b"##HL" => match file.named(block.link(0), b"##DL")? {
+        b"##HL" => match file.once_named(block.link(0), b"##DL")? {
             Some(first) => list(file, first, out, most),
             None => Ok(()),
         },
@@ -21,11 +21,11 @@ fn list<'a>(file: &mut File<'a>, first: Block<'a>, out: &mut Vec<u8>, most: u64)
     let mut list = Some(first);
     while let Some(block) = list {
         for index in 1..block.links() {
-            if let Some(one) = file.block(block.link(index))? {
+            if let Some(one) = file.once(block.link(index))? {
                 piece(&one, out, most)?;
             }
         }
-        list = file.named(block.link(0), b"##DL")?;
+        list = file.once_named(block.link(0), b"##DL")?;
     }
     Ok(())
 }

@@ -29,7 +29,7 @@ pub(super) fn read(bytes: &[u8], most: u64) -> Result<Groups, Broken> {
     let head = file.named(64, b"##HD")?.ok_or_else(|| Broken::damaged("it has no header"))?;
     let mut groups = Groups::default();
     let (mut left, mut numbers) = (most, MOST_NUMBERS);
-    let mut next = file.named(head.link(0), b"##DG")?;
+    let mut next = file.once_named(head.link(0), b"##DG")?;
     while let Some(data_group) = next {
         let layouts = layouts(&mut file, &data_group)?;
         let mut records = Vec::new();
@@ -43,22 +43,22 @@ pub(super) fn read(bytes: &[u8], most: u64) -> Result<Groups, Broken> {
         for (layout, records) in layouts.into_iter().zip(sorted) {
             take(&mut groups, layout, &records, &mut numbers)?;
         }
-        next = file.named(data_group.link(0), b"##DG")?;
+        next = file.once_named(data_group.link(0), b"##DG")?;
     }
     Ok(groups)
 }
 
 fn layouts(file: &mut File<'_>, data_group: &Block<'_>) -> Result<Vec<Layout>, Broken> {
     let mut layouts = Vec::new();
-    let mut next = file.named(data_group.link(1), b"##CG")?;
+    let mut next = file.once_named(data_group.link(1), b"##CG")?;
     while let Some(group) = next {
         let data = group.data();
         let (bytes, invalid) = (u32_at(data, 24, true)? as usize, u32_at(data, 28, true)? as usize);
         let mut channels = Vec::new();
-        let mut channel = file.named(group.link(1), b"##CN")?;
+        let mut channel = file.once_named(group.link(1), b"##CN")?;
         while let Some(block) = channel {
             channels.push(Channel::read(file, &block)?);
-            channel = file.named(block.link(0), b"##CN")?;
+            channel = file.once_named(block.link(0), b"##CN")?;
         }
         layouts.push(Layout {
             record_id: u64_at(data, 0, true)?,
@@ -67,7 +67,7 @@ fn layouts(file: &mut File<'_>, data_group: &Block<'_>) -> Result<Vec<Layout>, B
             variable: part(data, 16, 1)?[0] & 1 != 0,
             channels,
         });
-        next = file.named(group.link(0), b"##CG")?;
+        next = file.once_named(group.link(0), b"##CG")?;
     }
     Ok(layouts)
 }
