@@ -159,7 +159,7 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let hidden = without.as_ref().map_or(Vec::new(), |without| candidates(without, 1));
     let mut stands = vec![(base.values.clone(), base.set)];
     stands.extend(without.map(|without| (without.case.full.parameters(&without.isolation.best.theta), 0)));
-    let worth = significant(scored.len()) + if near { NEAR * base.fit.misfit.len() as f64 } else { 0.0 };
+    let worth = significant(scored.len()) + if near { NEAR * base.fit.weights.all_samples() as f64 } else { 0.0 };
     let best = |list: &[Candidate], most: usize| -> Vec<Vec<Candidate>> {
         let promising = list.iter().filter(|candidate| candidate.score > worth);
         promising.take(most).map(|candidate| vec![candidate.clone()]).collect()
@@ -239,7 +239,7 @@ fn judge(
             Some((effects, rough))
         })
         .collect();
-    let samples = base.fit.misfit.len() as f64;
+    let samples = base.fit.weights.all_samples() as f64;
     rough.sort_by(|a, b| a.1.priced(samples).total_cmp(&b.1.priced(samples)));
     // From several stands the same effect comes twice.
     let mut known: Vec<String> = Vec::new();
