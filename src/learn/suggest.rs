@@ -150,8 +150,7 @@ pub(super) fn refitted_alone(base: &Trial, record: &Record, candidate: Option<Ca
 /// As [`suggest`].
 pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>) -> Result<Suggestion, Complaint> {
     let base_check = check.map(|record| base.check(record)).transpose()?;
-    let near =
-        is_adequate(&base.fit, &base.rig) && base_check.as_ref().is_none_or(|run| is_adequate(run, &base.rig));
+    let near = is_adequate(&base.fit, &base.rig) && base_check.as_ref().is_none_or(|run| is_adequate(run, &base.rig));
     // Faults bend to what is missing: what they hide shows where there are none.
     let of_components = members(base.set).any(|fault| !estimate.case.is_of_sensor(fault));
     let without = (of_components || (base.set != 0 && !near)).then(|| estimate.without_faults(FORMS)).transpose()?;
@@ -176,11 +175,8 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
         judged.extend(judge(estimate, (&base, &stands), &base_check, check, pairs)?);
         rank(&mut judged, &base, estimate.case.record)?;
     }
-    let conclusion = if near {
-        conclude_near(&mut judged, &base, &base_check)
-    } else {
-        conclude(&mut judged, &base, &base_check)
-    };
+    let conclusion =
+        if near { conclude_near(&mut judged, &base, &base_check) } else { conclude(&mut judged, &base, &base_check) };
     if conclusion == Conclusion::UnknownEffect {
         // What no law explains, a curve may at least describe.
         let curves = empirical(&base.rig).into_iter().map(|curve| vec![curve]).collect();

@@ -126,7 +126,9 @@ pub fn rig(sheet: Sheet) -> Rig {
     let text = match sheet {
         Sheet::Plain => text,
         Sheet::Throttled => text.replace("\"5 mm\"", "\"1.6 mm\""),
-        Sheet::TrueSensors => text.lines().filter(|line| !line.starts_with("\"sensor.")).map(|line| format!("{line}\n")).collect(),
+        Sheet::TrueSensors => {
+            text.lines().filter(|line| !line.starts_with("\"sensor.")).map(|line| format!("{line}\n")).collect()
+        }
     };
     Rig::parse(path, text).expect("a rig")
 }

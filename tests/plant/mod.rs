@@ -247,7 +247,8 @@ impl Plant {
         // Cylinder.
         let inside = x.clamp(0.0, STROKE);
         let gap = self.clearance / 2.0;
-        let gap_leak = PI * 0.04 * gap.powi(3) / (12.0 * self.viscosity * LAND) * (p_a - p_b) - PI * 0.04 * gap * v / 2.0;
+        let gap_leak =
+            PI * 0.04 * gap.powi(3) / (12.0 * self.viscosity * LAND) * (p_a - p_b) - PI * 0.04 * gap * v / 2.0;
         let share = inside / STROKE;
         let worn = self.worn_end * share * (0.9 + 0.1 * share) * (p_a - p_b);
         let hole = 0.7 * self.hole_in_piston * (2.0 / DENSITY).sqrt() * root(p_a - p_b);

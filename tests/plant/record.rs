@@ -60,7 +60,8 @@ impl System<f64, SVector<f64, STATES>> for Running<'_> {
 
 /// What the plant's sensors follow, lags included, `[sensor][row]`, SI, and what acted over the interval before each row.
 fn run(plant: &Plant, phases: &[Phase]) -> (Vec<Vec<f64>>, Vec<Acting>) {
-    let keep = plant.readings.map(|reading| if reading.lag > 0.0 { (-STEP * FINE as f64 / reading.lag).exp() } else { 0.0 });
+    let keep =
+        plant.readings.map(|reading| if reading.lag > 0.0 { (-STEP * FINE as f64 / reading.lag).exp() } else { 0.0 });
     let seen = |y: &[f64; STATES], acting: Acting| {
         let (_, flows) = plant.rates(y, acting);
         let near = |side: usize| if plant.lines[side].is_some() { y[10 + side] } else { y[2 + side] };
