@@ -118,7 +118,9 @@ fn formats_that_are_not_read_are_named() {
         let help = "build it with `cargo build --release --features parquet`, or write the record as CSV";
         assert_eq!(read(b"PAR1rest").unwrap_err(), format!("error: RECORD: {what}\n  help: {help}"));
     }
-    for (bytes, name) in [(&b"MATLAB 5.0 MAT-file"[..], "MATLAB v5"), (b"MDF     4.10    ", "MDF 4")] {
+    for (bytes, name) in
+        [(&b"UnFinMF 4.10    "[..], "MDF whose writing broke off"), (b"MDF     3.30    ", "MDF before version 4")]
+    {
         let message = read(bytes).unwrap_err();
         assert!(
             message.starts_with(&format!("error: RECORD: the file is {name}, which is not read\n  help: ")),
@@ -178,8 +180,7 @@ fn findings(change: impl Fn(usize, f64, f64) -> (f64, f64)) -> Vec<Finding> {
     fs::write(&path, rows).unwrap();
     let (record, refused) = Record::read_as_it_stands(&path).unwrap();
     let found = survey(&record, |_| Some(0.3e5));
-    let refusing =
-        |finding: &Finding| matches!(finding.doubt, Doubt::Dropout | Doubt::DuplicateStamp | Doubt::ClockReset);
+    let refusing = |finding: &Finding| matches!(finding.doubt, Doubt::DuplicateStamp | Doubt::ClockReset);
     assert_eq!(refused.is_some(), found.iter().any(refusing), "{found:?}");
     found
 }
@@ -235,6 +236,7 @@ fn files_of_other_programs_read_alike() {
     let plain = read("stroke.csv");
     assert_eq!((plain.time.len(), plain.channels.len()), (250, 11));
     let mut names = vec!["stroke.csv.gz", "stroke.csv.zst", "stroke_german.csv", "stroke_units.tsv"];
+    names.extend(["stroke_plain.mat", "stroke_struct.mat", "stroke.mf4"]);
     if cfg!(feature = "parquet") {
         names.push("stroke.parquet");
     }
@@ -249,6 +251,60 @@ fn files_of_other_programs_read_alike() {
             );
         }
         assert!(!other.origin.is_plain(), "{name}");
+    }
+}
+
+/// Groups of other rates, scaled integers, packed and transposed bytes: each sample at its own time, none in between.
+#[test]
+fn channels_of_other_rates_stay_at_their_times() {
+    let plain = Record::read("fixtures/formats/stroke.csv").unwrap();
+    let rates = Record::read("fixtures/formats/stroke_rates.mf4").unwrap();
+    assert_eq!((&rates.time, &rates.origin.read_as[..]), (&plain.time, "MDF 4"));
+    for channel in &plain.channels {
+        let other = rates.channel(&channel.name).unwrap();
+        assert_eq!(other.unit, channel.unit);
+        for (row, (value, other)) in channel.values.iter().zip(&other.values).enumerate() {
+            if channel.name == "T_oil" && row % 25 != 0 {
+                assert!(other.is_nan(), "row {row}");
+            } else {
+                // An integer times the step, against the rounded decimal.
+                approx::assert_relative_eq!(value, other, max_relative = 1e-12, epsilon = 1e-12);
+            }
+        }
+    }
+    let gaps = rates.gaps();
+    assert_eq!((gaps.len(), gaps[0].channel.as_str(), gaps[0].missing), (1, "T_oil", 240));
+}
+
+/// Blocks that lead back to themselves are no endless record.
+#[test]
+fn links_in_a_circle_are_told() {
+    let mut bytes = fs::read("fixtures/formats/stroke.mf4").unwrap();
+    for id in [b"##DL", b"##CG", b"##CN"] {
+        let at = bytes.windows(4).position(|four| four == id).unwrap();
+        bytes[at + 24..at + 32].copy_from_slice(&(at as u64).to_le_bytes());
+        let message = read(&bytes).unwrap_err();
+        assert!(
+            message.starts_with("error: RECORD: the MDF 4 file is damaged: its blocks lead in a circle"),
+            "{message}"
+        );
+    }
+}
+
+/// No damage panics, wherever it is, and none is read as if nothing were.
+#[test]
+fn damaged_binary_files_are_told() {
+    for name in ["stroke_plain.mat", "stroke_struct.mat", "stroke.mf4", "stroke_rates.mf4"] {
+        let whole = fs::read(format!("fixtures/formats/{name}")).unwrap();
+        for cut in [20, 100, 130, whole.len() / 2] {
+            let message = read(&whole[..cut]).unwrap_err();
+            assert!(message.starts_with("error: RECORD: ") && message.contains("  help: "), "{name} {cut}: {message}");
+        }
+        for at in (16..whole.len()).step_by(13) {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 0xFF;
+            let _ = read(&bytes);
+        }
     }
 }
 

@@ -80,10 +80,10 @@ const WRONG: &[(&[u8], &str, &str)] = &[
     (b"time [s],p [bar]\n0.1,1\n0.3,1\n0.2,1\n", ":3 and :4: the time runs backwards to 0.2 s", RISES),
     (b"time [s],p [bar]\n0.1,1\n# gap\n\n0.1,1\n", ":2 and :5: the time 0.1 s repeats", RISES),
     // The numbers.
-    (b"time [s],p [bar]\n0,1\n1,NaN\n2,3\n", ":3: `NaN` in column `p` is not a finite number", NUMBER),
-    (b"time [s],p [bar]\n0,-inf\n", ":2: `-inf` in column `p` is not a finite number", NUMBER),
+    (b"time [s],p [bar]\n0,1\nNaN,2\n", ":3: `NaN` in column `time` is not a finite number", NUMBER),
+    (b"time [s],p [bar]\n-inf,0\n", ":2: `-inf` in column `time` is not a finite number", NUMBER),
     (b"time [s],p [bar]\n0,1e999\n", ":2: `1e999` in column `p` is not a finite number", NUMBER),
-    (b"time [s],p [bar]\n0,\n", ":2: the field of `p` is empty", EMPTY_FIELD),
+    (b"time [s],p [bar]\n,0\n", ":2: the field of `time` is empty", EMPTY_FIELD),
     (b"time [s],p [bar]\n0,high\n", ":2: `high` in column `p` is not a number", NUMBER),
     (b"time [s],p [bar]\n12:30:01,1\n", ":2: `12:30:01` in column `time` is not a number", NUMBER),
     (b"time [s];p [bar]\n0,5;1.5\n", ":2: `1.5` in column `p`: the decimal mark of this file is the comma", MARKS),

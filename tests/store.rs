@@ -51,6 +51,7 @@ fn diagnosis(record: &str, value: f64, half: f64) -> Diagnosis {
         fit: FitReport { chi2_reduced: 1.0, iterations: 1, solves: 2, stopped_because: "it did".to_owned() },
         channels: Vec::new(),
         uncertain: Vec::new(),
+        left_out: Vec::new(),
     }
 }
 

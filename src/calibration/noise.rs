@@ -50,7 +50,7 @@ pub(super) fn estimate(rig: &Rig, solutions: &Solutions<'_>, curves: &Curves) ->
         for (index, sensor) in rig.sensors.iter().enumerate() {
             let quiet = |row: usize| variance[index][row] <= (1.0 + QUIET) * sensor.variance();
             for phase in &phases {
-                let rows: Vec<usize> = phase.clone().collect();
+                let rows: Vec<usize> = phase.clone().filter(|&row| variance[index][row].is_finite()).collect();
                 for run in rows.chunk_by(|&a, &b| quiet(a) == quiet(b)).filter(|run| quiet(run[0])) {
                     let count = run.len().div_ceil(BLOCK).max(1);
                     for block in run.chunks(run.len().div_ceil(count)).filter(|block| block.len() >= LEAST) {

@@ -83,6 +83,8 @@ pub fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<Complai
         ));
     }
     warnings.extend(findings.iter().map(Finding::to_string));
+    let left_out = |(name, why): &(String, String)| format!("`{name}` of the file is no column of the record: {why}");
+    warnings.extend(record.origin.left_out.iter().map(left_out));
     let role = |channel: &Channel| {
         if rig.sensors.iter().any(|sensor| sensor.column == channel.name) {
             Some("sensor")

@@ -13,5 +13,10 @@ pub fn record(rig: &Rig, path: &Path) -> Result<Record, Complaint> {
     if !record.origin.is_plain() {
         note(format_args!("note: {}: read as {}", path.display(), record.origin.read_as));
     }
+    for gap in record.gaps().iter().filter(|gap| rig.reads(&gap.channel)) {
+        let held = rig.inputs.iter().any(|input| input.column == gap.channel);
+        let what = if held { "there it acts as its `hold` says" } else { "left out of the fit" };
+        note(format_args!("note: {}: {gap}; {what}", path.display()));
+    }
     Ok(record)
 }

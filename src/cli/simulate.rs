@@ -101,7 +101,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     })?;
     let inputs = match &source {
         // Recorded inputs are measured already: copied, they drive the next simulation alike.
-        Some(record) if arguments.seed.is_none() => recorded_inputs(&model.rig, record)?,
+        Some(record) if arguments.seed.is_none() => recorded_inputs(&model.rig, record, &drive)?,
         _ => model::input_columns(&model.rig, &drive, &times),
     };
     let mut record = model::recording(&model.rig, &arguments.output, times, inputs, &outputs, arguments.seed);
@@ -219,10 +219,13 @@ pub(super) fn drive(rig: &Rig, source: Option<&Record>) -> Result<(Drive, Vec<f6
     Ok((Drive::from_cycle(rig, cycle), model::cycle_times(rig, cycle)))
 }
 
-fn recorded_inputs(rig: &Rig, record: &Record) -> Result<Vec<Vec<f64>>, Complaint> {
-    let column = |input: &crate::rig::Input| {
+/// The input columns of a record; where one has no value, what it does there by its way to hold.
+fn recorded_inputs(rig: &Rig, record: &Record, drive: &Drive) -> Result<Vec<Vec<f64>>, Complaint> {
+    let held = model::input_columns(rig, drive, &record.time);
+    let column = |(input, held): (&crate::rig::Input, Vec<f64>)| {
         let channel = record.require(&input.column, input.unit.dimension, input.place.clone())?;
-        Ok(channel.values.clone())
+        let pairs = channel.values.iter().zip(held);
+        Ok(pairs.map(|(value, held)| if value.is_nan() { held } else { *value }).collect())
     };
-    rig.inputs.iter().map(column).collect()
+    rig.inputs.iter().zip(held).map(column).collect()
 }

@@ -39,7 +39,7 @@ pub struct Estimate<'a> {
     pub isolation: Isolation,
 }
 
-/// The columns of a record that the rig's sensors read, SI.
+/// The columns of a record that the rig's sensors read, SI; NaN where there is no sample.
 ///
 /// # Errors
 /// A column that is missing or of another dimension.
@@ -228,7 +228,7 @@ impl Estimate<'_> {
         case.full.weights = rough(model, record, drive, &case.full.measured);
         starts.extend(search::places(case).iter().map(|place| (place.theta(case), place.set())));
         starts.dedup_by_key(|(_, set)| *set);
-        let samples = (case.full.times.len() * case.full.measured.len()) as f64;
+        let samples = case.full.weights.all_samples() as f64;
         let fitted = starts.par_iter().filter_map(|(start, set)| {
             let (theta, cost) = quick(model, record, drive, (start, *set), FIRST_FORMS).ok()?;
             Some((theta, *set, cost + f64::from(set.count_ones()) * samples.ln()))
@@ -261,7 +261,7 @@ impl Estimate<'_> {
 }
 
 fn missed(case: &Case<'_>, isolation: &Isolation) -> bool {
-    let samples = (case.full.times.len() * case.full.measured.len()) as f64;
+    let samples = case.full.weights.all_samples() as f64;
     isolation.best.cost > 2.0 * POOR * samples
 }
 

@@ -6,6 +6,7 @@
 
 pub mod case;
 pub mod descend;
+mod doubtful;
 pub mod estimate;
 pub mod expected;
 pub mod hypotheses;
@@ -82,7 +83,10 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
             .at(Place::file(&rig.path))
             .help("add `[sensors]`, one line per measured column"));
     }
+    let (cleared, left_out) = doubtful::set_aside(rig, record);
+    let record = cleared.as_ref().unwrap_or(record);
     let drive = Drive::from_record(rig, record)?;
+    estimate::measured(rig, record)?;
     progress::stage("residuals and fit");
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;
     let mut first = estimate::near(model, record, &drive, None, estimate::FROM_HEALTHY)?;
@@ -146,7 +150,7 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
         Verdict::Healthy => None,
         _ => alarms.reduce(f64::min).or_else(|| parted_at(&estimate, &healthy, &misfit, &options.detection)),
     };
-    let samples = misfit.iter().map(Vec::len).sum::<usize>().saturating_sub(rig.faults.len()).max(1) as f64;
+    let samples = case.full.weights.all_samples().saturating_sub(rig.faults.len()).max(1) as f64;
     let id = |fault: usize| rig.parameters[rig.faults[fault].parameter].id.clone();
     let groups = hypotheses::ambiguity(isolation, case.faults());
     let diagnosis = Diagnosis {
@@ -167,6 +171,7 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
         },
         channels,
         uncertain: summary::uncertain(&estimate),
+        left_out,
         faults,
     };
     Ok(Diagnosed { diagnosis, model: outputs, healthy, misfit, intervals })

@@ -20,7 +20,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::model::Drive;
-use crate::record::Record;
+use crate::record::{Record, Sampling};
 use crate::rig::{Hold, Rig};
 use crate::units::Dimension;
 
@@ -28,8 +28,28 @@ use crate::units::Dimension;
 /// moment is the logger's own.
 pub fn input_timing(rig: &Rig, record: &Record) -> f64 {
     let measured = rig.inputs.iter().any(|input| input.noise > 0.0 && input.hold != Hold::Linear);
-    let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
-    if measured { interval / 3.0_f64.sqrt() } else { 0.0 }
+    if !measured {
+        return 0.0;
+    }
+    let slowest = rig.inputs.iter().filter(|input| input.noise > 0.0).filter_map(|input| record.channel(&input.column));
+    let slowest = slowest.map(|channel| own_interval(record, &present(&channel.values))).fold(0.0, f64::max);
+    slowest / 3.0_f64.sqrt()
+}
+
+/// The rows in which a channel has a value.
+fn present(values: &[f64]) -> Vec<usize> {
+    (0..values.len()).filter(|&row| !values[row].is_nan()).collect()
+}
+
+/// The usual interval between some rows of a record, s.
+fn own_interval(record: &Record, rows: &[usize]) -> f64 {
+    let sampling = if rows.len() == record.time.len() {
+        record.sampling()
+    } else {
+        let times: Vec<f64> = rows.iter().map(|&row| record.time[row]).collect();
+        Sampling::of(&times, record.time_decimals)
+    };
+    sampling.map_or(0.0, |sampling| sampling.interval)
 }
 
 /// One standard deviation of the moment of an event, s.
@@ -39,25 +59,28 @@ fn timing(rig: &Rig, record: &Record) -> f64 {
     lags.map(|parameter| parameter.sigma.powi(2)).sum::<f64>().mul_add(1.0, hold * hold).sqrt()
 }
 
-/// Variance of each sample, SI squared: `[sensor][row]`. `curves` is what the sensors read, by the model or as measured
+/// Variance of each sample, SI squared: `[sensor][row]`, infinite where the record has none. `curves` is what the sensors read, by the model or as measured
 /// (`measured`: then the slope of their noise is not mistaken for an event).
 pub fn variances(rig: &Rig, record: &Record, curves: &[&[f64]], measured: bool) -> Vec<Vec<f64>> {
-    let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
     let tau = timing(rig, record);
-    let stride = if interval > 0.0 { (tau / interval).round().max(1.0) as usize } else { 1 };
-    let rows_shifted = if interval > 0.0 { tau / interval } else { 0.0 };
-    let one = |(sensor, curve): (&crate::rig::Sensor, &&[f64])| {
+    let one = |(sensor, whole): (&crate::rig::Sensor, &&[f64])| {
         let variance = sensor.variance();
-        let sudden = sudden_slopes(curve, stride);
+        // A channel is judged by its own samples, however many rows others have between them.
+        let rows = record.channel(&sensor.column).map_or_else(Vec::new, |channel| present(&channel.values));
+        let curve: Vec<f64> = rows.iter().map(|&row| whole[row]).collect();
+        let interval = own_interval(record, &rows);
+        let stride = if interval > 0.0 { (tau / interval).round().max(1.0) as usize } else { 1 };
+        let rows_shifted = if interval > 0.0 { tau / interval } else { 0.0 };
+        let sudden = sudden_slopes(&curve, stride);
         // A central difference over `2 stride` rows has this variance by noise alone.
         let floor = if measured { 0.5 * variance / (stride * stride) as f64 } else { 0.0 };
-        (0..curve.len())
-            .map(|row| {
-                let near = row.saturating_sub(stride)..(row + stride + 1).min(curve.len());
-                let worst = sudden[near].iter().fold(0.0, |worst: f64, slope| worst.max(slope * slope));
-                variance + rows_shifted * rows_shifted * (worst - floor).max(0.0)
-            })
-            .collect()
+        let mut all = vec![f64::INFINITY; whole.len()];
+        for (index, &row) in rows.iter().enumerate() {
+            let near = index.saturating_sub(stride)..(index + stride + 1).min(curve.len());
+            let worst = sudden[near].iter().fold(0.0, |worst: f64, slope| worst.max(slope * slope));
+            all[row] = variance + rows_shifted * rows_shifted * (worst - floor).max(0.0);
+        }
+        all
     };
     rig.sensors.iter().zip(curves).map(one).collect()
 }
@@ -89,8 +112,12 @@ fn sudden_slopes(curve: &[f64], stride: usize) -> Vec<f64> {
 pub fn phases(rig: &Rig, drive: &Drive, times: &[f64], variance: &[Vec<f64>]) -> Vec<Range<usize>> {
     let jumps = drive.pieces.iter().filter(|piece| piece.jump);
     let mut starts: Vec<usize> = jumps.map(|piece| times.partition_point(|&time| time <= piece.start)).collect();
-    let bends =
-        |row: usize| rig.sensors.iter().zip(variance).any(|(sensor, variance)| variance[row] > 2.0 * sensor.variance());
+    let bends = |row: usize| {
+        let of = |(sensor, variance): (&crate::rig::Sensor, &Vec<f64>)| {
+            variance[row].is_finite() && variance[row] > 2.0 * sensor.variance()
+        };
+        rig.sensors.iter().zip(variance).any(of)
+    };
     let mut quiet = 0;
     for row in 0..times.len() {
         if !bends(row) {
@@ -116,7 +143,7 @@ const LEAST_PHASE: usize = 10;
 #[derive(Debug, Clone)]
 pub struct Weights {
     rows: usize,
-    /// `1/sigma` of each sample, `[sensor][row]`.
+    /// `1/sigma` of each sample, `[sensor][row]`; 0 of those that the record does not have.
     inverse: Vec<Vec<f64>>,
     phases: Vec<Phase>,
 }
@@ -187,9 +214,20 @@ impl Weights {
         }
     }
 
+    /// How many samples of a sensor the record has.
+    pub fn samples(&self, sensor: usize) -> usize {
+        self.inverse.get(sensor).map_or(0, |inverse| inverse.iter().filter(|weight| **weight > 0.0).count())
+    }
+
+    /// How many samples the record has.
+    pub fn all_samples(&self) -> usize {
+        (0..self.inverse.len()).map(|sensor| self.samples(sensor)).sum()
+    }
+
     fn scale(&self, column: &mut [f64]) {
         for (slot, weight) in column.iter_mut().zip(self.inverse.iter().flatten()) {
-            *slot *= weight;
+            // Of a sample that is not there, no number says anything.
+            *slot = if *weight > 0.0 { *slot * weight } else { 0.0 };
         }
     }
 

@@ -4,6 +4,7 @@ use serde::{Serialize, Serializer};
 
 use super::hypotheses::Hypothesis;
 use crate::fit::Identifiable;
+use crate::record::survey::Finding;
 use crate::residual::ResidualReport;
 
 /// Name and version of the JSON schema.
@@ -117,6 +118,8 @@ pub struct Diagnosis {
     pub fit: FitReport,
     pub channels: Vec<ChannelReport>,
     pub uncertain: Vec<UncertainReport>,
+    /// What of the record the fit does not have: samples that are missing or not to be believed, missing rows.
+    pub left_out: Vec<Finding>,
 }
 
 impl Diagnosis {

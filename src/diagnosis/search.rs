@@ -145,7 +145,7 @@ impl Search<'_> {
     /// Cost per sample that a place leaves once its events have got their tolerance; infinite where it is far off anyway.
     fn left(&self, place: &Place) -> f64 {
         let full = &self.case.full;
-        let samples = (full.times.len() * full.measured.len()) as f64;
+        let samples = full.weights.all_samples() as f64;
         let theta = place.theta(self.case);
         if place.cost > EXPLAINED.0 * samples {
             return f64::INFINITY;

@@ -27,8 +27,10 @@ pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], misfit: &[
         .map(|(index, sensor)| {
             let unit = rig.sensor_unit(sensor);
             let model = outputs.get(index).map_or(&[][..], Vec::as_slice);
-            let rows = measured[index].len().max(1) as f64;
-            let square: f64 = measured[index].iter().zip(model).map(|(y, m)| (y - m) * (y - m)).sum();
+            let samples = measured[index].iter().filter(|y| !y.is_nan()).count().max(1);
+            let rows = samples as f64;
+            let squares = measured[index].iter().zip(model).filter(|(y, _)| !y.is_nan());
+            let square: f64 = squares.map(|(y, m)| (y - m) * (y - m)).sum();
             let chi2_reduced = tame_squares(&misfit[index]) / rows;
             ChannelReport {
                 name: sensor.name.clone(),
@@ -36,7 +38,7 @@ pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], misfit: &[
                 rmse: rounded(unit.difference_from_si((square / rows).sqrt()), DIGITS),
                 noise_sigma: rounded(unit.difference_from_si(sensor.noise), DIGITS),
                 chi2_reduced,
-                adequate: adequate(chi2_reduced, measured[index].len().max(1)),
+                adequate: adequate(chi2_reduced, samples),
             }
         })
         .collect()

@@ -175,6 +175,7 @@ impl Comparison {
                 let sensor = &rig.sensors[index];
                 let unit = rig.sensor_unit(sensor);
                 let misfit: Vec<f64> = run.misfit[index * rows..(index + 1) * rows].iter().map(|r| -r).collect();
+                let there: Vec<bool> = measured[index].iter().map(|y| !y.is_nan()).collect();
                 Channel {
                     name: sensor.name.clone(),
                     rmse: rounded(unit.difference_from_si(run.rmse[index]), DIGITS),
@@ -183,7 +184,7 @@ impl Comparison {
                     chi2_reduced: chi2,
                     adequate: adequate(chi2, samples),
                     autocorrelation: autocorrelation(&misfit),
-                    goes_with: goes_with(&misfit, &signals),
+                    goes_with: goes_with(&misfit, &there, &signals),
                     worst: worst(record, &phases, (measured[index], &run.outputs[index]), &misfit)
                         .into_iter()
                         .map(|miss| Miss { rmse: rounded(unit.difference_from_si(miss.rmse), DIGITS), ..miss })
@@ -239,10 +240,11 @@ fn equation(rig: &Rig, sensor: &Sensor) -> String {
 }
 
 fn fit_percent(measured: &[f64], model: &[f64]) -> Option<f64> {
-    let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
+    let pairs = || measured.iter().zip(model).filter(|(y, _)| !y.is_nan());
+    let mean = pairs().map(|(y, _)| y).sum::<f64>() / pairs().count().max(1) as f64;
     let norm = |deviations: &mut dyn Iterator<Item = f64>| deviations.map(|d| d * d).sum::<f64>().sqrt();
-    let missed = norm(&mut measured.iter().zip(model).map(|(y, m)| y - m));
-    let moved = norm(&mut measured.iter().map(|y| y - mean));
+    let missed = norm(&mut pairs().map(|(y, m)| y - m));
+    let moved = norm(&mut pairs().map(|(y, _)| y - mean));
     (moved > 0.0).then(|| rounded(100.0 * (1.0 - missed / moved), DIGITS))
 }
 
@@ -260,18 +262,19 @@ fn autocorrelation(misfit: &[f64]) -> f64 {
 fn worst(record: &Record, phases: &[Stretch], (measured, model): (&[f64], &[f64]), misfit: &[f64]) -> Vec<Miss> {
     let mut all: Vec<Miss> = phases
         .iter()
-        .filter(|phase| !phase.rows.is_empty())
-        .map(|phase| {
+        .filter_map(|phase| {
             let rows = phase.rows.clone();
-            let count = rows.len() as f64;
-            let square: f64 = rows.clone().map(|row| (measured[row] - model[row]).powi(2)).sum();
-            Miss {
+            let there: Vec<usize> = rows.clone().filter(|&row| !measured[row].is_nan()).collect();
+            let count = there.len() as f64;
+            let square: f64 = there.iter().map(|&row| (measured[row] - model[row]).powi(2)).sum();
+            let misfit: Vec<f64> = there.iter().map(|&row| misfit[row]).collect();
+            (!there.is_empty()).then(|| Miss {
                 from_s: record.time[rows.start],
                 to_s: record.time[rows.end - 1],
                 phase: phase.name.clone(),
                 rmse: (square / count).sqrt(),
-                deviations: deviations(&misfit[rows]),
-            }
+                deviations: deviations(&misfit),
+            })
         })
         .collect();
     all.sort_by(|a, b| b.deviations.total_cmp(&a.deviations));
@@ -310,10 +313,17 @@ fn slopes(times: &[f64], values: &[f64]) -> Vec<f64> {
 }
 
 /// The signals that a misfit goes with, closest first.
-fn goes_with(misfit: &[f64], signals: &[(String, Vec<f64>)]) -> Vec<GoesWith> {
+fn goes_with(misfit: &[f64], there: &[bool], signals: &[(String, Vec<f64>)]) -> Vec<GoesWith> {
+    let only = |values: &[f64]| -> Vec<f64> {
+        values.iter().zip(there).filter(|(_, there)| **there).map(|(value, _)| *value).collect()
+    };
+    let misfit = only(misfit);
     let mut all: Vec<GoesWith> = signals
         .iter()
-        .map(|(name, values)| GoesWith { signal: name.clone(), coefficient: rounded(correlation(misfit, values), 4) })
+        .map(|(name, values)| GoesWith {
+            signal: name.clone(),
+            coefficient: rounded(correlation(&misfit, &only(values)), 4),
+        })
         .filter(|goes| goes.coefficient.abs() >= GOES_WITH)
         .collect();
     all.sort_by(|a, b| b.coefficient.abs().total_cmp(&a.coefficient.abs()));

@@ -103,14 +103,23 @@ fn labels(rig: &Rig, sensor: usize, times: &[f64], position: &[f64], switches: &
 
 /// Slope of a straight line through the rows around one, and its standard error for noise 1.
 fn speed(times: &[f64], values: &[f64], row: usize) -> (f64, f64) {
-    let rows = row.saturating_sub(HALF)..(row + HALF + 1).min(times.len());
+    let near = |half: usize| -> Vec<usize> {
+        (row.saturating_sub(half)..(row + half + 1).min(times.len())).filter(|&row| !values[row].is_nan()).collect()
+    };
+    let mut half = HALF;
+    let mut rows = near(half);
+    // Where samples are rare, as far as the nearest few.
+    while rows.len() < 3 && half < times.len() {
+        half *= 2;
+        rows = near(half);
+    }
     let count = rows.len() as f64;
-    let middle = times[rows.clone()].iter().sum::<f64>() / count;
-    let square: f64 = times[rows.clone()].iter().map(|time| (time - middle).powi(2)).sum();
-    if square == 0.0 {
+    let middle = rows.iter().map(|&row| times[row]).sum::<f64>() / count;
+    let square: f64 = rows.iter().map(|&row| (times[row] - middle).powi(2)).sum();
+    if rows.is_empty() || square == 0.0 {
         return (0.0, 0.0);
     }
-    let along: f64 = rows.map(|row| (times[row] - middle) * values[row]).sum();
+    let along: f64 = rows.into_iter().map(|row| (times[row] - middle) * values[row]).sum();
     (along / square, 1.0 / square.sqrt())
 }
 

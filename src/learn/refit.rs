@@ -88,7 +88,7 @@ pub(super) fn refitted(base: &Trial, stands: &[Stand], record: &Record, effects:
     };
     let asked = |stand: usize| effects.iter().any(|effect| effect.stand.is_none_or(|own| own == stand));
     let tried = stands.iter().enumerate().filter(|(stand, _)| asked(*stand)).filter_map(|(_, stand)| from(stand));
-    let samples = base.fit.misfit.len() as f64;
+    let samples = base.fit.weights.all_samples() as f64;
     tried.min_by(|a, b| a.priced(samples).total_cmp(&b.priced(samples)))
 }
 

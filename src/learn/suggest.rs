@@ -163,7 +163,7 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let mut stands = vec![(base.values.clone(), base.set)];
     stands.extend(without.map(|without| (without.case.full.parameters(&without.isolation.best.theta), 0)));
     let looking = Looking { record: estimate.case.record, base: &base, base_check: &base_check, check, stands };
-    let worth = significant(lists[0].len()) + if near { NEAR * base.fit.misfit.len() as f64 } else { 0.0 };
+    let worth = significant(lists[0].len()) + if near { NEAR * base.fit.weights.all_samples() as f64 } else { 0.0 };
     let most = [if near { FITTED_NEAR } else { FITTED }, FITTED_NEAR];
     let promising = lists.iter().zip(most).flat_map(|(list, most)| {
         list.iter().filter(|candidate| candidate.score > worth).take(most).map(|candidate| vec![candidate.clone()])
@@ -229,7 +229,11 @@ pub fn channel_chi2(run: &Run, rig: &Rig) -> Vec<(f64, usize)> {
     run.misfit
         .chunks(rows.max(1))
         .take(rig.sensors.len())
-        .map(|misfit| (tame_squares(misfit) / rows.max(1) as f64, rows.max(1)))
+        .enumerate()
+        .map(|(sensor, misfit)| {
+            let samples = run.weights.samples(sensor).max(1);
+            (tame_squares(misfit) / samples as f64, samples)
+        })
         .collect()
 }
 
@@ -256,7 +260,7 @@ impl Looking<'_> {
                 Some((effects, rough?))
             })
             .collect();
-        let samples = base.fit.misfit.len() as f64;
+        let samples = base.fit.weights.all_samples() as f64;
         rough.sort_by(|a, b| a.1.priced(samples).total_cmp(&b.1.priced(samples)));
         // From several stands the same effect comes twice.
         let mut known: Vec<String> = Vec::new();
@@ -326,7 +330,7 @@ impl Looking<'_> {
             return Ok(());
         };
         let before = base.cost_under(record, &weights)?;
-        let samples = (record.time.len() * base.rig.sensors.len()) as f64;
+        let samples = base.fit.weights.all_samples() as f64;
         for one in judged.iter_mut() {
             let cost = one.trial.cost_under(record, &weights)?;
             let more = one.trial.effect_parameters() as f64 - base.effect_parameters() as f64

@@ -135,13 +135,13 @@ pub fn run_with(model: &Model, record: &Record, drive: &Drive, values: &[f64]) -
     let (mut rmse, mut sum) = (Vec::new(), 0.0);
     for ((model_says, measured), sensor) in outputs.iter().zip(&data).zip(&model.rig.sensors) {
         misfit.extend(model_says.iter().zip(*measured).map(|(m, y)| m - y));
-        let square = model_says.iter().zip(*measured).map(|(m, y)| (m - y).powi(2)).sum::<f64>();
-        let mean = square / measured.len().max(1) as f64;
+        let squares = || model_says.iter().zip(*measured).filter(|(_, y)| !y.is_nan()).map(|(m, y)| (m - y).powi(2));
+        let mean = squares().sum::<f64>() / squares().count().max(1) as f64;
         rmse.push(mean.sqrt());
         sum += mean / (sensor.noise * sensor.noise);
     }
     weights.apply(&mut misfit);
     let normalised = (sum / data.len().max(1) as f64).sqrt();
-    let chi2 = crate::diagnosis::tame_squares(&misfit) / misfit.len().max(1) as f64;
+    let chi2 = crate::diagnosis::tame_squares(&misfit) / weights.all_samples().max(1) as f64;
     Ok(Run { outputs, misfit, weights, rmse, normalised, chi2 })
 }

@@ -66,7 +66,7 @@ pub(super) fn explains(judged: &Judged, base: &Trial, base_check: &Option<Run>) 
 /// What a model that is within its tolerance lacks nevertheless: an effect that explains both records better, with sense, or
 /// what several faults would have to stand in for.
 pub(super) fn conclude_near(judged: &mut Vec<Judged>, base: &Trial, base_check: &Option<Run>) -> Conclusion {
-    let fall = |before: &Run, after: &Run| (before.chi2 - after.chi2) * after.misfit.len() as f64;
+    let fall = |before: &Run, after: &Run| (before.chi2 - after.chi2) * after.weights.all_samples() as f64;
     judged.retain_mut(|one| {
         let on_check = base_check.as_ref().zip(one.check.as_ref()).map(|(before, after)| fall(before, after));
         let better = one.delta_bic > RIVAL && on_check.is_none_or(|fall| fall > RIVAL);

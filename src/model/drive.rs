@@ -2,7 +2,7 @@
 
 use crate::complaint::{Complaint, Kind, Place};
 use crate::physics::GRAVITY;
-use crate::record::Record;
+use crate::record::{Record, Sampling};
 use crate::rig::{Cycle, Hold, InitialPressure, Input, NodeKind, Quantity, Rig, Target};
 
 /// Inputs that run straight over an interval.
@@ -74,13 +74,16 @@ impl Drive {
     pub fn from_late_record(rig: &Rig, record: &Record, late: f64) -> Result<Self, Complaint> {
         let Some(interval) = record.sampling().map(|sampling| sampling.interval) else {
             return Err(Complaint::new(Kind::Shape, "the record has fewer than two rows, so no interval between rows")
-                .at(Place::line(&record.path, record.header_line))
+                .at(record.header())
                 .help("take a record of at least two rows"));
         };
         let mut lines = Vec::new();
         for input in &rig.inputs {
             let channel = record.require(&input.column, input.unit.dimension, input.place.clone())?;
-            let mut line = broken_line(input, &record.time, &channel.values, interval);
+            let (time, values) = present(&record.time, &channel.values);
+            let own = Sampling::of(&time, record.time_decimals).map_or(interval, |sampling| sampling.interval);
+            let own = if time.len() == record.time.len() { interval } else { own };
+            let mut line = broken_line(input, &time, &values, own);
             if input.noise > 0.0 {
                 line.iter_mut()
                     .for_each(|stretch| (stretch.start, stretch.end) = (stretch.start + late, stretch.end + late));
@@ -158,8 +161,8 @@ fn readings(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint> {
         };
         if rig.nodes[node].kind == (NodeKind::Volume { initial: InitialPressure::Record }) {
             let channel = record.require(&sensor.column, sensor.quantity.dimension(), sensor.place.clone())?;
-            let rows = channel.values.len().clamp(1, ROWS);
-            let shown = channel.values.iter().take(rows).sum::<f64>() / rows as f64;
+            let first = || channel.values.iter().filter(|value| !value.is_nan()).take(ROWS);
+            let shown = first().sum::<f64>() / first().count().max(1) as f64;
             let (offset, gain) =
                 (rig.parameters[sensor.first_parameter].value, rig.parameters[sensor.first_parameter + 1].value);
             readings[node] = (shown - offset) / if gain > 0.0 { gain } else { 1.0 } * per_reading;
@@ -168,6 +171,12 @@ fn readings(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint> {
     Ok(readings)
 }
 
+/// The times at which a channel has a value, and the values.
+fn present(time: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    time.iter().zip(values).filter(|(_, value)| !value.is_nan()).map(|(time, value)| (*time, *value)).unzip()
+}
+
+/// An input between the rows that it has, as its way to hold says.
 fn broken_line(input: &Input, time: &[f64], values: &[f64], interval: f64) -> Vec<Stretch> {
     // Interval over which each row's value holds.
     let holds = |row: usize| match input.hold {

@@ -69,17 +69,18 @@ pub fn recording(
 ) -> Record {
     let mut channels = Vec::new();
     for (index, (input, mut values)) in rig.inputs.iter().zip(inputs).enumerate() {
+        let unit = input.scale.as_ref().map_or(&input.unit, |scale| &scale.unit);
         let mut decimals = None;
         if let Some(seed) = seed.filter(|_| input.noise > 0.0) {
             // A digit below a tenth of the noise says nothing.
-            decimals = Some(decimals_above(input.unit.difference_from_si(input.noise) / 10.0));
+            decimals = Some(decimals_above(unit.difference_from_si(input.noise).abs() / 10.0));
             // Inputs count from the top, so that a sensor more leaves their noise as it was.
             add_noise(&mut values, input.noise, seed, u64::MAX - index as u64);
         }
-        channels.push(Channel { name: input.column.clone(), unit: input.unit.clone(), values, decimals });
+        channels.push(Channel { name: input.column.clone(), unit: unit.clone(), values, decimals });
     }
     for (index, (sensor, values)) in rig.sensors.iter().zip(&outputs.values).enumerate() {
-        let unit = rig.sensor_unit(sensor);
+        let unit = rig.column_unit(sensor);
         let mut values = values.clone();
         let mut decimals = None;
         if let Some(seed) = seed {
@@ -88,7 +89,7 @@ pub fn recording(
                 for value in &mut values {
                     *value = (*value / sensor.resolution).round() * sensor.resolution;
                 }
-                decimals = decimals_of(unit.difference_from_si(sensor.resolution));
+                decimals = decimals_of(unit.difference_from_si(sensor.resolution).abs());
             }
         }
         channels.push(Channel { name: sensor.column.clone(), unit, values, decimals });

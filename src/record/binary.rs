@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use super::read::{Care, Standing};
+use super::bytes::Broken;
+use super::groups::Groups;
+use super::read::{Care, MOST, Standing};
+use super::{Asked, mat, mdf};
 use crate::complaint::{Complaint, Kind};
 
 /// A format that is no text.
@@ -14,6 +17,10 @@ pub(super) enum Binary {
     /// MATLAB v7.3, which is HDF5.
     Hdf,
     Mdf,
+    /// MDF whose writing broke off.
+    UnfinishedMdf,
+    /// MDF before version 4.
+    OldMdf,
 }
 
 impl Binary {
@@ -25,8 +32,11 @@ impl Binary {
             (b"\x89HDF\r\n", Binary::Hdf),
             (b"MATLAB 5.0", Binary::Mat),
             (b"MDF     ", Binary::Mdf),
+            (b"UnFinMF ", Binary::UnfinishedMdf),
         ];
-        MARKS.iter().find(|(mark, _)| bytes.starts_with(mark)).map(|(_, format)| *format)
+        let found = MARKS.iter().find(|(mark, _)| bytes.starts_with(mark)).map(|(_, format)| *format);
+        let version = bytes.get(8).copied().unwrap_or(b'4');
+        found.map(|format| if format == Self::Mdf && version != b'4' { Self::OldMdf } else { format })
     }
 
     /// What people call it.
@@ -36,6 +46,8 @@ impl Binary {
             Self::Mat => "MATLAB v5",
             Self::Hdf => "MATLAB v7.3 or HDF5",
             Self::Mdf => "MDF 4",
+            Self::UnfinishedMdf => "MDF whose writing broke off",
+            Self::OldMdf => "MDF before version 4",
         }
     }
 
@@ -43,12 +55,29 @@ impl Binary {
     ///
     /// # Errors
     /// A format that is not read, or that this program was built without; and what is wrong in the record.
-    pub fn read(self, path: &Path, bytes: &[u8], care: Care) -> Result<Standing, Complaint> {
+    pub fn read(self, path: &Path, bytes: &[u8], care: Care, asked: &Asked) -> Result<Standing, Complaint> {
+        let gathered = |groups: Result<Groups, Broken>| {
+            groups.map_err(|broken| self.told(path, broken))?.assemble(path, care, asked)
+        };
         match self {
-            Self::Parquet => parquet(path, bytes, care),
+            Self::Parquet => parquet(path, bytes, care, asked),
+            Self::Mat => gathered(mat::read(bytes, MOST)),
+            Self::Mdf => gathered(mdf::read(bytes, MOST)),
             Self::Hdf => Err(self.not_read(path, "save it in MATLAB with `writetable`, or in another way as CSV")),
-            Self::Mat | Self::Mdf => {
-                Err(self.not_read(path, "write the record as CSV, columns `name [unit]`, the time first"))
+            Self::UnfinishedMdf => {
+                Err(self.not_read(path, "let the program that wrote it finish it, or repair it there"))
+            }
+            Self::OldMdf => Err(self.not_read(path, "convert it to MDF 4, or write the record as CSV")),
+        }
+    }
+
+    fn told(self, path: &Path, broken: Broken) -> Complaint {
+        match broken {
+            Broken::TooLarge => crate::files::too_large(path, MOST),
+            Broken::Damaged(what) => {
+                Complaint::new(Kind::Syntax, format!("the {} file is damaged: {what}", self.name()))
+                    .in_file(path)
+                    .help("copy it again, or write the record as CSV, columns `name [unit]`, the time first")
             }
         }
     }
@@ -59,12 +88,12 @@ impl Binary {
 }
 
 #[cfg(feature = "parquet")]
-fn parquet(path: &Path, bytes: &[u8], care: Care) -> Result<Standing, Complaint> {
-    super::parquet::read(path, bytes, care)
+fn parquet(path: &Path, bytes: &[u8], care: Care, asked: &Asked) -> Result<Standing, Complaint> {
+    super::parquet::read(path, bytes, care, asked)
 }
 
 #[cfg(not(feature = "parquet"))]
-fn parquet(path: &Path, _: &[u8], _: Care) -> Result<Standing, Complaint> {
+fn parquet(path: &Path, _: &[u8], _: Care, _: &Asked) -> Result<Standing, Complaint> {
     let what = "the file is Parquet, and this borescope was built without the feature `parquet`";
     Err(Complaint::new(Kind::Syntax, what)
         .in_file(path)

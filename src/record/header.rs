@@ -1,10 +1,9 @@
 //! The line of column names: `time [s],p_A [bar],...`.
 
+use super::Asked;
+use super::groups::MOST_COLUMNS;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::units::{Dimension, Unit};
-
-/// Most columns of a record.
-const MOST_COLUMNS: usize = 4096;
 
 /// One column as the header names it.
 pub(super) struct Column {
@@ -57,7 +56,7 @@ fn bare_unit(field: &str) -> &str {
 }
 
 /// The columns, the time first.
-pub(super) fn parse(fields: &csv::StringRecord, place: &Place) -> Result<Vec<Column>, Complaint> {
+pub(super) fn parse(fields: &csv::StringRecord, place: &Place, asked: &Asked) -> Result<Vec<Column>, Complaint> {
     check_time(fields, place)?;
     if fields.len() > MOST_COLUMNS {
         return Err(Complaint::new(Kind::Bounds, format!("the header names {} columns", fields.len()))
@@ -66,7 +65,7 @@ pub(super) fn parse(fields: &csv::StringRecord, place: &Place) -> Result<Vec<Col
     }
     let mut columns: Vec<Column> = Vec::with_capacity(fields.len());
     for (index, field) in fields.iter().enumerate() {
-        let column = parse_column(field, index + 1, place)?;
+        let column = parse_column(field, index + 1, place, asked)?;
         if columns.iter().any(|earlier| earlier.name == column.name) {
             return Err(Complaint::new(Kind::Duplicate, format!("the column `{}` stands twice", column.name))
                 .at(place.clone())
@@ -101,7 +100,7 @@ fn check_time(fields: &csv::StringRecord, place: &Place) -> Result<(), Complaint
     Err(complaint.at(place.clone()))
 }
 
-fn parse_column(field: &str, number: usize, place: &Place) -> Result<Column, Complaint> {
+fn parse_column(field: &str, number: usize, place: &Place, asked: &Asked) -> Result<Column, Complaint> {
     let field = tidy(field);
     let (name, unit) = match field.strip_suffix(']').and_then(|rest| rest.rsplit_once('[')) {
         Some((name, unit)) => (name.trim(), unit.trim()),
@@ -111,6 +110,12 @@ fn parse_column(field: &str, number: usize, place: &Place) -> Result<Column, Com
         return Err(Complaint::new(Kind::MissingEntry, format!("column {number} has no name"))
             .at(place.clone())
             .help("write `name [unit]`; remove a separator at the end of the lines"));
+    }
+    let told = asked.unit(name);
+    if unit.is_empty()
+        && let Some(unit) = told
+    {
+        return Ok(Column { name: name.to_owned(), unit: unit.clone() });
     }
     if unit.is_empty() {
         return Err(Complaint::new(Kind::Unit, format!("the column `{field}` has no unit in square brackets"))

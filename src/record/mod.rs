@@ -1,10 +1,14 @@
 //! Measured series: what a logger wrote, in SI.
 
+mod asked;
 mod binary;
-#[cfg(feature = "parquet")]
-mod columns;
+mod bytes;
 mod dialect;
+mod gaps;
+mod groups;
 mod header;
+mod mat;
+mod mdf;
 mod origin;
 mod packed;
 #[cfg(feature = "parquet")]
@@ -20,6 +24,8 @@ use std::path::{Path, PathBuf};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
 use crate::units::{Dimension, Unit, UnitError};
 
+pub use asked::Asked;
+pub use gaps::Gap;
 pub use origin::Origin;
 pub use sampling::Sampling;
 
@@ -34,7 +40,7 @@ pub struct Record {
     pub time_decimals: Option<usize>,
     /// Every column but the time, in the order of the file.
     pub channels: Vec<Channel>,
-    /// The line of the column names, which messages about columns point to.
+    /// The line of the column names, which messages about columns point to; 0 in formats without lines.
     pub header_line: usize,
     /// What is known of the file that it was read from.
     pub origin: Origin,
@@ -47,7 +53,7 @@ pub struct Channel {
     pub name: String,
     /// The unit in which the file has it.
     pub unit: Unit,
-    /// In SI, one for each time.
+    /// In SI, one for each time; NaN where the file has no value.
     pub values: Vec<f64>,
     /// Decimals with which it is written; `None` writes as many as each value needs.
     pub decimals: Option<usize>,
@@ -80,20 +86,20 @@ impl Record {
     ///
     /// # Errors
     /// A file that cannot be read or is no UTF-8 text; a missing time column; a column without name or unit, with an
-    /// unknown unit, or twice; a row that is too short or too long; a text that is no finite number; a time that repeats
-    /// or runs backwards; a file that ends in the middle of a row, or has no rows. The first mistake is told, with its line.
+    /// unknown unit, or twice; a row that is too short or too long; a text that is neither a number nor a word for none; a time
+    /// that is missing, repeats or runs backwards; a file that ends in the middle of a row, or has no rows. The first mistake is
+    /// told, with its line.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Complaint> {
-        read::read(path.as_ref(), read::Care::Strict).map(|(record, _)| record)
+        Asked::default().read(path)
     }
 
-    /// Reads a table as [`read`](Self::read) does, but takes what a diagnosis cannot use: NaN stands for a field that is empty
-    /// or no finite number, and the times are as they stand, risen or not. What [`read`](Self::read) would say of it comes
-    /// along.
+    /// Reads a table as [`read`](Self::read) does, but takes the times as they stand, risen or not. What [`read`](Self::read)
+    /// would say of them comes along.
     ///
     /// # Errors
     /// Those of [`read`](Self::read) but for these.
     pub fn read_as_it_stands(path: impl AsRef<Path>) -> Result<(Self, Option<Complaint>), Complaint> {
-        read::read(path.as_ref(), read::Care::Survey)
+        Asked::default().read_as_it_stands(path)
     }
 
     /// Writes the table, with the path of the record unchanged; what it gives, [`read`](Self::read) takes.
@@ -103,6 +109,14 @@ impl Record {
     /// another length than the time, a value that is not finite, a time that does not rise, a name that stands twice.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Complaint> {
         write::write(self, path.as_ref())
+    }
+
+    /// The place of the column names.
+    pub fn header(&self) -> Place {
+        match self.header_line {
+            0 => Place::file(&self.path),
+            line => Place::line(&self.path, line),
+        }
     }
 
     /// The channel of this name.
@@ -115,14 +129,28 @@ impl Record {
     /// # Errors
     /// No such channel, or one of another dimension: both places, the near miss, and what the record has.
     pub fn require(&self, name: &str, dimension: Dimension, asked_from: Place) -> Result<&Channel, Complaint> {
-        let header = Place::line(&self.path, self.header_line);
+        let header = self.header();
         let Some(channel) = self.channel(name) else {
+            if let Some((_, why)) = self.origin.left_out.iter().find(|(left, _)| left == name) {
+                return Err(Complaint::new(Kind::Unit, format!("the column `{name}` is left out: {why}"))
+                    .at(asked_from)
+                    .at(header)
+                    .help(
+                        "write its unit into its line of the rig file, such as `unit = \"bar\"`, or convert the record",
+                    ));
+            }
             let names = self.channels.iter().map(|channel| channel.name.as_str());
             return Err(Complaint::new(Kind::UnknownName, format!("the record has no column `{name}`"))
                 .at(asked_from)
                 .at(header)
                 .help(help_with_names(name, "columns", names)));
         };
+        if channel.unit.dimension == dimension && channel.values.iter().all(|value| value.is_nan()) {
+            return Err(Complaint::new(Kind::Empty, format!("the column `{name}` has no value in any row"))
+                .at(asked_from)
+                .at(header)
+                .help("take a record that has it, or leave the sensor out of the rig file"));
+        }
         if channel.unit.dimension == dimension {
             return Ok(channel);
         }

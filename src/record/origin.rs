@@ -11,6 +11,8 @@ pub struct Origin {
     pub modified: Option<SystemTime>,
     /// What was recognised: format, separator, decimal mark, where the units stand, packing.
     pub read_as: String,
+    /// What of the file is no column of the record, and why.
+    pub left_out: Vec<(String, String)>,
 }
 
 /// What a file is read as that needs no word: the form that records are written in.

@@ -6,7 +6,8 @@ use bytes::Bytes;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
-use super::columns::{Column, assemble};
+use super::Asked;
+use super::groups::{Column, Group, Groups, is_time, split_name};
 use super::read::{Care, Standing};
 use crate::complaint::{Complaint, Kind};
 
@@ -17,7 +18,7 @@ const MOST_ROWS: i64 = 50_000_000;
 ///
 /// # Errors
 /// A file that is damaged or packed otherwise than with Snappy, columns that hold no numbers, and what is wrong in the record.
-pub(super) fn read(path: &Path, bytes: &[u8], care: Care) -> Result<Standing, Complaint> {
+pub(super) fn read(path: &Path, bytes: &[u8], care: Care, asked: &Asked) -> Result<Standing, Complaint> {
     let damaged = |error: parquet::errors::ParquetError| {
         Complaint::new(Kind::Syntax, format!("the Parquet file cannot be read: {error}"))
             .in_file(path)
@@ -31,8 +32,11 @@ pub(super) fn read(path: &Path, bytes: &[u8], care: Care) -> Result<Standing, Co
             .help(format!("no more than {MOST_ROWS} are read; split it")));
     }
     let fields = file.schema().get_fields();
-    let mut columns: Vec<Column> =
-        fields.iter().map(|field| Column { name: field.name().to_owned(), values: Vec::new() }).collect();
+    let named = |field: &std::sync::Arc<parquet::schema::types::Type>| {
+        let (name, unit) = split_name(field.name());
+        Column { name, unit, values: Vec::new() }
+    };
+    let mut columns: Vec<Column> = fields.iter().map(named).collect();
     for row in reader.get_row_iter(None).map_err(damaged)? {
         let row = row.map_err(damaged)?;
         for ((_, field), column) in row.get_column_iter().zip(&mut columns) {
@@ -43,7 +47,15 @@ pub(super) fn read(path: &Path, bytes: &[u8], care: Care) -> Result<Standing, Co
             })?);
         }
     }
-    assemble(path, columns, care)
+    let mut group = Group::default();
+    if let Some(index) = columns.iter().position(|column| is_time(&column.name)) {
+        let time = columns.remove(index);
+        (group.time, group.time_unit) = (time.values, time.unit.unwrap_or_else(|| "s".to_owned()));
+    }
+    group.columns = columns;
+    let mut groups = Groups::default();
+    groups.push(group);
+    groups.assemble(path, care, asked)
 }
 
 fn number(field: &Field) -> Option<f64> {

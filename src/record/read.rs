@@ -6,19 +6,19 @@ use super::binary::Binary;
 use super::dialect::{Dialect, separator};
 use super::packed::unpack;
 use super::table::{Table, unclosed_quote};
-use super::{Origin, Record, header};
+use super::{Asked, Record, header};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::files;
 
 /// Most bytes of a record.
-const MOST: u64 = 1 << 30;
+pub(super) const MOST: u64 = 1 << 30;
 
 /// Whether what a diagnosis cannot use is refused, or taken to be told about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Care {
-    /// Every field a finite number, the time rising.
+    /// The time rises.
     Strict,
-    /// NaN for a field that is empty or no finite number, times as they stand.
+    /// Times as they stand.
     Survey,
 }
 
@@ -26,25 +26,32 @@ pub(super) enum Care {
 pub(super) type Standing = (Record, Option<Complaint>);
 
 /// The record, and under [`Care::Survey`] the complaint that a strict reader would have made.
-pub(super) fn read(path: &Path, care: Care) -> Result<Standing, Complaint> {
+pub(super) fn read(path: &Path, care: Care, asked: &Asked) -> Result<Standing, Complaint> {
     let content = files::read(path, MOST)?;
     let (digest, modified) = (content.digest(), content.modified);
-    let (bytes, packing) = unpack(path, content.bytes, MOST)?;
+    let (mut record, refused) = of_bytes(path, content.bytes, care, asked)?;
+    (record.origin.digest, record.origin.modified) = (digest, modified);
+    Ok((record, refused))
+}
+
+/// The record of the bytes of a file.
+pub(super) fn of_bytes(path: &Path, bytes: Vec<u8>, care: Care, asked: &Asked) -> Result<Standing, Complaint> {
+    let (bytes, packing) = unpack(path, bytes, MOST)?;
     let ((mut record, refused), mut read_as) = match Binary::of(&bytes) {
-        Some(format) => (format.read(path, &bytes, care)?, format.name().to_owned()),
+        Some(format) => (format.read(path, &bytes, care, asked)?, format.name().to_owned()),
         None => {
-            let (read, dialect) = parse(path, &files::text(path, bytes)?, care)?;
+            let (read, dialect) = parse(path, &files::text(path, bytes)?, care, asked)?;
             (read, format!("CSV, {dialect}"))
         }
     };
     if let Some(packing) = packing {
         read_as.push_str(&format!(", packed with {packing}"));
     }
-    record.origin = Origin { digest, modified, read_as };
+    record.origin.read_as = read_as;
     Ok((record, refused))
 }
 
-fn parse(path: &Path, text: &str, care: Care) -> Result<(Standing, Dialect), Complaint> {
+fn parse(path: &Path, text: &str, care: Care, asked: &Asked) -> Result<(Standing, Dialect), Complaint> {
     let mut lines = Lines::new(text);
     let Some(header_start) = lines.next_row(0) else {
         return Err(Complaint::new(Kind::Empty, "the file is empty")
@@ -77,13 +84,13 @@ fn parse(path: &Path, text: &str, care: Care) -> Result<(Standing, Dialect), Com
         if header::is_unit_row(&row) {
             unit_row = Some(lines.line);
             let joined = header::join(&names, &row, Place::line(path, lines.line))?;
-            header::parse(&joined.fields, &joined.place)?
+            header::parse(&joined.fields, &joined.place, asked)?
         } else {
             pending = true;
-            header::parse(&names, &header_place)?
+            header::parse(&names, &header_place, asked)?
         }
     } else {
-        header::parse(&names, &header_place)?
+        header::parse(&names, &header_place, asked)?
     };
     let mut table = Table::new(path, separator, columns, care);
 

@@ -109,17 +109,14 @@ impl<'a> Table<'a> {
             let field = field.trim();
             let (written, decimals) = match self.number(field, index, line, cut) {
                 // The time says where the rest belongs: it must be there.
-                Err(complaint) if index == 0 || !(self.care == Care::Survey && is_missing(field)) => {
+                Err(complaint) if index == 0 || !is_missing(field) || complaint.kind == Kind::Shape => {
                     return Err(complaint);
                 }
-                Err(complaint) => {
-                    self.refused.get_or_insert(complaint);
-                    (f64::NAN, None)
-                }
+                Err(_) => (f64::NAN, None),
                 Ok(number) => number,
             };
             let is_last = index + 1 == self.columns.len();
-            if cut && is_last {
+            if cut && is_last && written.is_finite() {
                 self.check_not_cut(field, index, decimals, line)?;
             }
             let Some(column) = self.columns.get(index) else { continue };
@@ -136,7 +133,9 @@ impl<'a> Table<'a> {
             }
             if let (Some(values), Some(rule)) = (self.values.get_mut(index), self.decimals.get_mut(index)) {
                 values.push(value);
-                *rule = rule.with(decimals);
+                if written.is_finite() {
+                    *rule = rule.with(decimals);
+                }
             }
         }
         self.last_line = line;

@@ -5,6 +5,7 @@ use super::number::{rounded, text, with_unit};
 use super::style::{Style, bars, scale};
 use super::table::{Head, aligned};
 use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, Verdict};
+use crate::record::survey::{Doubt, Finding};
 use crate::rig::Rig;
 
 /// Characters of a scale with an interval, and of a course of misfits.
@@ -188,6 +189,22 @@ pub(super) fn undetermined(diagnosis: &Diagnosis) -> Vec<String> {
     diagnosis.faults.iter().filter_map(open).collect()
 }
 
+/// Findings that are told one by one.
+const TOLD: usize = 12;
+
+/// What of the record the fit does not have, in words.
+pub(super) fn left_out(diagnosis: &Diagnosis) -> Vec<String> {
+    let words = |finding: &Finding| match finding.doubt {
+        Doubt::MissingRows => format!("{finding}; the model runs on, inputs as their `hold` says"),
+        _ => finding.to_string(),
+    };
+    let mut told: Vec<String> = diagnosis.left_out.iter().take(TOLD).map(words).collect();
+    if diagnosis.left_out.len() > TOLD {
+        told.push(format!("and {} more, which `check` lists", diagnosis.left_out.len() - TOLD));
+    }
+    told
+}
+
 /// The diagnosis as a page of text.
 pub fn write_text(diagnosis: &Diagnosis) -> String {
     page(diagnosis, Style::PLAIN, [Vec::new(), Vec::new()])
@@ -259,6 +276,10 @@ fn page(diagnosis: &Diagnosis, style: Style, [scales, courses]: [Vec<String>; 2]
     let open = undetermined(diagnosis);
     if !open.is_empty() {
         block("What could not be determined", open.into_iter().map(|remark| format!("  {remark}")).collect());
+    }
+    let left_out = left_out(diagnosis);
+    if !left_out.is_empty() {
+        block("Left out of the fit", left_out.into_iter().map(|what| format!("  {what}")).collect());
     }
     lines.extend([String::new(), fitted(diagnosis), String::new()]);
     lines.join("\n")

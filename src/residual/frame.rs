@@ -73,6 +73,15 @@ fn chi_square_limit(freedom: f64) -> f64 {
 
 /// Least-squares parabola over a window: the mean, the slope at the middle and twice the quadratic coefficient.
 pub(super) fn moment(rig: &Rig, source: Source, time: &[f64], values: &[f64]) -> Moment {
+    if values.iter().any(|value| value.is_nan()) {
+        let there = || time.iter().zip(values).filter(|(_, value)| !value.is_nan());
+        // Too few samples show neither a slope nor whether it is straight.
+        if there().count() < FEWEST {
+            return Moment { variance: [f64::INFINITY; 3], ..Moment::default() };
+        }
+        let (time, values): (Vec<f64>, Vec<f64>) = there().unzip();
+        return moment(rig, source, &time, &values);
+    }
     let n = time.len() as f64;
     let (middle, mean) = (time.iter().sum::<f64>() / n, values.iter().sum::<f64>() / n);
     let power = |k: i32| time.iter().map(|t| (t - middle).powi(k)).sum::<f64>();
@@ -156,6 +165,12 @@ impl<'a> Prepared<'a> {
         self.time[rows].windows(2).any(|pair| pair[1] - pair[0] > (GAP * self.length).max(1.5 * self.interval))
     }
 
+    /// Whether some channel has too few samples in these rows.
+    fn lacks(&self, rows: &std::ops::Range<usize>) -> bool {
+        let there = |values: &&[f64]| values[rows.clone()].iter().filter(|value| !value.is_nan()).count();
+        self.data.iter().any(|values| there(values) < FEWEST.min(rows.len()))
+    }
+
     fn moments(&self, rig: &Rig, sources: &[Source], rows: &std::ops::Range<usize>) -> Vec<Moment> {
         let pairs = sources.iter().zip(&self.data);
         pairs.map(|(&source, values)| moment(rig, source, &self.time[rows.clone()], &values[rows.clone()])).collect()
@@ -185,7 +200,7 @@ pub(super) fn blocks(
             from: record.time[rows.start],
             to: record.time[rows.end - 1],
             moments: prepared.moments(rig, sources, &rows),
-            disturbed: prepared.gap(rows.clone()),
+            disturbed: prepared.gap(rows.clone()) || prepared.lacks(&rows),
             follows: follows_on,
         });
         follows = true;
@@ -225,8 +240,12 @@ pub(super) fn samples(
             own.value[0] = values[row] + lag * own.value[1];
             own.variance[0] = source.variance(rig) + lag * lag * own.variance[1];
         }
-        let disturbed =
-            row < half || row + half >= count || prepared.disturbance(&rows).is_some() || prepared.gap(rows);
+        let disturbed = row < half
+            || row + half >= count
+            || prepared.disturbance(&rows).is_some()
+            || prepared.lacks(&rows)
+            || prepared.data.iter().any(|values| values[row].is_nan())
+            || prepared.gap(rows);
         Frame { from: record.time[row], to: record.time[row], moments, disturbed, follows: row > 0 }
     };
     Ok((0..count).map(frame).collect())

@@ -34,7 +34,7 @@ impl Rig {
     /// # Errors
     /// As [`Record::read_as_it_stands`].
     pub fn record_as_it_stands(&self, path: impl AsRef<Path>) -> Result<(Record, Option<Complaint>), Complaint> {
-        let (record, refused) = Record::read_as_it_stands(path)?;
+        let (record, refused) = self.asked().read_as_it_stands(path)?;
         Ok((self.scaled(record), refused))
     }
 
@@ -42,10 +42,12 @@ impl Rig {
     /// right dimension. No column is proposed twice.
     pub fn proposals(&self, record: &Record) -> Vec<Proposal> {
         let sensors = self.sensors.iter().map(|sensor| {
-            let dimension = sensor.scale.as_ref().map_or(sensor.quantity.dimension(), |(raw, _)| *raw);
+            let dimension = sensor.scale.as_ref().map_or(sensor.quantity.dimension(), |scale| scale.raw.dimension);
             ("sensor", &sensor.column, dimension)
         });
-        let inputs = self.inputs.iter().map(|input| ("input", &input.column, input.unit.dimension));
+        let inputs = self.inputs.iter().map(|input| {
+            ("input", &input.column, input.scale.as_ref().map_or(&input.unit, |scale| &scale.raw).dimension)
+        });
         let named: Vec<(&str, &String, Dimension)> = sensors.chain(inputs).collect();
         let lacking: Vec<_> = named.iter().filter(|(_, column, _)| record.channel(column).is_none()).collect();
         let free: Vec<(&str, &Unit)> = record

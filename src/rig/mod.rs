@@ -6,6 +6,7 @@ mod effect;
 mod join;
 mod mapping;
 mod parse;
+mod scaling;
 mod sensor;
 mod source;
 mod validate;
@@ -20,6 +21,7 @@ pub use calibration::Calibration;
 pub use cycle::{Cycle, Phase, Profile};
 pub use effect::{Given, Placed, Present, Readings, Spot};
 pub use mapping::Proposal;
+pub use scaling::Scaling;
 pub use sensor::{Hold, Input, Quantity, Sensor, TOLERANCE, Target};
 pub(crate) use source::document;
 
@@ -200,6 +202,11 @@ impl Rig {
     /// The unit in which the rig file states a sensor's noise, and in which its column is written.
     pub fn sensor_unit(&self, sensor: &Sensor) -> Unit {
         self.parameters.get(sensor.first_parameter).map_or_else(Unit::dimensionless, |offset| offset.unit.clone())
+    }
+
+    /// The unit in which a record holds a sensor's column: of a scaled one, that of the quantity behind it.
+    pub fn column_unit(&self, sensor: &Sensor) -> Unit {
+        sensor.scale.as_ref().map_or_else(|| self.sensor_unit(sensor), |scale| scale.unit.clone())
     }
 
     /// The values of all parameters as the file gives them, SI.

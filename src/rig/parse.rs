@@ -8,6 +8,7 @@ mod fault;
 mod input;
 mod node;
 mod sensor;
+mod version;
 
 use toml::de::DeTable;
 
@@ -25,6 +26,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
             .help("see docs/reference/rig-file.md for a rig file to start from")
     })?;
     let root = Table::new(&source, "the rig file", 0, document.get_ref());
+    version::check(root.get("version"))?;
     let name = match root.get("rig") {
         None => String::new(),
         Some(value) => {

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use super::Scaling;
 use crate::complaint::{Complaint, Place};
-use crate::record::{Channel, Record};
+use crate::record::Record;
 use crate::units::{Dimension, Unit};
 
 /// What a sensor measures.
@@ -56,8 +57,10 @@ pub struct Sensor {
     pub column: String,
     pub quantity: Quantity,
     pub target: Target,
-    /// What the record holds in place of the quantity: its dimension, and the unit in which it stands for the quantity.
-    pub scale: Option<(Dimension, Unit)>,
+    /// What the column holds in place of the quantity.
+    pub scale: Option<Scaling>,
+    /// The unit of the column in records that do not name it.
+    pub column_unit: Option<Unit>,
     /// +1, or -1 for a flow counted out of the port.
     pub sign: f64,
     /// One standard deviation of the noise of a sample, SI.
@@ -90,25 +93,12 @@ impl Sensor {
 }
 
 impl super::Rig {
-    /// Reads a record of this rig; the columns of scaled sensors come as what they stand for.
+    /// Reads a record of this rig; the columns of scaled sensors and inputs come as what they stand for.
     ///
     /// # Errors
     /// As [`Record::read`].
     pub fn record(&self, path: impl AsRef<Path>) -> Result<Record, Complaint> {
-        Ok(self.scaled(Record::read(path)?))
-    }
-
-    /// The record with the columns of scaled sensors as what they stand for.
-    pub(super) fn scaled(&self, mut record: Record) -> Record {
-        for sensor in &self.sensors {
-            let Some((raw, unit)) = &sensor.scale else { continue };
-            let reads = |channel: &Channel| channel.name == sensor.column && channel.unit.dimension == *raw;
-            let Some(index) = record.channels.iter().position(reads) else { continue };
-            let channel = &mut record.channels[index];
-            channel.values.iter_mut().for_each(|value| *value *= unit.factor);
-            channel.unit = unit.clone();
-        }
-        record
+        Ok(self.scaled(self.asked().read(path)?))
     }
 }
 
@@ -132,7 +122,9 @@ impl Hold {
 pub struct Input {
     pub name: String,
     pub column: String,
-    pub unit: crate::units::Unit,
+    pub unit: Unit,
+    /// What the column holds in place of the quantity.
+    pub scale: Option<Scaling>,
     pub hold: Hold,
     /// One standard deviation of the noise of a sample, SI; 0 for a command.
     pub noise: f64,

@@ -50,9 +50,16 @@ pub(super) fn survey(
     for value in values.iter().filter(|value| value.is_finite()) {
         (least, greatest) = (least.min(*value), greatest.max(*value));
     }
+    let missing = values.iter().filter(|value| value.is_nan()).count();
+    // A channel of a lower rate lacks most rows; each of its intervals is no doubt of its own.
+    if 2 * missing > values.len() {
+        let mut all = of_rows(Doubt::Dropout, 0..values.len(), None);
+        all.rows = missing;
+        findings.push(all);
+    }
     let mut row = 0;
     for run in values.chunk_by(|a, b| a.is_nan() == b.is_nan()) {
-        if run.first().is_some_and(|value| value.is_nan()) {
+        if 2 * missing <= values.len() && run.first().is_some_and(|value| value.is_nan()) {
             findings.push(of_rows(Doubt::Dropout, row..row + run.len(), None));
         }
         row += run.len();

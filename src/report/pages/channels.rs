@@ -90,7 +90,8 @@ impl<'a> Shown<'a> {
             let Some(channel) = record.channel(&sensor.column) else { continue };
             let unit = self.rig.sensor_unit(sensor);
             let points = |values: &[f64]| -> Vec<(f64, f64)> {
-                record.time.iter().copied().zip(values.iter().map(|si| unit.from_si(*si))).collect()
+                let pairs = record.time.iter().zip(values).filter(|(_, si)| !si.is_nan());
+                pairs.map(|(time, si)| (*time, unit.from_si(*si))).collect()
             };
             let mut series = vec![Series::line("measured", points(&channel.values)).styled(5, 0)];
             for model in models {

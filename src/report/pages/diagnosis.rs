@@ -28,6 +28,11 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String,
     if let Some(at) = diagnosis.onset_s {
         verdict.paragraph(format!("Began at {at:.2} s."));
     }
+    let left_out = words::left_out(diagnosis);
+    if !left_out.is_empty() {
+        verdict.subheading("Left out of the fit");
+        verdict.list(left_out);
+    }
     page.section(verdict);
     let present: Vec<&FaultReport> = diagnosis.present().collect();
     let mut drawn = Section::new("Circuit");

@@ -3,7 +3,7 @@
 use super::{difference, named};
 use crate::complaint::{Complaint, Kind};
 use crate::rig::source::Value;
-use crate::rig::{Hold, Input, Rig};
+use crate::rig::{Hold, Input, Rig, Scaling};
 use crate::units::Unit;
 
 pub(super) fn read_inputs(rig: &mut Rig, inputs: Option<Value<'_>>) -> Result<(), Complaint> {
@@ -18,13 +18,20 @@ pub(super) fn read_inputs(rig: &mut Rig, inputs: Option<Value<'_>>) -> Result<()
             None => Hold::After,
             Some(value) => named(&value, "ways to hold", Hold::NAMED)?,
         };
+        let scale = match table.get("scale") {
+            None => table.get("offset").map(|zero| Scaling::shifted(&unit, &zero)).transpose()?,
+            Some(value) => Some(Scaling::read(&value, unit.dimension, table.get("offset").as_ref())?),
+        };
+        // A scaled input is described in what its column holds.
+        let (dimension, size) =
+            scale.as_ref().map_or((unit.dimension, 1.0), |scale| (scale.raw.dimension, scale.size()));
         let noise = match table.get("noise") {
             None => 0.0,
-            Some(value) => difference(&value, unit.dimension)?,
+            Some(value) => difference(&value, dimension)? * size,
         };
         let column = table.get("column").map(|column| column.text()).transpose()?.unwrap_or(name).to_owned();
         table.finish()?;
-        rig.inputs.push(Input { name: name.to_owned(), column, unit, hold, noise, place: value.place() });
+        rig.inputs.push(Input { name: name.to_owned(), column, unit, scale, hold, noise, place: value.place() });
     }
     Ok(())
 }

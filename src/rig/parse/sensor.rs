@@ -5,8 +5,8 @@ use crate::complaint::{Complaint, Kind, help_with_names};
 use crate::physics::card::PortKind;
 use crate::rig::sensor::{GAIN_SPREAD, OFFSET_SPREAD, TOLERANCE};
 use crate::rig::source::Value;
-use crate::rig::{Node, NodeKind, Parameter, Quantity, Rig, Sensor, Target, range};
-use crate::units::{Dimension, Quantity as Stated, Unit};
+use crate::rig::{Node, NodeKind, Parameter, Quantity, Rig, Scaling, Sensor, Target, range};
+use crate::units::{Dimension, Unit};
 
 pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Complaint> {
     let table = value.table(format!("sensor `{name}`"))?;
@@ -17,15 +17,23 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
     let target = target(rig, name, quantity, &at)?;
     let sign = match table.get("direction") {
         None => 1.0,
+        Some(value) if quantity != Quantity::Flow => {
+            return Err(Complaint::new(
+                Kind::Contradiction,
+                format!("{} is given, but only flows have one", value.what),
+            )
+            .at(value.place())
+            .help("write a negative scale where the column counts the other way, such as `scale = \"-1 mm/mm\"`"));
+        }
         Some(value) => named(&value, "directions", &[("in", 1.0), ("out", -1.0)])?,
     };
     let dimension = quantity.dimension();
     let scale = match table.get("scale") {
         None => None,
-        Some(value) => Some(scale(&value, dimension)?),
+        Some(value) => Some(Scaling::read(&value, dimension, None)?),
     };
     // A scaled sensor is described in what it writes.
-    let (dimension, factor) = scale.as_ref().map_or((dimension, 1.0), |(raw, unit)| (*raw, unit.factor));
+    let (dimension, factor) = scale.as_ref().map_or((dimension, 1.0), |scale| (scale.raw.dimension, scale.size()));
     let noise_value =
         table.require("noise", "add the standard deviation of one sample, such as `noise = \"0.25 bar\"`")?;
     let noise = difference(&noise_value, dimension)? * factor;
@@ -35,7 +43,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
             .help("give one standard deviation; a sensor that never errs would overrule every other"));
     }
     let unit = match &scale {
-        Some((_, unit)) => unit.clone(),
+        Some(scale) => Unit { factor: scale.unit.factor.abs(), ..scale.unit.clone() },
         None => noise_value.quantity(dimension)?.unit,
     };
     let optional =
@@ -43,6 +51,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
     let resolution = optional("resolution", dimension)?.unwrap_or(0.0) * factor;
     let tolerance = optional("tolerance", dimension)?.map_or(TOLERANCE * noise, |tolerance| tolerance * factor);
     let lag = optional("lag", Dimension::TIME)?.unwrap_or(0.0);
+    let column_unit = table.get("unit").map(|value| column_unit(&value, dimension)).transpose()?;
     let column = table.get("column").map(|column| column.text()).transpose()?.unwrap_or(name).to_owned();
     let place = value.place();
     let first_parameter = rig.parameters.len();
@@ -100,6 +109,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
         quantity,
         target,
         scale,
+        column_unit,
         sign,
         noise,
         resolution,
@@ -111,22 +121,10 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
     Ok(())
 }
 
-/// What one unit of a record's column stands for, such as `1 cm/V`: the dimension of the column, and its unit as one of the
-/// quantity.
-fn scale(value: &Value<'_>, dimension: Dimension) -> Result<(Dimension, Unit), Complaint> {
-    let text = value.text()?;
-    let wrong = || {
-        Complaint::new(Kind::Unit, format!("{} is `{text}`", value.what))
-            .at(value.place())
-            .help("write what one unit of the column stands for, such as `1 cm/V`")
-    };
-    let (number, raw) = text.rsplit_once('/').ok_or_else(wrong)?;
-    let raw = Unit::parse(raw.trim()).map_err(|_| wrong())?;
-    let stands = Stated::parse_as(number, dimension).map_err(|_| wrong())?;
-    if stands.value <= 0.0 {
-        return Err(wrong());
-    }
-    Ok((raw.dimension, Unit { symbol: raw.symbol, dimension, factor: stands.value / raw.factor, offset: 0.0 }))
+/// The unit of a column in records that do not name it.
+fn column_unit(value: &Value<'_>, dimension: Dimension) -> Result<Unit, Complaint> {
+    Unit::parse_as(value.text()?, dimension)
+        .map_err(|error| Complaint::new(Kind::Unit, error.to_string()).at(value.place()).help(error.help()))
 }
 
 /// The node or port that a sensor sits at.

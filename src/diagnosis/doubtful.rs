@@ -1,0 +1,47 @@
+//! Samples that no fit should believe: they are set aside, and the diagnosis says which.
+
+use crate::record::Record;
+use crate::record::survey::{Doubt, Finding, survey};
+use crate::rig::Rig;
+
+/// Stamps of a finding are rounded; a sample is its own within this, s.
+const ROUNDING: f64 = 1e-9;
+
+/// Whether the rig has the end of a sensor's range among its effects: then its rest there says something.
+fn models_saturation(rig: &Rig, finding: &Finding) -> bool {
+    let sensor = rig.sensors.iter().find(|sensor| Some(&sensor.column) == finding.channel.as_ref());
+    sensor.is_some_and(|sensor| {
+        rig.effects.iter().any(|effect| effect.id == format!("sensor-saturation@{}", sensor.name))
+    })
+}
+
+/// The record without the samples of stuck and saturated sensors and without spikes, and everything that the fit does not have:
+/// those, samples that were never there, and rows that are missing. `None` where nothing had to be set aside.
+pub(super) fn set_aside(rig: &Rig, record: &Record) -> (Option<Record>, Vec<Finding>) {
+    let own = |name: &str| rig.sensors.iter().find(|sensor| sensor.column == name);
+    let mut found = survey(record, |channel| own(&channel.name).map(|sensor| sensor.noise));
+    let read = |finding: &Finding| finding.channel.as_deref().is_none_or(|name| rig.reads(name));
+    found.retain(|finding| {
+        let told = matches!(
+            finding.doubt,
+            Doubt::Dropout | Doubt::Stuck | Doubt::Saturated | Doubt::Spike | Doubt::MissingRows
+        );
+        told && read(finding) && !(finding.doubt == Doubt::Saturated && models_saturation(rig, finding))
+    });
+    let removed = |finding: &&Finding| matches!(finding.doubt, Doubt::Stuck | Doubt::Saturated | Doubt::Spike);
+    if !found.iter().any(|finding| removed(&finding)) {
+        return (None, found);
+    }
+    let mut cleared = record.clone();
+    for finding in found.iter().filter(removed) {
+        let Some(name) = &finding.channel else { continue };
+        let span = finding.from_s - ROUNDING..=finding.to_s + ROUNDING;
+        let rows = cleared.time.iter().enumerate().filter(|(_, time)| span.contains(time)).map(|(row, _)| row);
+        let rows: Vec<usize> = rows.collect();
+        let channel = cleared.channels.iter_mut().find(|channel| channel.name == *name);
+        if let Some(channel) = channel {
+            rows.into_iter().for_each(|row| channel.values[row] = f64::NAN);
+        }
+    }
+    (Some(cleared), found)
+}
