@@ -9,8 +9,10 @@ use borescope::campaign::random::Stream;
 use borescope::learn::result::SuggestionReport;
 use borescope::learn::suggest::{Conclusion, Suggestion, suggest};
 use borescope::record::Record;
+use borescope::rig::Rig;
 use plant::hidden::{HIDDEN, Hidden, Sheet, healthy, rig, size};
 use plant::record::{cycle, record};
+use plant::tanks::{Tanks, voltage};
 use plant::{A, Plant};
 
 /// What became of a case.
@@ -141,6 +143,37 @@ fn rates() {
     }
 }
 
+/// The same for the two tanks: a dead voltage, and rims at a share of the level that they would reach.
+#[test]
+#[ignore = "minutes"]
+fn rates_of_the_tanks() {
+    let seeds: u64 = std::env::var("SEEDS").map_or(20, |seeds| seeds.parse().unwrap());
+    let rig = Rig::read("fixtures/cascaded_tanks/rig.toml").unwrap();
+    for (stream, id) in ["dead-voltage", "reservoir-overflow@upper", "reservoir-overflow@lower"].into_iter().enumerate()
+    {
+        let mut named = 0;
+        for seed in 1..=seeds {
+            let mut random = Stream::numbered(seed, 200 + stream as u64);
+            let mut tanks = Tanks::healthy(&mut random);
+            let voltages = [voltage(&mut random), voltage(&mut random)];
+            let share = random.uniform(0.6, 0.85);
+            if stream == 0 {
+                tanks.dead_voltage = random.uniform(0.4, 1.2);
+            } else {
+                let levels = tanks.run(&voltages[0]);
+                let highest = levels.iter().map(|levels| levels[stream - 1]).fold(0.0, f64::max);
+                tanks.rims[stream - 1] = share * highest;
+                tanks.share = random.uniform(0.2, 0.8);
+            }
+            let [fit, check] = voltages.map(|voltage| tanks.record("tanks", voltage, &mut random));
+            let suggestion = suggest(&rig, &fit, Some(&check)).unwrap();
+            tell(id, share, seed, &suggestion, f64::NAN);
+            named += usize::from(class(&suggestion).iter().any(|found| found == id));
+        }
+        println!("| `{id}` | {named} of {seeds} |");
+    }
+}
+
 /// Records that hide nothing.
 #[test]
 #[ignore = "half an hour"]
@@ -206,6 +239,32 @@ fn what_no_law_explains_is_unknown() {
         assert_eq!(suggestion.conclusion, Conclusion::UnknownEffect, "{name}");
         let report = SuggestionReport::new(&suggestion, &records[0], Some(&records[1])).unwrap();
         println!("{:?}", report.place);
+    }
+}
+
+#[test]
+fn a_law_of_the_users_own_is_named() {
+    let own = r#"
+        [own_effects.tight-spot]
+        at = "piston"
+        force = "-F * exp(-((piston.x - x0) / w)^2) * tanh(piston.v / [1 mm/s])"
+        parameters.F = { neutral = "0 N", first = "200 N" }
+        parameters.x0 = { first = "90 mm", bounds = ["0 mm", "170 mm"] }
+        parameters.w = { first = "20 mm", bounds = ["1 mm", "100 mm"] }
+    "#;
+    let path = "fixtures/telescopic/rig.toml";
+    let rig = Rig::parse(path, std::fs::read_to_string(path).unwrap() + own).unwrap();
+    let [fit, check] = other(1, 102, |plant| plant.dent = 600.0);
+    let suggestion = suggest(&rig, &fit, Some(&check)).unwrap();
+    tell("dent", 600.0, 1, &suggestion, f64::NAN);
+    assert_eq!(
+        (suggestion.conclusion, class(&suggestion)),
+        (Conclusion::EffectFound, vec!["tight-spot@piston".to_owned()])
+    );
+    let trial = &suggestion.judged[0].trial;
+    for (name, truth) in [("F", 600.0), ("x0", 0.1), ("w", 0.012)] {
+        let found = trial.values[trial.rig.parameter(&format!("tight-spot@piston.{name}")).unwrap()];
+        assert!((found / truth - 1.0).abs() < 0.1, "{name}: {found} {truth}");
     }
 }
 

@@ -242,7 +242,7 @@ fn leakage(disturbed: &Disturbed, parameters: &[f64], fault: usize, outputs: &Ou
         seen.z[..hydraulic].fill(ATMOSPHERE);
         seen.z[0] += difference;
         let mut answers = Answers::default();
-        AnyLaw::new(component.card.kind, &own_values, &fluid)?.evaluate(&seen, &mut answers);
+        AnyLaw::new(component.card, &own_values, &fluid)?.evaluate(&seen, &mut answers);
         Some(answers.through[0])
     };
     const L_PER_MIN: f64 = 60e3;

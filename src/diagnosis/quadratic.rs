@@ -155,11 +155,13 @@ impl Quadratic {
         if white > 0.0 { (coloured / white).max(1.0) } else { 1.0 }
     }
 
-    /// The score test of a `change` of the misfits, by what is estimated while the faults of `set` are present. `None` where
-    /// the information cannot be inverted.
-    pub fn score(&self, case: &Case<'_>, set: Set, misfit: &[f64], change: &[f64]) -> Option<Score> {
+    /// The score test of a `change` of the misfits at values of all estimated parameters (SI) and the misfits there, by what is
+    /// estimated while the faults of `set` are present. `None` where the information cannot be inverted.
+    pub fn score(&self, case: &Case<'_>, set: Set, (theta, misfit): (&[f64], &[f64]), change: &[f64]) -> Option<Score> {
         let free = case.free(set);
-        let factor = Cholesky::new(self.information(&case.precision(set, &self.scale), &free))?;
+        let precision = case.precision(set, &self.scale);
+        let prior = &precision * case.away(theta, &self.scale);
+        let factor = Cholesky::new(self.information(&precision, &free))?;
         let weights: Vec<f64> = misfit.iter().map(|&r| ROBUST.at(r * r).1).collect();
         let weighted = DVector::from_iterator(change.len(), change.iter().zip(&weights).map(|(s, w)| s * w));
         let across = self.jacobian.tr_mul(&weighted);
@@ -173,7 +175,10 @@ impl Quadratic {
                 *slot -= slope * follow[a];
             }
         }
-        let pull: f64 = perpendicular.iter().zip(misfit).zip(&weights).map(|((s, r), w)| s * r * w).sum();
+        let of_record: f64 = perpendicular.iter().zip(misfit).zip(&weights).map(|((s, r), w)| s * r * w).sum();
+        // What follows is pulled back by what is known of it before.
+        let of_prior: f64 = free.iter().enumerate().map(|(a, &index)| follow[a] * prior[index]).sum();
+        let pull = of_record - of_prior;
         let taken = |a: usize| (follow[a] * across[a]).abs();
         let most = (0..free.len()).max_by(|&a, &b| taken(a).total_cmp(&taken(b)));
         Some(Score {

@@ -42,9 +42,10 @@ const EXCITED: f64 = 0.1;
 /// Share of the influence below which a candidate counts as absorbed.
 const ABSORBED: f64 = 0.05;
 /// Factors on the tried size beyond which the form is not believed.
-const FAR: f64 = 5.0;
-/// Sizes that are tried, in typical ones: an effect that is not straight shows itself only near its own.
-const SIZES: &[f64] = &[1.0, 5.0, 25.0];
+const FAR: f64 = 20.0;
+/// Sizes that are tried, in typical ones. An effect that is not straight shows itself only near its own; but what shifts the
+/// time at which the piston arrives is straight only where the shift is less than a row.
+const SIZES: &[f64] = &[1.0, 0.1, 5.0, 25.0];
 
 /// All effects that the rig may have and does not, the most promising first; `stand` is where the estimate stands.
 pub fn candidates(estimate: &Estimate<'_>, stand: usize) -> Vec<Candidate> {
@@ -113,15 +114,20 @@ fn bends_a_fault(rig: &Rig, placed: &Placed) -> bool {
 
 /// The try of an effect that promises most.
 fn best_try(estimate: &Estimate<'_>, placed: &Placed) -> Option<Candidate> {
-    let mut scored: Vec<Candidate> =
-        tries(estimate, placed).into_iter().filter_map(|tried| scored(estimate, placed, tried)).collect();
+    let mut tries = tries(estimate, placed).into_iter();
+    let first = scored(estimate, placed, tries.next()?);
+    if first.as_ref().is_some_and(|first| !first.excited) {
+        return first;
+    }
+    let others = tries.filter_map(|tried| self::scored(estimate, placed, tried));
+    let mut scored: Vec<Candidate> = first.into_iter().chain(others).collect();
     // What the record could show is told by the least try: nearest to a straight line.
-    let least = scored.first().map(|first| (first.smallest, distance(estimate.case.rig(), first)))?;
+    let rig = estimate.case.rig();
+    let sized = |one: &Candidate| Some((distance(rig, one)?, one.smallest));
+    let least = scored.iter().filter_map(sized).min_by(|a, b| a.0.total_cmp(&b.0));
     let best = (0..scored.len()).max_by(|&a, &b| scored[a].score.total_cmp(&scored[b].score))?;
     let mut best = scored.swap_remove(best);
-    if let (smallest, Some(unit)) = least
-        && let Some(own) = distance(estimate.case.rig(), &best)
-    {
+    if let (Some((unit, smallest)), Some(own)) = (least, distance(rig, &best)) {
         best.smallest = smallest * unit / own;
     }
     Some(best)
@@ -239,7 +245,8 @@ fn scored(estimate: &Estimate<'_>, placed: &Placed, tried: Vec<Given>) -> Option
     if !candidate.excited {
         return Some(candidate);
     }
-    let score = isolation.quadratic.score(case, isolation.set(), &isolation.best.misfit, &change)?;
+    let at = (&isolation.best.theta[..], &isolation.best.misfit[..]);
+    let score = isolation.quadratic.score(case, isolation.set(), at, &change)?;
     candidate.own = score.own;
     candidate.smallest = if score.information > 0.0 { 3.0 / score.information.sqrt() } else { f64::INFINITY };
     if score.own < ABSORBED {

@@ -26,6 +26,8 @@ const NEAR: f64 = 0.005;
 const PAIRED: usize = 5;
 /// Ratio of two scores within which the refit has to say which effect explains more.
 const SCORES_ALIKE: f64 = 1.2;
+/// Share of the best one's gain within which others are fitted to their end too.
+const CLOSE: f64 = 0.05;
 /// Candidates that are isolated anew, faults and all.
 const ISOLATED: usize = 2;
 /// Candidates that go on to their end.
@@ -175,6 +177,7 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
         let more = pairs(&judged);
         looking.join(&mut judged, more)?;
     }
+    looking.settle(&mut judged)?;
     let conclusion =
         if near { conclude_near(&mut judged, &base, &base_check) } else { conclude(&mut judged, &base, &base_check) };
     if conclusion == Conclusion::UnknownEffect {
@@ -310,6 +313,23 @@ impl Looking<'_> {
             one.supported = one.delta_bic > RIVAL && on_check;
         }
         Ok(judged)
+    }
+
+    /// Fits those that come near the best to their end: what decides between them is smaller than what rough fits leave.
+    fn settle(&self, judged: &mut [Judged]) -> Result<(), Complaint> {
+        let Some(top) = judged.first().map(|best| best.delta_bic) else { return Ok(()) };
+        let close = judged.iter().take_while(|one| one.delta_bic > (1.0 - CLOSE) * top).count();
+        if top <= RIVAL || close < 2 {
+            return Ok(());
+        }
+        judged[..close].par_iter_mut().for_each(|one| {
+            let Trial { rig, values, set, .. } = &one.trial;
+            let Ok(trial) = Trial::fitted(rig, self.record, values, *set, ROUNDS) else { return };
+            one.check = self.check.and_then(|record| trial.check(record).ok());
+            one.warnings = warnings(&trial, self.base);
+            one.trial = trial;
+        });
+        self.rank(judged)
     }
 
     /// Refits with further sets of effects, and ranks all anew.

@@ -54,7 +54,7 @@ impl<'a, S: Scalar> Assembly<'a, S> {
             let fluid = Fluid::new(&parameters[..fluid::CARD.parameters.len()]);
             let law = |component: &crate::rig::Component| {
                 let own = &parameters[component.first_parameter..][..component.card.parameters.len()];
-                AnyLaw::new(component.card.kind, own, &fluid)
+                AnyLaw::new(component.card, own, &fluid)
             };
             rig.components.iter().filter_map(law).collect()
         }

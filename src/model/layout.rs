@@ -198,7 +198,7 @@ pub fn has_capacity(rig: &Rig, node: usize) -> bool {
     let mut capacity = 0.0;
     for component in &rig.components {
         let parameters = &nominal[component.first_parameter..][..component.card.parameters.len()];
-        let Some(law) = AnyLaw::new(component.card.kind, parameters, &fluid) else { continue };
+        let Some(law) = AnyLaw::new(component.card, parameters, &fluid) else { continue };
         // At rest under atmospheric pressure; capacities are positive everywhere or nowhere.
         let mut seen = Seen { z: [0.0; VARIABLES], u: [0.0; INPUTS] };
         let mut next = 0;

@@ -199,7 +199,7 @@ fn passes_of(
         };
         let of = |range: std::ops::Range<usize>| -> Vec<First> { range.map(seed).collect() };
         let (fluid, given) = (of(of_fluid.clone()), of(of_component.clone()));
-        if let Some(law) = AnyLaw::new(own.card.kind, &given, &Fluid::new(&fluid)) {
+        if let Some(law) = AnyLaw::new(own.card, &given, &Fluid::new(&fluid)) {
             passes.push(Pass { component, first, law, lanes, of_variable, answers: Answers::default() });
         }
         first = false;

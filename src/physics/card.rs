@@ -1,5 +1,7 @@
 //! What a component tells about itself: its parameters, ports, states and one worked number.
 
+use crate::expression::Expression;
+
 /// One parameter of a component: the data from which the rig file is read and the reference is written.
 #[derive(Debug, Clone, Copy)]
 pub struct Parameter {
@@ -181,6 +183,8 @@ pub struct Card {
     /// of the components that meet there.
     pub pressure_scale: f64,
     pub worked: &'static [Worked],
+    /// The law of an effect that a user has written; see [`Formula`](super::formula::Formula).
+    pub formula: Option<&'static Expression>,
 }
 
 impl Card {
@@ -198,6 +202,7 @@ impl Card {
         fixes_pressure: None,
         pressure_scale: 1e7,
         worked: &[],
+        formula: None,
     };
 
     /// Number of variables that the ports and states bring to one evaluation.

@@ -7,6 +7,7 @@ pub mod card;
 pub mod component;
 pub mod effect;
 pub mod fluid;
+pub mod formula;
 pub mod law;
 
 /// Standard atmosphere in Pa: what gauge pressures of a rig file and of its sensors are counted from.

@@ -73,6 +73,7 @@ impl EffectReport {
             At::Actuator => ("a node where a cylinder stands".to_owned(), "@NODE"),
             At::Component { kind, named } => (format!("a `{kind}`"), if named { "@COMPONENT" } else { "" }),
             At::Sensor => ("a sensor".to_owned(), "@SENSOR"),
+            At::Named(node) => (format!("the node `{node}`"), ""),
         };
         Self {
             name: effect.name,

@@ -196,5 +196,5 @@ fn law<T: Real, N: Real>(rig: &Rig, component: usize, p: &[T], lift: impl Fn(T) 
     let this = &rig.components[component];
     let lifted = |values: &[T]| values.iter().map(|&value| lift(value)).collect::<Vec<N>>();
     let own = lifted(p.get(this.first_parameter..)?.get(..this.card.parameters.len())?);
-    AnyLaw::new(this.card.kind, &own, &Fluid::new(&lifted(p.get(..fluid::CARD.parameters.len())?)))
+    AnyLaw::new(this.card, &own, &Fluid::new(&lifted(p.get(..fluid::CARD.parameters.len())?)))
 }

@@ -3,7 +3,7 @@
 use super::{Component, InitialPressure, Node, NodeKind, Parameter, Rig};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
 use crate::physics::card::{Card, PortKind};
-use crate::physics::effect::{At, EFFECTS, Effect, First, Form, Free, Joint, effect};
+use crate::physics::effect::{At, EFFECTS, Effect, First, Form, Free, Joint};
 use crate::units::Unit;
 
 /// An effect at its place in a rig.
@@ -51,9 +51,8 @@ pub struct Given {
 impl Rig {
     /// Every effect at every place where this rig may have it, in the order of the library.
     pub fn effect_places(&self) -> Vec<Placed> {
-        EFFECTS
-            .iter()
-            .flat_map(|&effect| self.spots(effect).into_iter().map(move |spot| Placed { effect, spot }))
+        self.effect_names()
+            .flat_map(|effect| self.spots(effect).into_iter().map(move |spot| Placed { effect, spot }))
             .collect()
     }
 
@@ -75,7 +74,17 @@ impl Rig {
                 .map(Spot::Component)
                 .collect(),
             At::Sensor => (0..self.sensors.len()).map(Spot::Sensor).collect(),
+            At::Named(name) => self.node_named(name).map(Spot::Node).into_iter().collect(),
         }
+    }
+
+    fn node_named(&self, name: &str) -> Option<usize> {
+        self.nodes.iter().position(|node| node.name == name)
+    }
+
+    /// Every effect that this rig may have: the library's, then its own.
+    fn effect_names(&self) -> impl Iterator<Item = &'static Effect> {
+        EFFECTS.iter().chain(&self.own_effects).copied()
     }
 
     /// Components that move a body and have a port at this node, with the port.
@@ -110,10 +119,10 @@ impl Rig {
     /// An effect that is not in the library, or a place where this rig cannot have it.
     pub fn placed(&self, id: &str) -> Result<Placed, Complaint> {
         let (name, place) = id.split_once('@').map_or((id, None), |(name, place)| (name, Some(place)));
-        let Some(effect) = effect(name) else {
+        let Some(effect) = self.effect_names().find(|effect| effect.name == name) else {
             return Err(Complaint::new(Kind::UnknownName, format!("there is no effect `{name}`"))
                 .at(Place::file(&self.path))
-                .help(help_with_names(name, "effects", EFFECTS.iter().map(|effect| effect.name))));
+                .help(help_with_names(name, "effects", self.effect_names().map(|effect| effect.name))));
         };
         let all: Vec<Placed> = self.spots(effect).into_iter().map(|spot| Placed { effect, spot }).collect();
         let ids: Vec<String> = all.iter().map(|placed| self.effect_id(placed)).collect();
@@ -311,6 +320,7 @@ impl Rig {
                 Joint::Tank => tank,
                 Joint::Port(name) => port(name),
                 Joint::Next => self.next(here?).or(tank),
+                Joint::Named(name) => self.node_named(name),
             })
             .collect()
     }
@@ -337,5 +347,6 @@ fn needs(at: At) -> String {
         At::Actuator => "a node where a cylinder stands".to_owned(),
         At::Component { kind, .. } => format!("a `{kind}`"),
         At::Sensor => "a sensor".to_owned(),
+        At::Named(node) => format!("the node `{node}`"),
     }
 }

@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 
 use crate::complaint::{Complaint, Place, did_you_mean, help_with_names};
 use crate::physics::card::Card;
+use crate::physics::effect::Effect;
 use crate::units::Unit;
 
 pub use calibration::Calibration;
@@ -52,6 +53,8 @@ pub struct Rig {
     pub faults: Vec<Fault>,
     /// Physics beyond that of the components, in the order of the file.
     pub effects: Vec<Present>,
+    /// Effects of the rig file's own, which it may have beside those of the library.
+    pub own_effects: Vec<&'static Effect>,
     /// What effects do to the readings of sensors.
     pub readings: Vec<Readings>,
     pub cycle: Option<Cycle>,

@@ -7,6 +7,7 @@ mod effect;
 mod fault;
 mod input;
 mod node;
+mod own_effect;
 mod sensor;
 mod version;
 
@@ -46,6 +47,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         parameters: Vec::new(),
         faults: Vec::new(),
         effects: Vec::new(),
+        own_effects: Vec::new(),
         readings: Vec::new(),
         cycle: None,
         calibration: None,
@@ -75,6 +77,11 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
     if let Some(sensors) = root.get("sensors") {
         for (name, value) in sensors.table("`[sensors]`")?.entries() {
             sensor::read_sensor(&mut rig, name, &value)?;
+        }
+    }
+    if let Some(effects) = root.get("own_effects") {
+        for (name, value) in effects.table("`[own_effects]`")?.entries() {
+            own_effect::read_own_effect(&mut rig, name, &value)?;
         }
     }
     if let Some(effects) = root.get("effects") {

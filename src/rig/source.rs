@@ -169,13 +169,24 @@ impl<'a> Value<'a> {
 
     /// A quantity of this dimension, in SI.
     pub fn quantity(&self, dimension: Dimension) -> Result<Quantity, Complaint> {
-        let number = match self.value.get_ref() {
-            DeValue::Integer(number) => number.as_str().to_owned(),
-            DeValue::Float(number) => number.as_str().to_owned(),
-            DeValue::String(text) => text.to_string(),
-            _ => return Err(self.wrong_type(&example(dimension))),
-        };
+        let number = self.number(|| example(dimension))?;
         Quantity::parse_as(&number, dimension).map_err(|error| self.unit_error(&error))
+    }
+
+    /// A quantity of any dimension.
+    pub fn any_quantity(&self) -> Result<Quantity, Complaint> {
+        let number = self.number(|| "a quantity such as \"3 bar\"".to_owned())?;
+        Quantity::parse(&number).map_err(|error| self.unit_error(&error))
+    }
+
+    /// A number, with its unit if it is a text; `wanted` says what would be right.
+    fn number(&self, wanted: impl FnOnce() -> String) -> Result<String, Complaint> {
+        match self.value.get_ref() {
+            DeValue::Integer(number) => Ok(number.as_str().to_owned()),
+            DeValue::Float(number) => Ok(number.as_str().to_owned()),
+            DeValue::String(text) => Ok(text.to_string()),
+            _ => Err(self.wrong_type(&wanted())),
+        }
     }
 
     /// A quantity with an optional uncertainty: `8 ms +- 2 ms`, `8 ms +- 25 %`.

@@ -64,7 +64,7 @@ pub fn probe(rig: &Rig, component: &Component, asked: &[(usize, (f64, f64))]) ->
         let seen = point(component, &mut random);
         let mut evaluate = |parameters: &[Number], seen: &Seen<Number>, note: &dyn Fn(&mut Dependence, usize)| {
             let fluid = Fluid::new(&parameters[..shared]);
-            let Some(law) = AnyLaw::new(component.card.kind, &parameters[own.clone()], &fluid) else { return };
+            let Some(law) = AnyLaw::new(component.card, &parameters[own.clone()], &fluid) else { return };
             let mut answers = Answers::default();
             law.evaluate(seen, &mut answers);
             for (dependence, answer) in found.each(&answers) {

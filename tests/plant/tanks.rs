@@ -1,5 +1,7 @@
 //! Two tanks in a row by hand: Torricelli's law, weirs as rims, Runge-Kutta 4 with fixed steps.
 
+use std::f64::consts::TAU;
+
 use borescope::campaign::random::Stream;
 use borescope::record::{Channel, Record};
 use borescope::units::Unit;
@@ -13,8 +15,8 @@ const GAIN: f64 = 0.07e-3 / 60.0;
 const OUTLETS: [f64; 2] = [1.9e-5, 1.9e-5];
 /// A weir of 20 cm: m³/s per m^1.5.
 const WEIR: f64 = 0.36;
-/// V.
-const NOISE: f64 = 0.02;
+/// Noise of the level, m.
+const NOISE: f64 = 2e-4;
 
 /// What the tanks may hide; at the defaults nothing.
 #[derive(Debug, Clone)]
@@ -67,9 +69,11 @@ impl Tanks {
 
     pub fn record(&self, name: &str, voltage: Vec<f64>, random: &mut Stream) -> Record {
         let time = (0..voltage.len()).map(|row| row as f64 * INTERVAL).collect();
-        let shown = self.run(&voltage).iter().map(|levels| levels[1] * 100.0 + NOISE * random.normal()).collect();
-        let volt: Unit = "V".parse().expect("a unit");
-        let channels = vec![Channel::new("pump_voltage", volt.clone(), voltage), Channel::new("level_2", volt, shown)];
+        let shown = self.run(&voltage).iter().map(|levels| levels[1] + NOISE * random.normal()).collect();
+        let unit = |symbol: &str| symbol.parse::<Unit>().expect("a unit");
+        // What the sensor of the rig file makes of its volts.
+        let level = Channel::new("level_2", unit("cm"), shown);
+        let channels = vec![Channel::new("pump_voltage", unit("V"), voltage), level];
         Record::new(name, time, channels)
     }
 }
@@ -77,11 +81,11 @@ impl Tanks {
 /// Slow waves of three periods between 0.5 and 5.5 V.
 pub fn voltage(random: &mut Stream) -> Vec<f64> {
     let waves: Vec<(f64, f64)> =
-        [700.0, 310.0, 140.0].map(|period| (period * random.uniform(0.8, 1.2), random.uniform(0.0, 6.28))).to_vec();
+        [700.0, 310.0, 140.0].map(|period| (period * random.uniform(0.8, 1.2), random.uniform(0.0, TAU))).to_vec();
     (0..ROWS)
         .map(|row| {
             let t = row as f64 * INTERVAL;
-            let sum: f64 = waves.iter().map(|(period, phase)| (6.283 * t / period + phase).sin()).sum();
+            let sum: f64 = waves.iter().map(|(period, phase)| (TAU * t / period + phase).sin()).sum();
             (3.0 + 1.1 * sum).clamp(0.5, 5.8)
         })
         .collect()

@@ -3,6 +3,7 @@
 use super::card::Card;
 use super::effect::EffectLaw;
 use super::fluid::Fluid;
+use super::formula::Formula;
 use crate::numeric::Real;
 
 /// The largest number of port variables and states that one component may have.
@@ -62,11 +63,17 @@ macro_rules! components {
             $($name($module::$name<T>),)+
             /// What an effect has joined to the rig.
             Effect(EffectLaw<T>),
+            /// What a user's effect has joined to it.
+            Formula(Formula<T>),
         }
 
         impl<T: Real> AnyLaw<T> {
-            /// The law of `kind`, or `None` for a kind that is not in [`CARDS`].
-            pub fn new(kind: &str, parameters: &[T], fluid: &Fluid<T>) -> Option<Self> {
+            /// The law of a card, or `None` for a card that is neither in [`CARDS`] nor an effect's.
+            pub fn new(card: &'static Card, parameters: &[T], fluid: &Fluid<T>) -> Option<Self> {
+                if card.formula.is_some() {
+                    return Formula::new(card, parameters).map(AnyLaw::Formula);
+                }
+                let kind = card.kind;
                 $(if kind == $module::CARD.kind {
                     return Some(AnyLaw::$name($module::$name::new(parameters, fluid)));
                 })+
@@ -78,6 +85,7 @@ macro_rules! components {
                 match self {
                     $(AnyLaw::$name(law) => law.evaluate(seen, answers),)+
                     AnyLaw::Effect(law) => law.evaluate(seen, answers),
+                    AnyLaw::Formula(law) => law.evaluate(seen, answers),
                 }
             }
         }

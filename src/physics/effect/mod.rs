@@ -24,6 +24,8 @@ pub enum At {
     Component { kind: &'static str, named: bool },
     /// A sensor; written `@name`.
     Sensor,
+    /// The node of this name, whatever stands there.
+    Named(&'static str),
 }
 
 /// Which node a port of a joined component meets.
@@ -37,6 +39,8 @@ pub enum Joint {
     Port(&'static str),
     /// The node into which what stands at the first port drains; the tank where there is none.
     Next,
+    /// The node of this name.
+    Named(&'static str),
 }
 
 /// How an effect changes the model.
