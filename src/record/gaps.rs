@@ -22,7 +22,7 @@ impl Record {
     pub fn gaps(&self) -> Vec<Gap> {
         let of = |channel: &super::Channel| {
             let pairs = || self.time.iter().zip(&channel.values).filter(|(_, value)| value.is_nan());
-            let (first, last) = (pairs().next()?, pairs().last()?);
+            let (first, last) = (pairs().next()?, pairs().next_back()?);
             Some(Gap {
                 channel: channel.name.clone(),
                 missing: pairs().count(),

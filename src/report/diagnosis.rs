@@ -249,8 +249,11 @@ fn pictured(
         return plain;
     }
     let heads: Vec<Head> = heads.iter().copied().chain([(head, false)]).collect();
-    let rows: Vec<Vec<String>> =
-        rows.iter().zip(pictures).map(|(row, picture)| [row.as_slice(), &[picture.clone()]].concat()).collect();
+    let rows: Vec<Vec<String>> = rows
+        .iter()
+        .zip(pictures)
+        .map(|(row, picture)| [row.as_slice(), std::slice::from_ref(picture)].concat())
+        .collect();
     let wide = aligned(&heads, &rows);
     let fits = |line: &String| style.width.is_some_and(|width| line.chars().count() <= width);
     if wide.iter().all(fits) { wide } else { plain }

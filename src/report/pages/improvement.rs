@@ -34,7 +34,7 @@ pub fn improvement(
     }
     page.section(verdict);
     page.section(steps(ledger));
-    let more = (found.steps.len() > 1).then(|| ("at the end", &found.trial.fit));
+    let more = (found.steps.len() > 1).then_some(("at the end", &found.trial.fit));
     if let Some(section) = missing::section(&found.given, fit, more)? {
         page.section(section);
     }
