@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::diagnosis::estimate::Estimate;
 use crate::model::{Drive, Model};
-use crate::physics::effect::{First, Form, Free};
+use crate::physics::effect::{self, First, Form, Free};
 use crate::progress::Count;
 use crate::rig::{Given, NodeKind, Placed, Rig, Spot};
 
@@ -59,8 +59,9 @@ pub fn candidates(estimate: &Estimate<'_>, stand: usize) -> Vec<Candidate> {
         .filter(|placed| !(matches!(placed.effect.form, Form::Bent) && bends_a_fault(rig, placed)))
         .collect();
     let count = Count::new("effects scored", places.len());
+    let plain = plain(estimate);
     let one = |placed: &Placed| {
-        let tried = best_try(estimate, placed);
+        let tried = best_try(estimate, &plain, placed);
         count.one();
         tried
     };
@@ -78,7 +79,14 @@ pub fn candidate(estimate: &Estimate<'_>, placed: &Placed) -> Option<Candidate> 
         let id = estimate.case.rig().effect_id(placed);
         return empirical(estimate.case.rig()).into_iter().find(|candidate| candidate.id == id);
     }
-    best_try(estimate, placed)
+    best_try(estimate, &plain(estimate), placed)
+}
+
+/// What the sensors show at the estimate, `[sensor][row]`, SI; nothing where it cannot be solved.
+fn plain(estimate: &Estimate<'_>) -> Vec<Vec<f64>> {
+    let full = &estimate.case.full;
+    let outputs = full.model.simulate(&full.parameters(&estimate.isolation.best.theta), full.drive, full.times);
+    outputs.map(|outputs| outputs.values).unwrap_or_default()
 }
 
 /// Curves without a formula at every place, as if tried at their typical size.
@@ -113,13 +121,13 @@ fn bends_a_fault(rig: &Rig, placed: &Placed) -> bool {
 }
 
 /// The try of an effect that promises most.
-fn best_try(estimate: &Estimate<'_>, placed: &Placed) -> Option<Candidate> {
+fn best_try(estimate: &Estimate<'_>, plain: &[Vec<f64>], placed: &Placed) -> Option<Candidate> {
     let mut tries = tries(estimate, placed).into_iter();
-    let first = scored(estimate, placed, tries.next()?);
+    let first = scored(estimate, plain, placed, tries.next()?);
     if first.as_ref().is_some_and(|first| !first.excited) {
         return first;
     }
-    let others = tries.filter_map(|tried| self::scored(estimate, placed, tried));
+    let others = tries.filter_map(|tried| self::scored(estimate, plain, placed, tried));
     let mut scored: Vec<Candidate> = first.into_iter().chain(others).collect();
     // What the record could show is told by the least try: nearest to a straight line.
     let rig = estimate.case.rig();
@@ -208,7 +216,7 @@ fn highest_level(estimate: &Estimate<'_>, spot: Spot) -> f64 {
     levels.ok().flatten().map_or(0.0, |levels| ends(&levels).1)
 }
 
-fn scored(estimate: &Estimate<'_>, placed: &Placed, tried: Vec<Given>) -> Option<Candidate> {
+fn scored(estimate: &Estimate<'_>, plain: &[Vec<f64>], placed: &Placed, tried: Vec<Given>) -> Option<Candidate> {
     let (case, isolation) = (&estimate.case, &estimate.isolation);
     let full = &case.full;
     let mut rig = full.model.rig.clone();
@@ -219,8 +227,15 @@ fn scored(estimate: &Estimate<'_>, placed: &Placed, tried: Vec<Given>) -> Option
     for (given, &index) in tried.iter().zip(&indices) {
         values[index] = given.value;
     }
-    let drive = Drive::from_record(&rig, case.record).ok()?;
-    let with = Model::new(rig).simulate(&values, &drive, full.times).ok()?.values;
+    let with = if let (Form::Reading { card }, Spot::Sensor(sensor)) = (placed.effect.form, placed.spot) {
+        // What a sensor does to its readings changes nothing else.
+        let (does, mut with) = (rig.readings.last()?, plain.to_vec());
+        effect::read(card.kind, &values[does.first_parameter..], full.times, with.get_mut(sensor)?);
+        with
+    } else {
+        let drive = Drive::from_record(&rig, case.record).ok()?;
+        Model::new(rig).simulate(&values, &drive, full.times).ok()?.values
+    };
     let mut change: Vec<f64> = with.concat();
     for (slot, y) in change.iter_mut().zip(full.measured.iter().flat_map(|measured| measured.iter())) {
         *slot -= y;
