@@ -1,5 +1,7 @@
 //! Times the benchmark stroke of `fixtures/bench`, alone and with sensitivities: `cargo bench --bench stroke`.
 
+#[path = "../fixtures/bench/derived.rs"]
+mod derived;
 #[path = "../fixtures/bench/stroke.rs"]
 mod stroke;
 mod timing;
@@ -7,6 +9,7 @@ mod timing;
 use std::hint::black_box;
 
 use borescope::numeric::{Dual, Options, Real, Rosenbrock, System};
+use derived::tangents;
 use stroke::{N, POINTS, START, Stroke, options, reference, rms_error, run};
 use timing::{Timed, line, time};
 
@@ -28,7 +31,7 @@ fn plain(options: Options<N>, runs: usize) {
 }
 
 fn sensitivities<const P: usize>(runs: usize) {
-    let mut solution = [[Dual::<f64, P>::zero(); N]; POINTS];
+    let mut solution = vec![[Dual::<f64, P>::zero(); N]; POINTS];
     let timed = time(runs, || {
         let mut integrator = Rosenbrock::new(options());
         let q = std::array::from_fn(|i| Dual::variable(black_box(1.0), i));
@@ -36,6 +39,14 @@ fn sensitivities<const P: usize>(runs: usize) {
     });
     let values: Vec<[f64; N]> = solution.iter().map(|y| y.map(Real::re)).collect();
     line(&format!("{P} sensitivities"), "borescope", timed, &format!("{:.1e}", rms_error(&values, &reference())));
+}
+
+fn led<const P: usize, const V: usize>(runs: usize) {
+    let mut solution = vec![[[0.0; P]; N]; POINTS];
+    let timed = time(runs, || {
+        tangents::<P, V>(options(), |point, state, slopes| solution[point][state] = *slopes).expect("integrates");
+    });
+    line(&format!("{P} sensitivities, led along"), "borescope", timed, "");
 }
 
 fn pieces() {
@@ -72,4 +83,6 @@ fn main() {
     sensitivities::<1>(101);
     sensitivities::<3>(101);
     sensitivities::<6>(101);
+    led::<3, { N + 3 }>(101);
+    led::<6, { N + 6 }>(101);
 }
