@@ -1,9 +1,12 @@
 //! The benchmark stroke: accuracy against its reference, pinned effort, sensitivities.
 
+#[path = "../fixtures/bench/derived.rs"]
+mod derived;
 #[path = "../fixtures/bench/stroke.rs"]
 mod stroke;
 
-use borescope::numeric::{Curved, Dual, Entry, Options, Real, Rosenbrock, Scalar, Stats, System, Tangents};
+use borescope::numeric::{Dual, Options, Real, Rosenbrock, Scalar, Stats, System};
+use derived::tangents;
 use stroke::{END, N, POINTS, SIZE, START, SWITCH, Stroke, options, reference, rms_error, run};
 
 fn solve<S: Scalar>(options: Options<N>, q: [S; 6]) -> (Vec<[S; N]>, Stats) {
@@ -86,29 +89,6 @@ fn sensitivities_are_differences_of_tight_solutions() {
     }
 }
 
-/// Derivatives of the stroke by its states, then by its six parameters.
-struct Derived {
-    u: f64,
-}
-
-/// Of each row, its derivatives by states into the matrix and by parameters into the list.
-fn hand_out(rows: &[[f64; N + 6]; N], j: &mut [[f64; N]; N], by: &mut Vec<Entry>) {
-    for (row, slopes) in rows.iter().enumerate() {
-        j[row].copy_from_slice(&slopes[..N]);
-        by.extend((0..6).map(|parameter| Entry { row, parameter, value: slopes[N + parameter] }));
-    }
-}
-
-impl Curved<N> for Derived {
-    fn slopes(&mut self, t: f64, y: &[f64; N], j: &mut [[f64; N]; N], by: &mut Vec<Entry>) {
-        let mut stroke = Stroke::new(std::array::from_fn(|p| Dual::<f64, { N + 6 }>::variable(1.0, N + p)));
-        stroke.u = self.u;
-        let mut f = [Dual::zero(); N];
-        stroke.derivative(t, &std::array::from_fn(|s| Dual::variable(y[s], s)), &mut f);
-        hand_out(&f.map(|f| f.eps), j, by);
-    }
-}
-
 #[test]
 fn tangents_are_what_dual_numbers_give() {
     let q = std::array::from_fn(|i| Dual::<f64, 6>::variable(1.0, i));
@@ -116,32 +96,17 @@ fn tangents_are_what_dual_numbers_give() {
     for (rtol, allowed) in [(1e-6, 1e-2), (1e-9, 1e-3)] {
         let options = Options::uniform(rtol, rtol * 1e-2);
         let (duals, _) = solve(options, q);
-        let (mut integrator, mut stroke, mut derived) =
-            (Rosenbrock::new(options), Stroke::new([1.0; 6]), Derived { u: 0.0 });
-        let mut tangents = Tangents::<N>::new(6, SIZE, |_, _| 0.0);
-        let (mut y, mut next) = (START, 0);
-        let (mut miss, mut size) = ([0.0; 6], [0.0; 6]);
-        for (u, t0, t1) in [(0.0, 0.0, SWITCH), (1.0, SWITCH, END)] {
-            (stroke.u, derived.u) = (u, u);
-            integrator.restart();
-            let stepped = integrator.integrate(&mut stroke, t0, &y, t1, |step| {
-                tangents.advance(&mut derived, step);
-                while next < POINTS && next as f64 * 1e-3 <= step.t_end {
-                    let mut slopes = [0.0; 6];
-                    for s in 0..N {
-                        tangents.interpolate(step, next as f64 * 1e-3, s, &mut slopes);
-                        for (p, slope) in slopes.iter().enumerate() {
-                            let dual = duals[next][s].eps[p];
-                            miss[p] += ((slope - dual) / SIZE[s]).powi(2);
-                            size[p] += (dual / SIZE[s]).powi(2);
-                        }
-                    }
-                    next += 1;
-                }
-            });
-            y = stepped.expect("integrates");
-        }
-        assert_eq!(next, POINTS);
+        let (mut miss, mut size, mut rows) = ([0.0; 6], [0.0; 6], 0);
+        tangents::<6, { N + 6 }>(options, |point, state, slopes| {
+            rows += 1;
+            for (p, slope) in slopes.iter().enumerate() {
+                let dual = duals[point][state].eps[p];
+                miss[p] += ((slope - dual) / SIZE[state]).powi(2);
+                size[p] += (dual / SIZE[state]).powi(2);
+            }
+        })
+        .expect("integrates");
+        assert_eq!(rows, POINTS * N);
         for p in 0..6 {
             let relative = (miss[p] / size[p]).sqrt();
             println!("parameter {p}, rtol {rtol:e}: tangents differ from duals by {relative:.1e} of their size");
