@@ -12,7 +12,7 @@ fn a_diagnosis_is_the_same_on_any_number_of_threads() {
     let record = folder.path().join("record.csv");
     let rig = "fixtures/press/rig.toml";
     let simulated = borescope(["simulate", rig, "-o", record.to_str().expect("a path"), "--seed", "3"]);
-    assert_eq!(simulated.status, Some(0), "{}", simulated.err);
+    assert_eq!(simulated.status, Some(0), "{}{}", simulated.out, simulated.err);
     let [one, two, three] = ["1", "2", "3"].map(|threads| {
         let mut diagnose = Command::new(env!("CARGO_BIN_EXE_borescope"));
         diagnose.env("RAYON_NUM_THREADS", threads).args(["diagnose", rig]).arg(&record).args(["--format", "json"]);
