@@ -59,17 +59,18 @@ wide! {
             if best != p {
                 a.swap(p, best);
             }
-            let mut pivot_row = a[p];
-            pivot_row[p] = 1.0;
-            pivot_row = pivot_row.map(|value| value * reciprocal);
+            // A choice, not a store of one entry: a wide load right behind a narrow store waits for it.
+            let with = |row: &[f64; N], entry: f64| std::array::from_fn(|c| if c == p { entry } else { row[c] });
+            let pivot_row: [f64; N] = with(&a[p], 1.0).map(|value| value * reciprocal);
             for row in a.iter_mut() {
                 let factor = row[p];
                 // The matrices of circuits are sparse: most rows have nothing to eliminate.
                 if factor != 0.0 {
-                    row[p] = 0.0;
-                    for (value, pivot) in row.iter_mut().zip(&pivot_row) {
+                    let mut rest: [f64; N] = with(row, 0.0);
+                    for (value, pivot) in rest.iter_mut().zip(&pivot_row) {
                         *value -= factor * pivot;
                     }
+                    *row = rest;
                 }
             }
             a[p] = pivot_row;

@@ -23,7 +23,7 @@ impl<S: Scalar, const N: usize> Local<S, N> {
     }
 
     /// Asks the system for derivative and Jacobian here.
-    #[inline]
+    #[inline(always)]
     pub(super) fn linearise(&mut self, system: &mut impl System<S, N>) -> Result<(), IntegrationError> {
         self.jacobian = [[S::zero(); N]; N];
         self.dfdt = [S::zero(); N];
@@ -45,7 +45,7 @@ impl<S: Scalar, const N: usize> Local<S, N> {
 
 /// One step of length `h`: the new states, and the eight stages in `k`. `error` becomes each state's estimated error
 /// relative to its tolerance. `None` if `W` cannot be inverted.
-#[inline]
+#[inline(always)]
 pub(super) fn attempt<S: Scalar, const N: usize>(
     system: &mut impl System<S, N>,
     local: &Local<S, N>,
@@ -92,14 +92,14 @@ struct Stages<'a, S, Y, const N: usize> {
 
 impl<S: Scalar, Y: System<S, N>, const N: usize> Stages<'_, S, Y, N> {
     /// The first stage, whose derivative is that at the start.
-    #[inline]
+    #[inline(always)]
     fn first(&mut self) {
         let right = self.local.derivative;
         self.finish(0, right);
     }
 
     /// Stage `i` at the argument `y`, with row `c` of the coefficients `C`.
-    #[inline]
+    #[inline(always)]
     fn next<const M: usize>(&mut self, i: usize, y: &[S; N], c: &[f64; M]) {
         let mut right = [S::zero(); N];
         self.system.derivative(self.local.t + C[i] * self.h, y, &mut right);
@@ -111,7 +111,7 @@ impl<S: Scalar, Y: System<S, N>, const N: usize> Stages<'_, S, Y, N> {
         self.finish(i, right);
     }
 
-    #[inline]
+    #[inline(always)]
     fn finish(&mut self, i: usize, mut right: [S; N]) {
         if self.local.driven && D[i] != 0.0 {
             for (right, dfdt) in right.iter_mut().zip(&self.local.dfdt) {
@@ -123,7 +123,7 @@ impl<S: Scalar, Y: System<S, N>, const N: usize> Stages<'_, S, Y, N> {
 }
 
 /// `sum c[j] k[j]` over the first `M` stages.
-#[inline]
+#[inline(always)]
 pub(super) fn combine<S: Real, const N: usize, const M: usize>(c: &[f64; M], k: &[[S; N]; 8]) -> [S; N] {
     let mut sum = [S::zero(); N];
     for (c, k) in c.iter().zip(k) {
@@ -134,7 +134,7 @@ pub(super) fn combine<S: Real, const N: usize, const M: usize>(c: &[f64; M], k: 
     sum
 }
 
-#[inline]
+#[inline(always)]
 fn plus<S: Scalar, const N: usize>(a: &[S; N], b: &[S; N]) -> [S; N] {
     std::array::from_fn(|i| a[i] + b[i])
 }
