@@ -31,7 +31,7 @@ fn plain(options: Options<N>, runs: usize) {
 }
 
 fn sensitivities<const P: usize>(runs: usize) {
-    let mut solution = vec![[Dual::<f64, P>::zero(); N]; POINTS];
+    let mut solution = [[Dual::<f64, P>::zero(); N]; POINTS];
     let timed = time(runs, || {
         let mut integrator = Rosenbrock::new(options());
         let q = std::array::from_fn(|i| Dual::variable(black_box(1.0), i));
@@ -42,7 +42,7 @@ fn sensitivities<const P: usize>(runs: usize) {
 }
 
 fn led<const P: usize, const V: usize>(runs: usize) {
-    let mut solution = vec![[[0.0; P]; N]; POINTS];
+    let mut solution = [[[0.0; P]; N]; POINTS];
     let timed = time(runs, || {
         tangents::<P, V>(options(), |point, state, slopes| solution[point][state] = *slopes).expect("integrates");
     });
