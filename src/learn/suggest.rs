@@ -21,7 +21,7 @@ const FITTED: usize = 8;
 /// The same of those that show where no fault has bent to what is missing, and where the model is within its tolerance.
 const FITTED_NEAR: usize = 4;
 /// Share of the noise that an effect has to explain where the model is within its tolerance: what is less is tolerance.
-const NEAR: f64 = 0.005;
+const NEAR: f64 = 0.03;
 /// Candidates of which pairs are fitted where none explains the record alone.
 const PAIRED: usize = 5;
 /// Ratio of two scores within which the refit has to say which effect explains more.
