@@ -1,10 +1,10 @@
 //! `compare`, `suggest` and `effects` as programs see them: JSON, exit status, what they say of known records.
 
 mod command;
-
-use std::fs;
+mod leaking;
 
 use command::borescope;
+use leaking::leaking;
 use serde_json::Value;
 
 const RIG: &str = "fixtures/telescopic/rig.toml";
@@ -86,22 +86,7 @@ fn a_misfit_is_found_with_its_phase() {
 fn a_leak_that_the_model_lacks_is_suggested() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    let whole = fs::read_to_string(RIG).unwrap();
-    let (rig, _) = whole.split_once("phases = [").unwrap();
-    // A short stroke out and back.
-    let phases = [(0.2, 0, 3000), (1.0, 1, 3000), (0.4, 0, 3000), (0.5, -1, 500), (0.3, 0, 500)];
-    let phases = phases.map(|(duration, command, load)| {
-        format!("    {{ duration = \"{duration} s\", valve_command = {command}, F_load = \"{load} N\" }},\n")
-    });
-    let rig = format!("{rig}phases = [\n{}]\n", phases.concat());
-    let leak = "\n[effects]\n\"external-leakage@A\" = { conductance = \"0.01 L/min/bar\" }\n";
-    fs::write(path("rig.toml"), &rig).unwrap();
-    fs::write(path("leaks.toml"), rig + leak).unwrap();
-    for (seed, name) in [("3", "fit.csv"), ("4", "check.csv")] {
-        let ran = borescope(["simulate", &path("leaks.toml"), "--seed", seed, "-o", &path(name)]);
-        assert_eq!(ran.status, Some(0), "{}", ran.err);
-    }
-
+    leaking(folder.path());
     let arguments = ["suggest", &path("rig.toml"), &path("fit.csv"), "--check", &path("check.csv"), "--exit-code"];
     let suggestion = json(&arguments, 1);
     assert_eq!(suggestion["schema"], "borescope.suggestion/1");

@@ -1,6 +1,7 @@
 //! Every page of `--report`: whole, alone, small; and opened in a browser, where there is one.
 
 mod command;
+mod leaking;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,6 +10,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use command::borescope;
+use leaking::leaking;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -59,7 +61,7 @@ fn pages() -> &'static Pages {
     PAGES.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| text(&folder.path().join(name));
-        leaking(&folder);
+        leaking(folder.path());
         kept(&folder);
         let (rig, fit, check, new) = (path("rig.toml"), path("fit.csv"), path("check.csv"), path("new.toml"));
         let calls = [
@@ -80,24 +82,6 @@ fn pages() -> &'static Pages {
         }
         Pages { _folder: folder, paths }
     })
-}
-
-/// Two short records of a rig that leaks, and the rig without the leak.
-fn leaking(folder: &TempDir) {
-    let path = |name: &str| text(&folder.path().join(name));
-    let whole = fs::read_to_string(RIG).unwrap();
-    let (rig, _) = whole.split_once("phases = [").unwrap();
-    let phases = [(0.2, 0, 3000), (1.0, 1, 3000), (0.4, 0, 3000), (0.5, -1, 500), (0.3, 0, 500)];
-    let phases = phases.map(|(duration, command, load)| {
-        format!("    {{ duration = \"{duration} s\", valve_command = {command}, F_load = \"{load} N\" }},\n")
-    });
-    let rig = format!("{rig}phases = [\n{}]\n", phases.concat());
-    let leak = "\n[effects]\n\"external-leakage@A\" = { conductance = \"0.01 L/min/bar\" }\n";
-    fs::write(path("rig.toml"), &rig).unwrap();
-    fs::write(path("leaks.toml"), rig + leak).unwrap();
-    for (seed, name) in [("3", "fit.csv"), ("4", "check.csv")] {
-        ran(&words(&format!("simulate {} --seed {seed} -o {}", path("leaks.toml"), path(name))));
-    }
 }
 
 /// A store with the runs of an outlet that grows towards its limit.

@@ -17,7 +17,8 @@ mod write;
 use nalgebra::{DMatrix, DVector};
 
 use crate::complaint::{Complaint, Kind, Place};
-use crate::diagnosis::estimate::{self, Events};
+use crate::diagnosis::estimate;
+use crate::diagnosis::events::{self, Events};
 use crate::diagnosis::noise::{Weights, phases, variances};
 use crate::diagnosis::prior::Gaussian;
 use crate::diagnosis::problem::{Estimated, RecordProblem};
@@ -245,7 +246,7 @@ impl Rounds<'_> {
             let (times, open) = (&one.record.time, self.solutions.estimated.clone());
             let measured = one.measured.clone();
             let problem = RecordProblem::new(&model, &one.drive, times, measured, empty, open, Gaussian::none());
-            let mut events = estimate::events(&problem, one.record, theta)?;
+            let mut events = events::events(&problem, one.record, theta)?;
             unsettled(&self.rig, one, &mut events.variance);
             Ok(events)
         });

@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
+use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 use crate::diagnosis::noise::Weights;
 use crate::rig::Rig;
@@ -146,12 +146,12 @@ impl Evidence {
             let factor = Cholesky::new(&phase.noise + &scaled * scaled.transpose())?;
             let seen = factor.l_dirty().solve_lower_triangular(&phase.seen)?;
             let across = factor.l_dirty().solve_lower_triangular(&phase.of_parameter)?;
-            score -= log_determinant(&factor) + seen.norm_squared();
+            score -= factor.ln_determinant() + seen.norm_squared();
             information += across.tr_mul(&across);
             pull += across.tr_mul(&seen);
         }
         let factor = Cholesky::new(information)?;
-        Some(score - log_determinant(&factor) + pull.dot(&factor.solve(&pull)))
+        Some(score - factor.ln_determinant() + pull.dot(&factor.solve(&pull)))
     }
 
     /// Tolerances, SI: roots of the posterior mean squares, each sensor's on a grid with the others at theirs, `sweeps`
@@ -191,8 +191,4 @@ impl Evidence {
         }
         sizes.iter().zip(&self.noise).map(|(size, noise)| size * noise).collect()
     }
-}
-
-fn log_determinant(factor: &Cholesky<f64, Dyn>) -> f64 {
-    2.0 * factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum::<f64>()
 }

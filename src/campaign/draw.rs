@@ -3,7 +3,7 @@
 use super::disturb::Disturbed;
 use super::random::{Purpose, Stream};
 use crate::model::{self, Drive, Piece};
-use crate::rig::{Cycle, Fault, Phase, Profile, Rig};
+use crate::rig::{Cycle, Fault, Rig};
 
 /// Of the faulty cases: how many have one, two and three faults.
 const FAULTY: [f64; 3] = [0.38, 0.2, 0.1];
@@ -55,14 +55,7 @@ impl Run {
                 if input.noise > 0.0 { factor } else { 1.0 }
             })
             .collect();
-        let phases = cycle.phases.iter().map(|phase| {
-            // Whole rows, since a logger knows between which of them its own commands changed.
-            let rows = (phase.duration * random.uniform(DURATION.0, DURATION.1) / cycle.interval).round().max(1.0);
-            let scaled =
-                |(profile, factor): (&Profile, &f64)| Profile { from: profile.from * factor, to: profile.to * factor };
-            Phase { duration: rows * cycle.interval, inputs: phase.inputs.iter().zip(&factors).map(scaled).collect() }
-        });
-        let cycle = Cycle { interval: cycle.interval, phases: phases.collect() };
+        let cycle = cycle.scaled(&factors, || random.uniform(DURATION.0, DURATION.1));
         Self { drive: Drive::from_cycle(rig, &cycle), times: model::cycle_times(rig, &cycle), interval: cycle.interval }
     }
 

@@ -141,6 +141,12 @@ pub fn members(set: Set) -> impl Iterator<Item = usize> {
     (0..Set::BITS as usize).filter(move |&fault| has(set, fault))
 }
 
+/// What an explanation costs, `cost` being `2 F` of its fit, with each fault priced as a parameter is (Schwarz 1978): fewer
+/// are better where both explain so many samples alike.
+pub fn priced(cost: f64, set: Set, samples: f64) -> f64 {
+    cost + f64::from(set.count_ones()) * samples.ln()
+}
+
 /// The faults of a rig, then everything uncertain that is no fault, what sensors show at zero included. What is uncertain
 /// anew in each switching is in the weights; see [`super::noise`].
 pub(super) fn estimated(rig: &Rig) -> Vec<Estimated> {

@@ -2,21 +2,19 @@
 
 use rayon::prelude::*;
 
-use super::case::{Case, Set, has, members};
+use super::case::{Case, Set, has, members, priced};
 use super::descend::{ROUGH, descend};
+use super::events::weights;
 use super::hypotheses::{Isolation, MOST_ROUNDS, held, isolate, simpler, unseen};
 use super::noise::{self, Weights};
-use super::problem::RecordProblem;
 use super::quadratic::Quadratic;
 use super::search;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::fit::FitError;
 use crate::model::{Drive, Model, SimulationError};
 use crate::record::Record;
-use crate::rig::{InitialPressure, NodeKind, Quantity, Rig, Target};
+use crate::rig::Rig;
 
-/// Share to which the pressures at the start are known.
-const START: f64 = 0.01;
 /// Cost per sample from which on a start is taken to have missed; noise alone costs 1/2.
 const POOR: f64 = 1.0;
 /// Most rounds of isolation and renewed weights. Weights hang on the fit only through when things happen, so two are
@@ -64,11 +62,10 @@ pub fn estimate<'a>(
     drive: &'a Drive,
     guess: Option<(&[f64], Set)>,
 ) -> Result<Estimate<'a>, Complaint> {
-    let near = near(model, record, drive, guess, if guess.is_some() { MOST_ROUNDS } else { FROM_HEALTHY })?;
+    let mut near = near(model, record, drive, guess, if guess.is_some() { MOST_ROUNDS } else { FROM_HEALTHY })?;
     if !near.missed() {
         return Ok(near);
     }
-    let mut near = near;
     let places = near.places();
     Ok(near.from_places(&places, MOST_ROUNDS))
 }
@@ -231,7 +228,7 @@ impl Estimate<'_> {
         let samples = case.full.weights.all_samples() as f64;
         let fitted = starts.par_iter().filter_map(|(start, set)| {
             let (theta, cost) = quick(model, record, drive, (start, *set), FIRST_FORMS).ok()?;
-            Some((theta, *set, cost + f64::from(set.count_ones()) * samples.ln()))
+            Some((theta, *set, priced(cost, *set, samples)))
         });
         let fitted: Vec<_> = fitted.collect();
         let Some((theta, set, _)) = fitted.into_iter().min_by(|a, b| a.2.total_cmp(&b.2)) else { return Ok(self) };
@@ -310,99 +307,4 @@ pub(crate) fn estimated_parameters(rig: &Rig) -> Vec<usize> {
 /// Of all parameters of a rig those that are estimated, in their order.
 pub(crate) fn picked(rig: &Rig, values: &[f64]) -> Vec<f64> {
     estimated_parameters(rig).into_iter().map(|parameter| values[parameter]).collect()
-}
-
-/// Weights of a record for all parameters of a rig, SI.
-pub(crate) fn weights_of(
-    model: &Model,
-    record: &Record,
-    drive: &Drive,
-    parameters: &[f64],
-) -> Result<Weights, SimulationError> {
-    let nothing = Weights::new(&model.rig, &[], &[], &[]);
-    let mut problem =
-        RecordProblem::new(model, drive, &record.time, Vec::new(), nothing, Vec::new(), super::prior::Gaussian::none());
-    problem.base = parameters.to_vec();
-    weights(&problem, record, &[])
-}
-
-/// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.
-pub(crate) fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Weights, SimulationError> {
-    let Events { variance, phases, changes } = events(problem, record, theta)?;
-    Ok(Weights::new(&problem.model.rig, &phases, &variance, &changes))
-}
-
-/// What weights are made of, but for the tolerances.
-pub(crate) struct Events {
-    /// Of each sample, `[sensor][row]`, SI squared.
-    pub variance: Vec<Vec<f64>>,
-    /// Rows between events.
-    pub phases: Vec<std::ops::Range<usize>>,
-    /// Of all readings, by one standard deviation of what may be another in each phase: `[what][sensor][row]`, SI.
-    pub changes: Vec<Vec<Vec<f64>>>,
-}
-
-/// Events at `theta`, where the model has them.
-pub(crate) fn events(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Events, SimulationError> {
-    let model = problem.model;
-    let rig = &model.rig;
-    let constants: Vec<usize> = rig
-        .parameters
-        .iter()
-        .enumerate()
-        .filter(|(index, parameter)| parameter.sigma > 0.0 && parameter.anew && !rig.is_fault(*index))
-        .map(|(index, _)| index)
-        .collect();
-    let parameters = problem.parameters(theta);
-    let solved = model.sensitivities(&parameters, &constants, problem.drive, problem.times)?;
-    let outputs = solved.outputs.values;
-    let curves: Vec<&[f64]> = outputs.iter().map(Vec::as_slice).collect();
-    let variance = noise::variances(rig, record, &curves, false);
-    let phases = noise::phases(rig, problem.drive, problem.times, &variance);
-    let mut changes: Vec<Vec<Vec<f64>>> = solved
-        .derivatives
-        .into_iter()
-        .zip(&constants)
-        .map(|(mut derivative, &constant)| {
-            derivative.iter_mut().flatten().for_each(|value| *value *= rig.parameters[constant].sigma);
-            derivative
-        })
-        .collect();
-    let late = noise::input_timing(rig, record);
-    if late > 0.0
-        && let Ok(drive) = Drive::from_late_record(rig, record, late)
-    {
-        let mut shifted = model.simulate(&parameters, &drive, problem.times)?.values;
-        for (late, plain) in shifted.iter_mut().zip(&outputs) {
-            late.iter_mut().zip(plain).for_each(|(late, plain)| *late -= plain);
-        }
-        changes.push(shifted);
-    }
-    // Where the pressures start is known no better than a sensor shows, nor than to a hundredth.
-    let first = phases.first().map_or(0, |phase| phase.end);
-    for (node, start) in rig.nodes.iter().enumerate() {
-        let NodeKind::Volume { initial } = start.kind else { continue };
-        let shown = rig
-            .sensors
-            .iter()
-            .filter(|sensor| sensor.target == Target::Node(node) && sensor.quantity == Quantity::Pressure);
-        let known = match initial {
-            InitialPressure::Given(pressure) => START * pressure.abs(),
-            // What is estimated, or another node's.
-            InitialPressure::Uncertain(_) | InitialPressure::Like(_) => continue,
-            InitialPressure::Balance | InitialPressure::Record => START * problem.drive.readings[node].abs(),
-        };
-        let mut drive = problem.drive.clone();
-        drive.nudges[node] = shown.map(|sensor| sensor.noise).fold(known, f64::max);
-        if drive.nudges[node] == 0.0 {
-            continue;
-        }
-        let mut nudged = model.simulate(&parameters, &drive, &problem.times[..first])?.values;
-        for (nudged, plain) in nudged.iter_mut().zip(&outputs) {
-            nudged.iter_mut().zip(plain).for_each(|(nudged, plain)| *nudged -= plain);
-            nudged.resize(plain.len(), 0.0);
-        }
-        changes.push(nudged);
-    }
-    Ok(Events { variance, phases, changes })
 }

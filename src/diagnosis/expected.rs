@@ -6,7 +6,7 @@
 //! twice its mean, so what a set is expected to win by tells how often it wins.
 
 use super::case::{Case, Set, has, members};
-use super::estimate::weights;
+use super::events::weights;
 use super::hypotheses::{candidates, prior_odds};
 use super::noise::Weights;
 use super::quadratic::{Quadratic, Reduced};

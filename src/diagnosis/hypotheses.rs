@@ -120,7 +120,7 @@ impl Isolation {
     /// Sets that are not negligible, with the ids of their faults.
     pub fn hypotheses(&self, case: &Case<'_>) -> Vec<Hypothesis> {
         let rig = case.rig();
-        let id = |fault: usize| rig.parameters[rig.faults[fault].parameter].id.clone();
+        let id = |fault: usize| rig.fault_id(fault).to_owned();
         self.weighed
             .iter()
             .zip(self.probabilities())

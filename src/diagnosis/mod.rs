@@ -8,6 +8,7 @@ pub mod case;
 pub mod descend;
 mod doubtful;
 pub mod estimate;
+pub(crate) mod events;
 pub mod expected;
 pub mod hypotheses;
 pub mod interval;
@@ -151,7 +152,7 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
         _ => alarms.reduce(f64::min).or_else(|| parted_at(&estimate, &healthy, &misfit, &options.detection)),
     };
     let samples = case.full.weights.all_samples().saturating_sub(rig.faults.len()).max(1) as f64;
-    let id = |fault: usize| rig.parameters[rig.faults[fault].parameter].id.clone();
+    let id = |fault: usize| rig.fault_id(fault).to_owned();
     let groups = hypotheses::ambiguity(isolation, case.faults());
     let diagnosis = Diagnosis {
         schema: SCHEMA,

@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use super::case::{Case, ROBUST, Set, has};
-use super::estimate;
+use super::events::weights;
 use super::prior::Gaussian;
 use super::problem::RecordProblem;
 use crate::fit::{self, Loss, Problem, Tolerances};
@@ -150,7 +150,7 @@ impl Search<'_> {
         if place.cost > EXPLAINED.0 * samples {
             return f64::INFINITY;
         }
-        let Ok(weights) = estimate::weights(full, self.case.record, &theta) else { return f64::INFINITY };
+        let Ok(weights) = weights(full, self.case.record, &theta) else { return f64::INFINITY };
         let mut there = self.problem(&place.faults);
         there.weights = weights;
         let theta: Vec<f64> = place.faults.iter().map(|(_, value)| *value).collect();

@@ -127,14 +127,14 @@ fn best_try(estimate: &Estimate<'_>, plain: &[Vec<f64>], placed: &Placed) -> Opt
     if first.as_ref().is_some_and(|first| !first.excited) {
         return first;
     }
-    let others = tries.filter_map(|tried| self::scored(estimate, plain, placed, tried));
-    let mut scored: Vec<Candidate> = first.into_iter().chain(others).collect();
+    let others = tries.filter_map(|tried| scored(estimate, plain, placed, tried));
+    let mut tried: Vec<Candidate> = first.into_iter().chain(others).collect();
     // What the record could show is told by the least try: nearest to a straight line.
     let rig = estimate.case.rig();
     let sized = |one: &Candidate| Some((distance(rig, one)?, one.smallest));
-    let least = scored.iter().filter_map(sized).min_by(|a, b| a.0.total_cmp(&b.0));
-    let best = (0..scored.len()).max_by(|&a, &b| scored[a].score.total_cmp(&scored[b].score))?;
-    let mut best = scored.swap_remove(best);
+    let least = tried.iter().filter_map(sized).min_by(|a, b| a.0.total_cmp(&b.0));
+    let best = (0..tried.len()).max_by(|&a, &b| tried[a].score.total_cmp(&tried[b].score))?;
+    let mut best = tried.swap_remove(best);
     if let (Some((unit, smallest)), Some(own)) = (least, distance(rig, &best)) {
         best.smallest = smallest * unit / own;
     }

@@ -11,7 +11,9 @@ use rayon::prelude::*;
 use super::candidate::empirical;
 use super::trial::{Run, Trial};
 use crate::complaint::Complaint;
+use crate::diagnosis::case::has;
 use crate::diagnosis::estimate;
+use crate::diagnosis::interval::QUANTILE;
 use crate::model::{Drive, Model};
 use crate::physics::effect::First;
 use crate::physics::effect::spline::{Curve, HEIGHTS};
@@ -20,8 +22,6 @@ use crate::rig::{Placed, Rig};
 
 /// Points of a picture over the whole axis.
 const POINTS: usize = 120;
-/// Half the width of a 95 % band in standard deviations.
-const QUANTILE: f64 = 1.959_963_984_540_054;
 /// Sizes of the bend that are tried, in typical sizes of the curve.
 const BENDS: [f64; 7] = [1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3];
 /// Standard deviation of the heights before the record, in typical sizes: next to nothing is known.
@@ -102,10 +102,7 @@ impl Slopes {
     fn of_fitted(base: &Trial, record: &Record) -> Result<Self, Complaint> {
         let rig = &base.rig;
         let present = |parameter: usize| {
-            rig.faults
-                .iter()
-                .position(|fault| fault.parameter == parameter)
-                .is_none_or(|fault| base.set >> fault & 1 == 1)
+            rig.faults.iter().position(|fault| fault.parameter == parameter).is_none_or(|fault| has(base.set, fault))
         };
         let by: Vec<usize> = estimate::estimated_parameters(rig).into_iter().filter(|&index| present(index)).collect();
         let model = Model::new(rig.clone());
@@ -253,7 +250,7 @@ impl<'a> Fitted<'a> {
             corner += &prior;
             let (factor, prior) = (Cholesky::new(whole)?, Cholesky::new(prior)?);
             let fall = pull.dot(&factor.solve(&pull));
-            Some((fall - log_determinant(&factor) + log_determinant(&prior), factor))
+            Some((fall - factor.ln_determinant() + prior.ln_determinant(), factor))
         };
         let tried = BENDS.into_iter().filter_map(bent);
         let (_, factor) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -284,10 +281,6 @@ impl<'a> Fitted<'a> {
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn log_determinant(factor: &Cholesky<f64, Dyn>) -> f64 {
-    2.0 * factor.l_dirty().diagonal().iter().map(|one| one.ln()).sum::<f64>()
 }
 
 /// Precision of the heights: their second differences are small, they themselves anything.

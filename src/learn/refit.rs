@@ -3,7 +3,7 @@
 use super::candidate::Candidate;
 use super::trial::Trial;
 use crate::complaint::Complaint;
-use crate::diagnosis::case::Set;
+use crate::diagnosis::case::{Set, priced};
 use crate::diagnosis::estimate::{self, FIRST_FORMS};
 use crate::model::{Drive, Model};
 use crate::physics::effect::First;
@@ -28,9 +28,9 @@ pub(super) struct Rough {
 }
 
 impl Rough {
-    /// The cost, each fault priced as a parameter is: fewer are better where both explain alike.
+    /// The cost with its faults priced.
     pub fn priced(&self, samples: f64) -> f64 {
-        self.cost + f64::from(self.set.count_ones()) * samples.ln()
+        priced(self.cost, self.set, samples)
     }
 }
 

@@ -8,6 +8,7 @@ use super::separate::Experiment;
 use super::suggest::{Conclusion, Judged, Suggestion};
 use super::trial::{Run, Trial};
 use crate::complaint::Complaint;
+use crate::diagnosis::interval::QUANTILE;
 use crate::model::Model;
 use crate::physics::card::{Answer, Card, PortKind};
 use crate::physics::effect::Form;
@@ -18,8 +19,6 @@ use crate::rig::{NodeKind, Rig, Spot};
 /// Name and version of the JSON schema.
 pub const SCHEMA: &str = "borescope.suggestion/1";
 
-/// Half the width of a 95 % interval in standard errors.
-const QUANTILE: f64 = 1.959_963_984_540_054;
 /// Digits of a reported number.
 const DIGITS: usize = 6;
 

@@ -4,10 +4,10 @@ use rayon::prelude::*;
 
 use super::refit::quick;
 use super::trial::Trial;
-use crate::complaint::Complaint;
+use crate::complaint::{Complaint, Kind};
 use crate::model::{self, Drive, Model, SimulationError};
 use crate::record::Record;
-use crate::rig::{Cycle, Phase, Profile, Rig};
+use crate::rig::{Cycle, Rig};
 
 /// Shares of the inputs of the rig's cycle that are tried: of measured loads, or of all inputs where none is measured.
 const SHARES: [f64; 5] = [0.0, 0.25, 0.5, 1.0, 1.5];
@@ -41,7 +41,8 @@ pub fn separating(names: [String; 2], first: &Trial, second: &Trial) -> Option<E
     let scaled: Vec<bool> = loads.iter().map(|load| *load || !loads.contains(&true)).collect();
     let menu: Vec<(f64, f64)> = LENGTHS.iter().flat_map(|&length| SHARES.map(|share| (share, length))).collect();
     let apart = |&(share, length): &(f64, f64)| {
-        let record = predicted(first, &changed(cycle, &scaled, share, length)).ok()?;
+        let factors: Vec<f64> = scaled.iter().map(|scaled| if *scaled { share } else { 1.0 }).collect();
+        let record = predicted(first, &cycle.scaled(&factors, || length)).ok()?;
         let rival = quick(&second.rig, &record, &second.values, second.set, FORMS)?;
         Some((share, length, rival.cost.max(0.0).sqrt()))
     };
@@ -49,19 +50,6 @@ pub fn separating(names: [String; 2], first: &Trial, second: &Trial) -> Option<E
     let (share, length, sigma) = tried.into_iter().max_by(|a, b| a.2.total_cmp(&b.2))?;
     let inputs = rig.inputs.iter().zip(&scaled).filter(|(_, scaled)| **scaled).map(|(input, _)| input.name.clone());
     Some(Experiment { between: names, inputs: inputs.collect(), share, length, sigma })
-}
-
-/// A cycle with some of its inputs scaled and its phases shortened.
-fn changed(cycle: &Cycle, scaled: &[bool], share: f64, length: f64) -> Cycle {
-    let phases = cycle.phases.iter().map(|phase| {
-        let rows = (phase.duration * length / cycle.interval).round().max(1.0);
-        let input = |(profile, scaled): (&Profile, &bool)| {
-            let share = if *scaled { share } else { 1.0 };
-            Profile { from: share * profile.from, to: share * profile.to }
-        };
-        Phase { duration: rows * cycle.interval, inputs: phase.inputs.iter().zip(scaled).map(input).collect() }
-    });
-    Cycle { interval: cycle.interval, phases: phases.collect() }
 }
 
 /// What a fitted model says that a logger would write of a cycle, without noise.
@@ -74,7 +62,7 @@ fn predicted(trial: &Trial, cycle: &Cycle) -> Result<Record, Complaint> {
         let inputs = model::input_columns(rig, drive, &times);
         Ok(model::recording(rig, "experiment", times.clone(), inputs, &outputs, None))
     };
-    let failed = |error: SimulationError| Complaint::new(crate::complaint::Kind::Computation, error.to_string());
+    let failed = |error: SimulationError| Complaint::new(Kind::Computation, error.to_string());
     let first = record(&Drive::from_cycle(rig, cycle)).map_err(failed)?;
     // Once more from its own columns, so that both explanations read the inputs in the same way.
     record(&Drive::from_record(rig, &first)?).map_err(failed)

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::complaint::Complaint;
 use crate::diagnosis::case::{ROBUST, Set};
 use crate::diagnosis::estimate::{self, Estimate};
+use crate::diagnosis::events;
 use crate::diagnosis::noise::Weights;
 use crate::fit::Problem;
 use crate::model::{Drive, Model};
@@ -130,7 +131,7 @@ pub fn run_with(model: &Model, record: &Record, drive: &Drive, values: &[f64]) -
     let data = estimate::measured(&model.rig, record)?;
     let failed = |error: crate::model::SimulationError| estimate::unsolvable(model, record, error);
     let outputs = model.simulate(values, drive, &record.time).map_err(failed)?.values;
-    let weights = estimate::weights_of(model, record, drive, values).map_err(failed)?;
+    let weights = events::weights_of(model, record, drive, values).map_err(failed)?;
     let mut misfit: Vec<f64> = Vec::new();
     let (mut rmse, mut sum) = (Vec::new(), 0.0);
     for ((model_says, measured), sensor) in outputs.iter().zip(&data).zip(&model.rig.sensors) {

@@ -41,7 +41,7 @@ pub(super) fn warnings(trial: &Trial, base: &Trial) -> Vec<String> {
         }
     }
     for fault in members(trial.set & !base.set) {
-        warnings.push(format!("fault: {} is needed too", base.rig.parameters[base.rig.faults[fault].parameter].id));
+        warnings.push(format!("fault: {} is needed too", base.rig.fault_id(fault)));
     }
     warnings
 }
@@ -79,8 +79,7 @@ pub(super) fn conclude_near(judged: &mut Vec<Judged>, base: &Trial, base_check: 
     if best.delta_bic > RIVAL {
         return conclude(judged, base, base_check);
     }
-    let faults: Vec<&str> =
-        members(base.set).map(|fault| base.rig.parameters[base.rig.faults[fault].parameter].id.as_str()).collect();
+    let faults: Vec<&str> = members(base.set).map(|fault| base.rig.fault_id(fault)).collect();
     let faults = faults.join(" + ");
     for one in judged.iter_mut() {
         one.confounded_with.push(faults.clone());

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::read::{Care, Standing};
+use super::sampling::Sampling;
 use super::{Asked, Channel, Origin, Record};
 use crate::complaint::{Complaint, Kind};
 use crate::units::{Dimension, Unit};
@@ -172,16 +173,11 @@ fn check_time(path: &Path, group: &mut Group) -> Result<(), Complaint> {
     result
 }
 
-fn usual_interval(time: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied().unwrap_or(f64::INFINITY)
-}
-
 /// The stamps of the groups that make rows, and for each group the row of each of its samples; no sample is moved by more than
 /// the clocks differ, and those of other groups that meet no row have none.
 fn align(times: &[&[f64]], making: impl Fn(usize) -> bool) -> (Vec<f64>, Vec<Vec<Option<usize>>>) {
-    let intervals: Vec<f64> = times.iter().map(|time| usual_interval(time)).collect();
+    let usual = |time: &[f64]| Sampling::of(time, None).map_or(f64::INFINITY, |sampling| sampling.interval);
+    let intervals: Vec<f64> = times.iter().map(|time| usual(time)).collect();
     let makers = || (0..times.len()).filter(|index| making(*index));
     let shortest = makers().map(|index| intervals[index]).fold(f64::INFINITY, f64::min);
     let same = if shortest.is_finite() { SAME * shortest } else { 0.0 };

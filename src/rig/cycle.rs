@@ -29,4 +29,17 @@ impl Cycle {
     pub fn duration(&self) -> f64 {
         self.phases.iter().map(|phase| phase.duration).sum()
     }
+
+    /// The cycle with each input times its factor, and each phase as long as `length` times its duration, called in their
+    /// order, but of whole rows: a logger knows between which of them its own commands changed.
+    #[must_use]
+    pub fn scaled(&self, factors: &[f64], mut length: impl FnMut() -> f64) -> Self {
+        let phases = self.phases.iter().map(|phase| {
+            let rows = (phase.duration * length() / self.interval).round().max(1.0);
+            let input =
+                |(profile, factor): (&Profile, &f64)| Profile { from: profile.from * factor, to: profile.to * factor };
+            Phase { duration: rows * self.interval, inputs: phase.inputs.iter().zip(factors).map(input).collect() }
+        });
+        Self { interval: self.interval, phases: phases.collect() }
+    }
 }

@@ -74,12 +74,8 @@ impl Rig {
                 .map(Spot::Component)
                 .collect(),
             At::Sensor => (0..self.sensors.len()).map(Spot::Sensor).collect(),
-            At::Named(name) => self.node_named(name).map(Spot::Node).into_iter().collect(),
+            At::Named(name) => self.node(name).map(Spot::Node).into_iter().collect(),
         }
-    }
-
-    fn node_named(&self, name: &str) -> Option<usize> {
-        self.nodes.iter().position(|node| node.name == name)
     }
 
     /// Every effect that this rig may have: the library's, then its own.
@@ -320,7 +316,7 @@ impl Rig {
                 Joint::Tank => tank,
                 Joint::Port(name) => port(name),
                 Joint::Next => self.next(here?).or(tank),
-                Joint::Named(name) => self.node_named(name),
+                Joint::Named(name) => self.node(name),
             })
             .collect()
     }

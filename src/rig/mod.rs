@@ -192,6 +192,11 @@ impl Rig {
         self.faults.iter().any(|fault| fault.parameter == parameter)
     }
 
+    /// The name of the fault with this index among the rig's: that of its parameter.
+    pub fn fault_id(&self, fault: usize) -> &str {
+        &self.parameters[self.faults[fault].parameter].id
+    }
+
     /// Whether a parameter is the offset or the gain of a sensor.
     pub fn is_of_sensor(&self, parameter: usize) -> bool {
         self.sensors.iter().any(|sensor| (sensor.first_parameter..sensor.first_parameter + 2).contains(&parameter))

@@ -31,7 +31,7 @@ enum Place {
 pub fn from_rig(rig: &Rig) -> Structure {
     let mut structure = Structure {
         knowns: rig.inputs.iter().map(|input| input.name.clone()).collect(),
-        faults: rig.faults.iter().map(|fault| rig.parameters[fault.parameter].id.clone()).collect(),
+        faults: (0..rig.faults.len()).map(|fault| rig.fault_id(fault).to_owned()).collect(),
         ..Structure::default()
     };
     let faults_of = |parameter: usize| -> Vec<usize> {

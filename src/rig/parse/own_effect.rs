@@ -88,8 +88,7 @@ fn kept_list<T>(list: Vec<T>) -> &'static [T] {
 
 fn node(rig: &Rig, value: &Value<'_>) -> Result<usize, Complaint> {
     let name = value.text()?;
-    let found = rig.nodes.iter().position(|node| node.name == name);
-    let acts = found.filter(|&node| !matches!(rig.nodes[node].kind, NodeKind::Held { .. }));
+    let acts = rig.node(name).filter(|&node| !matches!(rig.nodes[node].kind, NodeKind::Held { .. }));
     acts.ok_or_else(|| {
         let free = rig.nodes.iter().filter(|node| !matches!(node.kind, NodeKind::Held { .. }));
         Complaint::new(Kind::UnknownName, format!("nothing can act at `{name}`"))
@@ -133,8 +132,7 @@ fn joints(rig: &Rig, node: usize, acts: PortKind, formula: &Value<'_>) -> Result
     let part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.');
     for word in text.split(|c: char| !part(c)) {
         let Some((name, _)) = word.rsplit_once('.') else { continue };
-        let named = rig.nodes.iter().position(|node| node.name == name);
-        joints.extend(named.filter(|node| !joints.contains(node)));
+        joints.extend(rig.node(name).filter(|node| !joints.contains(node)));
     }
     let variables: usize = joints.iter().map(|&node| kind(rig, node).variables()).sum();
     if joints.len() > PORTS || variables > VARIABLES {
@@ -228,20 +226,25 @@ fn check_neutral(
     Ok(())
 }
 
+impl Own {
+    /// A value in the unit of the parameter; what is unbounded stays so.
+    fn shown(&self, si: f64) -> f64 {
+        if si.is_finite() { self.unit.difference_from_si(si) } else { si }
+    }
+}
+
 fn parameter(own: &Own) -> Parameter {
-    let shown = |si: f64| if si.is_finite() { own.unit.difference_from_si(si) } else { si };
-    let default = Some(shown(own.neutral.unwrap_or(own.first)));
-    let bounds = (shown(own.bounds.0), shown(own.bounds.1));
+    let default = Some(own.shown(own.neutral.unwrap_or(own.first)));
+    let bounds = (own.shown(own.bounds.0), own.shown(own.bounds.1));
     let (name, unit, meaning) = (kept(&own.name), kept(&own.unit.symbol), kept(&own.meaning));
     Parameter { default, bounds, ..Parameter::required(name, name, unit, meaning) }
 }
 
 fn free(own: &Own) -> Free {
-    let shown = |si: f64| if si.is_finite() { own.unit.difference_from_si(si) } else { si };
     Free {
         name: kept(&own.name),
-        neutral: own.neutral.map(shown),
-        first: First::Value(shown(own.first)),
-        plausible: (shown(own.bounds.0), shown(own.bounds.1)),
+        neutral: own.neutral.map(|neutral| own.shown(neutral)),
+        first: First::Value(own.shown(own.first)),
+        plausible: (own.shown(own.bounds.0), own.shown(own.bounds.1)),
     }
 }
