@@ -253,7 +253,7 @@ struct Looking<'a> {
 impl Looking<'_> {
     /// Refits the model with each set of effects.
     fn judge(&self, chosen: Vec<Vec<Candidate>>) -> Result<Vec<Judged>, Complaint> {
-        let Self { record, base, base_check, check, ref stands } = *self;
+        let Self { record, base, check, ref stands, .. } = *self;
         let count = Count::new("effects fitted", chosen.len());
         let mut rough: Vec<(Vec<Candidate>, Rough)> = chosen
             .into_par_iter()
@@ -279,7 +279,7 @@ impl Looking<'_> {
                 *rough = further;
             }
         });
-        rough.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        rough.sort_by(|a, b| a.1.priced(samples).total_cmp(&b.1.priced(samples)));
         let count = Count::new("effects judged", rough.len());
         let mut judged: Vec<Judged> = rough
             .into_par_iter()
@@ -303,15 +303,6 @@ impl Looking<'_> {
             })
             .collect();
         self.rank(&mut judged)?;
-        for one in &mut judged {
-            let better = |before: &Run, after: &Run| after.normalised < before.normalised;
-            let on_check = match (base_check, &one.check) {
-                (Some(before), Some(after)) => better(before, after),
-                (None, _) => true,
-                (Some(_), None) => false,
-            };
-            one.supported = one.delta_bic > RIVAL && on_check;
-        }
         Ok(judged)
     }
 
@@ -341,7 +332,7 @@ impl Looking<'_> {
         self.rank(judged)
     }
 
-    /// Costs under the weights of the best, and the order by the information criterion.
+    /// Costs under the weights of the best, what they support, and the order by the information criterion.
     fn rank(&self, judged: &mut [Judged]) -> Result<(), Complaint> {
         let Self { record, base, .. } = *self;
         let best = judged.iter().min_by(|a, b| a.trial.fit.chi2.total_cmp(&b.trial.fit.chi2));
@@ -357,6 +348,12 @@ impl Looking<'_> {
                 + f64::from(one.trial.set.count_ones())
                 - f64::from(base.set.count_ones());
             one.delta_bic = (before - cost) / scale - more * samples.ln();
+            let on_check = match (self.base_check, &one.check) {
+                (Some(before), Some(after)) => after.normalised < before.normalised,
+                (None, _) => true,
+                (Some(_), None) => false,
+            };
+            one.supported = one.delta_bic > RIVAL && on_check;
         }
         judged.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
         Ok(())

@@ -76,7 +76,7 @@ pub(super) fn conclude_near(judged: &mut Vec<Judged>, base: &Trial, base_check: 
         (better || alike) && !one.senseless()
     });
     let Some(best) = judged.first() else { return Conclusion::Adequate };
-    if best.delta_bic > RIVAL {
+    if best.supported {
         return conclude(judged, base, base_check);
     }
     let faults: Vec<&str> = members(base.set).map(|fault| base.rig.fault_id(fault)).collect();
