@@ -114,6 +114,12 @@ pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result
     };
     let unsolved = |error: SimulationError| failed(FitError::Start { source: error.into() });
 
+    let margins = rig.margins();
+    let mut with = rig.clone();
+    for margin in &margins {
+        with.give_margin(margin)?;
+    }
+    let rig = &with;
     let mut healthy = rig.clone();
     for fault in &rig.faults {
         healthy.parameters[fault.parameter].value = fault.healthy;
@@ -161,7 +167,7 @@ pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result
             break (fit, weights, settled);
         }
     };
-    rounds.finish(rig, records, fit, weights, (round, settled)).map_err(unsolved)
+    rounds.finish((rig, margins), records, fit, weights, (round, settled)).map_err(unsolved)
 }
 
 fn ends() -> Tolerances {

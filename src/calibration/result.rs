@@ -20,6 +20,11 @@ const WILD: f64 = 5.0;
 const ADEQUATE: f64 = 1.5;
 /// Records have told something of a parameter if they halved its variance.
 const INFORMED: f64 = 0.7;
+/// What healthy records leave open of each parameter, as a share of what the data sheet does, however many they are: physics
+/// that the model leaves out is the same in all of them, and moves parameters as far as it is large, not as far as noise
+/// allows (Kennedy and O'Hagan, Journal of the Royal Statistical Society B 63 (2001) 425; Brynjarsdottir and O'Hagan, Inverse
+/// Problems 30 (2014) 114007).
+const NEVER_KNOWN: f64 = 0.05;
 /// Standard deviations of the data sheet beyond which a parameter is not believed to be that of a healthy part.
 const FAR_OFF: f64 = 3.0;
 /// Tolerances that are so many times the stated one, and as large as the noise, hide something.
@@ -50,7 +55,7 @@ impl Rounds<'_> {
     /// The calibrated rig and the report. `sheet` is the rig as given.
     pub fn finish(
         self,
-        sheet: &Rig,
+        (sheet, margins): (&Rig, Vec<String>),
         records: &[Record],
         mut fit: Fit,
         weights: Vec<Weights>,
@@ -61,10 +66,15 @@ impl Rounds<'_> {
         let options = UncertaintyOptions { series: joint.series(), ..UncertaintyOptions::default() };
         (fit.linearised, fit.loss) = (joint.whole(&fit.theta)?, loss);
         let inflation = Uncertainty::at(&fit, &options).inflation;
-        let covariance = joint.covariance(&fit.theta)?;
-        // Coloured misfits take from what a record says, but no more than all of it.
-        let coloured = |i: usize| (covariance[(i, i)] * inflation[i]).sqrt();
-        let sigma: Vec<f64> = self.prior.sigma.iter().enumerate().map(|(i, before)| coloured(i).min(*before)).collect();
+        let white = joint.covariance(&fit.theta)?;
+        let before = &self.prior.sigma;
+        let covariance = DMatrix::from_fn(white.nrows(), white.ncols(), |i, j| {
+            let coloured = white[(i, j)] * (inflation[i] * inflation[j]).sqrt();
+            if i == j { coloured + (NEVER_KNOWN * before[i]).powi(2) } else { coloured }
+        });
+        // Nothing takes more from what the records say than all of it.
+        let sigma: Vec<f64> =
+            before.iter().enumerate().map(|(i, before)| covariance[(i, i)].sqrt().min(*before)).collect();
         let mut rig = sheet.clone();
         let parameters: Vec<usize> = joint.solutions.estimated.iter().map(|one| one.parameter).collect();
         for (i, &index) in parameters.iter().enumerate() {
@@ -78,7 +88,8 @@ impl Rounds<'_> {
             (sensor.noise, sensor.tolerance) = (found.noise, found.tolerance);
         }
         let names = records.iter().map(|record| record.path.display().to_string()).collect();
-        rig.calibration = Some(Calibration { records: names, parameters, correlation: correlation(&covariance) });
+        rig.calibration =
+            Some(Calibration { records: names, margins, parameters, correlation: correlation(&covariance) });
         let mut report = self.report(sheet, &rig, &fit, &joint);
         (report.rounds, report.settled) = (rounds, settled);
         Ok((rig, report))

@@ -34,6 +34,8 @@ fn write_section(out: &mut String, rig: &Rig, report: &Report) -> std::fmt::Resu
     writeln!(out, "[calibration]")?;
     let records: Vec<String> = calibration.records.iter().map(|record| quoted(record)).collect();
     writeln!(out, "records = [{}]", records.join(", "))?;
+    let margins: Vec<String> = calibration.margins.iter().map(|margin| quoted(margin)).collect();
+    writeln!(out, "margins = [{}]", margins.join(", "))?;
     writeln!(out, "correlation = [")?;
     for i in 0..calibration.parameters.len() {
         let row: Vec<String> = (0..=i).map(|j| calibration.correlation[(i, j)].to_string()).collect();

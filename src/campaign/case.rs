@@ -51,16 +51,16 @@ impl Prepared {
     pub fn write_truth(&self, rig: &Rig, out: &mut dyn std::io::Write) -> std::io::Result<()> {
         let mut table = csv::Writer::from_writer(out);
         table.write_record(["parameter", "unit", "data_sheet", "true", "calibrated", "calibrated_sigma"])?;
-        for (index, real) in self.disturbed.rig.parameters.iter().enumerate() {
+        for real in &self.disturbed.rig.parameters {
             let shown = |value: f64| in_unit(value, &real.unit).to_string();
-            let (sheet, calibrated) =
-                (rig.parameters.get(index), self.model.as_ref().ok().and_then(|model| model.rig.parameters.get(index)));
+            let of = |rig: &Rig| rig.parameter(&real.id).map(|index| rig.parameters[index].clone());
+            let (sheet, calibrated) = (of(rig), self.model.as_ref().ok().and_then(|model| of(&model.rig)));
             table.write_record([
                 real.id.clone(),
                 real.unit.symbol.clone(),
                 sheet.map_or(String::new(), |own| shown(own.value)),
                 shown(real.value),
-                calibrated.map_or(String::new(), |own| shown(own.value)),
+                calibrated.as_ref().map_or(String::new(), |own| shown(own.value)),
                 calibrated.map_or(String::new(), |own| difference_in_unit(own.sigma, &real.unit).to_string()),
             ])?;
         }

@@ -70,7 +70,7 @@ impl Balance {
         if reach == 0 || matches!(rig.nodes[node].kind, NodeKind::Held { .. }) {
             return None;
         }
-        for (index, component) in rig.components.iter().enumerate() {
+        for (index, component) in rig.parts() {
             for (port, _) in component.ports.iter().enumerate().filter(|(_, joined)| **joined == node) {
                 let kind = component.card.kind;
                 if matches!(kind, "line-volume" | "cylinder") {

@@ -14,7 +14,7 @@ use crate::units::Unit;
 /// A component without the sensors that a residual needs is passed over; so is one whose neighbours hide a flow.
 pub fn generators(rig: &Rig) -> Vec<Generator> {
     let mut found = Vec::new();
-    for (index, component) in rig.components.iter().enumerate() {
+    for (index, component) in rig.parts() {
         match component.card.kind {
             "cylinder" => cylinder(rig, index, &mut found),
             "flow-control-valve" => flow_control(rig, index, &mut found),
@@ -94,7 +94,7 @@ fn cylinder(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
     add(rig, index, label, found, |readings| {
         let body = rig.components[index].ports[2];
         let mut laws = Vec::new();
-        for (other, component) in rig.components.iter().enumerate() {
+        for (other, component) in rig.parts() {
             for (port, _) in component.ports.iter().enumerate().filter(|(_, node)| **node == body) {
                 if component.card.ports[port].kind == PortKind::Mechanical {
                     laws.push((View::of(rig, other, readings)?, port));
@@ -151,7 +151,7 @@ fn directional(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
 fn pump(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
     let node = rig.components[index].ports[0];
     let of_kind = |kind: &'static str| {
-        let all = rig.components.iter().enumerate();
+        let all = rig.parts();
         all.filter(move |(_, component)| component.card.kind == kind && component.ports[0] == node)
             .map(|(other, _)| other)
             .collect::<Vec<usize>>()

@@ -10,6 +10,8 @@ use super::Rig;
 pub struct Calibration {
     /// The records that it was made from, as they were called.
     pub records: Vec<String>,
+    /// What no circuit is quite without, and is uncertain in this one: see [`Rig::give_margin`].
+    pub margins: Vec<String>,
     /// Indices among the rig's parameters.
     pub parameters: Vec<usize>,
     /// Correlation of the calibrated values, in the order of `parameters`.

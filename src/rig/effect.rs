@@ -193,10 +193,18 @@ impl Rig {
     /// An effect that the rig has already; a parameter that the effect does not have, or a value outside its bounds.
     pub fn give_effect(&mut self, placed: &Placed, given: &[Given]) -> Result<Vec<usize>, Complaint> {
         let id = self.effect_id(placed);
-        let refuse = |kind, what: String| Err(Complaint::new(kind, what).at(Place::file(&self.path)));
         if self.effects.iter().any(|present| present.id == id) {
-            return refuse(Kind::Duplicate, format!("the rig has the effect `{id}` already"));
+            return Err(Complaint::new(Kind::Duplicate, format!("the rig has the effect `{id}` already"))
+                .at(Place::file(&self.path)));
         }
+        let indices = self.attach(placed, &id, given)?;
+        self.effects.push(Present { id, placed: *placed, parameters: indices.clone() });
+        Ok(indices)
+    }
+
+    /// Makes an effect part of the model under a name, which its components and parameters take.
+    pub(super) fn attach(&mut self, placed: &Placed, id: &str, given: &[Given]) -> Result<Vec<usize>, Complaint> {
+        let refuse = |kind, what: String| Err(Complaint::new(kind, what).at(Place::file(&self.path)));
         let indices: Vec<usize> = match placed.effect.form {
             Form::Bent => {
                 let own: Option<Vec<usize>> =
@@ -218,7 +226,7 @@ impl Rig {
                     }
                 }
                 let first = self.parameters.len();
-                self.join(&id, card, &nodes, &values)?;
+                self.join(id, card, &nodes, &values)?;
                 free_indices(card, placed.effect, first)
             }
             Form::Spliced { card } => {
@@ -240,7 +248,7 @@ impl Rig {
                 }
                 let first = self.parameters.len();
                 let values: Vec<(&str, f64)> = given.iter().map(|given| (given.name.as_str(), given.value)).collect();
-                self.join(&id, card, &[node, far], &values)?;
+                self.join(id, card, &[node, far], &values)?;
                 free_indices(card, placed.effect, first)
             }
             Form::Reading { card } => {
@@ -288,7 +296,6 @@ impl Rig {
             }
             (parameter.value, parameter.sigma, parameter.anew) = (given.value, given.sigma, false);
         }
-        self.effects.push(Present { id, placed: *placed, parameters: indices.clone() });
         Ok(indices)
     }
 

@@ -72,6 +72,7 @@ impl Rig {
             inputs: Vec::new(),
             first_parameter: self.parameters.len(),
             initial: vec![None; card.states.len()],
+            margin: false,
             place,
         });
         self.parameters.extend(parameters);

@@ -5,6 +5,7 @@ mod cycle;
 mod effect;
 mod join;
 mod mapping;
+mod margin;
 mod parse;
 mod scaling;
 mod sensor;
@@ -107,6 +108,8 @@ pub struct Component {
     pub first_parameter: usize,
     /// Start of each state, SI; `None` starts where the state would rest.
     pub initial: Vec<Option<f64>>,
+    /// Whether it is a margin: see [`Rig::give_margin`].
+    pub margin: bool,
     pub place: Place,
 }
 

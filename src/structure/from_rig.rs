@@ -73,7 +73,7 @@ pub fn from_rig(rig: &Rig) -> Structure {
     // Unknowns and faults of each node's balance.
     let mut balances = vec![(Vec::new(), Vec::new()); rig.nodes.len()];
     let mut flows = Vec::new();
-    for (index, component) in rig.components.iter().enumerate() {
+    for (index, component) in rig.parts() {
         let name = &component.name;
         let found = probe(rig, component, &asked);
         let mut variables = Vec::new();

@@ -213,7 +213,7 @@ impl Drawing<'_> {
         let mut mechanical = component.card.ports.iter().zip(&component.ports);
         let Some((_, &body)) = mechanical.find(|(port, _)| port.kind == PortKind::Mechanical) else { return };
         let mut below = y + 18.0;
-        for (index, other) in rig.components.iter().enumerate() {
+        for (index, other) in rig.parts() {
             if index == placed.component || !other.ports.contains(&body) {
                 continue;
             }

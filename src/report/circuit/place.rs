@@ -64,7 +64,7 @@ pub(super) fn layout(rig: &Rig, letters: &dyn Fn(usize) -> usize) -> Layout {
     let mut placed: Vec<Placed> = Vec::new();
     // Row and side of each component that is drawn.
     let mut rows: BTreeMap<(usize, i32), Vec<usize>> = BTreeMap::new();
-    for component in 0..rig.components.len() {
+    for (component, _) in rig.parts() {
         if let Some(place) = plan.place(component) {
             rows.entry(place).or_default().push(component);
         }
@@ -105,8 +105,8 @@ impl<'a> Plan<'a> {
             && !rig.components.iter().any(|one| symbol::of(one.card.kind) == Symbol::Cylinder);
         let mut plan = Self { rig, levels: BTreeMap::new(), sides: BTreeMap::new(), falls };
         let mut queue = VecDeque::new();
-        for component in 0..rig.components.len() {
-            if symbol::of(rig.components[component].card.kind).is_source() {
+        for (component, part) in rig.parts() {
+            if symbol::of(part.card.kind).is_source() {
                 let outlets =
                     hydraulic(rig, component).into_iter().map(|(_, node)| node).filter(|&node| plan.is_line(node));
                 queue.extend(outlets.map(|node| (node, 1, 0)));
@@ -130,7 +130,7 @@ impl<'a> Plan<'a> {
             }
             self.levels.insert(node, level);
             self.sides.insert(node, side);
-            for (index, component) in self.rig.components.iter().enumerate() {
+            for (index, component) in self.rig.parts() {
                 let kind = symbol::of(component.card.kind);
                 let ports = hydraulic(self.rig, index);
                 if matches!(kind, Symbol::Cylinder | Symbol::Hidden) || ports.iter().all(|(_, other)| *other != node) {

@@ -15,6 +15,17 @@ pub(super) fn read_calibration(rig: &mut Rig, value: &Value<'_>) -> Result<(), C
             records.push(record.text()?.to_owned());
         }
     }
+    let mut margins = Vec::new();
+    if let Some(list) = table.get("margins") {
+        for margin in list.list()? {
+            let id = margin.text()?;
+            rig.give_margin(id).map_err(|mut complaint| {
+                complaint.places = vec![margin.place()];
+                complaint
+            })?;
+            margins.push(id.to_owned());
+        }
+    }
     let mut parameters = Vec::new();
     if let Some(values) = table.get("values") {
         for (id, value) in values.table("`[calibration.values]`")?.entries() {
@@ -28,7 +39,7 @@ pub(super) fn read_calibration(rig: &mut Rig, value: &Value<'_>) -> Result<(), C
         }
     }
     table.finish()?;
-    rig.calibration = Some(Calibration { records, parameters, correlation });
+    rig.calibration = Some(Calibration { records, margins, parameters, correlation });
     Ok(())
 }
 

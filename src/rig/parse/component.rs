@@ -91,6 +91,7 @@ pub(super) fn read_component(rig: &mut Rig, name: &str, value: &Value<'_>) -> Re
         inputs,
         first_parameter,
         initial,
+        margin: false,
         place: value.place(),
     });
     Ok(())

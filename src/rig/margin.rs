@@ -1,0 +1,46 @@
+//! Margins: physics that every circuit has a little of, and that no data sheet knows.
+//!
+//! A model without it is never quite right, and puts what is missing upon parameters that can bear it: a trace of leakage makes
+//! the pump smaller, ten newtons of friction turn the gain of a pressure sensor. However many healthy records there are, all
+//! of them say the same, so that values look far better known than they are (Brynjarsdottir and O'Hagan, Inverse Problems 30
+//! (2014) 114007). A calibrated rig therefore holds such effects as uncertain parameters, centred on nothing.
+
+use super::{Component, Given, Rig};
+use crate::complaint::Complaint;
+
+/// Effects that no circuit is quite without.
+const EVERYWHERE: [&str; 2] = ["external-leakage", "seal-friction"];
+/// How large they may be, one standard deviation, as a share of the size that would be called an effect.
+const SHARE: f64 = 0.1;
+
+impl Rig {
+    /// The margins that the rig may have: every place of an effect that no circuit is quite without, and that it does not
+    /// have as an effect.
+    pub fn margins(&self) -> Vec<String> {
+        let places = self.effect_places().into_iter().filter(|placed| EVERYWHERE.contains(&placed.effect.name));
+        let ids = places.map(|placed| self.effect_id(&placed));
+        ids.filter(|id| self.effects.iter().all(|present| present.id != *id)).collect()
+    }
+
+    /// Gives the rig a margin: the component of the effect `id` with its size uncertain around nothing. Its parameters, named
+    /// `margin.` and what they are of the effect, come behind all others.
+    ///
+    /// # Errors
+    /// An effect that is not in the library, a place where this rig cannot have it, or a margin that it has.
+    pub fn give_margin(&mut self, id: &str) -> Result<(), Complaint> {
+        let placed = self.placed(id)?;
+        let Some(size) = placed.effect.parameters.first() else { return Ok(()) };
+        let sigma = SHARE * self.first_size(&placed, size).unwrap_or(0.0);
+        let nothing = self.effect_unit(&placed, size.name).difference_to_si(size.neutral.unwrap_or(0.0));
+        let given = [Given { name: size.name.to_owned(), value: nothing, sigma }];
+        let known = self.components.len();
+        self.attach(&placed, &format!("margin.{id}"), &given)?;
+        self.components[known..].iter_mut().for_each(|component| component.margin = true);
+        Ok(())
+    }
+
+    /// The components of the rig file with their indices: margins have no residuals, no symbol and no structure.
+    pub fn parts(&self) -> impl Iterator<Item = (usize, &Component)> {
+        self.components.iter().enumerate().filter(|(_, component)| !component.margin)
+    }
+}
