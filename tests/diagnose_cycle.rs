@@ -1,7 +1,7 @@
 //! Faults put into the telescopic rig's own cycle, with noise: the set is right, values are near, beginnings are dated.
 
 use borescope::diagnosis::{Diagnosis, Options, Verdict, diagnose};
-use borescope::model::{self, Drive, Model, Onset};
+use borescope::model::{self, Before, Drive, Model, Onset};
 use borescope::rig::Rig;
 use borescope::units::Quantity;
 
@@ -16,7 +16,7 @@ fn diagnosed(faults: &[(&str, &str)], onset: Option<f64>, seed: u64) -> Diagnosi
     let (mut parameters, mut before) = (rig.nominal(), Vec::new());
     for (id, value) in faults {
         let index = rig.parameter(id).unwrap();
-        before.push((index, parameters[index]));
+        before.push((index, Before::Value(parameters[index])));
         parameters[index] = Quantity::parse(value).unwrap().value;
     }
     if let Some(time) = onset {

@@ -1,6 +1,6 @@
 //! A fault that begins in the middle of a record: the residuals that should fire do, soon, and say when it began.
 
-use borescope::model::{Drive, Model, Onset, cycle_times, input_columns, recording};
+use borescope::model::{Before, Drive, Model, Onset, cycle_times, input_columns, recording};
 use borescope::residual::{Detection, ResidualReport, detect};
 use borescope::rig::Rig;
 
@@ -67,7 +67,7 @@ fn reports(model: &Model, case: &Case, time: f64, seed: u64) -> Vec<ResidualRepo
     let parameter = rig.parameter(case.parameter).unwrap();
     let mut parameters = rig.nominal();
     parameters[parameter] = case.after;
-    let begins = drive.clone().with_onset(Onset { time, before: vec![(parameter, case.before)] });
+    let begins = drive.clone().with_onset(Onset { time, before: vec![(parameter, Before::Value(case.before))] });
     let outputs = model.simulate(&parameters, &begins, &times).unwrap();
     let inputs = input_columns(rig, &drive, &times);
     let record = recording(rig, "simulated", times, inputs, &outputs, Some(seed));

@@ -113,7 +113,7 @@ impl Injected {
     /// The run's drive, with the healthy values of a rig's faults (SI) before these began.
     pub fn drive(&self, rig: &Rig, healthy: &[f64], run: &Run) -> Drive {
         let Some(time) = self.onset else { return run.drive.clone() };
-        let before = |&(index, _): &(usize, f64)| (rig.faults[index].parameter, healthy[index]);
+        let before = |&(index, _): &(usize, f64)| (rig.faults[index].parameter, model::Before::Value(healthy[index]));
         run.drive.clone().with_onset(model::Onset { time, before: self.faults.iter().map(before).collect() })
     }
 }

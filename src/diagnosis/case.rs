@@ -17,6 +17,9 @@ pub type Set = u64;
 const REACH: f64 = 6.0;
 /// Least share of its stated value that something positive is estimated as.
 const LEAST: f64 = 0.1;
+/// How far a value that has not changed may be from what it was before, as a share of its uncertainty: as good as nothing,
+/// but more than rounding.
+const APART: f64 = 1e-3;
 /// A misfit of more standard deviations pulls with constant force only (Huber); one sample in 400 is beyond by chance.
 pub const ROBUST: Loss = Loss::Huber { k: 3.0 };
 
@@ -50,7 +53,12 @@ impl<'a> Case<'a> {
             parameter.sigma > 0.0 && !parameter.anew
         };
         let known: Vec<usize> = (0..estimated.len()).filter(uncertain).collect();
-        let covariance = rig.covariance(&known.iter().map(|&index| estimated[index].parameter).collect::<Vec<_>>());
+        let mut covariance = rig.covariance(&known.iter().map(|&index| estimated[index].parameter).collect::<Vec<_>>());
+        for (place, &index) in known.iter().enumerate() {
+            if rig.before(estimated[index].parameter).is_some() {
+                covariance[(place, place)] *= 1.0 + APART * APART;
+            }
+        }
         let mut full = RecordProblem::new(model, drive, &record.time, measured, weights, estimated, Gaussian::none());
         full.base = rig.healthy();
         Self { full, record, mean, known, covariance }

@@ -91,24 +91,25 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
     progress::stage("residuals and fit");
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;
     let mut first = estimate::near(model, record, &drive, None, estimate::FROM_HEALTHY)?;
+    let before = Model::new(rig.with_before()).with_tolerance(model.tolerance);
     let mut begun = None;
     if first.missed() || first.isolation.set().count_ones() >= SEVERAL {
         let places = first.places();
         // Faults as old as the record that leave nothing need no beginning.
         if first.missed() && !places.iter().any(search::Place::leaves_nothing) {
-            begun = onset::find(model, record, &drive, &first);
+            begun = onset::find(&before, record, &drive, &first);
         }
         if begun.is_none() {
             first = first.from_places(&places, hypotheses::MOST_ROUNDS);
         }
     }
     if begun.is_none() && !first.missed() {
-        begun = onset::find(model, record, &drive, &first);
+        begun = onset::find(&before, record, &drive, &first);
     }
     let (drive, mut estimate) = match &begun {
         Some(begun) => {
             let guess = Some((&begun.theta[..], begun.set));
-            (&begun.drive, estimate::estimate(model, record, &begun.drive, guess)?)
+            (&begun.drive, estimate::estimate(&before, record, &begun.drive, guess)?)
         }
         None => (&drive, first),
     };
@@ -130,7 +131,9 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
         }
     };
     let (case, isolation) = (&estimate.case, &estimate.isolation);
-    let outputs = model
+    let outputs = case
+        .full
+        .model
         .simulate(&case.full.parameters(&isolation.best.theta), drive, &record.time)
         .map(|outputs| outputs.values)
         .unwrap_or_default();

@@ -10,7 +10,7 @@ use super::estimate::{self, Estimate};
 use super::hypotheses::Isolation;
 use super::summary::tame;
 use crate::fit::Problem;
-use crate::model::{Drive, Model, Onset};
+use crate::model::{Before, Drive, Model, Onset};
 use crate::record::Record;
 
 /// What a beginning must win, in nats, beyond the logarithm of the number of rows that it is chosen among.
@@ -35,7 +35,8 @@ pub struct Begun {
 }
 
 /// Looks for a beginning of the faults within the record; `first` is an explanation by faults as old as the record, good or
-/// bad. `None` also where the model cannot be solved with one.
+/// bad, and `model` is that of its rig [with what faults were before](crate::rig::Rig::with_before). `None` also where the
+/// model cannot be solved with one.
 pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>) -> Option<Begun> {
     let worth = WORTH + (record.time.len() as f64).ln();
     let shaken = plain.pieces.iter().skip(1).find(|piece| piece.jump).map_or(f64::INFINITY, |piece| piece.start);
@@ -59,15 +60,16 @@ pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>)
     }
     let (begun, cost) = found?;
     // Do the same faults, as old as the record, explain it as well?
-    let old = estimate::near(model, record, plain, Some((&begun.theta, begun.set)), COMPARED);
+    let theta = &begun.theta[..first.case.count()];
+    let old = estimate::near(first.case.full.model, record, plain, Some((theta, begun.set)), COMPARED);
     let old = old.map_or(f64::INFINITY, |old| old.isolation.best.cost);
     let better = 0.5 * (old.min(first.isolation.best.cost) - cost) > worth;
     better.then_some(begun)
 }
 
-/// The drive with every fault at its healthy value until `time`.
+/// The drive with every fault at what it was before until `time`.
 fn begun(model: &Model, plain: &Drive, time: f64) -> Drive {
-    let before = model.rig.faults.iter().map(|fault| (fault.parameter, fault.healthy)).collect();
+    let before = model.rig.before.iter().map(|&(fault, before)| (fault, Before::Like(before))).collect();
     plain.clone().with_onset(Onset { time, before })
 }
 

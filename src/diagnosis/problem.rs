@@ -1,5 +1,6 @@
 //! A rig and a record as a least-squares problem.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::DMatrix;
@@ -7,7 +8,7 @@ use nalgebra::DMatrix;
 use super::noise::Weights;
 use super::prior::Gaussian;
 use crate::fit::{Linearised, Problem};
-use crate::model::{Drive, Model, Sensitivities, SimulationError};
+use crate::model::{Drive, Model, Onset, Sensitivities, SimulationError};
 
 /// A parameter that is fitted.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,7 +88,7 @@ impl<'a> RecordProblem<'a> {
     }
 
     /// The parts of the misfit vector that are time series, one per sensor.
-    pub fn series(&self) -> Vec<std::ops::Range<usize>> {
+    pub fn series(&self) -> Vec<Range<usize>> {
         let rows = self.times.len();
         (0..self.measured.len()).map(|sensor| sensor * rows..(sensor + 1) * rows).collect()
     }
@@ -128,16 +129,17 @@ impl Problem for RecordProblem<'_> {
             self.model.sensitivities(&parameters, &inside, self.drive, self.times)?;
         let misfit = self.weigh(&outputs.values, theta);
         let rows = self.times.len();
+        let (before, until) = (self.drive.before(&parameters).0, self.until());
         let mut jacobian = DMatrix::zeros(misfit.len(), theta.len());
         let mut next = 0;
         for (column, estimated) in self.estimated.iter().enumerate() {
             let mut column = jacobian.column_mut(column);
-            if let Some((sensor, is_gain)) = self.of_sensor(estimated.parameter) {
+            if let Some(OfSensor { sensor, is_gain, rows: own }) = self.of_sensor(estimated.parameter) {
                 let first = self.model.rig.sensors[sensor].first_parameter;
-                let (offset, gain) = (parameters[first], parameters[first + 1]);
-                let raw = |value: f64| if is_gain { (value - offset) / gain } else { 1.0 };
-                for (slot, value) in column.iter_mut().skip(sensor * rows).zip(&outputs.values[sensor]) {
-                    *slot = raw(*value);
+                for row in own {
+                    let at = if row < until { &before } else { &parameters };
+                    let raw = || (outputs.values[sensor][row] - at[first]) / at[first + 1];
+                    column[sensor * rows + row] = if is_gain { raw() } else { 1.0 };
                 }
             } else {
                 for (slot, derivative) in column.iter_mut().zip(derivatives[next].iter().flatten()) {
@@ -158,11 +160,35 @@ impl Problem for RecordProblem<'_> {
 }
 
 impl RecordProblem<'_> {
-    /// The sensor whose offset (false) or gain (true) this parameter is.
-    fn of_sensor(&self, parameter: usize) -> Option<(usize, bool)> {
-        self.model.rig.sensors.iter().enumerate().find_map(|(index, sensor)| {
-            let place = parameter.checked_sub(sensor.first_parameter)?;
-            (place < 2).then_some((index, place == 1))
-        })
+    /// Rows until which parameters may have other values than after.
+    fn until(&self) -> usize {
+        let first = self.drive.pieces.first().map_or(f64::INFINITY, |piece| piece.start);
+        let begins = self.drive.onset.as_ref().filter(|onset| onset.time > first);
+        begins.map_or(0, |onset| self.times.partition_point(|&t| t <= onset.time))
     }
+
+    /// What of a sensor this parameter is, if it is of one.
+    fn of_sensor(&self, parameter: usize) -> Option<OfSensor> {
+        let own = self.model.rig.original(parameter);
+        let (sensor, is_gain) = self.model.rig.sensors.iter().enumerate().find_map(|(index, sensor)| {
+            let place = own.checked_sub(sensor.first_parameter)?;
+            (place < 2).then_some((index, place == 1))
+        })?;
+        let changes = |onset: &Onset| onset.before.iter().any(|(changed, _)| *changed == own);
+        let rows = match (own == parameter, self.drive.onset.as_ref().is_some_and(changes)) {
+            (true, true) => self.until()..self.times.len(),
+            (true, false) => 0..self.times.len(),
+            (false, _) => 0..self.until(),
+        };
+        Some(OfSensor { sensor, is_gain, rows })
+    }
+}
+
+/// What of a sensor a parameter is.
+struct OfSensor {
+    sensor: usize,
+    /// Else its offset.
+    is_gain: bool,
+    /// Rows in which it is in force.
+    rows: Range<usize>,
 }

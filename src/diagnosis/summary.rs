@@ -136,6 +136,10 @@ pub(super) fn uncertain(estimate: &Estimate<'_>) -> Vec<UncertainReport> {
     let prior = case.healthy_prior();
     let inverse = isolation.quadratic.inverse(case, isolation.set());
     (case.faults()..case.count())
+        .filter(|&index| {
+            let own = case.full.estimated[index].parameter;
+            rig.original(own) == own
+        })
         .filter_map(|index| {
             let parameter = &rig.parameters[case.full.estimated[index].parameter];
             let (mean, sigma) = prior.of(index)?;

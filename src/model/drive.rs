@@ -37,8 +37,17 @@ pub struct Drive {
 pub struct Onset {
     /// s.
     pub time: f64,
-    /// Indices among the rig's parameters with their values before, SI.
-    pub before: Vec<(usize, f64)>,
+    /// Indices among the rig's parameters with what they were before.
+    pub before: Vec<(usize, Before)>,
+}
+
+/// What a parameter was before a moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Before {
+    /// SI.
+    Value(f64),
+    /// What the parameter with this index is.
+    Like(usize),
 }
 
 /// One input as a broken line: `value(t)` runs from `from` to `to` within each stretch, and may jump between them.
@@ -118,6 +127,20 @@ impl Drive {
             start = end;
         }
         Self { pieces, readings: vec![0.0; rig.nodes.len()], nudges: vec![0.0; rig.nodes.len()], onset: None }
+    }
+
+    /// Parameters (all of the rig's, SI) as they are until the moment at which some change, and that moment; they never
+    /// change without one.
+    pub fn before(&self, parameters: &[f64]) -> (Vec<f64>, f64) {
+        let mut before = parameters.to_vec();
+        let Some(onset) = &self.onset else { return (before, f64::NEG_INFINITY) };
+        for &(parameter, was) in &onset.before {
+            before[parameter] = match was {
+                Before::Value(value) => value,
+                Before::Like(other) => parameters[other],
+            };
+        }
+        (before, onset.time)
     }
 
     /// The same drive, had parameters other values until `onset`; a time outside the drive is moved to its nearer end.

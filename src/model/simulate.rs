@@ -5,7 +5,7 @@ use std::fmt;
 use rayon::prelude::*;
 
 use super::assembly::{Assembly, Inputs};
-use super::drive::Drive;
+use super::drive::{Before, Drive};
 use super::layout::Layout;
 use super::start;
 
@@ -196,13 +196,10 @@ impl Model {
         watch: &mut impl Watch<N>,
     ) -> Result<Effort, SimulationError> {
         let tolerance = self.tolerance;
-        let fixed: &[(usize, f64)] = drive.onset.as_ref().map_or(&[], |onset| &onset.before);
-        let mut before = parameters.to_vec();
-        for &(parameter, value) in fixed {
-            before[parameter] = value;
-        }
+        let changed: &[(usize, Before)] = drive.onset.as_ref().map_or(&[], |onset| &onset.before);
+        let (before, moment) = drive.before(parameters);
         let after = parameters;
-        let begun = |t: f64| drive.onset.as_ref().is_none_or(|onset| t >= onset.time);
+        let begun = |t: f64| t >= moment;
         let mut parameters: &[f64] = &before;
         let mut assembly = Assembly::new(&self.rig, &self.layout, parameters);
         let mut atol = [1.0; N];
@@ -229,7 +226,7 @@ impl Model {
             };
             if index == 0 {
                 start::start(&self.rig, &self.layout, &mut assembly, parameters, drive, piece.start, &mut y);
-                watch.start(parameters, if begins { &[] } else { fixed }, &assembly.inputs, piece.start);
+                watch.start(parameters, if begins { &[] } else { changed }, &assembly.inputs, piece.start);
             } else if begins {
                 watch.change(parameters);
             }
@@ -277,8 +274,8 @@ impl Model {
 
 /// What goes along with a run.
 trait Watch<const N: usize> {
-    /// The run begins with these parameters (all of the rig's, SI), those of `fixed` at values of their own.
-    fn start(&mut self, _parameters: &[f64], _fixed: &[(usize, f64)], _inputs: &Inputs, _t: f64) {}
+    /// The run begins with these parameters (all of the rig's, SI), those of `changed` as they were.
+    fn start(&mut self, _parameters: &[f64], _changed: &[(usize, Before)], _inputs: &Inputs, _t: f64) {}
 
     /// From here on these are the parameters.
     fn change(&mut self, _parameters: &[f64]) {}

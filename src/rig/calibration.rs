@@ -24,12 +24,16 @@ impl Rig {
     pub fn covariance(&self, parameters: &[usize]) -> DMatrix<f64> {
         let place: Vec<Option<usize>> = parameters
             .iter()
-            .map(|parameter| self.calibration.as_ref()?.parameters.iter().position(|known| known == parameter))
+            .map(|&parameter| {
+                let original = self.original(parameter);
+                self.calibration.as_ref()?.parameters.iter().position(|known| *known == original)
+            })
             .collect();
         DMatrix::from_fn(parameters.len(), parameters.len(), |a, b| {
             let correlation = match (&self.calibration, place[a], place[b]) {
                 _ if a == b => 1.0,
                 (Some(calibration), Some(a), Some(b)) => calibration.correlation[(a, b)],
+                _ if self.original(parameters[a]) == self.original(parameters[b]) => 1.0,
                 _ => 0.0,
             };
             correlation * self.parameters[parameters[a]].sigma * self.parameters[parameters[b]].sigma

@@ -1,5 +1,6 @@
 //! The rig file: nodes, components, sensors, inputs, faults, and the cycle that `simulate` runs.
 
+mod before;
 mod calibration;
 mod cycle;
 mod effect;
@@ -61,6 +62,8 @@ pub struct Rig {
     pub cycle: Option<Cycle>,
     /// What healthy records have taught; the values above hold it already.
     pub calibration: Option<Calibration>,
+    /// Parameters of faults with those that hold what they were before: see [`Rig::with_before`].
+    pub before: Vec<(usize, usize)>,
 }
 
 /// What a node is, by the ports that meet there.

@@ -51,6 +51,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         readings: Vec::new(),
         cycle: None,
         calibration: None,
+        before: Vec::new(),
     };
     let fluid_table =
         root.require("fluid", "add `[fluid]` with density, viscosity and bulk_modulus")?.table("`[fluid]`")?;

@@ -1,7 +1,7 @@
 //! Sensitivities: derivatives of the readings by parameters, led along a plain run.
 
 use super::super::assembly::{Assembly, Inputs};
-use super::super::drive::Drive;
+use super::super::drive::{Before, Drive};
 use super::super::layout::Raw;
 use super::super::slopes::{First, LANES, Slopes, seeded};
 use super::super::start;
@@ -77,15 +77,18 @@ impl Model {
 }
 
 impl<const N: usize> Derivatives<'_, N> {
-    /// From here on these are the parameters, those of `fixed` at values of their own.
-    fn set(&mut self, parameters: &[f64], fixed: &[(usize, f64)]) {
+    /// From here on these are the parameters, those of `changed` as they were.
+    fn set(&mut self, parameters: &[f64], changed: &[(usize, Before)]) {
         self.parameters = parameters.to_vec();
         self.columns = vec![None; parameters.len()];
         for (column, &parameter) in self.by.iter().enumerate() {
             self.columns[parameter] = Some(column);
         }
-        for &(parameter, _) in fixed {
-            self.columns[parameter] = None;
+        for &(parameter, was) in changed {
+            self.columns[parameter] = match was {
+                Before::Value(_) => None,
+                Before::Like(other) => self.columns[other],
+            };
         }
         let (rig, layout) = (&self.model.rig, &self.model.layout);
         self.slopes = Some(Slopes::new(rig, layout, parameters, self.columns.clone()));
@@ -131,14 +134,17 @@ impl<const N: usize> Derivatives<'_, N> {
 }
 
 impl<const N: usize> Watch<N> for Derivatives<'_, N> {
-    fn start(&mut self, parameters: &[f64], fixed: &[(usize, f64)], inputs: &Inputs, t: f64) {
-        self.set(parameters, fixed);
+    fn start(&mut self, parameters: &[f64], changed: &[(usize, Before)], inputs: &Inputs, t: f64) {
+        self.set(parameters, changed);
         let model = self.model;
         let mut first = vec![vec![0.0; self.by.len()]; N];
         for (place, lanes) in self.by.chunks(LANES).enumerate() {
             let mut seeds = seeded(parameters, lanes);
-            for &(parameter, value) in fixed {
-                seeds[parameter] = First::constant(value);
+            for &(parameter, was) in changed {
+                seeds[parameter] = match was {
+                    Before::Value(value) => First::constant(value),
+                    Before::Like(other) => seeds[other],
+                };
             }
             let mut assembly = Assembly::new(&model.rig, &model.layout, &seeds);
             assembly.inputs = inputs.clone();
