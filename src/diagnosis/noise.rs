@@ -214,6 +214,12 @@ impl Weights {
         }
     }
 
+    /// The same for samples on their own, without what those of a phase have in common: misfits stay in their rows.
+    #[must_use]
+    pub fn by_sample(&self) -> Self {
+        Self { phases: Vec::new(), ..self.clone() }
+    }
+
     /// How many samples of a sensor the record has.
     pub fn samples(&self, sensor: usize) -> usize {
         self.inverse.get(sensor).map_or(0, |inverse| inverse.iter().filter(|weight| **weight > 0.0).count())

@@ -76,7 +76,7 @@ fn begun(model: &Model, plain: &Drive, time: f64) -> Drive {
 /// The row from which on the healthy rig misses the record, whatever explains it: where the running sum of its squared
 /// misfits less half their mean is least. `None` where it cannot be simulated, or never follows the record.
 fn left(case: &Case<'_>) -> Option<usize> {
-    let healthy = case.full.misfit(&case.mean).ok()?;
+    let healthy = by_sample(case, case.full.drive, &case.mean)?;
     let rows = case.full.times.len();
     let series = case.full.series();
     let square = |row: usize| series.iter().map(|range| tame(healthy[range.start + row])).sum::<f64>();
@@ -94,12 +94,28 @@ fn parting(case: &Case<'_>, isolation: &Isolation, worth: f64) -> Option<usize> 
     if isolation.set() == 0 {
         return None;
     }
-    let healthy = case.full.misfit(&theta).ok()?;
     let rows = case.full.times.len();
     let series = case.full.series();
-    let gain = |at: usize| 0.5 * (tame(healthy[at]) - tame(isolation.best.misfit[at]));
-    let (row, sum) = least((0..rows).map(|row| series.iter().map(|range| gain(range.start + row)).sum()));
+    let parted = |healthy: &[f64], faulty: &[f64]| {
+        let gain = |at: usize| 0.5 * (tame(healthy[at]) - tame(faulty[at]));
+        least((0..rows).map(|row| series.iter().map(|range| gain(range.start + row)).sum()))
+    };
+    let (_, sum) = parted(&case.full.misfit(&theta).ok()?, &isolation.best.misfit);
+    let drive = case.full.drive;
+    let (row, _) = parted(&by_sample(case, drive, &theta)?, &by_sample(case, drive, &isolation.best.theta)?);
     (row < rows && -sum > worth).then_some(row)
+}
+
+/// Misfits of all samples, each on its own: what those of a phase have in common would smear a beginning over all of it.
+/// `None` where the model cannot be solved.
+fn by_sample(case: &Case<'_>, drive: &Drive, theta: &[f64]) -> Option<Vec<f64>> {
+    let full = &case.full;
+    let outputs = full.model.simulate(&full.parameters(theta), drive, full.times).ok()?;
+    let pairs = outputs.values.iter().zip(&full.measured);
+    let mut misfit: Vec<f64> =
+        pairs.flat_map(|(model, measured)| model.iter().zip(*measured).map(|(m, y)| m - y)).collect();
+    full.weights.by_sample().apply(&mut misfit);
+    Some(misfit)
 }
 
 /// Where the running sum is least, as the number of values summed, and the sum there.
@@ -119,7 +135,7 @@ fn refined(case: &Case<'_>, model: &Model, plain: &Drive, theta: &[f64], row: us
     let times = case.full.times;
     let cost = |time: f64| {
         let drive = begun(model, plain, time);
-        case.full.misfit_with(&drive, theta).map_or(f64::INFINITY, |misfit| misfit.iter().map(|r| tame(*r)).sum())
+        by_sample(case, &drive, theta).map_or(f64::INFINITY, |misfit| misfit.iter().map(|r| tame(*r)).sum())
     };
     let (first, last) = (times[0], times[times.len() - 1]);
     let mut best = (times[row], cost(times[row]));
