@@ -10,7 +10,7 @@ use crate::fit::{Fit, Loss, Uncertainty, UncertaintyOptions};
 use crate::model::SimulationError;
 use crate::record::Record;
 use crate::report::number::rounded;
-use crate::rig::{Calibration, Rig};
+use crate::rig::{Calibration, NEVER_KNOWN, Rig};
 
 /// Digits of a reported number.
 const DIGITS: usize = 7;
@@ -20,11 +20,6 @@ const WILD: f64 = 5.0;
 const ADEQUATE: f64 = 1.5;
 /// Records have told something of a parameter if they halved its variance.
 const INFORMED: f64 = 0.7;
-/// What healthy records leave open of each parameter, as a share of what the data sheet does, however many they are: physics
-/// that the model leaves out is the same in all of them, and moves parameters as far as it is large, not as far as noise
-/// allows (Kennedy and O'Hagan, Journal of the Royal Statistical Society B 63 (2001) 425; Brynjarsdottir and O'Hagan, Inverse
-/// Problems 30 (2014) 114007).
-const NEVER_KNOWN: f64 = 0.05;
 /// Standard deviations of the data sheet beyond which a parameter is not believed to be that of a healthy part.
 const FAR_OFF: f64 = 3.0;
 /// Tolerances that are so many times the stated one, and as large as the noise, hide something.

@@ -65,6 +65,20 @@ pub struct Interval {
     pub better: Option<Point>,
 }
 
+impl Interval {
+    /// Adds what no record tells, one standard deviation, SI.
+    fn widen(&mut self, sigma: f64, (low, high): (f64, f64)) {
+        let further = |end: f64| (end - self.value).hypot(QUANTILE * sigma);
+        if let Some(end) = self.lower.end {
+            self.lower.end = Some((self.value - further(end)).max(low));
+        }
+        if let Some(end) = self.upper.end {
+            self.upper.end = Some((self.value + further(end)).min(high));
+        }
+        self.sigma = self.sigma.map(|own| own.hypot(sigma));
+    }
+}
+
 /// A set of faults fitted for an interval: its best point, with the form there.
 struct Base {
     best: Point,
@@ -101,6 +115,11 @@ pub fn intervals(case: &Case<'_>, isolation: &Isolation) -> Vec<Option<Interval>
         interval
     };
     let mut intervals: Vec<_> = (0..case.faults()).into_par_iter().map(one).collect();
+    for (fault, interval) in case.rig().faults.iter().zip(&mut intervals) {
+        if let Some(interval) = interval {
+            interval.widen(case.rig().never_known(fault.parameter), fault.bounds);
+        }
+    }
     for (other, probability) in isolation.weighed.iter().zip(isolation.probabilities()) {
         let Some(point) = other.point.as_ref().filter(|_| probability >= OPEN && other.set != isolation.set()) else {
             continue;

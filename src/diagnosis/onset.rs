@@ -5,10 +5,11 @@
 //! Biometrika 57 (1970)). A beginning within the record is believed where it explains the record better than faults as old
 //! as the record by more than a moment chosen freely among all rows would by chance.
 
+use super::adequate;
 use super::case::{Case, Set, members};
 use super::estimate::{self, Estimate};
 use super::hypotheses::Isolation;
-use super::summary::tame;
+use super::summary::{tame, tame_squares};
 use crate::fit::Problem;
 use crate::model::{Before, Drive, Model, Onset};
 use crate::record::Record;
@@ -40,7 +41,14 @@ pub struct Begun {
 pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>) -> Option<Begun> {
     let worth = WORTH + (record.time.len() as f64).ln();
     let shaken = plain.pieces.iter().skip(1).find(|piece| piece.jump).map_or(f64::INFINITY, |piece| piece.start);
-    let row = if first.missed() { left(&first.case) } else { parting(&first.case, &first.isolation, worth) };
+    let row = if first.missed() {
+        left(&first.case, &first.case.mean)
+    } else if first.isolation.set() == 0 {
+        // No fault as old as the record helps, and yet something is wrong.
+        if explains(first) { None } else { left(&first.case, &first.isolation.best.theta) }
+    } else {
+        parting(&first.case, &first.isolation, worth)
+    };
     let mut row = row.filter(|&row| record.time[row] > shaken + CLEAR)?;
     let mut guess: Option<(Vec<f64>, Set)> = None;
     let mut found: Option<(Begun, f64)> = None;
@@ -73,10 +81,19 @@ fn begun(model: &Model, plain: &Drive, time: f64) -> Drive {
     plain.clone().with_onset(Onset { time, before })
 }
 
+/// Whether every channel is within noise and tolerance.
+fn explains(estimate: &Estimate<'_>) -> bool {
+    let full = &estimate.case.full;
+    full.series().into_iter().enumerate().all(|(sensor, range)| {
+        let samples = full.weights.samples(sensor).max(1);
+        adequate(tame_squares(&estimate.isolation.best.misfit[range]) / samples as f64, samples)
+    })
+}
+
 /// The row from which on the healthy rig misses the record, whatever explains it: where the running sum of its squared
 /// misfits less half their mean is least. `None` where it cannot be simulated, or never follows the record.
-fn left(case: &Case<'_>) -> Option<usize> {
-    let healthy = by_sample(case, case.full.drive, &case.mean)?;
+fn left(case: &Case<'_>, theta: &[f64]) -> Option<usize> {
+    let healthy = by_sample(case, case.full.drive, theta)?;
     let rows = case.full.times.len();
     let series = case.full.series();
     let square = |row: usize| series.iter().map(|range| tame(healthy[range.start + row])).sum::<f64>();

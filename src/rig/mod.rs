@@ -24,6 +24,7 @@ pub use calibration::Calibration;
 pub use cycle::{Cycle, Phase, Profile};
 pub use effect::{Given, Placed, Present, Readings, Spot};
 pub use mapping::Proposal;
+pub use margin::NEVER_KNOWN;
 pub use scaling::Scaling;
 pub use sensor::{Hold, Input, Quantity, Sensor, TOLERANCE, Target};
 pub(crate) use source::document;
