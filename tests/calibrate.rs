@@ -100,9 +100,10 @@ fn another_part(sheet: &Rig, seed: u64) -> Rig {
 /// Errors of the calibrated values, in their standard errors; the second of a pair says whether the records were informative.
 fn errors(found: &Rig, truth: &Rig, report: &Report) -> Vec<(String, f64, bool)> {
     let one = |told: &borescope::calibration::ParameterReport| {
-        let index = found.parameter(&told.id).unwrap();
-        let (found, truth) = (&found.parameters[index], &truth.parameters[index]);
-        (told.id.clone(), (found.value - truth.value) / found.sigma, told.informed)
+        let found = &found.parameters[found.parameter(&told.id).unwrap()];
+        // The rig that wrote the records has no margins: nothing is what they are.
+        let truth = truth.parameter(&told.id).map_or(0.0, |index| truth.parameters[index].value);
+        (told.id.clone(), (found.value - truth) / found.sigma, told.informed)
     };
     report.parameters.iter().map(one).collect()
 }
@@ -216,23 +217,10 @@ fn parts_off_their_data_sheet_are_found_within_their_errors() {
     for (id, error, _) in &all {
         assert!(error.abs() < 3.5, "{id}: {error:.2} standard errors off");
     }
-    // 68 errors, some correlated: between half and twice the variance that is claimed.
+    // 68 errors, some correlated. Here the model is right, and what is left open for physics that it lacks makes claims wide;
+    // `calibration_honest` asks the same of rigs that are otherwise.
     let square = mean_square(all.iter().map(|(_, error, _)| *error));
-    assert!((0.4..1.8).contains(&square), "{square}");
-}
-
-#[test]
-#[ignore = "a minute or two"]
-fn standard_errors_cover_the_truth_as_often_as_they_claim() {
-    let all = study(0..20);
-    let told: Vec<f64> = all.iter().filter(|(_, _, informed)| *informed).map(|(_, error, _)| *error).collect();
-    let within = told.iter().filter(|error| error.abs() <= 1.96).count() as f64 / told.len() as f64;
-    assert!((0.92..=0.985).contains(&within), "{within} within 1.96 standard errors");
-    let square = mean_square(told.iter().copied());
-    assert!((0.7..1.3).contains(&square), "{square}");
-    for (id, error, _) in &all {
-        assert!(error.abs() < 4.5, "{id}: {error:.2} standard errors off");
-    }
+    assert!((0.15..1.8).contains(&square), "{square}");
 }
 
 #[test]
@@ -286,8 +274,9 @@ fn a_calibrated_rig_finds_another_healthy_record_healthy() {
     assert!(calibrated.text.starts_with(&text));
     // The data sheet of these records is the truth, and the pump's flow is what every meter shows.
     let displacement = calibrated.report.parameters.iter().find(|told| told.id == "pump.displacement").unwrap();
-    assert!((displacement.after - 5.5).abs() < 4.0 * displacement.sigma_after, "{displacement:?}");
-    assert!(displacement.sigma_after < 0.001, "{displacement:?}");
+    assert!((displacement.after - 5.5).abs() < 0.001, "{displacement:?}");
+    // What no record tells, and hardly more.
+    assert!((0.0055..0.006).contains(&displacement.sigma_after), "{displacement:?}");
     let model = Model::new(calibrated.rig);
     let found = diagnosis::diagnose(&model, &read("healthy_2"), &diagnosis::Options::default()).unwrap().diagnosis;
     assert_eq!(found.verdict, Verdict::Healthy);
