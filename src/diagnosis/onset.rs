@@ -16,7 +16,7 @@ use crate::record::Record;
 
 /// What a beginning must win, in nats, beyond the logarithm of the number of rows that it is chosen among.
 const WORTH: f64 = 5.0;
-/// Faults as old as the record show when the first command shakes it; a beginning is looked for from so much later on, s.
+/// Faults as old as the record show at once, or when the first command shakes it; so near to either none is looked for, s.
 const CLEAR: f64 = 0.2;
 /// Rounds of isolation for faults as old as the record, from those of a beginning.
 const COMPARED: u64 = 3;
@@ -49,7 +49,8 @@ pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>)
     } else {
         parting(&first.case, &first.isolation, worth)
     };
-    let mut row = row.filter(|&row| record.time[row] > shaken + CLEAR)?;
+    let old = [record.time.first().copied()?, shaken];
+    let mut row = row.filter(|&row| old.iter().all(|old| (record.time[row] - old).abs() > CLEAR))?;
     let mut guess: Option<(Vec<f64>, Set)> = None;
     let mut found: Option<(Begun, f64)> = None;
     for _ in 0..ROUNDS {
