@@ -25,7 +25,7 @@ const TRIES: usize = 5;
 /// What a page may be.
 const MOST_BYTES: usize = 1_500_000;
 /// Pages of these have at least so many charts.
-const CHARTS: [(&str, u64); 8] = [
+const CHARTS: [(&str, u64); 9] = [
     ("diagnose", 44),
     ("compare", 17),
     ("suggest", 34),
@@ -34,6 +34,7 @@ const CHARTS: [(&str, u64); 8] = [
     ("isolability", 0),
     ("effects", 0),
     ("history", 1),
+    ("calibrate", 0),
 ];
 
 struct Pages {
@@ -73,6 +74,7 @@ fn pages() -> &'static Pages {
             ("isolability", format!("isolability {RIG}")),
             ("effects", "effects".to_owned()),
             ("history", format!("history {} --store {}", path("tanks.toml"), path("store"))),
+            ("calibrate", format!("calibrate {TANKS} {} -o {}", path("healthy.csv"), path("calibrated.toml"))),
         ];
         let mut paths = BTreeMap::new();
         for (verb, call) in calls {
@@ -84,9 +86,10 @@ fn pages() -> &'static Pages {
     })
 }
 
-/// A store with the runs of an outlet that grows towards its limit.
+/// A store with the runs of an outlet that grows towards its limit, and a healthy record of before.
 fn kept(folder: &TempDir) {
     let path = |name: &str| text(&folder.path().join(name));
+    ran(&words(&format!("simulate {TANKS} --seed 9 -o {}", path("healthy.csv"))));
     let healthy = "\"upper_outlet.diameter\" = {";
     let rig = fs::read_to_string(TANKS).unwrap();
     assert!(rig.contains(healthy));
