@@ -36,7 +36,7 @@ const zoomed = () => { only(figure('p_A'), figure('misfit of p_A'), figure('p_B'
 
 const PICTURES: [Picture; 8] = [
     Picture { file: "report-diagnosis.png", page: "diagnose", size: (1000, 1010), dark: false, shown: "" },
-    Picture { file: "report-profiles.png", page: "diagnose", size: (1200, 640), dark: false, shown: "only('.beside')" },
+    Picture { file: "report-profiles.png", page: "diagnose", size: (1200, 780), dark: false, shown: "only('.beside')" },
     Picture { file: "report-zoom.png", page: "diagnose", size: (1000, 760), dark: false, shown: "zoomed()" },
     Picture { file: "report-phone.png", page: "diagnose", size: (400, 900), dark: true, shown: "zoomed()" },
     Picture {

@@ -298,7 +298,9 @@ fn page(diagnosis: &Diagnosis, style: Style, [scales, courses]: [Vec<String>; 2]
         block(UNBLAMED, indented(unblamed));
     }
     block("Which faults together", aligned(&HYPOTHESIS_HEADS, &hypothesis_rows(diagnosis)));
-    block("Residuals with healthy parameters", aligned(&RESIDUAL_HEADS, &residual_rows(diagnosis)));
+    if !diagnosis.residuals.is_empty() {
+        block("Residuals with healthy parameters", aligned(&RESIDUAL_HEADS, &residual_rows(diagnosis)));
+    }
     let channels = pictured(style, &CHANNEL_HEADS, &channel_rows(diagnosis), ("misfit over time", &courses));
     block("Fit of each sensor (1 is right within noise and tolerance)", channels);
     let open = open_intervals(diagnosis);
