@@ -17,10 +17,7 @@ pub fn html(rig: &Rig, report: &Report) -> String {
     parameters.table(parameter_table(&report.parameters));
     let silent: Vec<&str> = report.parameters.iter().filter(|one| !one.informed).map(|one| one.id.as_str()).collect();
     if !silent.is_empty() {
-        parameters.paragraph(format!(
-            "The records say little of {}; these keep what the data sheet says.",
-            silent.join(", ")
-        ));
+        parameters.paragraph(format!("The records say little of {}.", silent.join(", ")));
     }
     page.section(parameters);
     let mut sensors = Section::new("Sensors");
@@ -68,7 +65,6 @@ fn parameter_table(parameters: &[ParameterReport]) -> Table {
             with(one.after, one.sigma_after),
             one.unit.clone().into(),
             Cell::Scale(prior_scale(one.after, (one.before, one.sigma_before), "data sheet")),
-            one.meaning.clone().into(),
         ]
     };
     Table::new(
@@ -80,7 +76,6 @@ fn parameter_table(parameters: &[ParameterReport]) -> Table {
             Column::number("calibrated", ""),
             Column::text("unit"),
             Column::text("against the data sheet"),
-            Column::text("meaning"),
         ],
         parameters.iter().map(row).collect(),
     )
