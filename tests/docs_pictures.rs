@@ -53,7 +53,7 @@ const PICTURES: [Picture; 8] = [
 
 fn ran(call: &str) {
     let ran = borescope(call.split(' '));
-    assert_eq!(ran.status, Some(0), "{call}: {}", ran.err);
+    assert_eq!(ran.status, Some(0), "{call}: {}{}", ran.out, ran.err);
 }
 
 /// The pages, each under its verb.
