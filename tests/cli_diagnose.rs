@@ -12,6 +12,8 @@ use serde_json::Value;
 const RIG: &str = "fixtures/telescopic/rig.toml";
 const LEAK: &str = "fixtures/telescopic/leak_020.csv";
 const HEALTHY: &str = "fixtures/telescopic/healthy_2.csv";
+/// Healthy, with an interval that leaves a healthy value out.
+const OFF: &str = "fixtures/telescopic/healthy_1.csv";
 
 /// The leak as JSON, worked out once for all tests.
 fn leak() -> &'static Ran {
@@ -158,6 +160,43 @@ fn two_records_give_a_list() {
     assert_eq!(verdicts, ["healthy", "healthy"]);
     assert_eq!(both[0], both[1]);
     assert!(both[0]["detected_at_s"].is_null());
+}
+
+#[test]
+fn a_healthy_record_says_what_its_intervals_mean() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("page.html");
+    let ran = borescope(["diagnose", RIG, OFF, "--report", page.to_str().unwrap()]);
+    let told = json(&borescope(["diagnose", RIG, OFF, "--format", "json"]).out);
+    assert_eq!(told["verdict"], "healthy");
+    let stopped = told["fit"]["stopped_because"].as_str().unwrap();
+    assert!(stopped.starts_with("no other set of faults"), "{stopped}");
+    let html = fs::read_to_string(&page).unwrap();
+    let mut explained = 0;
+    for fault in list(&told, "faults") {
+        let id = fault["id"].as_str().unwrap();
+        let ends: Vec<Option<f64>> = list(fault, "ci95").iter().map(Value::as_f64).collect();
+        let healthy = fault["healthy"].as_f64().unwrap();
+        let off = ends[0].is_some_and(|low| healthy < low) || ends[1].is_some_and(|high| high < healthy);
+        let why = format!("{id}: within the tolerance of its healthy value");
+        assert_eq!((ran.out.contains(&why), html.contains(&why)), (off, off), "{id} in {}", ran.out);
+        explained += usize::from(off);
+        let row = ran.out.lines().find(|line| line.split_whitespace().next() == Some(id)).unwrap();
+        match ends.as_slice() {
+            // Digits follow the width: two ends are never printed alike.
+            [Some(_), Some(_)] => {
+                let (low, high) = row.split_once(" to ").unwrap();
+                assert_ne!(low.split_whitespace().last(), high.split_whitespace().next(), "{row}");
+            }
+            [None, Some(_)] => {
+                let open = format!("\n  {id}: at most ");
+                assert!(row.contains(" at most ") && ran.out.contains(&open), "{row}");
+            }
+            [Some(_), None] => assert!(row.contains(" at least "), "{row}"),
+            _ => assert!(row.contains(" open "), "{row}"),
+        }
+    }
+    assert!(explained > 0, "{}", ran.out);
 }
 
 fn entries(folder: &Path) -> Vec<String> {

@@ -1,14 +1,15 @@
 //! Every page of `--report`: whole, alone, small; and opened in a browser, where there is one.
 
+mod browser;
 mod command;
 mod leaking;
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::OnceLock;
 
+use browser::{browser, call};
 use command::borescope;
 use leaking::leaking;
 use serde_json::Value;
@@ -18,14 +19,12 @@ const RIG: &str = "fixtures/telescopic/rig.toml";
 /// 10,100 rows.
 const LONG: &str = "fixtures/telescopic/series_1.csv";
 const TANKS: &str = "fixtures/two_tanks/rig.toml";
-/// Names under which browsers are found.
-const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 /// How often a page is opened at most.
 const TRIES: usize = 5;
 /// What a page may be.
 const MOST_BYTES: usize = 1_500_000;
 /// Pages of these have at least so many charts.
-const CHARTS: [(&str, u64); 8] = [
+const CHARTS: [(&str, u64); 9] = [
     ("diagnose", 44),
     ("compare", 17),
     ("suggest", 34),
@@ -34,6 +33,7 @@ const CHARTS: [(&str, u64); 8] = [
     ("isolability", 0),
     ("effects", 0),
     ("history", 1),
+    ("calibrate", 0),
 ];
 
 struct Pages {
@@ -73,6 +73,7 @@ fn pages() -> &'static Pages {
             ("isolability", format!("isolability {RIG}")),
             ("effects", "effects".to_owned()),
             ("history", format!("history {} --store {}", path("tanks.toml"), path("store"))),
+            ("calibrate", format!("calibrate {TANKS} {} -o {}", path("healthy.csv"), path("calibrated.toml"))),
         ];
         let mut paths = BTreeMap::new();
         for (verb, call) in calls {
@@ -84,9 +85,10 @@ fn pages() -> &'static Pages {
     })
 }
 
-/// A store with the runs of an outlet that grows towards its limit.
+/// A store with the runs of an outlet that grows towards its limit, and a healthy record of before.
 fn kept(folder: &TempDir) {
     let path = |name: &str| text(&folder.path().join(name));
+    ran(&words(&format!("simulate {TANKS} --seed 9 -o {}", path("healthy.csv"))));
     let healthy = "\"upper_outlet.diameter\" = {";
     let rig = fs::read_to_string(TANKS).unwrap();
     assert!(rig.contains(healthy));
@@ -174,16 +176,6 @@ fn a_page_that_cannot_be_written_is_refused_before_the_work() {
     }
 }
 
-/// A browser, or `None` with a word on why its tests are left out.
-fn browser() -> Option<&'static str> {
-    let there = |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success());
-    let found = BROWSERS.into_iter().find(there);
-    if found.is_none() {
-        eprintln!("SKIPPED: no Chromium here, so no page was opened in a browser (Debian: apt-get install chromium)");
-    }
-    found
-}
-
 /// Opens a page in a frame of this width and gives what its self-test told.
 fn opened(browser: &str, page: &Path, width: u32, dark: bool) -> Value {
     // A browser on a busy machine may be asked for the page before the frame has told anything.
@@ -205,14 +197,7 @@ fn told(browser: &str, page: &Path, width: u32, dark: bool) -> Option<Value> {
     );
     let outer = folder.path().join("frame.html");
     fs::write(&outer, frame).unwrap();
-    let output = Command::new(browser)
-        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"])
-        .args(["--disable-background-networking", "--disable-component-update", "--disable-sync"])
-        .arg("--disable-features=IsolateOrigins,site-per-process")
-        .args(["--host-resolver-rules=MAP * ~NOTFOUND", "--enable-logging=stderr", "--virtual-time-budget=20000"])
-        .arg(format!("--blink-settings=preferredColorScheme={}", i32::from(!dark)))
-        .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
-        .arg(format!("--window-size={},1000", width + 40))
+    let output = call(browser, folder.path(), (width + 40, 1000), dark)
         .arg("--dump-dom")
         .arg(format!("file://{}", outer.display()))
         .output()

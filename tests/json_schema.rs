@@ -106,6 +106,7 @@ fn every_verb_keeps_to_its_schema() {
         check(&["suggest", RIG, &faulty]),
         check(&["improve", RIG, "--fit", &faulty, "--check", &faulty, "-o", &path("improved.toml")]),
         check(&["calibrate", RIG, &healthy, &other, "-o", &path("calibrated.toml")]),
+        check(&["add", RIG, "external-leakage@lower", "-o", &path("leaking.toml")]),
         check(&["isolability", RIG]),
         check(&["campaign", RIG, "--cases", "2"]),
         check(&["campaign", RIG, "--cases", "2", "--case", "1"]),

@@ -39,6 +39,7 @@ fn diagnosis(record: &str, value: f64, half: f64) -> Diagnosis {
             value,
             unit: "mm".to_owned(),
             healthy: 8.0,
+            healthy_sigma: 0.0,
             ci95: [Some(value - half), Some(value + half)],
             present: true,
             probability: 0.99,

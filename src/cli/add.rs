@@ -1,14 +1,20 @@
 //! `add`: an effect written into a new rig file.
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use clap::Args;
+use serde::Serialize;
 
-use super::{Failure, Status, read};
+use super::{Failure, Format, Status, read, write_json};
 use crate::files::{check_folder, read_text, write_atomically};
 use crate::learn::add::add;
+use crate::report::digits::worth;
+use crate::report::number::rounded;
 use crate::rig::Rig;
+
+/// Digits of a reported number.
+const DIGITS: usize = 7;
 
 /// Add an effect to a rig file, fitted to a record if one is given
 ///
@@ -28,6 +34,9 @@ pub struct Arguments {
     /// Where the new rig file is written
     #[arg(short, long, value_name = "NEW.toml")]
     output: PathBuf,
+    /// How the summary is written
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
 }
 
 /// Runs the verb.
@@ -40,18 +49,68 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     write_atomically(&arguments.output, |file| file.write_all(new.as_bytes()))?;
     // With `-o /dev/stdout` more would stand in the rig file.
     if arguments.output.is_file() {
-        let added = Rig::parse(&arguments.output, new)?;
-        for effect in added.effects.iter().filter(|effect| rig.effects.iter().all(|old| old.id != effect.id)) {
-            writeln!(out, "{}: {} added", arguments.output.display(), effect.id)?;
-            for &index in &effect.parameters {
-                let parameter = &added.parameters[index];
-                let value = parameter.unit.from_si(parameter.value);
-                let sigma = parameter.unit.difference_from_si(parameter.sigma);
-                let (value, sigma) =
-                    (crate::report::number::rounded(value, 6), crate::report::number::rounded(sigma, 3));
-                writeln!(out, "  {} = {value} +- {sigma} {}", parameter.id, parameter.unit)?;
-            }
+        let summary = Summary::new(arguments, &rig, &Rig::parse(&arguments.output, new)?);
+        match arguments.format {
+            Format::Json => write_json(out, &summary)?,
+            Format::Text => write_text(out, &summary)?,
         }
     }
     Ok(Status::Done)
+}
+
+/// What was added, as programs read it.
+#[derive(Serialize)]
+struct Summary {
+    schema: &'static str,
+    /// The new rig file, as it was called.
+    rig: String,
+    effects: Vec<Effect>,
+}
+
+#[derive(Serialize)]
+struct Effect {
+    id: String,
+    parameters: Vec<Parameter>,
+}
+
+/// Numbers in `unit`; `sigma` is one standard deviation, 0 for a value taken as exact.
+#[derive(Serialize)]
+struct Parameter {
+    id: String,
+    value: f64,
+    sigma: f64,
+    unit: String,
+}
+
+impl Summary {
+    /// The effects of `added` that `before` does not have.
+    fn new(arguments: &Arguments, before: &Rig, added: &Rig) -> Self {
+        let parameter = |&index: &usize| {
+            let parameter = &added.parameters[index];
+            Parameter {
+                id: parameter.id.clone(),
+                value: rounded(parameter.unit.from_si(parameter.value), DIGITS),
+                sigma: rounded(parameter.unit.difference_from_si(parameter.sigma), DIGITS),
+                unit: parameter.unit.to_string(),
+            }
+        };
+        let new = added.effects.iter().filter(|effect| before.effects.iter().all(|old| old.id != effect.id));
+        let effects = new
+            .map(|effect| Effect {
+                id: effect.id.clone(),
+                parameters: effect.parameters.iter().map(parameter).collect(),
+            })
+            .collect();
+        Self { schema: "borescope.addition/1", rig: arguments.output.display().to_string(), effects }
+    }
+}
+
+fn write_text(out: &mut dyn Write, summary: &Summary) -> io::Result<()> {
+    for effect in &summary.effects {
+        writeln!(out, "{}: {} added", summary.rig, effect.id)?;
+        for Parameter { id, value, sigma, unit } in &effect.parameters {
+            writeln!(out, "  {id} = {} +- {} {unit}", worth(*value, *sigma), worth(*sigma, *sigma))?;
+        }
+    }
+    Ok(())
 }

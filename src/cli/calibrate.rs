@@ -6,16 +6,20 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{Failure, Format, Status, read, terminal, write_json};
+use super::{Failure, Format, Status, read, terminal, write_json, write_page};
 use crate::calibration::{Options, Report, calibrate};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::files::{check_folder, read_text, write_atomically};
-use crate::report::number::{rounded, text, with_unit};
+use crate::report::digits::worth;
+use crate::report::number::{rounded, with_unit};
+use crate::report::pages;
 use crate::rig::Rig;
 
 /// Learn from healthy records what the data sheet does not tell, and write it into a new rig file
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  borescope calibrate rig.toml healthy_1.csv healthy_2.csv -o calibrated.toml")]
+#[command(
+    after_help = "Example:\n  borescope calibrate rig.toml healthy_1.csv healthy_2.csv -o calibrated.toml --report calibration.html"
+)]
 pub struct Arguments {
     /// The rig file; its own calibration, if it has one, is not used
     rig: PathBuf,
@@ -28,11 +32,15 @@ pub struct Arguments {
     /// How the summary is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
+    /// Also write a page with pictures
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
 }
 
 /// Runs the verb; the summary goes to `out`, unless the rig file itself goes to a device.
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
     check_folder(&arguments.output)?;
+    arguments.report.as_deref().map_or(Ok(()), check_folder)?;
     check_files(arguments)?;
     let rig_text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, rig_text.clone())?;
@@ -50,6 +58,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     terminal::show_progress();
     let calibrated = calibrate(&rig_text, &rig, &records, &Options::default())?;
     write_atomically(&arguments.output, |file| file.write_all(calibrated.text.as_bytes()))?;
+    if let Some(path) = &arguments.report {
+        write_page(path, &pages::calibration::html(&rig, &calibrated.report))?;
+    }
     // With `-o /dev/stdout` the summary would stand in the rig file.
     if arguments.output.is_file() {
         match arguments.format {
@@ -97,7 +108,7 @@ fn write_text(out: &mut dyn Write, output: &Path, report: &Report) -> io::Result
         if report.records.len() == 1 { "" } else { "s" }
     )?;
     let cells = informed.iter().map(|parameter| {
-        let shown = |value: f64, sigma: f64| format!("{} +- {}", text(value), rounded(sigma, 2));
+        let shown = |value: f64, sigma: f64| format!("{} +- {}", worth(value, sigma), worth(sigma, sigma));
         let before = shown(parameter.before, parameter.sigma_before);
         let unit = if parameter.unit == "-" { "" } else { parameter.unit.as_str() };
         [

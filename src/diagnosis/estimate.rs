@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::case::{Case, Set, has, members, priced};
 use super::descend::{ROUGH, descend};
 use super::events::weights;
-use super::hypotheses::{Isolation, MOST_ROUNDS, held, isolate, simpler, unseen};
+use super::hypotheses::{Isolation, MOST_ROUNDS, Stopped, held, isolate, simpler, unseen};
 use super::noise::{self, Weights};
 use super::quadratic::Quadratic;
 use super::search;
@@ -295,6 +295,11 @@ fn settle(case: &mut Case<'_>, guess: &[f64], set: Set, most_rounds: u64) -> Res
         // What the form cannot see from here may explain the record better.
         let Some((set, point)) = unseen(case, &isolation).or_else(|| simpler(case, &isolation)) else { break };
         isolation = isolate(case, &point.theta, set, most_rounds)?;
+    }
+    // Few rounds are for looking whether a start leads anywhere; one that does is walked to its end.
+    if isolation.stopped == Stopped::Rounds && most_rounds < MOST_ROUNDS && !missed(case, &isolation) {
+        let (theta, set) = (isolation.best.theta.clone(), isolation.set());
+        isolation = isolate(case, &theta, set, MOST_ROUNDS)?;
     }
     Ok(isolation)
 }

@@ -83,7 +83,9 @@ impl fmt::Display for Stopped {
                 f,
                 "no other set of faults is more probable, and no step of this one lowers chi-square by more than {SETTLED}"
             ),
-            Self::Rounds => f.write_str("the rounds of isolation did not settle"),
+            Self::Rounds => f.write_str(
+                "its rounds were used up while sets of faults or their values still moved: take probabilities and last digits as rough",
+            ),
             Self::Unsolvable => f.write_str("no set of faults can be simulated"),
         }
     }

@@ -41,14 +41,9 @@ pub struct Begun {
 pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>) -> Option<Begun> {
     let worth = WORTH + (record.time.len() as f64).ln();
     let shaken = plain.pieces.iter().skip(1).find(|piece| piece.jump).map_or(f64::INFINITY, |piece| piece.start);
-    let row = if first.missed() {
-        left(&first.case, &first.case.mean)
-    } else if first.isolation.set() == 0 {
-        // No fault as old as the record helps, and yet something is wrong.
-        if explains(first) { None } else { left(&first.case, &first.isolation.best.theta) }
-    } else {
-        parting(&first.case, &first.isolation, worth)
-    };
+    // What does not explain the record may be faults of which none is there.
+    let explained = !first.missed() && explains(first);
+    let row = if explained { parting(&first.case, &first.isolation, worth) } else { left(&first.case) };
     let old = [record.time.first().copied()?, shaken];
     let mut row = row.filter(|&row| old.iter().all(|old| (record.time[row] - old).abs() > CLEAR))?;
     let mut guess: Option<(Vec<f64>, Set)> = None;
@@ -93,8 +88,8 @@ fn explains(estimate: &Estimate<'_>) -> bool {
 
 /// The row from which on the healthy rig misses the record, whatever explains it: where the running sum of its squared
 /// misfits less half their mean is least. `None` where it cannot be simulated, or never follows the record.
-fn left(case: &Case<'_>, theta: &[f64]) -> Option<usize> {
-    let healthy = by_sample(case, case.full.drive, theta)?;
+fn left(case: &Case<'_>) -> Option<usize> {
+    let healthy = by_sample(case, case.full.drive, &case.mean)?;
     let rows = case.full.times.len();
     let series = case.full.series();
     let square = |row: usize| series.iter().map(|range| tame(healthy[range.start + row])).sum::<f64>();

@@ -3,6 +3,7 @@
 use serde::{Serialize, Serializer};
 
 use super::hypotheses::Hypothesis;
+use super::interval::QUANTILE;
 use crate::fit::Identifiable;
 use crate::record::survey::Finding;
 use crate::residual::ResidualReport;
@@ -41,6 +42,8 @@ pub struct FaultReport {
     pub value: f64,
     pub unit: String,
     pub healthy: f64,
+    /// Standard uncertainty of the healthy value by the rig file; 0 where it is exact.
+    pub healthy_sigma: f64,
     /// Ends of the 95 % interval; `None` where the record does not bound the value.
     pub ci95: [Option<f64>; 2],
     pub present: bool,
@@ -51,6 +54,18 @@ pub struct FaultReport {
     pub remark: Option<String>,
     /// Whether the model misses something, so that the value may be off by more than its interval.
     pub biased: bool,
+}
+
+impl FaultReport {
+    /// What the rig file leaves open of the healthy value at 95 %, to both sides.
+    pub fn healthy_tolerance(&self) -> f64 {
+        QUANTILE * self.healthy_sigma
+    }
+
+    /// Whether the whole interval lies further than `room` from a value.
+    pub fn interval_misses(&self, value: f64, room: f64) -> bool {
+        self.ci95[0].is_some_and(|low| value + room < low) || self.ci95[1].is_some_and(|high| high < value - room)
+    }
 }
 
 /// `true` or `false` for both ends or none, the open side in words otherwise.

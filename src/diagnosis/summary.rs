@@ -66,6 +66,7 @@ pub(super) fn faults(
                 value: shown(interval.map_or(estimate.isolation.best.theta[i], |interval| interval.value)),
                 unit: parameter.unit.symbol.clone(),
                 healthy: shown(fault.healthy),
+                healthy_sigma: rounded(parameter.unit.difference_from_si(parameter.sigma), DIGITS),
                 ci95: ends.map(|end| end.map(shown)),
                 // What the record does not bound away from its healthy value is not called a fault, however a set scores.
                 present: probabilities[i] >= PRESENT && !holds(ends, fault.healthy),

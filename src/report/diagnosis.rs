@@ -1,5 +1,6 @@
 //! The diagnosis for people: a page of text to hand on; `pages::diagnosis` has the one with pictures.
 
+use super::digits::{self, Estimate, worth};
 use super::html::Tone;
 use super::number::{rounded, text, with_unit};
 use super::style::{Style, bars, scale};
@@ -16,10 +17,7 @@ const FULL: f64 = 6.0;
 
 /// The verdict in one line.
 pub fn headline(diagnosis: &Diagnosis) -> String {
-    let present: Vec<String> = diagnosis
-        .present()
-        .map(|fault| format!("{} {}", fault.id, with_unit(rounded(fault.value, 4), &fault.unit)))
-        .collect();
+    let present: Vec<String> = diagnosis.present().map(|fault| format!("{} {}", fault.id, sized(fault))).collect();
     match diagnosis.verdict {
         Verdict::Healthy => "HEALTHY: the healthy model explains the record.".to_owned(),
         Verdict::Faulty => format!("FAULTY: {}.", present.join(", ")),
@@ -43,14 +41,19 @@ pub(crate) fn tone(verdict: Verdict) -> Tone {
     }
 }
 
+/// What is told of a fault, with the digits that its interval is worth.
+fn estimate(fault: &FaultReport) -> Estimate {
+    Estimate { value: fault.value, ends: fault.ci95 }
+}
+
+/// The size of a fault with its unit.
+pub(super) fn sized(fault: &FaultReport) -> String {
+    digits::with_unit(estimate(fault).value(), &fault.unit)
+}
+
 /// An interval in words.
 pub(super) fn interval(fault: &FaultReport) -> String {
-    match fault.ci95 {
-        [Some(low), Some(high)] => format!("{} to {}", text(rounded(low, 4)), text(rounded(high, 4))),
-        [Some(low), None] => format!("above {}", text(rounded(low, 4))),
-        [None, Some(high)] => format!("below {}", text(rounded(high, 4))),
-        [None, None] => "open".to_owned(),
-    }
+    estimate(fault).interval()
 }
 
 pub(super) fn percent(probability: f64) -> String {
@@ -68,7 +71,7 @@ pub(super) fn fault_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
         .map(|fault| {
             vec![
                 fault.id.clone(),
-                text(rounded(fault.value, 4)),
+                estimate(fault).value(),
                 interval(fault),
                 text(fault.healthy),
                 fault.unit.clone(),
@@ -148,12 +151,6 @@ pub(super) fn channel_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     diagnosis.channels.iter().map(row).collect()
 }
 
-/// With this many decimals; what rounds to zero has no sign.
-fn plain(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    if text.chars().all(|c| matches!(c, '-' | '0' | '.')) { text.trim_start_matches('-').to_owned() } else { text }
-}
-
 pub(super) const UNCERTAIN_HEADS: [Head; 5] =
     [("parameter", false), ("estimate", true), ("data sheet", true), ("unit", false), ("pull", true)];
 
@@ -161,10 +158,7 @@ pub(super) const UNCERTAIN_HEADS: [Head; 5] =
 pub(super) fn uncertain_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     // Both with as many decimals as two digits of the uncertainty ask for.
     let with = |value: f64, sigma: Option<f64>| match sigma {
-        Some(sigma) if sigma > 0.0 => {
-            let decimals = (1.0 - sigma.log10().floor()).clamp(0.0, 9.0) as usize;
-            format!("{} +- {sigma:.decimals$}", plain(value, decimals))
-        }
+        Some(sigma) if sigma > 0.0 => format!("{} +- {}", worth(value, sigma), worth(sigma, sigma)),
         _ => text(rounded(value, 4)),
     };
     let row = |parameter: &crate::diagnosis::UncertainReport| {
@@ -174,19 +168,45 @@ pub(super) fn uncertain_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
             with(parameter.value, parameter.sigma_after),
             with(parameter.nominal, Some(parameter.sigma_before)),
             parameter.unit.clone(),
-            format!("{} sigma", plain(pull, 1)),
+            format!("{} sigma", worth(pull, 1.0)),
         ]
     };
     diagnosis.uncertain.iter().map(row).collect()
 }
 
-/// What could not be determined, and why.
-pub(super) fn undetermined(diagnosis: &Diagnosis) -> Vec<String> {
+pub(super) const OPEN_INTERVALS: &str = "Intervals that are open, or end where the search did not settle";
+
+/// What is known of each fault whose interval is not that of a finished search, and why no more.
+pub(super) fn open_intervals(diagnosis: &Diagnosis) -> Vec<String> {
     let open = |fault: &FaultReport| {
-        let remark = fault.remark.as_ref()?;
-        Some(format!("{} ({}): {remark}", fault.id, fault.identifiable))
+        let known = match fault.ci95 {
+            [None, None] => "not bounded".to_owned(),
+            _ => digits::with_unit(interval(fault), &fault.unit),
+        };
+        Some(format!("{}: {known}; {}", fault.id, fault.remark.as_ref()?))
     };
     diagnosis.faults.iter().filter_map(open).collect()
+}
+
+pub(super) const UNBLAMED: &str = "Off the healthy value, and yet no fault";
+
+/// Why a fault is not present although its interval, which takes it to be, leaves the healthy value out. A model that is inadequate
+/// says so of all values.
+pub(super) fn unblamed(diagnosis: &Diagnosis) -> Vec<String> {
+    let off = |fault: &&FaultReport| !fault.present && !fault.biased && fault.interval_misses(fault.healthy, 0.0);
+    let why = |fault: &FaultReport| {
+        let tolerance = fault.healthy_tolerance();
+        if fault.interval_misses(fault.healthy, tolerance) {
+            let healthy = with_unit(fault.healthy, &fault.unit);
+            let probability = percent(fault.probability);
+            format!("{}: its healthy {healthy} explains the record well enough (probability {probability})", fault.id)
+        } else {
+            let healthy = format!("{} +- {}", text(fault.healthy), worth(tolerance, tolerance));
+            let healthy = digits::with_unit(healthy, &fault.unit);
+            format!("{}: within the tolerance of its healthy value in the rig file, {healthy} (95 %)", fault.id)
+        }
+    };
+    diagnosis.faults.iter().filter(off).map(why).collect()
 }
 
 /// Findings that are told one by one.
@@ -272,17 +292,24 @@ fn page(diagnosis: &Diagnosis, style: Style, [scales, courses]: [Vec<String>; 2]
         lines.extend([String::new(), title.to_owned()]);
         lines.extend(rows);
     };
+    let indented = |said: Vec<String>| said.into_iter().map(|one| format!("  {one}")).collect::<Vec<_>>();
+    let unblamed = unblamed(diagnosis);
+    if !unblamed.is_empty() {
+        block(UNBLAMED, indented(unblamed));
+    }
     block("Which faults together", aligned(&HYPOTHESIS_HEADS, &hypothesis_rows(diagnosis)));
-    block("Residuals with healthy parameters", aligned(&RESIDUAL_HEADS, &residual_rows(diagnosis)));
+    if !diagnosis.residuals.is_empty() {
+        block("Residuals with healthy parameters", aligned(&RESIDUAL_HEADS, &residual_rows(diagnosis)));
+    }
     let channels = pictured(style, &CHANNEL_HEADS, &channel_rows(diagnosis), ("misfit over time", &courses));
     block("Fit of each sensor (1 is right within noise and tolerance)", channels);
-    let open = undetermined(diagnosis);
+    let open = open_intervals(diagnosis);
     if !open.is_empty() {
-        block("What could not be determined", open.into_iter().map(|remark| format!("  {remark}")).collect());
+        block(OPEN_INTERVALS, indented(open));
     }
     let left_out = left_out(diagnosis);
     if !left_out.is_empty() {
-        block("Left out of the fit", left_out.into_iter().map(|what| format!("  {what}")).collect());
+        block("Left out of the fit", indented(left_out));
     }
     lines.extend([String::new(), fitted(diagnosis), String::new()]);
     lines.join("\n")
@@ -295,7 +322,7 @@ fn fitted(diagnosis: &Diagnosis) -> String {
         several => format!("{several} iterations"),
     };
     format!(
-        "fit: chi-square per sample {:.3}, {iterations}, {} simulations of the record, ended by {}",
+        "fit: chi-square per sample {:.3}, {iterations}, {} simulations of the record; it ended because {}",
         diagnosis.fit.chi2_reduced, diagnosis.fit.solves, diagnosis.fit.stopped_because
     )
 }

@@ -1,5 +1,6 @@
 //! The history of a rig as text.
 
+use super::digits::{self, worth};
 use super::number::{text, with_unit};
 use super::style::bars;
 use super::table::{Head, aligned};
@@ -53,8 +54,9 @@ fn row(fault: &FaultHistory) -> Vec<String> {
     let (mut now, mut sure, mut slope, mut between) = (String::new(), String::new(), String::new(), String::new());
     match (&fault.trend, fault.values.last()) {
         (Some(trend), _) => {
-            now = text(trend.now);
-            sure = format!("+- {}", with_unit(short(0.5 * (trend.now_ci95[1] - trend.now_ci95[0])), &fault.unit));
+            let half = 0.5 * (trend.now_ci95[1] - trend.now_ci95[0]);
+            now = worth(trend.now, half);
+            sure = format!("+- {}", digits::with_unit(worth(half, half), &fault.unit));
             slope = format!("{:+}/{}", short(trend.slope), trend.per);
             between = format!("{:+} to {:+}", short(trend.ci95[0]), short(trend.ci95[1]));
         }

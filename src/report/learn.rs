@@ -1,7 +1,8 @@
 //! Comparison and suggestion for people.
 
+use super::digits::{self, Estimate};
 use super::html::{Table, Tone};
-use super::number::{rounded, text, with_unit};
+use super::number::{rounded, text};
 use super::table::{Head, aligned};
 use crate::learn::compare::{Channel, Comparison, Where};
 use crate::learn::result::{CandidateReport, ParameterReport, ScoredReport, SuggestionReport};
@@ -128,8 +129,13 @@ pub(super) fn sits(place: &Where) -> String {
     )
 }
 
+/// What is told of a parameter, with the digits that its interval is worth.
+pub(super) fn estimate(parameter: &ParameterReport) -> Estimate {
+    Estimate { value: parameter.value, ends: parameter.ci95 }
+}
+
 fn parameter(parameter: &ParameterReport) -> String {
-    with_unit(rounded(parameter.value, 4), &parameter.unit)
+    digits::with_unit(estimate(parameter).value(), &parameter.unit)
 }
 
 /// The conclusion in one sentence.
@@ -212,13 +218,8 @@ fn candidate_row(candidate: &CandidateReport) -> Vec<String> {
 const PARAMETER_HEADS: [Head; 4] = [("parameter", false), ("estimate", true), ("95 % interval", true), ("unit", false)];
 
 pub(super) fn parameter_row(one: &ParameterReport) -> Vec<String> {
-    let interval = match one.ci95 {
-        [Some(low), Some(high)] => format!("{} to {}", text(rounded(low, 4)), text(rounded(high, 4))),
-        [Some(low), None] => format!("above {}", text(rounded(low, 4))),
-        [None, Some(high)] => format!("below {}", text(rounded(high, 4))),
-        [None, None] => "-".to_owned(),
-    };
-    vec![one.id.clone(), text(rounded(one.value, 4)), interval, one.unit.clone()]
+    let shown = estimate(one);
+    vec![one.id.clone(), shown.value(), shown.interval(), one.unit.clone()]
 }
 
 pub(super) const SCORED_HEADS: [Head; 5] =

@@ -3,6 +3,7 @@
 pub mod campaign;
 pub mod circuit;
 pub mod diagnosis;
+pub mod digits;
 pub mod effects;
 pub mod history;
 pub mod html;

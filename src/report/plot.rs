@@ -8,6 +8,7 @@ mod axis;
 mod draw;
 mod live;
 mod map;
+mod room;
 mod thin;
 
 pub use live::Live;
@@ -127,6 +128,14 @@ pub enum Rule {
     Horizontal { y: f64, label: String },
     /// At one x: the moment of a detection.
     Vertical { x: f64, label: String },
+}
+
+impl Rule {
+    /// Its name; empty for none.
+    pub fn label(&self) -> &str {
+        let (Self::Horizontal { label, .. } | Self::Vertical { label, .. }) = self;
+        label
+    }
 }
 
 /// One panel.

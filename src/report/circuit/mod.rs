@@ -10,8 +10,8 @@ use self::place::{Layout, Placed, layout};
 use self::symbol::Symbol;
 use crate::diagnosis::FaultReport;
 use crate::physics::card::PortKind;
+use crate::report::diagnosis::sized;
 use crate::report::escape;
-use crate::report::number::{rounded, with_unit};
 use crate::rig::{Quantity, Rig, Target};
 
 /// Mean width of a character, px.
@@ -95,7 +95,7 @@ impl Drawing<'_> {
         let own = |fault: &&&FaultReport| fault.id.rsplit_once('.').is_some_and(|(of, _)| of == owner);
         let name = |fault: &&FaultReport| {
             let parameter = fault.id.rsplit_once('.').map_or("", |(_, parameter)| parameter);
-            format!("{parameter} {}", with_unit(rounded(fault.value, 4), &fault.unit))
+            format!("{parameter} {}", sized(fault))
         };
         self.faults.iter().filter(own).map(name).collect()
     }
@@ -280,6 +280,7 @@ mod tests {
             value: 0.2,
             unit: unit.to_owned(),
             healthy: 0.0,
+            healthy_sigma: 0.0,
             ci95: [None, None],
             present: true,
             probability: 1.0,

@@ -139,6 +139,12 @@ impl Page {
         self
     }
 
+    /// Adds sections that may be none.
+    pub fn sections(&mut self, sections: impl IntoIterator<Item = Section>) -> &mut Self {
+        self.sections.extend(sections);
+        self
+    }
+
     /// The whole page as one HTML text.
     pub fn html(&self) -> String {
         let title = escape(&self.title);

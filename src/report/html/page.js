@@ -13,10 +13,15 @@ const nice = (step) => {
   return power * ([1, 2, 5].find((factor) => factor * power >= step * (1 - 1e-9)) || 10);
 };
 const ticks = (from, to, count) => {
-  const step = nice((to - from) / count), decimals = Math.min(9, Math.max(0, -Math.floor(Math.log10(step))));
-  const list = [];
+  const step = nice((to - from) / count), power = Math.floor(Math.log10(step) + 1e-9), list = [];
+  const largest = Math.max(Math.abs(from), Math.abs(to)), limit = (digits) => Math.min(9, Math.max(0, digits));
+  const number = (tick) => {
+    if (largest >= 1e-4 && largest < 1e6) return tick.toFixed(limit(-power)).replace(/^-(?=[0.]*$)/, "");
+    const size = Math.abs(tick);
+    return size < step / 2 ? "0" : tick.toExponential(limit(Math.floor(Math.log10(size) + 1e-9) - power)).replace("+", "");
+  };
   for (let k = Math.ceil(from / step - 1e-6); k * step <= to + 1e-6 * step; k++) {
-    list.push([k * step, (k * step).toFixed(decimals).replace(/^-(?=[0.]*$)/, "").replace("-", "\u2212")]);
+    list.push([k * step, number(k * step).replaceAll("-", "\u2212")]);
   }
   return list;
 };
@@ -119,7 +124,7 @@ class Chart {
         make(this.grid, "text", { class: "y", x: -7, y: up(tick) + "%", dy: 4 }, text);
       }
     }
-    for (const [tick, text] of ticks(ends(view[0]), ends(view[1]), "narrow" in this.svg.dataset ? 3 : 7)) {
+    for (const [tick, text] of ticks(ends(view[0]), ends(view[1]), "narrow" in this.svg.dataset ? 4 : 7)) {
       make(this.grid, "line", { class: "x", x1: along(tick) + "%", x2: along(tick) + "%", y2: "100%" });
       make(this.grid, "text", { class: "x", x: along(tick) + "%", y: "100%", dy: 16 }, text);
     }

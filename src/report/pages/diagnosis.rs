@@ -1,7 +1,7 @@
 //! The page of a diagnosis.
 
 use super::channels::{Said, Shown};
-use super::learn::{CURVES, named};
+use super::learn::{CURVES, named, prior_scale};
 use super::{misfit, profile, residuals};
 use crate::complaint::Complaint;
 use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, Hypothesis, UncertainReport};
@@ -13,7 +13,7 @@ use crate::report::number::{in_unit, with_unit};
 use crate::residual::Detection;
 use crate::rig::Rig;
 
-/// The diagnosis as a page: verdict, faults, why, residuals, measured against model.
+/// The diagnosis as a page: verdict, faults, why, residuals, measured against model, profiles.
 ///
 /// # Errors
 /// Columns that are missing.
@@ -41,12 +41,14 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String,
     page.section(drawn);
     let mut faults = Section::new("Faults");
     faults.table(fault_table(rig, diagnosis));
-    let open = words::undetermined(diagnosis);
-    if !open.is_empty() {
-        faults.subheading("What could not be determined");
-        faults.list(open);
+    for (heading, remarks) in
+        [(words::UNBLAMED, words::unblamed(diagnosis)), (words::OPEN_INTERVALS, words::open_intervals(diagnosis))]
+    {
+        if !remarks.is_empty() {
+            faults.subheading(heading);
+            faults.list(remarks);
+        }
     }
-    profile::add(&mut faults, rig, diagnosed);
     page.section(faults);
     let mut why = Section::new("Which faults together");
     why.table(hypothesis_table(diagnosis));
@@ -62,6 +64,7 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String,
         page.section(residual_section(&shown, diagnosis)?);
     }
     page.section(fit(&shown, diagnosed));
+    page.sections(profile::section(rig, diagnosed));
     Ok(page.html())
 }
 
@@ -166,15 +169,5 @@ fn hypothesis_table(diagnosis: &Diagnosis) -> Table {
 }
 
 fn uncertain_scale(one: &UncertainReport) -> Cell {
-    let (reach, sigma) = (4.0 * one.sigma_before, one.sigma_before);
-    Cell::Scale(Scale {
-        from: one.nominal - reach,
-        to: one.nominal + reach,
-        marks: vec![
-            Mark::Bar(Some(one.nominal - 2.0 * sigma), Some(one.nominal + 2.0 * sigma)),
-            Mark::Stroke(one.nominal),
-            Mark::Point(one.value),
-        ],
-        text: format!("{:.1} standard deviations from the data sheet", (one.value - one.nominal) / sigma),
-    })
+    Cell::Scale(prior_scale(one.value, (one.nominal, one.sigma_before), "data sheet"))
 }

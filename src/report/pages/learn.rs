@@ -4,13 +4,14 @@ use super::channels::{Said, Shown, by_sensor};
 use super::{misfit, missing, rivals};
 use crate::complaint::Complaint;
 use crate::learn::compare::{Compared, Fitted};
-use crate::learn::result::{CandidateReport, SuggestionReport};
+use crate::learn::result::{CandidateReport, ParameterReport, SuggestionReport};
 use crate::learn::suggest::{Conclusion, Suggestion};
 use crate::learn::trial::Run;
 use crate::record::Record;
+use crate::report::digits::{self, worth};
 use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::learn as words;
-use crate::report::number::{rounded, text, with_unit};
+use crate::report::number::{rounded, text};
 use crate::report::plot::{Axis, Chart, Live, Rule, Series};
 use crate::rig::Rig;
 
@@ -67,23 +68,28 @@ pub(super) const CURVES: &str = "Drag over a chart to zoom all of them; double c
     of what noise and tolerance allow; dotted lines at 2.";
 
 /// What the rig file gives with an uncertainty, as it was fitted.
+/// A value on the scale of what was known before (value, standard deviation): two standard deviations as a bar.
+pub(super) fn prior_scale(value: f64, (nominal, sigma): (f64, f64), source: &str) -> Scale {
+    Scale {
+        from: nominal - REACH * sigma,
+        to: nominal + REACH * sigma,
+        marks: vec![
+            Mark::Bar(Some(nominal - 2.0 * sigma), Some(nominal + 2.0 * sigma)),
+            Mark::Stroke(nominal),
+            Mark::Point(value),
+        ],
+        text: format!("{:.1} standard deviations from the {source}", (value - nominal) / sigma),
+    }
+}
+
 fn fitted_table(fitted: &[Fitted]) -> Table {
     let row = |one: &Fitted| -> Vec<Cell> {
         let pull = (one.value - one.nominal) / one.sigma_before;
-        let scale = Scale {
-            from: one.nominal - REACH * one.sigma_before,
-            to: one.nominal + REACH * one.sigma_before,
-            marks: vec![
-                Mark::Bar(Some(one.nominal - 2.0 * one.sigma_before), Some(one.nominal + 2.0 * one.sigma_before)),
-                Mark::Stroke(one.nominal),
-                Mark::Point(one.value),
-            ],
-            text: format!("{pull:.1} standard deviations from the rig file"),
-        };
+        let scale = prior_scale(one.value, (one.nominal, one.sigma_before), "rig file");
         vec![
             one.id.clone().into(),
-            text(rounded(one.value, 5)).into(),
-            format!("{} +- {}", text(rounded(one.nominal, 5)), text(rounded(one.sigma_before, 2))).into(),
+            worth(one.value, one.sigma_before).into(),
+            format!("{} +- {}", worth(one.nominal, one.sigma_before), worth(one.sigma_before, one.sigma_before)).into(),
             one.unit.clone().into(),
             format!("{pull:+.1} sigma").into(),
             Cell::Scale(scale),
@@ -235,7 +241,7 @@ fn ranking(report: &SuggestionReport) -> Section {
             let mut row: Vec<Cell> = vec![one.effect.clone().into()];
             row.extend(words::parameter_row(parameter).into_iter().map(Cell::from));
             row.push(match parameter.ci95 {
-                [Some(low), Some(high)] => Cell::Scale(interval(parameter.value, (low, high), &parameter.unit)),
+                [Some(low), Some(high)] => Cell::Scale(interval(parameter, (low, high))),
                 _ => Cell::from(""),
             });
             rows.push(row);
@@ -260,15 +266,14 @@ fn ranking(report: &SuggestionReport) -> Section {
 }
 
 /// An interval on a scale that begins, or ends, at zero.
-fn interval(value: f64, (low, high): (f64, f64), unit: &str) -> Scale {
+fn interval(one: &ParameterReport, (low, high): (f64, f64)) -> Scale {
     let (from, to) = (low.min(0.0), high.max(0.0));
     let rim = 0.1 * (to - from);
-    let ends = [low, high].map(|end| with_unit(rounded(end, 4), unit));
     Scale {
         from: from - rim,
         to: to + rim,
-        marks: vec![Mark::Bar(Some(low), Some(high)), Mark::Stroke(0.0), Mark::Point(value)],
-        text: format!("{} to {}", ends[0], ends[1]),
+        marks: vec![Mark::Bar(Some(low), Some(high)), Mark::Stroke(0.0), Mark::Point(one.value)],
+        text: digits::with_unit(words::estimate(one).interval(), &one.unit),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Pages with pictures, one file for each verb that finds something.
 
+pub mod calibration;
 pub mod campaign;
 pub mod diagnosis;
 pub mod effects;

@@ -1,12 +1,11 @@
 //! Profile likelihood of each fault: how fast the fit worsens when the fault is held elsewhere.
 
-use crate::diagnosis::interval::Interval;
+use crate::diagnosis::interval::{Interval, RISE};
 use crate::diagnosis::{Diagnosed, FaultReport};
 use crate::fit::ProfilePoint;
 use crate::report::diagnosis as words;
 use crate::report::html::Section;
-use crate::report::number::with_unit;
-use crate::report::plot::{Axis, Chart, Live, Rule, Series};
+use crate::report::plot::{Axis, Band, Chart, Live, Rule, Series};
 use crate::rig::{Fault, Rig};
 
 /// Levels up to which a profile is shown.
@@ -16,8 +15,8 @@ const PIECES: usize = 12;
 /// What is left free around the values, of their range.
 const RIM: f64 = 0.15;
 
-/// Adds a small chart for each fault whose interval was searched.
-pub(super) fn add(section: &mut Section, rig: &Rig, diagnosed: &Diagnosed) {
+/// A small chart for each fault whose interval was searched.
+pub(super) fn section(rig: &Rig, diagnosed: &Diagnosed) -> Option<Section> {
     let faults = rig.faults.iter().zip(&diagnosed.diagnosis.faults).zip(&diagnosed.intervals);
     let mut all: Vec<(&Fault, &FaultReport, &Interval)> = faults
         .filter_map(|((fault, report), interval)| Some((fault, report, interval.as_ref()?)))
@@ -26,46 +25,60 @@ pub(super) fn add(section: &mut Section, rig: &Rig, diagnosed: &Diagnosed) {
         })
         .collect();
     if all.is_empty() {
-        return;
+        return None;
     }
     // What was found first.
     all.sort_by_key(|(_, report, _)| !report.present);
-    section.subheading("Profile likelihood");
+    let mut section = Section::new("Profile likelihood");
     section.paragraph(
         "Each fault held at values around its estimate while everything else is fitted anew: by how much chi-square rises. The interval \
          ends where the curve crosses the level of 95 %; a curve that stays below it up to the end of the search leaves the interval \
-         open. Dots: values that were tried. Offsets and gains of sensors that are not faulty are left out: their curves are parabolas.",
+         open. Misfits of neighbouring samples that go together count as the fewer independent ones that they are worth, so that the \
+         level is the same for all. Dots: values that were tried.",
+    );
+    section.paragraph(
+        "A curve takes its fault to be there, with nothing known of its value. So the healthy value of a fault that is not there may lie \
+         beyond the level: within its shade it is no further off than the rig file says that a healthy part may be. The list under \
+         the table of faults has the reason. Offsets and gains of sensors that are not faulty are left out: their curves are parabolas.",
     );
     let charts: Vec<(Chart, Live)> =
         all.into_iter().map(|(fault, report, interval)| chart(rig, fault, report, interval)).collect();
     section.side_by_side(&charts);
+    Some(section)
 }
 
 fn chart(rig: &Rig, fault: &Fault, report: &FaultReport, interval: &Interval) -> (Chart, Live) {
     let unit = &rig.parameters[fault.parameter].unit;
+    // The threshold holds the colour of the misfits; without it the level is the same for all.
+    let colour = interval.threshold / RISE;
     let shown = |points: Vec<(f64, f64)>| -> Vec<(f64, f64)> {
-        points.into_iter().map(|(si, rise)| (unit.from_si(si), rise)).collect()
+        points.into_iter().map(|(si, rise)| (unit.from_si(si), rise / colour)).collect()
     };
     let tried = shown(interval.points.iter().map(|point| (point.value, point.rise)).collect());
     let (from, to) = ends(&tried);
     let rim = RIM * (to - from);
-    let top = SHOWN * interval.threshold;
     let series = vec![
         Series::line("rise of chi-square", shown(curve(&interval.points, interval.value))).styled(0, 0),
         Series::dots("", tried).styled(0, 0),
     ];
     let x = Axis::new(&report.id, &unit.symbol).over(from - rim, to + rim);
-    let mut chart = Chart::new(&report.id, x, Axis::new("", "").over(0.0, top), series).high(130.0);
-    chart.rules.push(Rule::Horizontal { y: interval.threshold, label: "95 %".to_owned() });
+    let mut chart = Chart::new(&report.id, x, Axis::new("", "").over(0.0, SHOWN * RISE), series).high(130.0);
+    chart.rules.push(Rule::Horizontal { y: RISE, label: "95 %".to_owned() });
     let vertical = |x: f64, label: &str| Rule::Vertical { x, label: label.to_owned() };
     chart.rules.extend(report.ci95.into_iter().flatten().map(|end| vertical(end, "")));
     if (from - rim..=to + rim).contains(&report.healthy) {
         chart.rules.push(vertical(report.healthy, "healthy"));
     }
+    let tolerance = report.healthy_tolerance();
+    if tolerance > 0.0 && !report.present {
+        let [from, to] =
+            [report.healthy - tolerance, report.healthy + tolerance].map(|end| end.clamp(from - rim, to + rim));
+        chart.bands.push(Band { from, to, label: "tolerance of the healthy value".to_owned() });
+    }
     let told = format!(
         "profile likelihood of {}: estimate {}, 95 % interval {}",
         report.id,
-        with_unit(report.value, &report.unit),
+        words::sized(report),
         words::interval(report)
     );
     (chart, Live::new("", told))

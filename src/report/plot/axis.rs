@@ -13,7 +13,8 @@ pub(super) struct Scale {
     start: f64,
     end: f64,
     pub ticks: Vec<f64>,
-    decimals: usize,
+    /// Power of ten of the step between ticks.
+    power: i32,
     scientific: bool,
 }
 
@@ -47,8 +48,8 @@ impl Scale {
         let last = (to / step + 1e-6).floor();
         let ticks = (0..=(last - first).clamp(0.0, 50.0) as usize).map(|k| (first + k as f64) * step).collect();
         let largest = from.abs().max(to.abs());
-        let decimals = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
-        Self { from, to, start, end, ticks, decimals, scientific: !(1e-4..1e6).contains(&largest) }
+        let power = (step.log10() + 1e-9).floor() as i32;
+        Self { from, to, start, end, ticks, power, scientific: !(1e-4..1e6).contains(&largest) }
     }
 
     /// Pixel of a value.
@@ -66,7 +67,15 @@ impl Scale {
 
     /// A tick's number, with no more decimals than the ticks need.
     pub fn number(&self, tick: f64) -> String {
-        let text = if self.scientific { format!("{tick:.1e}") } else { format!("{tick:.*}", self.decimals) };
+        let text = if !self.scientific {
+            format!("{tick:.*}", (-self.power).clamp(0, 9) as usize)
+        } else if tick.abs() < 0.5 * 10_f64.powi(self.power) {
+            "0".to_owned()
+        } else {
+            // Digits behind the first one, down to those of the step.
+            let digits = (tick.abs().log10() + 1e-9).floor() as i32 - self.power;
+            format!("{tick:.*e}", digits.clamp(0, 9) as usize)
+        };
         let zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
         if zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "\u{2212}") }
     }
@@ -93,6 +102,11 @@ mod tests {
         assert_eq!(labels(0.0, 5.5), ["0", "1", "2", "3", "4", "5", "6"]);
         assert_eq!(labels(-0.03, 0.07), ["\u{2212}0.04", "\u{2212}0.02", "0.00", "0.02", "0.04", "0.06", "0.08"]);
         assert_eq!(labels(100.0, 103.0), ["100.0", "100.5", "101.0", "101.5", "102.0", "102.5", "103.0"]);
+        assert_eq!(
+            labels(0.0, 2.1e-6),
+            ["0", "5e\u{2212}7", "1.0e\u{2212}6", "1.5e\u{2212}6", "2.0e\u{2212}6", "2.5e\u{2212}6"]
+        );
+        assert_eq!(labels(0.0, 5e6), ["0", "1e6", "2e6", "3e6", "4e6", "5e6"]);
         assert_eq!(labels(7.0, 7.0), ["6.0", "6.5", "7.0", "7.5", "8.0"]);
     }
 }

@@ -6,6 +6,7 @@
 use std::fmt::Write;
 
 use super::axis::Scale;
+use super::room::{Room, Side};
 use super::thin::thin;
 use super::{Axis, Chart, DASHES, PALETTE, Rule, Series, Shape, pieces};
 use crate::report::escape;
@@ -13,11 +14,11 @@ use crate::report::number::rounded;
 
 /// The grid on which curves lie.
 pub(super) const WIDE: f64 = 10_000.0;
-const HIGH: f64 = 5_000.0;
+pub(super) const HIGH: f64 = 5_000.0;
 /// Ticks that an axis aims at.
 const TICKS: (f64, f64) = (super::TICK_COUNT, 4.0);
 /// Ticks of the x axis of a narrow one; `page.js` aims at as many.
-const NARROW: f64 = 3.0;
+const NARROW: f64 = 4.0;
 /// Height of a chart that has none of its own, px.
 const HEIGHT: f64 = 200.0;
 
@@ -90,7 +91,8 @@ impl Chart {
         );
         self.curves(&mut out, &x, &y, &height, live.points);
         out.push_str("</svg>\n");
-        self.labels(&mut out, &x, &y, &height);
+        let room = Room::new(self, (&x, &y), &height, (live.narrow, size));
+        self.labels(&mut out, &x, &y, &height, &room);
         out.push_str("</svg>\n");
         close(&mut out, &self.x);
         out
@@ -213,14 +215,19 @@ impl Chart {
     }
 
     /// Texts at places; the script moves them with a zoom.
-    fn labels(&self, out: &mut String, x: &Scale, y: &Scale, height: &dyn Fn(f64) -> f64) {
-        for rule in &self.rules {
+    fn labels(&self, out: &mut String, x: &Scale, y: &Scale, height: &dyn Fn(f64) -> f64, room: &Room) {
+        for rule in self.rules.iter().filter(|rule| !rule.label().is_empty()) {
             match rule {
                 Rule::Horizontal { y: level, label } => put(
                     out,
                     format_args!(
-                        "<text class=\"note\" data-level=\"{}\" x=\"99.5%\" y=\"{}%\" dy=\"-4\" text-anchor=\"end\">{}</text>",
+                        "<text class=\"note\" data-level=\"{}\" {} y=\"{}%\" dy=\"-4\">{}</text>",
                         short(height(*level)),
+                        match room.along(y.at(height(*level)), label) {
+                            Side::Left => "x=\"0.5%\"",
+                            Side::Middle => "x=\"50%\" text-anchor=\"middle\"",
+                            Side::Right => "x=\"99.5%\" text-anchor=\"end\"",
+                        },
                         percent(y.at(height(*level)) / HIGH),
                         escape(label)
                     ),
@@ -231,8 +238,10 @@ impl Chart {
                         "<text class=\"note\" data-at=\"{}\" x=\"{}%\" y=\"12\" {}>{}</text>",
                         short(*at),
                         percent(x.at(*at) / WIDE),
-                        // Near the right end there is room on the left only.
-                        if x.at(*at) > 0.75 * WIDE { "dx=\"-4\" text-anchor=\"end\"" } else { "dx=\"4\"" },
+                        match room.beside(x.at(*at), label) {
+                            Side::Left => "dx=\"-4\" text-anchor=\"end\"",
+                            _ => "dx=\"4\"",
+                        },
                         escape(label)
                     ),
                 ),

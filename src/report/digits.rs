@@ -1,0 +1,99 @@
+//! An estimate and its interval with as many digits as the interval is worth: two of its width.
+
+use super::number::{rounded, text};
+
+/// Digits where no interval says how many are worth something.
+const UNKNOWN: usize = 4;
+/// Below this a number has an exponent, as in [`text`].
+const SMALL: f64 = 1e-4;
+
+/// A number with its unit behind it; a pure number stands alone.
+pub fn with_unit(number: String, unit: &str) -> String {
+    if unit == "-" { number } else { format!("{number} {unit}") }
+}
+
+/// A value and the ends of its interval, in its unit; an end that the record does not bound is `None`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    pub value: f64,
+    pub ends: [Option<f64>; 2],
+}
+
+impl Estimate {
+    /// The value.
+    pub fn value(&self) -> String {
+        self.number(self.value)
+    }
+
+    /// The interval: both ends, or the one that is bounded; `open` where none is.
+    pub fn interval(&self) -> String {
+        match self.ends {
+            [Some(low), Some(high)] => format!("{} to {}", self.number(low), self.number(high)),
+            [Some(low), None] => format!("at least {}", self.number(low)),
+            [None, Some(high)] => format!("at most {}", self.number(high)),
+            [None, None] => "open".to_owned(),
+        }
+    }
+
+    fn number(&self, value: f64) -> String {
+        // Of an interval with one end its bounded side.
+        let width = match self.ends {
+            [Some(low), Some(high)] => high - low,
+            [Some(end), None] | [None, Some(end)] => (end - self.value).abs(),
+            [None, None] => 0.0,
+        };
+        worth(value, width)
+    }
+}
+
+/// A number with the digits that two digits of `width` leave, or with four where that is none; 0 has no sign.
+pub fn worth(value: f64, width: f64) -> String {
+    if !(width > 0.0 && width.is_finite() && value.is_finite()) {
+        return text(rounded(value, UNKNOWN));
+    }
+    let decimals = 1 - width.log10().floor() as i32;
+    // Tens and more are left to the numbers that carry them.
+    let digits = |value: f64| (value.abs().log10().floor() as i32 + decimals).max(0) as usize;
+    let near: f64 = if value == 0.0 { 0.0 } else { format!("{value:.*e}", digits(value)).parse().unwrap_or(value) };
+    let half = 0.5 * 10_f64.powi(-decimals);
+    if near.abs() <= half {
+        return if width < SMALL { "0".to_owned() } else { format!("{:.*}", decimals.max(0) as usize, 0.0) };
+    }
+    let small = near.abs() < SMALL && width < SMALL;
+    if !small && near.abs() < 1e7 {
+        format!("{near:.*}", decimals.max(0) as usize)
+    } else {
+        format!("{near:.*e}", digits(near))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(value: f64, low: Option<f64>, high: Option<f64>) -> [String; 2] {
+        let estimate = Estimate { value, ends: [low, high] };
+        [estimate.value(), estimate.interval()]
+    }
+
+    #[test]
+    fn digits_follow_the_width_of_the_interval() {
+        assert_eq!(shown(1.000_001, Some(0.999_985_3), Some(1.000_012_1)), ["1.000001", "0.999985 to 1.000012"]);
+        assert_eq!(shown(4.967_4, Some(4.741_2), Some(5.448_1)), ["4.97", "4.74 to 5.45"]);
+        assert_eq!(shown(5.499, Some(5.498_6), Some(5.500_2)), ["5.4990", "5.4986 to 5.5002"]);
+        assert_eq!(shown(-0.000_4, Some(-0.003), Some(0.002)), ["-0.0004", "-0.0030 to 0.0020"]);
+        assert_eq!(shown(12_345.0, Some(11_000.0), Some(13_700.0)), ["12300", "11000 to 13700"]);
+        assert_eq!(shown(3.0e-7, Some(-1.0e-8), Some(6.1e-7)), ["3.0e-7", "-1e-8 to 6.1e-7"]);
+        assert_eq!(shown(2.5e9, Some(2.4e9), Some(2.61e9)), ["2.50e9", "2.40e9 to 2.61e9"]);
+    }
+
+    #[test]
+    fn an_open_end_is_worded_and_nothing_is_still_a_number() {
+        assert_eq!(shown(5.156, Some(3.751), None), ["5.2", "at least 3.8"]);
+        assert_eq!(shown(5.565e-7, None, Some(0.003_865)), ["0.0000", "at most 0.0039"]);
+        assert_eq!(shown(0.0, None, Some(2.237e-6)), ["0", "at most 2.2e-6"]);
+        assert_eq!(shown(0.25, None, None), ["0.25", "open"]);
+        assert_eq!(shown(0.123_456, Some(0.123_456), None), ["0.1235", "at least 0.1235"]);
+        assert_eq!(worth(-0.000_01, 0.01), "0.000");
+    }
+}

@@ -1,0 +1,124 @@
+//! The page of a calibration: what healthy records have moved, and how well the calibrated model follows them.
+
+use super::learn::{named, prior_scale};
+use crate::calibration::{ChannelFit, ParameterReport, RecordReport, Report, SensorReport};
+use crate::report::digits::worth;
+use crate::report::html::{Cell, Column, Page, Section, Table, Tone};
+use crate::report::number::{rounded, text};
+use crate::rig::Rig;
+
+/// The page: what was learnt, parameters on the scale of their data sheet, sensors, records.
+pub fn html(rig: &Rig, report: &Report) -> String {
+    let records = report.records.len();
+    let lead = format!("{} healthy record{}", records, if records == 1 { "" } else { "s" });
+    let mut page = Page::new(format!("Calibration of {}", named(rig)), lead);
+    page.section(learnt(report));
+    let mut parameters = Section::new("Parameters");
+    parameters.table(parameter_table(&report.parameters));
+    let silent: Vec<&str> = report.parameters.iter().filter(|one| !one.informed).map(|one| one.id.as_str()).collect();
+    if !silent.is_empty() {
+        parameters.paragraph(format!("The records say little of {}.", silent.join(", ")));
+    }
+    page.section(parameters);
+    let mut sensors = Section::new("Sensors");
+    sensors.paragraph(
+        "Noise: one standard deviation of a sample, from the fast part of the misfit. Tolerance: how far model and sensor differ \
+         throughout a phase, beyond noise and what is uncertain.",
+    );
+    sensors.table(sensor_table(&report.sensors));
+    page.section(sensors);
+    let mut followed = Section::new("Records");
+    followed.paragraph(
+        "Mean square of the weighted misfit; 1 is right within noise and tolerance. What is not explained is marked.",
+    );
+    followed.table(record_table(&report.records));
+    page.section(followed);
+    page.html()
+}
+
+fn learnt(report: &Report) -> Section {
+    let informed = report.parameters.iter().filter(|one| one.informed).count();
+    let rows: usize = report.records.iter().map(|record| record.rows).sum();
+    let mut section = Section::new("What was learnt");
+    section.notice(
+        if report.warnings.is_empty() { Tone::Good } else { Tone::Caution },
+        format!(
+            "{informed} of {} parameters told by {rows} rows; chi-square per sample {}.",
+            report.parameters.len(),
+            text(rounded(report.chi2_reduced, 3))
+        ),
+    );
+    if !report.warnings.is_empty() {
+        section.subheading("What speaks against taking the records for healthy ones");
+        section.list(report.warnings.clone());
+    }
+    section
+}
+
+fn parameter_table(parameters: &[ParameterReport]) -> Table {
+    let with =
+        |value: f64, sigma: f64| -> Cell { format!("{} +- {}", worth(value, sigma), worth(sigma, sigma)).into() };
+    let row = |one: &ParameterReport| -> Vec<Cell> {
+        vec![
+            one.id.clone().into(),
+            with(one.before, one.sigma_before),
+            with(one.after, one.sigma_after),
+            one.unit.clone().into(),
+            Cell::Scale(prior_scale(one.after, (one.before, one.sigma_before), "data sheet")),
+        ]
+    };
+    Table::new(
+        "Before and after, one standard deviation. On each scale: bar two standard deviations of the data sheet, stroke its value, point \
+         what the records say",
+        vec![
+            Column::text("parameter"),
+            Column::number("data sheet", ""),
+            Column::number("calibrated", ""),
+            Column::text("unit"),
+            Column::text("against the data sheet"),
+        ],
+        parameters.iter().map(row).collect(),
+    )
+}
+
+fn sensor_table(sensors: &[SensorReport]) -> Table {
+    let number = |value: f64| -> Cell { text(rounded(value, 3)).into() };
+    let row = |one: &SensorReport| -> Vec<Cell> {
+        vec![
+            one.name.clone().into(),
+            number(one.noise_before),
+            number(one.noise),
+            number(one.tolerance_before),
+            number(one.tolerance),
+            one.unit.clone().into(),
+            one.noise_correlation.map_or("-".into(), number),
+        ]
+    };
+    let columns = vec![
+        Column::text("sensor"),
+        Column::number("noise before", ""),
+        Column::number("noise", ""),
+        Column::number("tolerance before", ""),
+        Column::number("tolerance", ""),
+        Column::text("unit"),
+        Column::number("neighbours correlated", ""),
+    ];
+    Table::new("Noise and tolerance", columns, sensors.iter().map(row).collect())
+}
+
+/// A row for each record, a column for each sensor.
+fn record_table(records: &[RecordReport]) -> Table {
+    let channel = |one: &ChannelFit| -> Cell {
+        let shown = text(rounded(one.chi2_reduced, 3));
+        if one.adequate { shown.into() } else { Cell::Shade(format!("{shown}, not explained"), 0.5) }
+    };
+    let row = |one: &RecordReport| -> Vec<Cell> {
+        let whole: [Cell; 3] =
+            [one.record.clone().into(), one.rows.to_string().into(), text(rounded(one.chi2_reduced, 3)).into()];
+        whole.into_iter().chain(one.channels.iter().map(channel)).collect()
+    };
+    let names = records.first().map_or(&[][..], |record| &record.channels).iter();
+    let columns = vec![Column::text("record"), Column::number("rows", ""), Column::number("all", "")];
+    let columns = columns.into_iter().chain(names.map(|one| Column::number(&one.name, ""))).collect();
+    Table::new("How the calibrated model follows each sensor", columns, records.iter().map(row).collect())
+}
