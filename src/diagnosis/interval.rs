@@ -117,7 +117,7 @@ pub fn intervals(case: &Case<'_>, isolation: &Isolation) -> Vec<Option<Interval>
     let mut intervals: Vec<_> = (0..case.faults()).into_par_iter().map(one).collect();
     for (fault, interval) in case.rig().faults.iter().zip(&mut intervals) {
         if let Some(interval) = interval {
-            interval.widen(case.rig().never_known(fault.parameter), fault.bounds);
+            interval.widen(case.rig().never_known(fault, interval.value), fault.bounds);
         }
     }
     for (other, probability) in isolation.weighed.iter().zip(isolation.probabilities()) {

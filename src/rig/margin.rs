@@ -5,7 +5,7 @@
 //! of them say the same, so that values look far better known than they are (Brynjarsdottir and O'Hagan, Inverse Problems 30
 //! (2014) 114007). A calibrated rig therefore holds such effects as uncertain parameters, centred on nothing.
 
-use super::{Component, Given, Rig};
+use super::{Component, Fault, Given, Rig};
 use crate::complaint::Complaint;
 
 /// Effects that no circuit is quite without.
@@ -17,12 +17,16 @@ const SHARE: f64 = 0.1;
 /// leaves out otherwise is the same in all of them, and moves parameters as far as it is large, not as far as noise allows
 /// (Kennedy and O'Hagan, Journal of the Royal Statistical Society B 63 (2001) 425).
 pub const NEVER_KNOWN: f64 = 0.05;
+/// What no record tells of the size of a fault, as a share of it: calibration makes laws right where the rig is healthy, and they
+/// are no better than the transducers that they were measured with on the way from there.
+const LAW: f64 = 0.003;
 
 impl Rig {
-    /// What no record tells of a parameter of a calibrated rig, one standard deviation, SI; 0 without a calibration, where
-    /// the laws are taken as right.
-    pub fn never_known(&self, parameter: usize) -> f64 {
-        if self.calibration.is_some() { NEVER_KNOWN * self.parameters[parameter].spread } else { 0.0 }
+    /// What no record tells of a fault of a calibrated rig that has this value (SI), one standard deviation, SI; 0 without a
+    /// calibration, where the laws are taken as right.
+    pub fn never_known(&self, fault: &Fault, value: f64) -> f64 {
+        let share = NEVER_KNOWN * self.parameters[fault.parameter].spread;
+        if self.calibration.is_some() { share.hypot(LAW * (value - fault.healthy)) } else { 0.0 }
     }
 
     /// The margins that the rig may have: every place of an effect that no circuit is quite without, and that it does not

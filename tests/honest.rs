@@ -1,0 +1,58 @@
+//! What the diagnosis claims of itself, against what happens: intervals, false alarms and probabilities on rigs that differ
+//! from the model, within the bounds that chance leaves (Clopper and Pearson, 99.9 %).
+
+use borescope::campaign::score::Scores;
+use borescope::campaign::statistics::{lower, upper};
+use borescope::campaign::{Campaign, Options};
+use borescope::rig::Rig;
+
+/// Probability beyond each bound.
+const TAIL: f64 = 5e-4;
+
+fn scores(rig: &str, cases: usize, rigs: usize, seed: u64) -> Scores {
+    let options = Options { seed, rigs, ..Options::new(cases) };
+    let campaign = Campaign::new(Rig::read(rig).unwrap(), options).unwrap();
+    let numbers: Vec<usize> = (0..cases).collect();
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut rows = Vec::new();
+    campaign
+        .run(&numbers, threads, |row| {
+            rows.push(row);
+            Ok(())
+        })
+        .unwrap();
+    rows.sort_by_key(|row| row.case);
+    Scores::of(&rows)
+}
+
+/// Intervals hold the truth as often as they claim, healthy rigs are left alone, probabilities are as often right.
+fn check(scores: &Scores, false_alarms: f64, isolated: f64) {
+    let all = &scores.all;
+    for coverage in [&all.coverage_found, &all.coverage_all] {
+        let (low, high) = (lower(coverage.count, coverage.of, TAIL), upper(coverage.count, coverage.of, TAIL));
+        assert!(low <= 0.95 && high >= 0.93, "{} of {} intervals hold the truth", coverage.count, coverage.of);
+    }
+    let alarms = &all.false_alarms;
+    assert!(lower(alarms.count, alarms.of, TAIL) <= false_alarms, "{} of {} false alarms", alarms.count, alarms.of);
+    let right = &all.isolated;
+    assert!(upper(right.count, right.of, TAIL) >= isolated, "{} of {} isolated", right.count, right.of);
+    for bin in &scores.reliability.bins {
+        let Some(mean) = bin.mean_probability else { continue };
+        let (low, high) = (lower(bin.right.count, bin.right.of, TAIL), upper(bin.right.count, bin.right.of, TAIL));
+        // Probabilities are given to a hundredth.
+        assert!(low <= mean + 0.01 && mean - 0.01 <= high, "{} of {} with {mean}", bin.right.count, bin.right.of);
+    }
+}
+
+#[test]
+fn claims_on_two_tanks_hold() {
+    check(&scores("fixtures/two_tanks/rig.toml", 150, 15, 4), 0.005, 0.97);
+}
+
+/// `CASES` of them, 2,000 take hours.
+#[test]
+#[ignore = "takes a quarter of an hour"]
+fn claims_on_the_telescopic_rig_hold() {
+    let cases = std::env::var("CASES").map_or(200, |cases| cases.parse().unwrap());
+    check(&scores("fixtures/telescopic/rig.toml", cases, (cases / 25).max(1), 2), 0.005, 0.97);
+}
