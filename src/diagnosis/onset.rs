@@ -87,15 +87,16 @@ fn explains(estimate: &Estimate<'_>) -> bool {
 }
 
 /// The row from which on the healthy rig misses the record, whatever explains it: where the running sum of its squared
-/// misfits less half their mean is least. `None` where it cannot be simulated, or never follows the record.
+/// misfits less a level between noise and their mean is least. `None` where it cannot be simulated, or never follows the record.
 fn left(case: &Case<'_>) -> Option<usize> {
     let healthy = by_sample(case, case.full.drive, &case.mean)?;
     let rows = case.full.times.len();
     let series = case.full.series();
     let square = |row: usize| series.iter().map(|range| tame(healthy[range.start + row])).sum::<f64>();
     let squares: Vec<f64> = (0..rows).map(square).collect();
-    let half = 0.5 * squares.iter().sum::<f64>() / rows as f64;
-    let (row, _) = least(squares.iter().map(|square| square - half));
+    // Noise alone makes a square of 1 in each channel.
+    let between = f64::midpoint(series.len() as f64, squares.iter().sum::<f64>() / rows as f64);
+    let (row, _) = least(squares.iter().map(|square| square - between));
     (0 < row && row < rows).then_some(row)
 }
 
