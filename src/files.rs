@@ -51,11 +51,50 @@ pub fn read(path: &Path, most: u64) -> Result<Content, Complaint> {
     }
     let modified = after.modified().ok();
     if after.len() != bytes.len() as u64 || before.modified().ok() != modified {
-        return Err(Complaint::new(Kind::Unreadable, "the file changed while it was read")
-            .in_file(path)
-            .help("wait until it is written to its end, or read a copy"));
+        return Err(changed(path));
     }
     Ok(Content { bytes, modified })
+}
+
+/// A file that is read piece by piece.
+pub(crate) struct Open {
+    pub from: Box<dyn Read + Send>,
+    /// What it was when it was opened; of a pipe nothing.
+    before: Option<(File, fs::Metadata)>,
+}
+
+/// Opens a file; `-` is the standard input.
+///
+/// # Errors
+/// A file that does not exist or cannot be read.
+pub(crate) fn open(path: &Path) -> Result<Open, Complaint> {
+    let failed = |error: &io::Error| not_read(path, error);
+    if is_standard(path) {
+        return Ok(Open { from: Box::new(io::stdin()), before: None });
+    }
+    let file = File::open(path).map_err(|error| failed(&error))?;
+    let metadata = file.metadata().map_err(|error| failed(&error))?;
+    let again = file.try_clone().map_err(|error| failed(&error))?;
+    Ok(Open { from: Box::new(file), before: metadata.is_file().then_some((again, metadata)) })
+}
+
+impl Open {
+    /// To be asked behind the last piece.
+    ///
+    /// # Errors
+    /// A file that was written to since it was opened.
+    pub(crate) fn check_unchanged(&self, path: &Path) -> Result<(), Complaint> {
+        let Some((file, before)) = &self.before else { return Ok(()) };
+        let after = file.metadata().map_err(|error| not_read(path, &error))?;
+        let same = after.len() == before.len() && after.modified().ok() == before.modified().ok();
+        if same { Ok(()) } else { Err(changed(path)) }
+    }
+}
+
+fn changed(path: &Path) -> Complaint {
+    Complaint::new(Kind::Unreadable, "the file changed while it was read")
+        .in_file(path)
+        .help("wait until it is written to its end, or read a copy")
 }
 
 /// Whether a path stands for standard input or output.
@@ -103,10 +142,18 @@ pub fn text(path: &Path, mut bytes: Vec<u8>) -> Result<String, Complaint> {
     if bytes.starts_with(UTF8_MARK) {
         bytes.drain(..UTF8_MARK.len());
     }
+    text_behind(path, bytes, 0)
+}
+
+/// The bytes of a file behind its first `lines` lines as text.
+///
+/// # Errors
+/// Bytes that are not UTF-8, with their line.
+pub(crate) fn text_behind(path: &Path, bytes: Vec<u8>, lines: usize) -> Result<String, Complaint> {
     String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let (before, bad) = error.as_bytes().split_at(good);
-        let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
+        let line = lines + before.iter().filter(|byte| **byte == b'\n').count() + 1;
         let byte = bad.first().copied().unwrap_or_default();
         Complaint::new(Kind::Encoding, format!("the byte 0x{byte:02X} is not UTF-8 text"))
             .at(Place::line(path, line))
@@ -114,7 +161,7 @@ pub fn text(path: &Path, mut bytes: Vec<u8>) -> Result<String, Complaint> {
     })
 }
 
-fn not_read(path: &Path, error: &io::Error) -> Complaint {
+pub(crate) fn not_read(path: &Path, error: &io::Error) -> Complaint {
     let complaint = match error.kind() {
         io::ErrorKind::NotFound => Complaint::new(Kind::Missing, "there is no such file")
             .help("check the path; it counts from the folder in which the command runs"),

@@ -8,6 +8,8 @@ use command::borescope;
 use serde_json::Value;
 
 const RIG: &str = "fixtures/two_tanks/rig.toml";
+const CYLINDER: &str = "fixtures/telescopic/rig.toml";
+const LEAK: &str = "fixtures/telescopic/leak_020.csv";
 
 /// What of a value goes against a schema. Of the vocabulary only what the schemas use: anything else is a mistake of the test.
 fn wrong(schema: &Value, value: &Value, at: &str, found: &mut Vec<String>) {
@@ -101,6 +103,7 @@ fn every_verb_keeps_to_its_schema() {
         check(&["diagnose", RIG, &healthy, "--store", &store]),
         check(&["diagnose", RIG, &other, "--store", &store]),
         check(&["diagnose", RIG, &faulty, "--store", &store]),
+        check(&["diagnose", CYLINDER, LEAK, "--window", "10", "--fits", "1"]),
         check(&["history", RIG, "--store", &store, "--by", "run"]),
         check(&["compare", RIG, &faulty]),
         check(&["suggest", RIG, &faulty]),

@@ -1,9 +1,10 @@
 //! Each wrong record gives one message: the line, what is wrong, what would be right.
 
 use std::fs;
+use std::path::Path;
 
-use borescope::complaint::{Kind, Place};
-use borescope::record::Record;
+use borescope::complaint::{Complaint, Kind, Place};
+use borescope::record::{Asked, Record, Stream};
 use borescope::units::Dimension;
 
 const NUMBER: &str =
@@ -137,7 +138,19 @@ fn each_wrong_record_gives_one_message() {
         };
         let shown = complaint.to_string().replace(&path.display().to_string(), "");
         assert_eq!(shown, format!("error: {what}\n  help: {help}"), "for:\n{text}");
+        assert_eq!(streamed(&path).unwrap_err().to_string(), complaint.to_string(), "piece by piece:\n{text}");
     }
+}
+
+/// The rows of a record that is read piece by piece.
+fn streamed(path: &Path) -> Result<usize, Complaint> {
+    let asked = Asked::default();
+    let mut stream = Stream::open(path, &asked)?;
+    let mut rows = 0;
+    while let Some(piece) = stream.next_rows()? {
+        rows += piece.time.len();
+    }
+    Ok(rows)
 }
 
 /// Lines are those of the file, whatever stands before the wrong one.
@@ -161,6 +174,7 @@ fn lines_are_those_of_the_file() {
         let complaint = Record::read(&path).unwrap_err();
         assert_eq!(complaint.places, [Place::line(&path, line)], "for:\n{text}");
         assert_eq!(complaint.what, "`x` in column `p` is not a number");
+        assert_eq!(streamed(&path).unwrap_err().to_string(), complaint.to_string());
     }
 }
 
@@ -213,4 +227,22 @@ fn a_column_that_is_asked_for_and_missing_is_told_with_both_places() {
     );
     let channel = record.require("p_A", Dimension::PRESSURE, from()).unwrap();
     assert_eq!(channel.values, [1e5]);
+}
+
+/// Pieces are cut between lines, so that long records read the same, whatever ends their lines.
+#[test]
+fn pieces_give_all_rows_and_the_right_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("long.csv");
+    for end in ["\n", "\r\n", "\r", "\n\n# remark\n"] {
+        let row = |row: usize| format!("{row},0.25,-1.5e-3{end}");
+        let mut text = format!("time [s],p [bar],q [L/min]{end}");
+        text.extend((0..200_000).map(row));
+        fs::write(&path, &text).unwrap();
+        assert!(text.len() > 3_000_000);
+        assert_eq!(streamed(&path).unwrap(), 200_000, "{end:?}");
+        text.push_str(&format!("200000,x,0{end}\n\n"));
+        fs::write(&path, &text).unwrap();
+        assert_eq!(streamed(&path).unwrap_err().to_string(), Record::read(&path).unwrap_err().to_string(), "{end:?}");
+    }
 }

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::keep::Keeper;
-use super::{Failure, Format, Status, terminal, write_json, write_page};
+use super::{Failure, Format, Status, terminal, windows, write_json, write_page};
 use crate::complaint::Complaint;
+use crate::diagnosis::watch::Watching;
 use crate::diagnosis::{Diagnosed, Options, Verdict, diagnose};
 use crate::files::{MOST_TEXT, check_folder, read, text};
 use crate::model::Model;
@@ -18,7 +19,7 @@ use crate::rig::Rig;
 /// Diagnose records of a rig: which faults, how large, how sure
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  borescope diagnose rig.toml record.csv --report diagnosis.html\n  borescope diagnose rig.toml monday.csv tuesday.csv --store rig.db"
+    after_help = "Examples:\n  borescope diagnose rig.toml record.csv --report diagnosis.html\n  borescope diagnose rig.toml monday.csv tuesday.csv --store rig.db\n  borescope diagnose rig.toml week.csv --window 60"
 )]
 pub struct Arguments {
     /// The rig file
@@ -38,6 +39,12 @@ pub struct Arguments {
     /// When the record was measured, such as `2026-05-01T12:00:00Z`; without it the time of its file
     #[arg(long, value_name = "TIME")]
     at: Option<String>,
+    /// Watch the record in windows of so many seconds, whatever its length, and diagnose those in which residuals fire
+    #[arg(long, value_name = "SECONDS", conflicts_with_all = ["report", "store", "at"])]
+    window: Option<f64>,
+    /// Most windows of a record that are diagnosed; the others are only listed
+    #[arg(long, value_name = "N", default_value_t = 3, requires = "window")]
+    fits: usize,
     /// Exit with 1 if a fault or a misfit was found
     #[arg(long)]
     exit_code: bool,
@@ -52,9 +59,17 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     if let Some(report) = &arguments.report {
         check_folder(report)?;
     }
+    arguments.window.map_or(Ok(()), windows::check)?;
     let content = read(&arguments.rig, MOST_TEXT)?;
     let digest = content.digest();
     let rig = Rig::parse(&arguments.rig, text(&arguments.rig, content.bytes)?)?;
+    if let Some(window) = arguments.window {
+        let watching = Watching { window, fits: arguments.fits };
+        terminal::show_progress();
+        let model = Model::new(rig);
+        let found = windows::run(&model, &arguments.records, watching, arguments.format, out)?;
+        return Ok(if arguments.exit_code { found } else { Status::Done });
+    }
     let (store, at) = (arguments.store.as_deref(), arguments.at.as_deref());
     let keeper = Keeper::open(store, at, arguments.records.len(), &rig, digest)?;
     let model = Model::new(rig);

@@ -25,6 +25,7 @@ mod signatures;
 mod simulate;
 mod suggest;
 mod terminal;
+mod windows;
 
 use std::ffi::OsString;
 use std::io::{self, Write};

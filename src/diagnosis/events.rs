@@ -5,12 +5,9 @@ use std::ops::Range;
 use super::noise::{self, Weights};
 use super::prior::Gaussian;
 use super::problem::RecordProblem;
+use super::starts;
 use crate::model::{Drive, Model, SimulationError};
 use crate::record::Record;
-use crate::rig::{InitialPressure, NodeKind, Quantity, Target};
-
-/// Share to which the pressures at the start are known.
-const START: f64 = 0.01;
 
 /// Weights of a record for all parameters of a rig, SI.
 pub(crate) fn weights_of(
@@ -71,37 +68,25 @@ pub(crate) fn events(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]
     if late > 0.0
         && let Ok(drive) = Drive::from_late_record(rig, record, late)
     {
-        let mut shifted = model.simulate(&parameters, &drive, problem.times)?.values;
-        for (late, plain) in shifted.iter_mut().zip(&outputs) {
-            late.iter_mut().zip(plain).for_each(|(late, plain)| *late -= plain);
-        }
-        changes.push(shifted);
+        let drive = Drive { shown: problem.drive.shown.clone(), ..drive };
+        changes.push(change(problem, &drive, &parameters, &outputs, problem.times.len())?);
     }
-    // Where the pressures start is known no better than a sensor shows, nor than to a hundredth.
-    let first = phases.first().map_or(0, |phase| phase.end);
-    for (node, start) in rig.nodes.iter().enumerate() {
-        let NodeKind::Volume { initial } = start.kind else { continue };
-        let shown = rig
-            .sensors
-            .iter()
-            .filter(|sensor| sensor.target == Target::Node(node) && sensor.quantity == Quantity::Pressure);
-        let known = match initial {
-            InitialPressure::Given(pressure) => START * pressure.abs(),
-            // What is estimated, or another node's.
-            InitialPressure::Uncertain(_) | InitialPressure::Like(_) => continue,
-            InitialPressure::Balance | InitialPressure::Record => START * problem.drive.readings[node].abs(),
-        };
-        let mut drive = problem.drive.clone();
-        drive.nudges[node] = shown.map(|sensor| sensor.noise).fold(known, f64::max);
-        if drive.nudges[node] == 0.0 {
-            continue;
-        }
-        let mut nudged = model.simulate(&parameters, &drive, &problem.times[..first])?.values;
-        for (nudged, plain) in nudged.iter_mut().zip(&outputs) {
-            nudged.iter_mut().zip(plain).for_each(|(nudged, plain)| *nudged -= plain);
-            nudged.resize(plain.len(), 0.0);
-        }
-        changes.push(nudged);
-    }
+    changes.extend(starts::changes(problem, &parameters, &outputs, phases.first().map_or(0, |phase| phase.end))?);
     Ok(Events { variance, phases, changes })
+}
+
+/// What another drive changes of the readings, over so many rows from the first.
+pub(super) fn change(
+    problem: &RecordProblem<'_>,
+    drive: &Drive,
+    parameters: &[f64],
+    outputs: &[Vec<f64>],
+    rows: usize,
+) -> Result<Vec<Vec<f64>>, SimulationError> {
+    let mut changed = problem.model.simulate(parameters, drive, &problem.times[..rows])?.values;
+    for (changed, plain) in changed.iter_mut().zip(outputs) {
+        changed.iter_mut().zip(plain).for_each(|(changed, plain)| *changed -= plain);
+        changed.resize(plain.len(), 0.0);
+    }
+    Ok(changed)
 }

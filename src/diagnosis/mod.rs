@@ -19,10 +19,12 @@ pub mod problem;
 pub mod quadratic;
 mod result;
 mod search;
+mod starts;
 pub(crate) mod summary;
+pub mod watch;
 
 use crate::complaint::{Complaint, Kind, Place};
-use crate::model::{Drive, Model};
+use crate::model::{Drive, Model, Shown};
 use crate::progress;
 use crate::record::Record;
 use crate::report::number::rounded;
@@ -78,6 +80,19 @@ const WORTH_RESTARTING: f64 = 1.0;
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
 pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Diagnosed, Complaint> {
+    diagnose_from(model, record, &[], options)
+}
+
+/// The same for a record that begins in the middle of a run, with what sensors show of their nodes there.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_from(
+    model: &Model,
+    record: &Record,
+    shown: &[Shown],
+    options: &Options,
+) -> Result<Diagnosed, Complaint> {
     let rig = &model.rig;
     if rig.sensors.is_empty() {
         return Err(Complaint::new(Kind::MissingEntry, "the rig has no sensors, so a record shows nothing of it")
@@ -86,7 +101,7 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
     }
     let (cleared, left_out) = doubtful::set_aside(rig, record);
     let record = cleared.as_ref().unwrap_or(record);
-    let drive = Drive::from_record(rig, record)?;
+    let drive = Drive { shown: shown.to_vec(), ..Drive::from_record(rig, record)? };
     estimate::measured(rig, record)?;
     progress::stage("residuals and fit");
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;

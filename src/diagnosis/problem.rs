@@ -117,12 +117,12 @@ impl Problem for RecordProblem<'_> {
 
     fn linearise(&self, theta: &[f64]) -> Result<Linearised, SimulationError> {
         let parameters = self.parameters(theta);
-        // Offsets and gains of sensors act on the finished reading; only the others need an integration.
+        // Offsets and gains act on the finished reading; without an integration, but where the circuit starts as the sensor shows.
         let inside: Vec<usize> = self
             .estimated
             .iter()
             .map(|estimated| estimated.parameter)
-            .filter(|&parameter| self.of_sensor(parameter).is_none())
+            .filter(|&parameter| self.by_reading(parameter).is_none())
             .collect();
         self.solves.fetch_add(1, Ordering::Relaxed);
         let Sensitivities { outputs, derivatives } =
@@ -134,7 +134,7 @@ impl Problem for RecordProblem<'_> {
         let mut next = 0;
         for (column, estimated) in self.estimated.iter().enumerate() {
             let mut column = jacobian.column_mut(column);
-            if let Some(OfSensor { sensor, is_gain, rows: own }) = self.of_sensor(estimated.parameter) {
+            if let Some(OfSensor { sensor, is_gain, rows: own }) = self.by_reading(estimated.parameter) {
                 let first = self.model.rig.sensors[sensor].first_parameter;
                 for row in own {
                     let at = if row < until { &before } else { &parameters };
@@ -167,12 +167,13 @@ impl RecordProblem<'_> {
         begins.map_or(0, |onset| self.times.partition_point(|&t| t <= onset.time))
     }
 
-    /// What of a sensor this parameter is, if it is of one.
-    fn of_sensor(&self, parameter: usize) -> Option<OfSensor> {
+    /// What of a sensor this parameter is, if it does nothing but to the finished reading.
+    fn by_reading(&self, parameter: usize) -> Option<OfSensor> {
         let own = self.model.rig.original(parameter);
         let (sensor, is_gain) = self.model.rig.sensors.iter().enumerate().find_map(|(index, sensor)| {
             let place = own.checked_sub(sensor.first_parameter)?;
-            (place < 2).then_some((index, place == 1))
+            let starts = self.drive.shown.iter().any(|shown| shown.sensor == index);
+            (place < 2 && !starts).then_some((index, place == 1))
         })?;
         let changes = |onset: &Onset| onset.before.iter().any(|(changed, _)| *changed == own);
         let rows = match (own == parameter, self.drive.onset.as_ref().is_some_and(changes)) {

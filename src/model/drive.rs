@@ -30,6 +30,20 @@ pub struct Drive {
     pub nudges: Vec<f64>,
     /// Where parameters change within the record.
     pub onset: Option<Onset>,
+    /// What sensors show at the start, which nodes then start with whatever the rig file says.
+    pub shown: Vec<Shown>,
+}
+
+/// What a sensor shows of its node where a record begins in the middle of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shown {
+    /// Index of a sensor of a pressure, a level or a position.
+    pub sensor: usize,
+    /// The reading, and one standard deviation of it by noise, SI.
+    pub value: f64,
+    pub sigma: f64,
+    /// Rate of the reading, SI per s.
+    pub rate: f64,
 }
 
 /// A moment until which some parameters have other values than after it, such as the beginning of a fault.
@@ -81,6 +95,14 @@ impl Drive {
     /// # Errors
     /// As [`Drive::from_record`].
     pub fn from_late_record(rig: &Rig, record: &Record, late: f64) -> Result<Self, Complaint> {
+        Ok(Self { readings: readings(rig, record)?, ..Self::inputs(rig, record, late)? })
+    }
+
+    /// The same with nothing read of where the nodes start.
+    ///
+    /// # Errors
+    /// As [`Drive::from_record`], but for the sensors.
+    pub(crate) fn inputs(rig: &Rig, record: &Record, late: f64) -> Result<Self, Complaint> {
         let Some(interval) = record.sampling().map(|sampling| sampling.interval) else {
             return Err(Complaint::new(Kind::Shape, "the record has fewer than two rows, so no interval between rows")
                 .at(record.header())
@@ -109,9 +131,10 @@ impl Drive {
         let start = if start.abs() < 1e-6 * interval { 0.0 } else { start };
         Ok(Self {
             pieces: merge(&lines, start, last),
-            readings: readings(rig, record)?,
+            readings: vec![0.0; rig.nodes.len()],
             nudges: vec![0.0; rig.nodes.len()],
             onset: None,
+            shown: Vec::new(),
         })
     }
 
@@ -126,7 +149,13 @@ impl Drive {
             pieces.push(Piece { start, end, from, to: phase.inputs.iter().map(|profile| profile.to).collect(), jump });
             start = end;
         }
-        Self { pieces, readings: vec![0.0; rig.nodes.len()], nudges: vec![0.0; rig.nodes.len()], onset: None }
+        Self {
+            pieces,
+            readings: vec![0.0; rig.nodes.len()],
+            nudges: vec![0.0; rig.nodes.len()],
+            onset: None,
+            shown: Vec::new(),
+        }
     }
 
     /// Parameters (all of the rig's, SI) as they are until the moment at which some change, and that moment; they never

@@ -12,7 +12,7 @@ mod simulate;
 mod slopes;
 mod start;
 
-pub use drive::{Before, Drive, Onset, Piece};
+pub use drive::{Before, Drive, Onset, Piece, Shown};
 pub use layout::{has_capacity, states};
 pub use recording::{cycle_times, decimals_of, input_columns, recording};
 pub use simulate::{Effort, MOST_STATES, Model, Outputs, Sensitivities, SimulationError, Tolerance};

@@ -1,19 +1,19 @@
 //! The states at the beginning of a record.
 
-use super::assembly::Assembly;
+use super::assembly::{Assembly, level_per_pressure};
 use super::drive::Drive;
 use super::layout::Layout;
 use crate::numeric::Scalar;
 use crate::physics::ATMOSPHERE;
 use crate::physics::card::PortKind;
-use crate::rig::{InitialPressure, NodeKind, Rig};
+use crate::rig::{InitialPressure, NodeKind, Quantity, Rig, Target};
 use crate::units::Unit;
 
 /// Newton steps for a component's own state to come to rest; its rate is piecewise linear or nearly so.
 const REST_STEPS: usize = 30;
 
 /// Fills `y` (states beyond the layout's are left) for all parameters of the rig, SI. The drive holds each node's first measured gauge
-/// pressure, and what to add to its start.
+/// pressure, what sensors show at the start, and what to add to it.
 pub fn start<S: Scalar>(
     rig: &Rig,
     layout: &Layout,
@@ -58,8 +58,9 @@ pub fn start<S: Scalar>(
             y[state] = y[other];
         }
     }
+    shown(rig, layout, parameters, drive, y);
     for (node, state) in layout.node_state.iter().enumerate() {
-        if let (Some(state), NodeKind::Volume { .. }) = (*state, &rig.nodes[node].kind) {
+        if let (Some(state), NodeKind::Volume { .. } | NodeKind::Body { .. }) = (*state, &rig.nodes[node].kind) {
             y[state] += S::constant(drive.nudges[node]);
         }
     }
@@ -76,6 +77,26 @@ pub fn start<S: Scalar>(
         }
     }
     assembly.settle_filters(t, y);
+}
+
+/// Sets what sensors show, freed of their offset and gain: a sensor that is off must not start the circuit off.
+fn shown<S: Scalar>(rig: &Rig, layout: &Layout, parameters: &[S], drive: &Drive, y: &mut [S]) {
+    for shown in &drive.shown {
+        let sensor = &rig.sensors[shown.sensor];
+        let Target::Node(node) = sensor.target else { continue };
+        let Some(state) = layout.node_state[node] else { continue };
+        let (offset, gain) = (parameters[sensor.first_parameter], parameters[sensor.first_parameter + 1]);
+        let value = (S::constant(shown.value) - offset) / gain;
+        match sensor.quantity {
+            Quantity::Pressure => y[state] = value + ATMOSPHERE,
+            Quantity::Level => y[state] = value / level_per_pressure(parameters[0]) + ATMOSPHERE,
+            Quantity::Position => {
+                y[state] = value;
+                y[state + 1] = S::constant(shown.rate) / gain;
+            }
+            Quantity::Velocity | Quantity::Flow => {}
+        }
+    }
 }
 
 /// Sets a pressure so that the body it acts on stays at rest: forces are linear in pressures, so one secant is exact.

@@ -51,6 +51,13 @@ impl Binary {
         }
     }
 
+    /// The complaint of whoever reads a record piece by piece.
+    pub fn not_in_pieces(self, path: &Path) -> Complaint {
+        Complaint::new(Kind::Syntax, format!("the file is {}, which is not read piece by piece", self.name()))
+            .in_file(path)
+            .help("write the record as CSV, columns `name [unit]`, the time first; or diagnose it whole, without `--window`")
+    }
+
     /// Reads the record.
     ///
     /// # Errors

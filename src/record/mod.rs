@@ -15,8 +15,10 @@ mod packed;
 mod parquet;
 mod read;
 mod sampling;
+mod stream;
 pub mod survey;
 mod table;
+mod windows;
 mod write;
 
 use std::path::{Path, PathBuf};
@@ -28,6 +30,9 @@ pub use asked::Asked;
 pub use gaps::Gap;
 pub use origin::Origin;
 pub use sampling::Sampling;
+pub use stream::Stream;
+pub(crate) use windows::window_at;
+pub use windows::{Window, Windows};
 
 /// Series over one common time.
 #[derive(Debug, Clone, PartialEq)]
@@ -109,6 +114,40 @@ impl Record {
     /// another length than the time, a value that is not finite, a time that does not rise, a name that stands twice.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Complaint> {
         write::write(self, path.as_ref())
+    }
+
+    /// Adds the rows of a later piece of the same file.
+    pub(crate) fn append(&mut self, later: Self) {
+        self.time.extend(later.time);
+        for (channel, later) in self.channels.iter_mut().zip(later.channels) {
+            channel.values.extend(later.values);
+        }
+    }
+
+    /// Drops the first `count` rows.
+    pub(crate) fn forget(&mut self, count: usize) {
+        self.time.drain(..count);
+        self.channels.iter_mut().for_each(|channel| drop(channel.values.drain(..count)));
+    }
+
+    /// Takes the first `count` rows off.
+    pub(crate) fn take_first(&mut self, count: usize) -> Self {
+        fn first<T>(values: &mut Vec<T>, count: usize) -> Vec<T> {
+            let rest = values.split_off(count);
+            std::mem::replace(values, rest)
+        }
+        let channel = |channel: &mut Channel| {
+            let values = first(&mut channel.values, count);
+            Channel { values, name: channel.name.clone(), unit: channel.unit.clone(), decimals: channel.decimals }
+        };
+        Self {
+            path: self.path.clone(),
+            time: first(&mut self.time, count),
+            time_decimals: self.time_decimals,
+            channels: self.channels.iter_mut().map(channel).collect(),
+            header_line: self.header_line,
+            origin: self.origin.clone(),
+        }
     }
 
     /// The place of the column names.

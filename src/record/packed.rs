@@ -1,10 +1,10 @@
 //! Compressed files, known by their first bytes.
 
-use std::io::{self, Read};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
-use ruzstd::decoding::StreamingDecoder;
+use ruzstd::decoding::{FrameDecoder, StreamingDecoder};
 
 use crate::complaint::{Complaint, Kind};
 use crate::files::too_large;
@@ -39,26 +39,80 @@ pub(super) fn unpack(path: &Path, bytes: Vec<u8>, most: u64) -> Result<(Vec<u8>,
         }
         return Ok((plain, Some("zstd")));
     }
-    match OTHERS.iter().find(|(mark, _)| bytes.starts_with(mark)) {
-        Some((_, what)) => {
-            let (what, help) = what.split_once("; ").unwrap_or((what, ""));
-            Err(Complaint::new(Kind::Syntax, format!("the file is {what}")).in_file(path).help(help))
+    check_other(path, &bytes)?;
+    Ok((bytes, None))
+}
+
+fn check_other(path: &Path, bytes: &[u8]) -> Result<(), Complaint> {
+    let Some((_, what)) = OTHERS.iter().find(|(mark, _)| bytes.starts_with(mark)) else { return Ok(()) };
+    let (what, help) = what.split_once("; ").unwrap_or((what, ""));
+    Err(Complaint::new(Kind::Syntax, format!("the file is {what}")).in_file(path).help(help))
+}
+
+/// Bytes that come piece by piece.
+pub(super) type Bytes = Box<dyn Read + Send>;
+
+/// The bytes of a file that begins with `head`, unpacked as they come, and with what it is packed.
+///
+/// # Errors
+/// Kinds of packing that are not unpacked.
+pub(super) fn unpacking(path: &Path, head: &[u8], from: Bytes) -> Result<(Bytes, Option<&'static str>), Complaint> {
+    if head.starts_with(GZIP) {
+        return Ok((Box::new(MultiGzDecoder::new(from)), Some("gzip")));
+    }
+    if head.starts_with(ZSTD) {
+        return Ok((Box::new(Frames::Between(BufReader::new(from))), Some("zstd")));
+    }
+    check_other(path, head)?;
+    Ok((from, None))
+}
+
+/// Frames of zstd, one behind the other.
+enum Frames {
+    Between(BufReader<Bytes>),
+    Within(Box<StreamingDecoder<BufReader<Bytes>, FrameDecoder>>),
+    Ended,
+}
+
+impl Read for Frames {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        loop {
+            *self = match std::mem::replace(self, Self::Ended) {
+                Self::Between(mut from) => {
+                    if from.fill_buf()?.is_empty() {
+                        return Ok(0);
+                    }
+                    Self::Within(Box::new(StreamingDecoder::new(from).map_err(io::Error::other)?))
+                }
+                Self::Within(mut frame) => match frame.read(into)? {
+                    0 => Self::Between(frame.into_inner()),
+                    count => {
+                        *self = Self::Within(frame);
+                        return Ok(count);
+                    }
+                },
+                Self::Ended => return Ok(0),
+            };
         }
-        None => Ok((bytes, None)),
     }
 }
 
 fn gather(from: impl Read, path: &Path, kind: &str, most: u64) -> Result<Vec<u8>, Complaint> {
     let mut plain = Vec::new();
     let read = from.take(most.saturating_add(1)).read_to_end(&mut plain);
-    read.map_err(|error| match error.kind() {
-        io::ErrorKind::UnexpectedEof => damaged(path, kind, "it ends too early"),
-        _ => damaged(path, kind, &error.to_string()),
-    })?;
+    read.map_err(|error| not_unpacked(path, kind, &error))?;
     if plain.len() as u64 > most {
         return Err(too_large(path, most));
     }
     Ok(plain)
+}
+
+/// The complaint about a packed file that could not be read on.
+pub(super) fn not_unpacked(path: &Path, kind: &str, error: &io::Error) -> Complaint {
+    match error.kind() {
+        io::ErrorKind::UnexpectedEof => damaged(path, kind, "it ends too early"),
+        _ => damaged(path, kind, &error.to_string()),
+    }
 }
 
 fn damaged(path: &Path, kind: &str, why: &str) -> Complaint {

@@ -52,77 +52,166 @@ pub(super) fn of_bytes(path: &Path, bytes: Vec<u8>, care: Care, asked: &Asked) -
 }
 
 fn parse(path: &Path, text: &str, care: Care, asked: &Asked) -> Result<(Standing, Dialect), Complaint> {
-    let mut lines = Lines::new(text);
-    let Some(header_start) = lines.next_row(0) else {
-        return Err(Complaint::new(Kind::Empty, "the file is empty")
-            .in_file(path)
-            .help("the first row names the columns: `time [s],p_A [bar],...`"));
-    };
-    let header_line = lines.line;
-    let header_place = Place::line(path, header_line);
-    let separator = separator(text.get(header_start..).unwrap_or_default(), &header_place)?;
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .comment(Some(b'#'))
-        .delimiter(separator)
-        .from_reader(text.as_bytes());
+    let mut rows = Rows::new(path, care, asked);
+    rows.feed(text, true)?;
+    rows.finish()
+}
 
-    let mut row = csv::StringRecord::new();
-    next(&mut reader, &mut row, path)?;
-    let header_end = offset(&reader);
-    let quotes = text.get(header_start..header_end).map_or(0, |header| header.matches('"').count());
-    if quotes % 2 == 1 {
-        return Err(unclosed_quote(header_place));
+/// A table whose text comes piece by piece, cut between lines.
+pub(super) struct Rows<'a> {
+    path: &'a Path,
+    care: Care,
+    asked: &'a Asked,
+    begun: Option<Begun<'a>>,
+    /// The line that the next piece begins with.
+    line: usize,
+}
+
+/// A table whose header is read.
+struct Begun<'a> {
+    table: Table<'a>,
+    separator: u8,
+    header_line: usize,
+    unit_row: Option<usize>,
+}
+
+/// The rows of one piece of text with their lines.
+struct Piece<'a> {
+    text: &'a str,
+    lines: Lines<'a>,
+    reader: csv::Reader<&'a [u8]>,
+    row: csv::StringRecord,
+}
+
+impl<'a> Piece<'a> {
+    fn new(text: &'a str, separator: u8, lines: Lines<'a>) -> Self {
+        let reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .comment(Some(b'#'))
+            .delimiter(separator)
+            .from_reader(text.as_bytes());
+        Self { text, lines, reader, row: csv::StringRecord::new() }
     }
-    let names = row.clone();
-    let mut unit_row = None;
-    let mut pending = false;
-    let mut before = offset(&reader);
-    let columns = if header::lacks_units(&names) && next(&mut reader, &mut row, path)? {
-        lines.next_row(before);
-        if header::is_unit_row(&row) {
-            unit_row = Some(lines.line);
-            let joined = header::join(&names, &row, Place::line(path, lines.line))?;
-            header::parse(&joined.fields, &joined.place, asked)?
-        } else {
-            pending = true;
-            header::parse(&names, &header_place, asked)?
-        }
-    } else {
-        header::parse(&names, &header_place, asked)?
-    };
-    let mut table = Table::new(path, separator, columns, care);
 
-    loop {
-        if !pending {
-            before = offset(&reader);
-            if !next(&mut reader, &mut row, path)? {
-                break;
+    /// Whether there is another row; it is in `row` then, and `lines` at its line.
+    fn next(&mut self, path: &Path) -> Result<bool, Complaint> {
+        let before = self.offset();
+        let found = self.reader.read_record(&mut self.row).map_err(|error| {
+            Complaint::new(Kind::Syntax, format!("cannot be split into columns: {error}")).in_file(path)
+        })?;
+        if found {
+            self.lines.next_row(before);
+        }
+        Ok(found)
+    }
+
+    fn offset(&self) -> usize {
+        usize::try_from(self.reader.position().byte()).unwrap_or(usize::MAX)
+    }
+
+    /// What is not yet read.
+    fn rest(&self) -> &'a str {
+        self.text.get(self.offset()..).unwrap_or_default()
+    }
+}
+
+impl<'a> Rows<'a> {
+    pub(super) fn new(path: &'a Path, care: Care, asked: &'a Asked) -> Self {
+        Self { path, care, asked, begun: None, line: 1 }
+    }
+
+    /// Takes the next piece, `ends` if no other follows.
+    ///
+    /// # Errors
+    /// The first mistake, with its line.
+    pub(super) fn feed(&mut self, text: &str, ends: bool) -> Result<(), Complaint> {
+        let mut lines = Lines::new(text, self.line);
+        let mut piece = match &self.begun {
+            Some(begun) => Piece::new(text, begun.separator, lines),
+            None => match lines.next_row(0) {
+                Some(start) => self.begin(text, start, lines)?,
+                None => {
+                    self.line = lines.line;
+                    return Ok(());
+                }
+            },
+        };
+        let Some(begun) = &mut self.begun else { return Ok(()) };
+        let mut pending = !piece.row.is_empty();
+        while std::mem::take(&mut pending) || piece.next(self.path)? {
+            // A line of blanks is no row.
+            if piece.row.len() == 1 && piece.row.get(0).is_some_and(|field| field.trim().is_empty()) {
+                continue;
             }
-            lines.next_row(before);
+            let last = ends && piece.rest().trim_start().is_empty();
+            let cut = last && !text.ends_with(['\n', '\r']);
+            begun.table.push(&piece.row, piece.lines.line, cut, last)?;
         }
-        pending = false;
-        // A line of blanks is no row.
-        if row.len() == 1 && row.get(0).is_some_and(|field| field.trim().is_empty()) {
-            continue;
-        }
-        let last = text.get(offset(&reader)..).unwrap_or_default().trim_start().is_empty();
-        let cut = last && !text.ends_with(['\n', '\r']);
-        table.push(&row, lines.line, cut, last)?;
+        self.line = piece.lines.end();
+        Ok(())
     }
-    let commas = table.commas();
-    Ok((table.finish(header_line)?, Dialect { separator, commas, unit_row }))
+
+    /// Reads the header, which begins at byte `start`. A row of data that was read with it is left in the piece.
+    fn begin<'t>(&mut self, text: &'t str, start: usize, lines: Lines<'t>) -> Result<Piece<'t>, Complaint> {
+        let header_line = lines.line;
+        let header_place = Place::line(self.path, header_line);
+        let separator = separator(text.get(start..).unwrap_or_default(), &header_place)?;
+        let mut piece = Piece::new(text, separator, lines);
+        piece.next(self.path)?;
+        let quotes = text.get(start..piece.offset()).map_or(0, |header| header.matches('"').count());
+        if quotes % 2 == 1 {
+            return Err(unclosed_quote(header_place));
+        }
+        let names = std::mem::take(&mut piece.row);
+        let mut unit_row = None;
+        let columns = if header::lacks_units(&names) && piece.next(self.path)? && header::is_unit_row(&piece.row) {
+            unit_row = Some(piece.lines.line);
+            let units = std::mem::take(&mut piece.row);
+            let joined = header::join(&names, &units, Place::line(self.path, piece.lines.line))?;
+            header::parse(&joined.fields, &joined.place, self.asked)?
+        } else {
+            header::parse(&names, &header_place, self.asked)?
+        };
+        let table = Table::new(self.path, separator, columns, self.care);
+        self.begun = Some(Begun { table, separator, header_line, unit_row });
+        Ok(piece)
+    }
+
+    /// The rows since the last call; `None` before there is a header.
+    pub(super) fn take(&mut self) -> Option<Record> {
+        self.begun.as_mut().map(|begun| begun.table.take(begun.header_line))
+    }
+
+    /// The line that the next piece begins with.
+    pub(super) fn line(&self) -> usize {
+        self.line
+    }
+
+    /// What can only be said at the end, and how the file is written.
+    pub(super) fn check_whole(&self) -> Result<Dialect, Complaint> {
+        let begun = self.begun.as_ref().ok_or_else(|| empty(self.path))?;
+        begun.table.check_whole(begun.header_line)?;
+        Ok(begun.dialect())
+    }
+
+    fn finish(self) -> Result<(Standing, Dialect), Complaint> {
+        let begun = self.begun.ok_or_else(|| empty(self.path))?;
+        let dialect = begun.dialect();
+        Ok((begun.table.finish(begun.header_line)?, dialect))
+    }
 }
 
-fn offset(reader: &csv::Reader<&[u8]>) -> usize {
-    usize::try_from(reader.position().byte()).unwrap_or(usize::MAX)
+impl Begun<'_> {
+    fn dialect(&self) -> Dialect {
+        Dialect { separator: self.separator, commas: self.table.commas(), unit_row: self.unit_row }
+    }
 }
 
-fn next(reader: &mut csv::Reader<&[u8]>, row: &mut csv::StringRecord, path: &Path) -> Result<bool, Complaint> {
-    reader
-        .read_record(row)
-        .map_err(|error| Complaint::new(Kind::Syntax, format!("cannot be split into columns: {error}")).in_file(path))
+fn empty(path: &Path) -> Complaint {
+    Complaint::new(Kind::Empty, "the file is empty")
+        .in_file(path)
+        .help("the first row names the columns: `time [s],p_A [bar],...`")
 }
 
 /// Finds the line of each row. The positions of the csv crate are those before the comments and blank lines that it
@@ -134,8 +223,16 @@ struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    fn new(text: &'a str) -> Self {
-        Self { bytes: text.as_bytes(), at: 0, line: 1 }
+    fn new(text: &'a str, line: usize) -> Self {
+        Self { bytes: text.as_bytes(), at: 0, line }
+    }
+
+    /// The line behind the last one.
+    fn end(mut self) -> usize {
+        while self.at < self.bytes.len() {
+            self.step();
+        }
+        self.line
     }
 
     /// Moves on to byte `from`, then over blank lines and comments; gives where the row starts, if there is one.

@@ -67,6 +67,9 @@ pub(super) struct Table<'a> {
     /// Whether some comma can only be a decimal mark.
     proved: bool,
     last_line: usize,
+    /// The time of the last row, SI, and how many rows there were.
+    last_time: Option<f64>,
+    rows: usize,
 }
 
 impl<'a> Table<'a> {
@@ -84,6 +87,8 @@ impl<'a> Table<'a> {
             doubtful: None,
             proved: false,
             last_line: 0,
+            last_time: None,
+            rows: 0,
         }
     }
 
@@ -122,7 +127,7 @@ impl<'a> Table<'a> {
             let Some(column) = self.columns.get(index) else { continue };
             let value = column.unit.to_si(written);
             if index == 0
-                && let Some(before) = self.values.first().and_then(|times| times.last().copied())
+                && let Some(before) = self.last_time.replace(value)
                 && value <= before
             {
                 let complaint = self.time_not_rising(field, value < before, line);
@@ -139,6 +144,7 @@ impl<'a> Table<'a> {
             }
         }
         self.last_line = line;
+        self.rows += 1;
         Ok(())
     }
 
@@ -241,10 +247,11 @@ impl<'a> Table<'a> {
 
     /// A file cut within its last number still looks whole, but for the missing decimals.
     fn check_not_cut(&self, field: &str, index: usize, decimals: Option<usize>, line: usize) -> Result<(), Complaint> {
-        let rows = self.values.get(index).map_or(0, Vec::len);
         let rule = self.decimals.get(index).and_then(|rule| rule.known());
         match (rule, decimals) {
-            (Some(rule), Some(found)) if rows >= ROWS_FOR_A_RULE && found < rule => Err(self.cut_number(field, line)),
+            (Some(rule), Some(found)) if self.rows >= ROWS_FOR_A_RULE && found < rule => {
+                Err(self.cut_number(field, line))
+            }
             _ => Ok(()),
         }
     }
@@ -274,7 +281,11 @@ impl<'a> Table<'a> {
         self.mark == Some(b',')
     }
 
-    pub(super) fn finish(self, header_line: usize) -> Result<Standing, Complaint> {
+    /// What can only be said at the end of the file.
+    ///
+    /// # Errors
+    /// Numbers with a comma that may be of thousands; no rows.
+    pub(super) fn check_whole(&self, header_line: usize) -> Result<(), Complaint> {
         if let Some((field, index, line)) = self.doubtful.as_ref().filter(|_| !self.proved) {
             let what = format!(
                 "`{field}` in column `{}` may be {} or {}, and so may all numbers with a comma",
@@ -287,22 +298,36 @@ impl<'a> Table<'a> {
                  of decimals",
             ));
         }
-        let mut decimals = self.decimals.into_iter().map(Decimals::known);
-        let mut columns = self.columns.into_iter().zip(self.values);
-        let (time_unit, time) =
-            columns.next().map_or_else(|| (Unit::second(), Vec::new()), |(column, values)| (column.unit, values));
-        if time.is_empty() {
+        if self.rows == 0 {
             return Err(Complaint::new(Kind::Empty, "the record has no rows below its header")
                 .at(Place::line(self.path, header_line))
                 .help("one row of numbers for each time"));
         }
+        Ok(())
+    }
+
+    /// The rows since the last call, as a record.
+    pub(super) fn take(&mut self, header_line: usize) -> Record {
+        let mut decimals = self.decimals.iter().map(|rule| rule.known());
+        let mut columns = self.columns.iter().zip(self.values.iter_mut().map(std::mem::take));
+        let (time_unit, time) = columns
+            .next()
+            .map_or_else(|| (Unit::second(), Vec::new()), |(column, values)| (column.unit.clone(), values));
         // Decimals of milliseconds are not those of seconds.
         let time_decimals = decimals.next().flatten().filter(|_| time_unit.factor == 1.0);
-        let channels = columns
-            .zip(decimals)
-            .map(|((column, values), decimals)| Channel { name: column.name, unit: column.unit, values, decimals })
-            .collect();
+        let channel = |((column, values), decimals): ((&Column, Vec<f64>), Option<usize>)| Channel {
+            name: column.name.clone(),
+            unit: column.unit.clone(),
+            values,
+            decimals,
+        };
+        let channels = columns.zip(decimals).map(channel).collect();
         let (path, origin) = (self.path.to_path_buf(), Origin::default());
-        Ok((Record { path, time, time_decimals, channels, header_line, origin }, self.refused))
+        Record { path, time, time_decimals, channels, header_line, origin }
+    }
+
+    pub(super) fn finish(mut self, header_line: usize) -> Result<Standing, Complaint> {
+        self.check_whole(header_line)?;
+        Ok((self.take(header_line), self.refused))
     }
 }

@@ -15,6 +15,7 @@ pub mod plot;
 pub mod reference;
 pub mod style;
 pub mod table;
+pub mod windows;
 
 /// A text as the content of an XML or HTML element or of a quoted attribute: markup escaped, and the control characters
 /// that XML forbids replaced by U+FFFD.

@@ -48,25 +48,49 @@ pub struct Alarm {
     pub direction: Direction,
 }
 
+/// Both running sums of one residual; `M` marks where a sum left zero.
+#[derive(Debug, Clone)]
+pub(super) struct Running<M> {
+    sides: [(f64, Option<M>); 2],
+}
+
+impl<M> Default for Running<M> {
+    fn default() -> Self {
+        Self { sides: [(0.0, None), (0.0, None)] }
+    }
+}
+
+impl<M: Copy> Running<M> {
+    /// Takes the next value with its allowance and its mark, against the reference value `k` and the threshold `h`, all but the
+    /// mark in standard deviations: the side that crosses, and the mark of the first value after it was last zero.
+    pub fn step(&mut self, value: f64, allowance: f64, (k, h): (f64, f64), mark: M) -> Option<(Direction, M)> {
+        for ((sum, onset), (sign, direction)) in self.sides.iter_mut().zip(SIDES) {
+            let next = *sum + sign * value - k - allowance;
+            if next <= 0.0 {
+                (*sum, *onset) = (0.0, None);
+                continue;
+            }
+            *sum = next;
+            let onset = *onset.get_or_insert(mark);
+            if next > h {
+                return Some((direction, onset));
+            }
+        }
+        None
+    }
+}
+
+const SIDES: [(f64, Direction); 2] = [(1.0, Direction::High), (-1.0, Direction::Low)];
+
 /// First crossing by either side; `allowances` are added to the reference value `k` value by value.
 ///
 /// `values` are in standard deviations, as are `allowances`: a bias within its allowance only lowers the sum.
 pub fn first_alarm(values: &[f64], allowances: &[f64], k: f64, h: f64) -> Option<Alarm> {
-    let mut sums = [(0.0_f64, 0_usize, 1.0, Direction::High), (0.0, 0, -1.0, Direction::Low)];
-    for (index, (value, allowance)) in values.iter().zip(allowances).enumerate() {
-        for (sum, onset, sign, direction) in &mut sums {
-            let next = *sum + *sign * value - k - allowance;
-            if next <= 0.0 {
-                (*sum, *onset) = (0.0, index + 1);
-                continue;
-            }
-            *sum = next;
-            if next > h {
-                return Some(Alarm { at: index, onset: *onset, direction: *direction });
-            }
-        }
-    }
-    None
+    let mut running = Running::default();
+    values.iter().zip(allowances).enumerate().find_map(|(at, (&value, &allowance))| {
+        let (direction, onset) = running.step(value, allowance, (k, h), at)?;
+        Some(Alarm { at, onset, direction })
+    })
 }
 
 /// The larger of both running sums behind each value; they go on behind an alarm.

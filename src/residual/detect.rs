@@ -1,10 +1,12 @@
 //! Detection: which residuals have left zero, since when, and by how much.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::cusum::{self, Alarm, Direction};
-use super::find::generators;
+use super::ensemble::Ensemble;
 use super::form::CLOSED;
+use super::frame::{self, Cursor, Prepared};
 use super::generator::{Gate, Generator, Series, Variant};
 use crate::complaint::Complaint;
 use crate::model::Drive;
@@ -125,14 +127,16 @@ impl<'a> Evaluated<'a> {
     /// # Errors
     /// A column that the record lacks or has in another dimension.
     pub fn of(rig: &'a Rig, record: &Record, drive: &'a Drive, window: f64) -> Result<Self, Complaint> {
-        let corrected = generators(rig).into_iter().filter(|generator| generator.variant == Variant::Corrected);
-        let evaluate = |generator: Generator| {
-            let series = generator.blocks(rig, record, drive, window)?;
-            Ok((generator, series))
+        let ensemble = Ensemble::of(rig);
+        let prepared = Prepared::new(rig, record, drive, &ensemble.sources, window)?;
+        let frames = prepared.lay(rig, &ensemble.sources, &mut Cursor::default(), f64::INFINITY);
+        let series = |(generator, own): (Generator, Vec<usize>)| {
+            let series = generator.series_of(rig, &frames, &own, &mut None);
+            (generator, series)
         };
-        let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
-        let window = super::frame::block_rows(window, interval) as f64 * interval;
-        Ok(Self { rig, drive, window, residuals: corrected.map(evaluate).collect::<Result<_, Complaint>>()? })
+        let residuals = ensemble.members.into_par_iter().map(series).collect();
+        let interval = frame::interval(record);
+        Ok(Self { rig, drive, window: frame::block_rows(window, interval) as f64 * interval, residuals })
     }
 
     /// Threshold of each side of each CUSUM, in standard deviations. The phases share the clock, so that all their windows

@@ -1,7 +1,7 @@
 //! Windows of a record: means and slopes of channels with their variances, and whether they stand or run straight.
 
 use super::reading::Source;
-use crate::complaint::Complaint;
+use crate::complaint::{Complaint, Kind};
 use crate::model::Drive;
 use crate::record::Record;
 use crate::rig::{Quantity, Rig};
@@ -15,6 +15,13 @@ pub(super) struct Moment {
     pub steady: bool,
 }
 
+impl Moment {
+    /// Whether the channel has too few samples here.
+    fn lacks(&self) -> bool {
+        self.variance[0] == f64::INFINITY
+    }
+}
+
 /// One window of all sources asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Frame {
@@ -22,17 +29,31 @@ pub(super) struct Frame {
     pub from: f64,
     pub to: f64,
     pub moments: Vec<Moment>,
-    /// Whether an input jumped inside, or so shortly before that lags have not settled.
+    /// Whether an input jumped inside, or so shortly before that lags have not settled, or rows are missing.
     pub disturbed: bool,
     /// Whether the frame follows the one before without a gap.
     pub follows: bool,
 }
 
-/// Channels in the order of `sources`.
+impl Frame {
+    /// The frame as those see it who ask for these of its sources only.
+    pub fn of(&self, sources: &[usize]) -> Self {
+        let moments: Vec<Moment> = sources.iter().map(|&source| self.moments[source]).collect();
+        let disturbed = self.disturbed || moments.iter().any(Moment::lacks);
+        Self { moments, disturbed, ..*self }
+    }
+}
+
+/// Channels in the order of `sources`; of a piece of a record they may be empty.
 ///
 /// # Errors
-/// A column that is missing or of another dimension.
-pub(super) fn channels<'a>(rig: &Rig, record: &'a Record, sources: &[Source]) -> Result<Vec<&'a [f64]>, Complaint> {
+/// A column that is missing, of another dimension, or without a value in the whole record.
+pub(super) fn channels<'a>(
+    rig: &Rig,
+    record: &'a Record,
+    sources: &[Source],
+    piece: bool,
+) -> Result<Vec<&'a [f64]>, Complaint> {
     let column = |source: &Source| {
         let (name, dimension, place) = match *source {
             Source::Sensor(index) => {
@@ -44,7 +65,10 @@ pub(super) fn channels<'a>(rig: &Rig, record: &'a Record, sources: &[Source]) ->
                 (&input.column, input.unit.dimension, &input.place)
             }
         };
-        Ok(record.require(name, dimension, place.clone())?.values.as_slice())
+        match (record.require(name, dimension, place.clone()), record.channel(name)) {
+            (Err(complaint), Some(channel)) if piece && complaint.kind == Kind::Empty => Ok(channel.values.as_slice()),
+            (found, _) => Ok(found?.values.as_slice()),
+        }
     };
     sources.iter().map(column).collect()
 }
@@ -116,7 +140,7 @@ pub(super) fn moment(rig: &Rig, source: Source, time: &[f64], values: &[f64]) ->
 }
 
 /// Rows of a record, ready to be cut into windows.
-struct Prepared<'a> {
+pub(super) struct Prepared<'a> {
     time: &'a [f64],
     data: Vec<&'a [f64]>,
     /// Usual interval between rows and nominal length of a window, s.
@@ -130,16 +154,34 @@ struct Prepared<'a> {
 const GAP: f64 = 0.3;
 
 impl<'a> Prepared<'a> {
-    fn new(rig: &Rig, record: &'a Record, drive: &Drive, sources: &[Source], length: f64) -> Result<Self, Complaint> {
-        let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
-        Ok(Self {
+    pub fn new(
+        rig: &Rig,
+        record: &'a Record,
+        drive: &Drive,
+        sources: &[Source],
+        length: f64,
+    ) -> Result<Self, Complaint> {
+        let interval = interval(record);
+        let data = channels(rig, record, sources, false)?;
+        Ok(Self::over(rig, record, data, drive, (length, interval)))
+    }
+
+    /// Rows that may be part of a record whose usual interval, s, is known.
+    pub fn over(
+        rig: &Rig,
+        record: &'a Record,
+        data: Vec<&'a [f64]>,
+        drive: &Drive,
+        (length, interval): (f64, f64),
+    ) -> Self {
+        Self {
             time: &record.time,
-            data: channels(rig, record, sources)?,
+            data,
             interval,
             length: block_rows(length, interval) as f64 * interval,
             jumps: jumps(drive),
             settling: settling(rig),
-        })
+        }
     }
 
     /// Rows of the window that begins with this one: those whose time stamps lie within its length, but never fewer than a
@@ -177,6 +219,42 @@ impl<'a> Prepared<'a> {
     }
 }
 
+/// How far the windows of a record are laid.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Cursor {
+    /// The row that the next window begins with.
+    pub row: usize,
+    /// Whether a window ends before that row.
+    follows: bool,
+}
+
+impl Prepared<'_> {
+    /// Lays windows on from the cursor, as long as they end by `until`, s.
+    pub fn lay(&self, rig: &Rig, sources: &[Source], cursor: &mut Cursor, until: f64) -> Vec<Frame> {
+        let mut frames: Vec<Frame> = Vec::new();
+        while let Some(rows) = self.window(cursor.row) {
+            let to = self.time[rows.end - 1];
+            if to > until {
+                break;
+            }
+            if let Some(jump) = self.disturbance(&rows) {
+                let settled = self.time.partition_point(|&t| t < jump + self.settling);
+                *cursor = Cursor { row: settled.max(cursor.row + 1), follows: false };
+                continue;
+            }
+            frames.push(Frame {
+                from: self.time[rows.start],
+                to,
+                moments: self.moments(rig, sources, &rows),
+                disturbed: self.gap(rows.clone()),
+                follows: cursor.follows && !self.gap(cursor.row - 1..cursor.row + 1),
+            });
+            *cursor = Cursor { row: rows.end, follows: true };
+        }
+        frames
+    }
+}
+
 /// Non-overlapping windows of about `length` s, laid anew after every jump. They follow the time stamps: a window has as many
 /// rows as the record has in its time.
 pub(super) fn blocks(
@@ -186,27 +264,15 @@ pub(super) fn blocks(
     sources: &[Source],
     length: f64,
 ) -> Result<Vec<Frame>, Complaint> {
+    let all: Vec<usize> = (0..sources.len()).collect();
     let prepared = Prepared::new(rig, record, drive, sources, length)?;
-    let mut frames: Vec<Frame> = Vec::new();
-    let (mut row, mut follows) = (0, false);
-    while let Some(rows) = prepared.window(row) {
-        if let Some(jump) = prepared.disturbance(&rows) {
-            row = record.time.partition_point(|&t| t < jump + prepared.settling).max(row + 1);
-            follows = false;
-            continue;
-        }
-        let follows_on = follows && !prepared.gap(row - 1..row + 1);
-        frames.push(Frame {
-            from: record.time[rows.start],
-            to: record.time[rows.end - 1],
-            moments: prepared.moments(rig, sources, &rows),
-            disturbed: prepared.gap(rows.clone()) || prepared.lacks(&rows),
-            follows: follows_on,
-        });
-        follows = true;
-        row = rows.end;
-    }
-    Ok(frames)
+    let frames = prepared.lay(rig, sources, &mut Cursor::default(), f64::INFINITY);
+    Ok(frames.iter().map(|frame| frame.of(&all)).collect())
+}
+
+/// The usual interval between the rows of a record, s.
+pub(super) fn interval(record: &Record) -> f64 {
+    record.sampling().map_or(0.0, |sampling| sampling.interval)
 }
 
 /// Fewest samples that fit a parabola and show whether it fits.
@@ -249,4 +315,49 @@ pub(super) fn samples(
         Frame { from: record.time[row], to: record.time[row], moments, disturbed, follows: row > 0 }
     };
     Ok((0..count).map(frame).collect())
+}
+
+/// What a channel shows over a stretch in which it runs straight, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shows {
+    pub value: f64,
+    pub variance: f64,
+    pub rate: f64,
+    pub rate_variance: f64,
+}
+
+/// A stretch in which every channel asked for runs straight.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stretch {
+    /// Times of its middle and of its last row, s.
+    pub middle: f64,
+    pub to: f64,
+    /// The row behind it.
+    pub end: usize,
+    /// Of each sensor.
+    pub shows: Vec<Shows>,
+}
+
+/// The windows of about `length` s in which all of these sensors stand or run straight.
+///
+/// # Errors
+/// A column that the record lacks or has in another dimension.
+pub fn straight(rig: &Rig, record: &Record, sensors: &[usize], length: f64) -> Result<Vec<Stretch>, Complaint> {
+    let drive = Drive::inputs(rig, record, 0.0)?;
+    let sources: Vec<Source> = sensors.iter().map(|&sensor| Source::Sensor(sensor)).collect();
+    let mut frames = blocks(rig, record, &drive, &sources, length)?;
+    frames.retain(|frame| !frame.disturbed && frame.moments.iter().all(|moment| moment.steady));
+    let shows = |moment: &Moment| Shows {
+        value: moment.value[0],
+        variance: moment.variance[0],
+        rate: moment.value[1],
+        rate_variance: moment.variance[1],
+    };
+    let stretch = |frame: Frame| Stretch {
+        middle: f64::midpoint(frame.from, frame.to),
+        to: frame.to,
+        end: record.time.partition_point(|&time| time <= frame.to),
+        shows: frame.moments.iter().map(shows).collect(),
+    };
+    Ok(frames.into_iter().map(stretch).collect())
 }

@@ -2,6 +2,7 @@
 
 use super::form::Form;
 use super::frame::{self, Frame};
+use super::known::{BENDS, Known, LANES, Lanes, Second, Unknown};
 use super::reading::{Reading, Source};
 use crate::complaint::Complaint;
 use crate::model::Drive;
@@ -86,8 +87,8 @@ struct Expansion {
 }
 
 /// What a window says about the next one.
-#[derive(Clone, Copy)]
-struct Seen {
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seen {
     steady: bool,
     validity: Gate,
     variance: f64,
@@ -108,7 +109,7 @@ impl Generator {
     /// A column that the record lacks or has in another dimension.
     pub fn evaluate(&self, rig: &Rig, record: &Record, drive: &Drive, window: f64) -> Result<Series, Complaint> {
         let frames = frame::samples(rig, record, drive, &self.sources(), window)?;
-        Ok(self.series(rig, &frames, false))
+        Ok(self.series(rig, &frames, false, &mut None))
     }
 
     /// The residual over non-overlapping windows of `window` s: means and slopes of the channels, whose noise is
@@ -118,7 +119,14 @@ impl Generator {
     /// As [`Generator::evaluate`].
     pub fn blocks(&self, rig: &Rig, record: &Record, drive: &Drive, window: f64) -> Result<Series, Complaint> {
         let frames = frame::blocks(rig, record, drive, &self.sources(), window)?;
-        Ok(self.series(rig, &frames, true))
+        Ok(self.series(rig, &frames, true, &mut None))
+    }
+
+    /// The residual over windows of many sources, of which `own` are those of its readings; `before` is carried from piece to
+    /// piece of a record.
+    pub(super) fn series_of(&self, rig: &Rig, frames: &[Frame], own: &[usize], before: &mut Option<Seen>) -> Series {
+        let frames: Vec<Frame> = frames.iter().map(|frame| frame.of(own)).collect();
+        self.series(rig, &frames, true, before)
     }
 
     pub(super) fn sources(&self) -> Vec<Source> {
@@ -141,70 +149,98 @@ impl Generator {
         self.form.value(rig, p, &x)
     }
 
-    fn series(&self, rig: &Rig, frames: &[Frame], predictable: bool) -> Series {
-        let nominal = rig.healthy();
-        let second: Vec<Dual<Dual<f64, 1>, 1>> = nominal.iter().map(|&value| Dual::constant(value)).collect();
-        let first: Vec<Dual<f64, 1>> = nominal.iter().map(|&value| Dual::constant(value)).collect();
-        let uncertain = self.uncertain(rig, &nominal);
+    fn series(&self, rig: &Rig, frames: &[Frame], predictable: bool, before: &mut Option<Seen>) -> Series {
+        let known = self.known(rig);
         let mut series = Series::default();
-        let mut before: Option<Seen> = None;
         for frame in frames {
             let shown = self.shown(frame);
-            let expansion = self.expand(rig, &second, &shown, &self.variances(frame));
-            let motion = self.motion(frame, expansion.as_ref());
-            let own = Seen {
-                steady: motion == Gate::Open,
-                validity: self.validity(rig, &nominal, frame, &shown, expansion.as_ref()),
-                variance: expansion.as_ref().map_or(f64::NAN, |expansion| expansion.variance.0 + expansion.variance.1),
-            };
+            let expansion = self.expand(rig, &known.second, &shown, &self.variances(frame));
+            let motion = motion(frame, expansion.is_some());
+            let own = self.seen(rig, &known, frame, &shown, motion, expansion.as_ref());
             // Noise that made a value large must not also choose its weight or whether it counts, so both come from the
             // window before.
-            let judge = if predictable { before.filter(|before| frame.follows && before.steady) } else { Some(own) };
-            series.time.push(frame.to);
-            series.start.push(frame.from);
-            series.value.push(expansion.as_ref().map_or(f64::NAN, |expansion| expansion.value - expansion.bias));
-            series.sigma.push(judge.unwrap_or(own).variance.sqrt());
-            series.tolerance.push(self.tolerance(rig, &first, &uncertain, &shown));
-            series.gate.push(match (motion, judge) {
-                (Gate::Open, None) => Gate::First,
-                (Gate::Open, Some(judge)) => judge.validity,
-                (closed, _) => closed,
-            });
-            before = Some(own);
+            let judge = if predictable { before.filter(|seen| frame.follows && seen.steady) } else { Some(own) };
+            let value = expansion.as_ref().map_or(f64::NAN, |expansion| expansion.value - expansion.bias);
+            let sigma = judge.unwrap_or(own).variance.sqrt();
+            series.push(frame, [value, sigma, self.tolerance(rig, &known.lanes, &shown)], gate(motion, judge));
+            *before = Some(own);
         }
         series
     }
 
-    fn expand(&self, rig: &Rig, p: &[Dual<Dual<f64, 1>, 1>], shown: &[f64], variances: &[f64]) -> Option<Expansion> {
-        let mut x: Vec<Dual<Dual<f64, 1>, 1>> = shown.iter().map(|&value| Dual::constant(value)).collect();
-        let value = self.residual(rig, p, &x)?.re();
-        let mut expansion = Expansion { value, bias: 0.0, variance: (0.0, 0.0) };
-        for (index, &variance) in variances.iter().enumerate() {
-            if variance == 0.0 {
+    /// The gates of [`Generator::series_of`], and its numbers where a value counts; NaN elsewhere, which is sooner done.
+    pub(super) fn counting(
+        &self,
+        rig: &Rig,
+        known: &Known,
+        frames: &[Frame],
+        own: &[usize],
+        before: &mut Option<Seen>,
+    ) -> Series {
+        let mut series = Series::default();
+        for frame in frames.iter().map(|frame| frame.of(own)) {
+            let shown = self.shown(&frame);
+            if frame.disturbed || frame.moments.iter().any(|moment| !moment.steady) {
+                let defined = frame.disturbed || self.residual(rig, &known.nominal, &shown).is_some();
+                series.push(&frame, [f64::NAN; 3], motion(&frame, defined));
+                *before = Some(Seen { steady: false, validity: Gate::Undefined, variance: f64::NAN });
                 continue;
             }
-            x[index] = Dual::variable(Dual::variable(shown[index], 0), 0);
-            let probed = self.residual(rig, p, &x)?;
-            x[index] = Dual::constant(shown[index]);
-            let (slope, bend) = (probed.re.eps[0], probed.eps[0].eps[0]);
-            expansion.bias += 0.5 * bend * variance;
-            expansion.variance.0 += slope * slope * variance;
-            expansion.variance.1 += 0.5 * (bend * variance).powi(2);
+            let expansion = self.expand(rig, &known.second, &shown, &self.variances(&frame));
+            let motion = motion(&frame, expansion.is_some());
+            let judge = before.filter(|seen| frame.follows && seen.steady);
+            *before = Some(self.seen(rig, known, &frame, &shown, motion, expansion.as_ref()));
+            let (gate, value) = (gate(motion, judge), expansion.map(|expansion| expansion.value - expansion.bias));
+            let numbers = match (gate, value, judge) {
+                (Gate::Open, Some(value), Some(judge)) => {
+                    [value, judge.variance.sqrt(), self.tolerance(rig, &known.lanes, &shown)]
+                }
+                _ => [f64::NAN; 3],
+            };
+            series.push(&frame, numbers, gate);
         }
-        Some(expansion)
+        series
     }
 
-    /// Whether the circuit stands or runs straight in a frame.
-    fn motion(&self, frame: &Frame, expansion: Option<&Expansion>) -> Gate {
-        if frame.disturbed {
-            Gate::Transient
-        } else if expansion.is_none() {
-            Gate::Undefined
-        } else if frame.moments.iter().any(|moment| !moment.steady) {
-            Gate::Unsteady
-        } else {
-            Gate::Open
+    /// What a frame says about the next one.
+    fn seen(
+        &self,
+        rig: &Rig,
+        known: &Known,
+        frame: &Frame,
+        shown: &[f64],
+        motion: Gate,
+        expansion: Option<&Expansion>,
+    ) -> Seen {
+        Seen {
+            steady: motion == Gate::Open,
+            validity: self.validity(rig, &known.nominal, frame, shown, expansion),
+            variance: expansion.map_or(f64::NAN, |expansion| expansion.variance.0 + expansion.variance.1),
         }
+    }
+
+    fn expand(&self, rig: &Rig, p: &[Second], shown: &[f64], variances: &[f64]) -> Option<Expansion> {
+        let mut x: Vec<Second> = shown.iter().map(|&value| Dual::constant(value)).collect();
+        let noisy: Vec<usize> = (0..shown.len()).filter(|&index| variances[index] != 0.0).collect();
+        let mut expansion = Expansion { value: f64::NAN, bias: 0.0, variance: (0.0, 0.0) };
+        if noisy.is_empty() {
+            expansion.value = self.residual(rig, p, &x)?.re();
+        }
+        for lanes in noisy.chunks(BENDS) {
+            for (lane, &index) in lanes.iter().enumerate() {
+                x[index] = Dual::variable(Dual::variable(shown[index], lane), lane);
+            }
+            let probed = self.residual(rig, p, &x)?;
+            expansion.value = probed.re();
+            for (lane, &index) in lanes.iter().enumerate() {
+                x[index] = Dual::constant(shown[index]);
+                let (slope, bend, variance) = (probed.re.eps[lane], probed.eps[lane].eps[lane], variances[index]);
+                expansion.bias += 0.5 * bend * variance;
+                expansion.variance.0 += slope * slope * variance;
+                expansion.variance.1 += 0.5 * (bend * variance).powi(2);
+            }
+        }
+        Some(expansion)
     }
 
     /// Whether the formula holds at the readings of a frame.
@@ -236,8 +272,20 @@ impl Generator {
         if expansion.variance.1.sqrt() > BENT * expansion.variance.0.sqrt() { Gate::Bent } else { Gate::Open }
     }
 
-    /// Parameters of the formula with a stated uncertainty, each with the dual numbers that differentiate by it.
-    fn uncertain(&self, rig: &Rig, nominal: &[f64]) -> Vec<(f64, Vec<Dual<f64, 1>>)> {
+    /// What does not change from frame to frame.
+    pub(super) fn known(&self, rig: &Rig) -> Known {
+        let nominal = rig.healthy();
+        let second = nominal.iter().map(|&value| Dual::constant(value)).collect();
+        let parameters = self.uncertain(rig).into_iter().map(|(index, sigma)| Unknown::Parameter(index, sigma));
+        let roundings = self.readings.iter().enumerate().map(|(index, reading)| (index, reading.systematic(rig)));
+        let roundings = roundings.filter(|(_, size)| *size > 0.0).map(|(index, size)| Unknown::Reading(index, size));
+        let unknowns: Vec<Unknown> = parameters.chain(roundings).collect();
+        let lanes = unknowns.chunks(LANES).map(|unknowns| Lanes::new(&nominal, unknowns)).collect();
+        Known { nominal, second, lanes }
+    }
+
+    /// Parameters of the formula with a stated uncertainty, with that.
+    fn uncertain(&self, rig: &Rig) -> Vec<(usize, f64)> {
         let components = self.form.components().into_iter().map(|component| {
             let component = &rig.components[component];
             component.first_parameter..component.first_parameter + component.card.parameters.len()
@@ -252,28 +300,58 @@ impl Generator {
         let own: Vec<std::ops::Range<usize>> = fluid.chain(components).chain(sensors).collect();
         let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0);
         let held = stated.filter(|(index, _)| own.iter().any(|range| range.contains(index)));
-        held.map(|(index, parameter)| (parameter.sigma, along(nominal, index))).collect()
+        held.map(|(index, parameter)| (index, parameter.sigma)).collect()
     }
 
-    fn tolerance(
-        &self,
-        rig: &Rig,
-        nominal: &[Dual<f64, 1>],
-        uncertain: &[(f64, Vec<Dual<f64, 1>>)],
-        shown: &[f64],
-    ) -> f64 {
-        let mut x: Vec<Dual<f64, 1>> = shown.iter().map(|&value| Dual::constant(value)).collect();
-        let by_parameters = uncertain.iter().filter_map(|(sigma, p)| Some(self.residual(rig, p, &x)?.eps[0] * sigma));
-        let mut variance: f64 = by_parameters.map(|share| share * share).sum();
-        for (index, reading) in self.readings.iter().enumerate() {
-            let systematic = reading.systematic(rig);
-            if systematic > 0.0 {
-                x[index].eps[0] = systematic;
-                variance += self.residual(rig, nominal, &x).map_or(0.0, |probed| probed.eps[0] * probed.eps[0]);
-                x[index].eps[0] = 0.0;
+    fn tolerance(&self, rig: &Rig, all: &[Lanes], shown: &[f64]) -> f64 {
+        let mut variance = 0.0;
+        for lanes in all {
+            let mut x: Vec<Dual<f64, LANES>> = shown.iter().map(|&value| Dual::constant(value)).collect();
+            for (lane, unknown) in lanes.unknowns.iter().enumerate() {
+                if let Unknown::Reading(index, size) = *unknown {
+                    x[index].eps[lane] = size;
+                }
+            }
+            let Some(probed) = self.residual(rig, &lanes.parameters, &x) else { continue };
+            for (slope, unknown) in probed.eps.iter().zip(&lanes.unknowns) {
+                let share = slope * if let Unknown::Parameter(_, sigma) = unknown { *sigma } else { 1.0 };
+                variance += share * share;
             }
         }
         variance.sqrt()
+    }
+}
+
+/// Whether the circuit stands or runs straight in a frame.
+fn motion(frame: &Frame, defined: bool) -> Gate {
+    if frame.disturbed {
+        Gate::Transient
+    } else if !defined {
+        Gate::Undefined
+    } else if frame.moments.iter().any(|moment| !moment.steady) {
+        Gate::Unsteady
+    } else {
+        Gate::Open
+    }
+}
+
+/// Whether a value counts, by how the circuit moves and what the window before says.
+fn gate(motion: Gate, judge: Option<Seen>) -> Gate {
+    match (motion, judge) {
+        (Gate::Open, None) => Gate::First,
+        (Gate::Open, Some(judge)) => judge.validity,
+        (closed, _) => closed,
+    }
+}
+
+impl Series {
+    fn push(&mut self, frame: &Frame, [value, sigma, tolerance]: [f64; 3], gate: Gate) {
+        self.time.push(frame.to);
+        self.start.push(frame.from);
+        self.value.push(value);
+        self.sigma.push(sigma);
+        self.tolerance.push(tolerance);
+        self.gate.push(gate);
     }
 }
 

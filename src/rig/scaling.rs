@@ -76,7 +76,7 @@ impl Rig {
     }
 
     /// The record with the columns of scaled sensors and inputs as what they stand for.
-    pub(super) fn scaled(&self, mut record: Record) -> Record {
+    pub fn scaled(&self, mut record: Record) -> Record {
         let sensors = self.sensors.iter().map(|sensor| (&sensor.column, &sensor.scale));
         let inputs = self.inputs.iter().map(|input| (&input.column, &input.scale));
         let scalings: Vec<(&String, &Scaling)> =

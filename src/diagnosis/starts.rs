@@ -1,0 +1,49 @@
+//! How well it is known where the circuit starts.
+
+use super::events::change;
+use super::problem::RecordProblem;
+use crate::model::{Shown, SimulationError};
+use crate::rig::{InitialPressure, NodeKind, Quantity, Target};
+
+/// Share to which the pressures at the start are known.
+const START: f64 = 0.01;
+
+/// What each start, off by one standard deviation, changes of the readings `outputs`. Pressures are forgotten behind the `first`
+/// rows; a position is not.
+pub(super) fn changes(
+    problem: &RecordProblem<'_>,
+    parameters: &[f64],
+    outputs: &[Vec<f64>],
+    first: usize,
+) -> Result<Vec<Vec<Vec<f64>>>, SimulationError> {
+    let mut changes = Vec::new();
+    for node in 0..problem.model.rig.nodes.len() {
+        let Some((nudge, lasting)) = unknown(problem, node).filter(|(nudge, _)| *nudge > 0.0) else { continue };
+        let mut drive = problem.drive.clone();
+        drive.nudges[node] = nudge;
+        let rows = if lasting { problem.times.len() } else { first };
+        changes.push(change(problem, &drive, parameters, outputs, rows)?);
+    }
+    Ok(changes)
+}
+
+/// One standard deviation of the start of a node, SI, and whether it lasts.
+fn unknown(problem: &RecordProblem<'_>, node: usize) -> Option<(f64, bool)> {
+    let rig = &problem.model.rig;
+    let of_node = |shown: &&Shown| rig.sensors[shown.sensor].target == Target::Node(node);
+    let shown = problem.drive.shown.iter().find(of_node);
+    let NodeKind::Volume { initial } = rig.nodes[node].kind else {
+        return shown.map(|shown| (shown.sigma, true));
+    };
+    let known = match initial {
+        _ if shown.is_some() => 0.0,
+        InitialPressure::Given(pressure) => START * pressure.abs(),
+        // What is estimated, or another node's.
+        InitialPressure::Uncertain(_) | InitialPressure::Like(_) => return None,
+        InitialPressure::Balance | InitialPressure::Record => START * problem.drive.readings[node].abs(),
+    };
+    // No better than a sensor shows, nor than to a hundredth.
+    let sensors = rig.sensors.iter().filter(|sensor| sensor.target == Target::Node(node));
+    let pressures = sensors.filter(|sensor| sensor.quantity == Quantity::Pressure);
+    Some((pressures.map(|sensor| sensor.noise).fold(known, f64::max), false))
+}

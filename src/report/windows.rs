@@ -1,0 +1,95 @@
+//! A record that was watched window by window, for people.
+
+use super::diagnosis::{FAULT_HEADS, fault_rows, headline};
+use super::html::Tone;
+use super::number::{rounded, text};
+use super::style::Style;
+use super::table::{Head, aligned};
+use crate::diagnosis::watch::{Conclusion, Episode, Watched};
+
+const RESIDUAL_HEADS: [Head; 5] =
+    [("residual", false), ("since", true), ("first alarm", true), ("alarms", true), ("phase", false)];
+
+/// The whole as a page of text.
+pub fn write_styled(watched: &Watched, style: Style) -> String {
+    let (quiet, alarmed, blind) = watched.counts();
+    let count = watched.windows.len();
+    let mut lines = vec![style.painted(&told(watched), tone(watched.conclusion)), String::new()];
+    lines.extend([format!("rig     {}", watched.rig), format!("record  {}", watched.record)]);
+    lines.push(format!("{} rows from {} to {}", watched.rows, seconds(watched.from_s), seconds(watched.to_s)));
+    lines.push(format!("{count} windows of {}: {quiet} quiet, {alarmed} with alarms", seconds(watched.window_s)));
+    if blind > 0 {
+        lines.push(format!("of {blind} more nothing can be said: no value of any residual counts there"));
+    }
+    for (number, episode) in watched.episodes.iter().enumerate() {
+        lines.push(String::new());
+        lines.extend(of_episode(number + 1, episode, style));
+    }
+    lines.push(String::new());
+    lines.join("\n")
+}
+
+/// The conclusion in one line.
+fn told(watched: &Watched) -> String {
+    let count = match watched.episodes.len() {
+        0 => return "HEALTHY: no residual fired in any window.".to_owned(),
+        1 => "1 episode".to_owned(),
+        several => format!("{several} episodes"),
+    };
+    match watched.conclusion {
+        Conclusion::Healthy => format!("HEALTHY: residuals fired in {count}, and the diagnoses found nothing."),
+        Conclusion::Faulty => format!("FAULTY: residuals fired in {count}."),
+        Conclusion::ModelInadequate => {
+            format!("MODEL INADEQUATE: residuals fired in {count}, which no faults of this rig explain.")
+        }
+        Conclusion::NotDiagnosed => format!("NOT DIAGNOSED: residuals fired in {count}, and why is not known."),
+    }
+}
+
+fn tone(conclusion: Conclusion) -> Tone {
+    match conclusion {
+        Conclusion::Healthy => Tone::Good,
+        Conclusion::Faulty => Tone::Alert,
+        Conclusion::ModelInadequate | Conclusion::NotDiagnosed => Tone::Caution,
+    }
+}
+
+fn seconds(value: f64) -> String {
+    format!("{} s", text(rounded(value, 8)))
+}
+
+fn of_episode(number: usize, episode: &Episode, style: Style) -> Vec<String> {
+    let (onset, first, last) = (episode.onset_s, episode.first_alarm_s, episode.last_alarm_s);
+    let alarms = if episode.alarms == 1 { "1 alarm".to_owned() } else { format!("{} alarms", episode.alarms) };
+    let mut lines = vec![format!(
+        "Episode {number}: since {}, {alarms} from {} to {}",
+        seconds(onset),
+        seconds(first),
+        seconds(last)
+    )];
+    let rows: Vec<Vec<String>> = episode
+        .residuals
+        .iter()
+        .map(|residual| {
+            let (since, alarm) = (seconds(residual.onset_s), seconds(residual.first_alarm_s));
+            vec![residual.id.clone(), since, alarm, residual.alarms.to_string(), residual.phase.to_owned()]
+        })
+        .collect();
+    lines.extend(aligned(&RESIDUAL_HEADS, &rows));
+    if let (Some(diagnosis), Some([from, to])) = (&episode.diagnosis, episode.diagnosed_s) {
+        let tone = super::diagnosis::tone(diagnosis.verdict);
+        lines.push(format!("  diagnosed from {} to {}", seconds(from), seconds(to)));
+        lines.push(format!("  {}", style.painted(&headline(diagnosis), tone)));
+        let present: Vec<bool> = diagnosis.faults.iter().map(|fault| fault.present).collect();
+        let rows: Vec<Vec<String>> = fault_rows(diagnosis)
+            .into_iter()
+            .zip(present)
+            .filter_map(|(row, present)| present.then_some(row))
+            .collect();
+        if !rows.is_empty() {
+            lines.extend(aligned(&FAULT_HEADS, &rows));
+        }
+    }
+    lines.extend(episode.not_diagnosed.iter().map(|why| format!("  not diagnosed: {why}")));
+    lines
+}
