@@ -5,11 +5,11 @@
 //! Biometrika 57 (1970)). A beginning within the record is believed where it explains the record better than faults as old
 //! as the record by more than a moment chosen freely among all rows would by chance.
 
-use super::adequate;
 use super::case::{Case, Set, members};
 use super::estimate::{self, Estimate};
 use super::hypotheses::Isolation;
 use super::summary::{tame, tame_squares};
+use super::{SEVERAL, adequate};
 use crate::fit::Problem;
 use crate::model::{Before, Drive, Model, Onset};
 use crate::record::Record;
@@ -41,8 +41,8 @@ pub struct Begun {
 pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>) -> Option<Begun> {
     let worth = WORTH + (record.time.len() as f64).ln();
     let shaken = plain.pieces.iter().skip(1).find(|piece| piece.jump).map_or(f64::INFINITY, |piece| piece.start);
-    // What does not explain the record may be faults of which none is there.
-    let explained = !first.missed() && explains(first);
+    // Several faults, or what does not explain the record, may all stand in for one that is not there.
+    let explained = !first.missed() && first.isolation.set().count_ones() < SEVERAL && explains(first);
     let row = if explained { parting(&first.case, &first.isolation, worth) } else { left(&first.case) };
     let old = [record.time.first().copied()?, shaken];
     let mut row = row.filter(|&row| old.iter().all(|old| (record.time[row] - old).abs() > CLEAR))?;
