@@ -247,8 +247,8 @@ impl System<f64, N> for Telescopic {
         j[7][1] = -wanted_d / self.lags[0];
         j[7][7] = (wanted_o - 1.0) / self.lags[0];
         j[8][8] = -1.0 / self.lags[1];
-        for row in 9..N {
-            j[row][row] = -1.0 / self.lags[2];
+        for (row, slots) in j.iter_mut().enumerate().skip(9) {
+            slots[row] = -1.0 / self.lags[2];
         }
     }
 }
