@@ -17,9 +17,10 @@ const SHARE: f64 = 0.1;
 /// leaves out otherwise is the same in all of them, and moves parameters as far as it is large, not as far as noise allows
 /// (Kennedy and O'Hagan, Journal of the Royal Statistical Society B 63 (2001) 425).
 pub const NEVER_KNOWN: f64 = 0.05;
-/// What no record tells of the size of a fault, as a share of it: calibration makes laws right where the rig is healthy, and they
-/// are no better than the transducers that they were measured with on the way from there.
-const LAW: f64 = 0.003;
+/// What no record tells of the size of a fault, one standard deviation, as a share of it: calibration makes laws right where the
+/// rig is healthy, and on the way from there they are no better than the transducers that they were measured with, of class
+/// 0.3: anything within 0.3 %, which has this standard deviation (Guide to the Expression of Uncertainty in Measurement, 4.3.7).
+const LAW: f64 = 0.003 / 1.732_050_807_568_877_2;
 
 impl Rig {
     /// What no record tells of a fault of a calibrated rig that has this value (SI), one standard deviation, SI; 0 without a
