@@ -114,10 +114,11 @@ pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result
     };
     let unsolved = |error: SimulationError| failed(FitError::Start { source: error.into() });
 
-    let margins = rig.margins();
+    let mut margins = rig.calibration.as_ref().map_or_else(Vec::new, |known| known.margins.clone());
     let mut with = rig.clone();
-    for margin in &margins {
-        with.give_margin(margin)?;
+    for margin in rig.margins() {
+        with.give_margin(&margin)?;
+        margins.push(margin);
     }
     let rig = &with;
     let mut healthy = rig.clone();

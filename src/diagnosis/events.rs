@@ -69,6 +69,10 @@ pub(crate) fn events(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]
         && let Ok(drive) = Drive::from_late_record(rig, record, late)
     {
         let drive = Drive { shown: problem.drive.shown.clone(), ..drive };
+        let drive = match &problem.drive.onset {
+            Some(onset) => drive.with_onset(onset.clone()),
+            None => drive,
+        };
         changes.push(change(problem, &drive, &parameters, &outputs, problem.times.len())?);
     }
     changes.extend(starts::changes(problem, &parameters, &outputs, phases.first().map_or(0, |phase| phase.end))?);

@@ -132,6 +132,7 @@ pub fn intervals(case: &Case<'_>, isolation: &Isolation) -> Vec<Option<Interval>
                 .map(|sigma| sigma * isolation.quadratic.scale[fault] * isolation.inflation[fault].sqrt());
             let Some(sigma) = sigma else { continue };
             let value = point.theta[fault];
+            let sigma = sigma.hypot(case.rig().never_known(&case.rig().faults[fault], value));
             if let Some(end) = &mut interval.lower.end {
                 *end = end.min(value - QUANTILE * sigma);
             }

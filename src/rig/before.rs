@@ -16,6 +16,9 @@ impl Rig {
                 id: format!("{} before", own.id),
                 value: fault.healthy,
                 bounds: fault.bounds,
+                // What is another in each switching is in the weights, before a fault as after it.
+                sigma: if own.anew { 0.0 } else { own.sigma },
+                anew: false,
                 ..own.clone()
             });
         }

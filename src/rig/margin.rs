@@ -6,7 +6,7 @@
 //! (2014) 114007). A calibrated rig therefore holds such effects as uncertain parameters, centred on nothing.
 
 use super::{Component, Fault, Given, Rig};
-use crate::complaint::Complaint;
+use crate::complaint::{Complaint, Kind, Place, help_with_names};
 
 /// Effects that no circuit is quite without.
 const EVERYWHERE: [&str; 2] = ["external-leakage", "seal-friction"];
@@ -30,21 +30,27 @@ impl Rig {
         if self.calibration.is_some() { share.hypot(LAW * (value - fault.healthy)) } else { 0.0 }
     }
 
-    /// The margins that the rig may have: every place of an effect that no circuit is quite without, and that it does not
-    /// have as an effect.
+    /// The margins that the rig may still be given: every place of an effect that no circuit is quite without, that it can have
+    /// and has not.
     pub fn margins(&self) -> Vec<String> {
-        let places = self.effect_places().into_iter().filter(|placed| EVERYWHERE.contains(&placed.effect.name));
-        let ids = places.map(|placed| self.effect_id(&placed));
-        ids.filter(|id| self.effects.iter().all(|present| present.id != *id)).collect()
+        let ids = self.effect_places().into_iter().map(|placed| self.effect_id(&placed));
+        let open = ids.filter(|id| self.effects.iter().all(|present| present.id != *id));
+        // Without a tank, nothing leaks to it.
+        open.filter(|id| self.clone().give_margin(id).is_ok()).collect()
     }
 
     /// Gives the rig a margin: the component of the effect `id` with its size uncertain around nothing. Its parameters, named
     /// `margin.` and what they are of the effect, come behind all others.
     ///
     /// # Errors
-    /// An effect that is not in the library, a place where this rig cannot have it, or a margin that it has.
+    /// An effect that is no margin, a place where this rig cannot have it, or a margin that it has.
     pub fn give_margin(&mut self, id: &str) -> Result<(), Complaint> {
         let placed = self.placed(id)?;
+        if !EVERYWHERE.contains(&placed.effect.name) {
+            return Err(Complaint::new(Kind::UnknownName, format!("`{id}` is no margin"))
+                .at(Place::file(&self.path))
+                .help(help_with_names(id, "margins", EVERYWHERE)));
+        }
         let Some(size) = placed.effect.parameters.first() else { return Ok(()) };
         let sigma = SHARE * self.first_size(&placed, size).unwrap_or(0.0);
         let nothing = self.effect_unit(&placed, size.name).difference_to_si(size.neutral.unwrap_or(0.0));
