@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::prior::Gaussian;
-use crate::diagnosis::problem::Estimated;
+use crate::diagnosis::problem::{Estimated, away};
 use crate::fit::{Linearised, Loss, Problem};
 use crate::model::{Drive, Model, SimulationError};
 use crate::record::Record;
@@ -126,8 +126,7 @@ impl<'a> Solutions<'a> {
 
     /// Model minus measurement of one record, SI, one sensor after the other.
     pub fn misfit(&self, curves: &Curves, record: usize) -> Vec<f64> {
-        let pairs = curves[record].iter().zip(&self.records[record].measured);
-        pairs.flat_map(|(model, measured)| model.iter().zip(*measured).map(|(m, y)| m - y)).collect()
+        away(&curves[record], &self.records[record].measured)
     }
 
     /// Derivatives of [`Solutions::misfit`], one column per estimated parameter, unweighted.

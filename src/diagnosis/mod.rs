@@ -32,7 +32,7 @@ use crate::residual::{self, Detection};
 use estimate::Estimate;
 pub use hypotheses::Hypothesis;
 pub use result::{ChannelReport, Diagnosis, FaultReport, FitReport, SCHEMA, UncertainReport, Verdict};
-pub(crate) use summary::tame_squares;
+pub(crate) use summary::{mean_squares, tame_squares};
 
 /// What the user may choose.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -154,7 +154,7 @@ pub fn diagnose_from(
         .unwrap_or_default();
     let misfit: Vec<Vec<f64>> =
         case.full.series().into_iter().map(|range| isolation.best.misfit[range].to_vec()).collect();
-    let channels = summary::channels(&estimate, &outputs, &misfit);
+    let channels = summary::channels(&estimate, &outputs);
     let adequate = channels.iter().all(|channel| channel.adequate);
     let faults = summary::faults(&estimate, &intervals, &isolation.of_faults(case.faults()), !adequate);
     let verdict = match (adequate, faults.iter().any(|fault| fault.present)) {
@@ -201,10 +201,7 @@ pub fn diagnose_from(
 /// bound (Annals of Mathematical Statistics 42 (1971), theorem 2). Used where the rig has no residual that fires.
 fn parted_at(estimate: &Estimate<'_>, healthy: &[Vec<f64>], misfit: &[Vec<f64>], detection: &Detection) -> Option<f64> {
     let problem = &estimate.case.full;
-    let mut column: Vec<f64> = Vec::new();
-    for (model, measured) in healthy.iter().zip(&problem.measured) {
-        column.extend(model.iter().zip(*measured).map(|(model, measured)| model - measured));
-    }
+    let mut column = problem::away(healthy, &problem.measured);
     problem.weights.apply(&mut column);
     let rows = problem.times.len();
     let span = problem.times.last()? - problem.times.first()?;

@@ -214,15 +214,19 @@ impl Weights {
         }
     }
 
-    /// The same for samples on their own, without what those of a phase have in common: misfits stay in their rows.
-    #[must_use]
-    pub fn by_sample(&self) -> Self {
-        Self { phases: Vec::new(), ..self.clone() }
-    }
-
     /// How many samples of a sensor the record has.
     pub fn samples(&self, sensor: usize) -> usize {
         self.inverse.get(sensor).map_or(0, |inverse| inverse.iter().filter(|weight| **weight > 0.0).count())
+    }
+
+    /// How many rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// How many sensors.
+    pub fn sensors(&self) -> usize {
+        self.inverse.len()
     }
 
     /// How many samples the record has.
@@ -230,7 +234,8 @@ impl Weights {
         (0..self.inverse.len()).map(|sensor| self.samples(sensor)).sum()
     }
 
-    fn scale(&self, column: &mut [f64]) {
+    /// The same for samples on their own, without what those of a phase have in common: misfits stay in their rows.
+    pub fn scale(&self, column: &mut [f64]) {
         for (slot, weight) in column.iter_mut().zip(self.inverse.iter().flatten()) {
             // Of a sample that is not there, no number says anything.
             *slot = if *weight > 0.0 { *slot * weight } else { 0.0 };

@@ -8,7 +8,8 @@
 use super::case::{Case, Set, members};
 use super::estimate::{self, Estimate};
 use super::hypotheses::Isolation;
-use super::summary::{tame, tame_squares};
+use super::problem::away;
+use super::summary::{mean_squares, tame};
 use super::{SEVERAL, adequate};
 use crate::fit::Problem;
 use crate::model::{Before, Drive, Model, Onset};
@@ -79,11 +80,8 @@ fn begun(model: &Model, plain: &Drive, time: f64) -> Drive {
 
 /// Whether every channel is within noise and tolerance.
 fn explains(estimate: &Estimate<'_>) -> bool {
-    let full = &estimate.case.full;
-    full.series().into_iter().enumerate().all(|(sensor, range)| {
-        let samples = full.weights.samples(sensor).max(1);
-        adequate(tame_squares(&estimate.isolation.best.misfit[range]) / samples as f64, samples)
-    })
+    let squares = mean_squares(&estimate.case.full.weights, &estimate.isolation.best.misfit);
+    squares.into_iter().all(|(square, samples)| adequate(square, samples))
 }
 
 /// The row from which on the healthy rig misses the record, whatever explains it: where the running sum of its squared
@@ -125,10 +123,8 @@ fn parting(case: &Case<'_>, isolation: &Isolation, worth: f64) -> Option<usize> 
 fn by_sample(case: &Case<'_>, drive: &Drive, theta: &[f64]) -> Option<Vec<f64>> {
     let full = &case.full;
     let outputs = full.model.simulate(&full.parameters(theta), drive, full.times).ok()?;
-    let pairs = outputs.values.iter().zip(&full.measured);
-    let mut misfit: Vec<f64> =
-        pairs.flat_map(|(model, measured)| model.iter().zip(*measured).map(|(m, y)| m - y)).collect();
-    full.weights.by_sample().apply(&mut misfit);
+    let mut misfit = away(&outputs.values, &full.measured);
+    full.weights.scale(&mut misfit);
     Some(misfit)
 }
 

@@ -21,6 +21,12 @@ pub struct Estimated {
     pub scale: f64,
 }
 
+/// Model minus measurement, one sensor after the other, both `[sensor][row]`.
+pub(crate) fn away(outputs: &[Vec<f64>], measured: &[&[f64]]) -> Vec<f64> {
+    let pairs = outputs.iter().zip(measured);
+    pairs.flat_map(|(model, measured)| model.iter().zip(*measured).map(|(m, y)| m - y)).collect()
+}
+
 /// Misfits of a model to a record: every sensor's samples one after the other, then those of what is known before.
 pub struct RecordProblem<'a> {
     pub model: &'a Model,
@@ -94,10 +100,7 @@ impl<'a> RecordProblem<'a> {
     }
 
     fn weigh(&self, outputs: &[Vec<f64>], theta: &[f64]) -> Vec<f64> {
-        let mut misfit = Vec::with_capacity(self.times.len() * self.measured.len() + theta.len());
-        for (model, measured) in outputs.iter().zip(&self.measured) {
-            misfit.extend(model.iter().zip(*measured).map(|(m, y)| m - y));
-        }
+        let mut misfit = away(outputs, &self.measured);
         self.weights.apply(&mut misfit);
         misfit.extend(self.prior.misfit(theta).iter());
         misfit

@@ -2,6 +2,7 @@
 
 use super::estimate::Estimate;
 use super::interval::{Interval, QUANTILE, Side};
+use super::noise::Weights;
 use super::result::{ChannelReport, FaultReport, UncertainReport};
 use super::{DIGITS, PRESENT, WILD, adequate};
 use crate::fit::{End, Identifiable};
@@ -17,25 +18,34 @@ pub(crate) fn tame(misfit: f64) -> f64 {
     misfit.abs().min(WILD).powi(2)
 }
 
+/// Mean square of the weighted misfits of each sensor, wild ones tamed, and how many samples it has, at least 1.
+pub(crate) fn mean_squares(weights: &Weights, misfit: &[f64]) -> Vec<(f64, usize)> {
+    let sensors = weights.sensors();
+    let one = |(sensor, misfit): (usize, &[f64])| {
+        let samples = weights.samples(sensor).max(1);
+        (tame_squares(misfit) / samples as f64, samples)
+    };
+    // Behind the sensors may stand what is known before.
+    misfit.chunks(weights.rows().max(1)).take(sensors).enumerate().map(one).collect()
+}
+
 /// How well the model follows each sensor.
-pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], misfit: &[Vec<f64>]) -> Vec<ChannelReport> {
+pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>]) -> Vec<ChannelReport> {
     let rig = estimate.case.rig();
-    let measured = &estimate.case.full.measured;
+    let full = &estimate.case.full;
     rig.sensors
         .iter()
+        .zip(mean_squares(&full.weights, &estimate.isolation.best.misfit))
         .enumerate()
-        .map(|(index, sensor)| {
+        .map(|(index, (sensor, (chi2_reduced, samples)))| {
             let unit = rig.sensor_unit(sensor);
             let model = outputs.get(index).map_or(&[][..], Vec::as_slice);
-            let samples = measured[index].iter().filter(|y| !y.is_nan()).count().max(1);
-            let rows = samples as f64;
-            let squares = measured[index].iter().zip(model).filter(|(y, _)| !y.is_nan());
+            let squares = full.measured[index].iter().zip(model).filter(|(y, _)| !y.is_nan());
             let square: f64 = squares.map(|(y, m)| (y - m) * (y - m)).sum();
-            let chi2_reduced = tame_squares(&misfit[index]) / rows;
             ChannelReport {
                 name: sensor.name.clone(),
                 unit: unit.symbol.clone(),
-                rmse: rounded(unit.difference_from_si((square / rows).sqrt()), DIGITS),
+                rmse: rounded(unit.difference_from_si((square / samples as f64).sqrt()), DIGITS),
                 noise_sigma: rounded(unit.difference_from_si(sensor.noise), DIGITS),
                 chi2_reduced,
                 adequate: adequate(chi2_reduced, samples),

@@ -4,10 +4,9 @@ use serde::Serialize;
 
 use super::phase::{Stretch, stretches};
 use super::refit;
-use super::suggest::channel_chi2;
 use super::trial::{Run, run_with};
 use crate::complaint::Complaint;
-use crate::diagnosis::{adequate, estimate};
+use crate::diagnosis::{adequate, estimate, mean_squares};
 use crate::model::{Drive, Model};
 use crate::record::Record;
 use crate::report::number::rounded;
@@ -168,7 +167,7 @@ impl Comparison {
         let phases = stretches(rig, record, &drive, &measured);
         let signals = signals(rig, record, &drive, run);
         let rows = record.time.len().max(1);
-        let channels: Vec<Channel> = channel_chi2(run, rig)
+        let channels: Vec<Channel> = mean_squares(&run.weights, &run.misfit)
             .into_iter()
             .enumerate()
             .map(|(index, (chi2, samples))| {

@@ -71,7 +71,7 @@ pub fn improve(rig: &Rig, fit: &Record, check: &Record, mut told: impl FnMut(&St
         told(&next);
         steps.push(next);
         let reached = &steps[steps.len() - 1];
-        if is_adequate(&reached.fit, &trial.rig) && is_adequate(&reached.check, &trial.rig) {
+        if is_adequate(&reached.fit) && is_adequate(&reached.check) {
             last.conclusion = Conclusion::Adequate;
             break;
         }

@@ -10,7 +10,7 @@ use super::verdict::{conclude, conclude_near, explains, warnings};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::case::members;
 use crate::diagnosis::estimate::{self, Estimate};
-use crate::diagnosis::{adequate, tame_squares};
+use crate::diagnosis::{adequate, mean_squares};
 use crate::model::{Drive, Model};
 use crate::progress::{self, Count};
 use crate::record::Record;
@@ -125,7 +125,7 @@ pub(super) fn rough_base<T>(
     progress::stage("fit of the model as given");
     let near = estimate::near(&model, fit, &drive, None, estimate::FROM_HEALTHY)?;
     let base = Trial::of(&near)?;
-    if is_adequate(&base.fit, rig) {
+    if is_adequate(&base.fit) {
         return then(&near, base);
     }
     let estimate = near.by_components_alone(FORMS)?;
@@ -156,7 +156,7 @@ pub(super) fn refitted_alone(base: &Trial, record: &Record, candidate: Option<Ca
 /// As [`suggest`].
 pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>) -> Result<Suggestion, Complaint> {
     let base_check = check.map(|record| base.check(record)).transpose()?;
-    let near = is_adequate(&base.fit, &base.rig) && base_check.as_ref().is_none_or(|run| is_adequate(run, &base.rig));
+    let near = is_adequate(&base.fit) && base_check.as_ref().is_none_or(is_adequate);
     // Faults bend to what is missing: what they hide shows where there are none.
     let of_components = members(base.set).any(|fault| !estimate.case.is_of_sensor(fault));
     let without = (of_components || (base.set != 0 && !near)).then(|| estimate.without_faults(FORMS)).transpose()?;
@@ -222,22 +222,8 @@ fn significant(candidates: usize) -> f64 {
 }
 
 /// Whether a run is within noise and tolerance in every channel.
-pub fn is_adequate(run: &Run, rig: &Rig) -> bool {
-    channel_chi2(run, rig).into_iter().all(|(chi2, rows)| adequate(chi2, rows))
-}
-
-/// Mean square of the weighted misfits and number of samples of each sensor.
-pub fn channel_chi2(run: &Run, rig: &Rig) -> Vec<(f64, usize)> {
-    let rows = run.misfit.len() / rig.sensors.len().max(1);
-    run.misfit
-        .chunks(rows.max(1))
-        .take(rig.sensors.len())
-        .enumerate()
-        .map(|(sensor, misfit)| {
-            let samples = run.weights.samples(sensor).max(1);
-            (tame_squares(misfit) / samples as f64, samples)
-        })
-        .collect()
+pub fn is_adequate(run: &Run) -> bool {
+    mean_squares(&run.weights, &run.misfit).into_iter().all(|(square, samples)| adequate(square, samples))
 }
 
 /// A record that is looked at, with the model as given.

@@ -7,6 +7,7 @@ use crate::diagnosis::case::{ROBUST, Set};
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::events;
 use crate::diagnosis::noise::Weights;
+use crate::diagnosis::problem::away;
 use crate::fit::Problem;
 use crate::model::{Drive, Model};
 use crate::record::Record;
@@ -106,8 +107,7 @@ impl Trial {
 
     /// `2 F` of the record alone under common weights.
     pub fn cost_under(&self, record: &Record, weights: &Weights) -> Result<f64, Complaint> {
-        let data = estimate::measured(&self.rig, record)?.concat();
-        let mut misfit: Vec<f64> = self.fit.outputs.concat().iter().zip(&data).map(|(model, y)| model - y).collect();
+        let mut misfit = away(&self.fit.outputs, &estimate::measured(&self.rig, record)?);
         weights.apply(&mut misfit);
         Ok(2.0 * ROBUST.cost(&misfit))
     }
@@ -132,10 +132,9 @@ pub fn run_with(model: &Model, record: &Record, drive: &Drive, values: &[f64]) -
     let failed = |error: crate::model::SimulationError| estimate::unsolvable(model, record, error);
     let outputs = model.simulate(values, drive, &record.time).map_err(failed)?.values;
     let weights = events::weights_of(model, record, drive, values).map_err(failed)?;
-    let mut misfit: Vec<f64> = Vec::new();
+    let mut misfit = away(&outputs, &data);
     let (mut rmse, mut sum) = (Vec::new(), 0.0);
     for ((model_says, measured), sensor) in outputs.iter().zip(&data).zip(&model.rig.sensors) {
-        misfit.extend(model_says.iter().zip(*measured).map(|(m, y)| m - y));
         let squares = || model_says.iter().zip(*measured).filter(|(_, y)| !y.is_nan()).map(|(m, y)| (m - y).powi(2));
         let mean = squares().sum::<f64>() / squares().count().max(1) as f64;
         rmse.push(mean.sqrt());

@@ -3,7 +3,6 @@
 use super::suggest::{Conclusion, Judged, RIVAL, is_adequate};
 use super::trial::{Run, Trial};
 use crate::diagnosis::case::members;
-use crate::rig::Rig;
 
 /// Share of what is missed that an effect has to explain to be called found.
 const EXPLAINED: f64 = 0.8;
@@ -47,8 +46,8 @@ pub(super) fn warnings(trial: &Trial, base: &Trial) -> Vec<String> {
 }
 
 /// Share of what the model misses that a run explains; 1 where it is within noise and tolerance.
-fn explained(before: &Run, after: &Run, rig: &Rig) -> f64 {
-    if is_adequate(after, rig) {
+fn explained(before: &Run, after: &Run) -> f64 {
+    if is_adequate(after) {
         return 1.0;
     }
     1.0 - ((after.chi2 - 1.0).max(0.0) / (before.chi2 - 1.0).max(1e-9))
@@ -56,11 +55,11 @@ fn explained(before: &Run, after: &Run, rig: &Rig) -> f64 {
 
 pub(super) fn explains(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> bool {
     let on_check = match (base_check, &judged.check) {
-        (Some(before), Some(after)) => explained(before, after, &base.rig),
+        (Some(before), Some(after)) => explained(before, after),
         (None, _) => 1.0,
         (Some(_), None) => 0.0,
     };
-    judged.supported && explained(&base.fit, &judged.trial.fit, &base.rig).min(on_check) >= EXPLAINED
+    judged.supported && explained(&base.fit, &judged.trial.fit).min(on_check) >= EXPLAINED
 }
 
 /// What a model that is within its tolerance lacks nevertheless: an effect that explains both records better, with sense, or

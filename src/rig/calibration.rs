@@ -22,18 +22,14 @@ impl Rig {
     /// Covariance of what is known of these parameters before a record is seen, SI: the squares of their standard
     /// uncertainties, and what calibration has found to go together.
     pub fn covariance(&self, parameters: &[usize]) -> DMatrix<f64> {
-        let place: Vec<Option<usize>> = parameters
-            .iter()
-            .map(|&parameter| {
-                let original = self.original(parameter);
-                self.calibration.as_ref()?.parameters.iter().position(|known| *known == original)
-            })
-            .collect();
+        let originals: Vec<usize> = parameters.iter().map(|&parameter| self.original(parameter)).collect();
+        let known = |original: &usize| self.calibration.as_ref()?.parameters.iter().position(|known| known == original);
+        let place: Vec<Option<usize>> = originals.iter().map(known).collect();
         DMatrix::from_fn(parameters.len(), parameters.len(), |a, b| {
             let correlation = match (&self.calibration, place[a], place[b]) {
                 _ if a == b => 1.0,
                 (Some(calibration), Some(a), Some(b)) => calibration.correlation[(a, b)],
-                _ if self.original(parameters[a]) == self.original(parameters[b]) => 1.0,
+                _ if originals[a] == originals[b] => 1.0,
                 _ => 0.0,
             };
             correlation * self.parameters[parameters[a]].sigma * self.parameters[parameters[b]].sigma

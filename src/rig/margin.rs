@@ -5,6 +5,7 @@
 //! of them say the same, so that values look far better known than they are (Brynjarsdottir and O'Hagan, Inverse Problems 30
 //! (2014) 114007). A calibrated rig therefore holds such effects as uncertain parameters, centred on nothing.
 
+use super::effect::Placed;
 use super::{Component, Fault, Given, Rig};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
 
@@ -33,7 +34,8 @@ impl Rig {
     /// The margins that the rig may still be given: every place of an effect that no circuit is quite without, that it can have
     /// and has not.
     pub fn margins(&self) -> Vec<String> {
-        let ids = self.effect_places().into_iter().map(|placed| self.effect_id(&placed));
+        let everywhere = |placed: &Placed| EVERYWHERE.contains(&placed.effect.name);
+        let ids = self.effect_places().into_iter().filter(everywhere).map(|placed| self.effect_id(&placed));
         let open = ids.filter(|id| self.effects.iter().all(|present| present.id != *id));
         // Without a tank, nothing leaks to it.
         open.filter(|id| self.clone().give_margin(id).is_ok()).collect()
