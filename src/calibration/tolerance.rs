@@ -154,9 +154,9 @@ impl Evidence {
         Some(score - factor.ln_determinant() + pull.dot(&factor.solve(&pull)))
     }
 
-    /// Tolerances, SI: roots of the posterior mean squares, each sensor's on a grid with the others at theirs, `sweeps`
-    /// times. That is what the level of the next phase will vary by, and above the most probable value while few phases
-    /// have been seen.
+    /// Tolerances, SI: geometric means of the posterior, each sensor's on a grid with the others at theirs, `sweeps` times.
+    /// They are too large about as often as too small; roots of the mean squares, which the long tail of few phases rules,
+    /// make intervals wider than their name.
     pub fn tolerances(&self, start: &[f64], sweeps: usize) -> Vec<f64> {
         let (least, most, ratio) = GRID;
         let mut sizes: Vec<f64> =
@@ -180,13 +180,13 @@ impl Evidence {
                 if !best.is_finite() {
                     continue;
                 }
-                let (mut squares, mut total) = (0.0, 0.0);
+                let (mut logarithms, mut total) = (0.0, 0.0);
                 for (size, score) in grid.iter().zip(&scores) {
                     let weight = (0.5 * (score - best)).exp();
-                    squares += weight * size * size;
+                    logarithms += weight * size.ln();
                     total += weight;
                 }
-                sizes[sensor] = (squares / total).sqrt();
+                sizes[sensor] = (logarithms / total).exp();
             }
         }
         sizes.iter().zip(&self.noise).map(|(size, noise)| size * noise).collect()

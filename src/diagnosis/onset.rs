@@ -5,6 +5,8 @@
 //! Biometrika 57 (1970)). A beginning within the record is believed where it explains the record better than faults as old
 //! as the record by more than a moment chosen freely among all rows would by chance.
 
+use rayon::prelude::*;
+
 use super::case::{Case, Set, members};
 use super::estimate::{self, Estimate};
 use super::hypotheses::Isolation;
@@ -21,8 +23,10 @@ const WORTH: f64 = 5.0;
 const CLEAR: f64 = 0.2;
 /// Rounds of isolation for faults as old as the record, from those of a beginning.
 const COMPARED: u64 = 3;
-/// Halvings of the interval in which the moment is searched.
-const HALVINGS: usize = 5;
+/// Moments, evenly over the record, among which the search for the moment starts.
+const MOMENTS: usize = 50;
+/// How often the distance to the next moment tried is divided by three.
+const THIRDS: usize = 5;
 /// Rounds of moment and faults.
 const ROUNDS: usize = 2;
 
@@ -44,24 +48,25 @@ pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>)
     let shaken = plain.pieces.iter().skip(1).find(|piece| piece.jump).map_or(f64::INFINITY, |piece| piece.start);
     // Several faults, or what does not explain the record, may all stand in for one that is not there.
     let explained = !first.missed() && first.isolation.set().count_ones() < SEVERAL && explains(first);
-    let row = if explained { parting(&first.case, &first.isolation, worth) } else { left(&first.case) };
+    let row = if explained { parting(&first.case, &first.isolation, plain, worth) } else { left(&first.case) };
     let old = [record.time.first().copied()?, shaken];
     let mut row = row.filter(|&row| old.iter().all(|old| (record.time[row] - old).abs() > CLEAR))?;
     let mut guess: Option<(Vec<f64>, Set)> = None;
     let mut found: Option<(Begun, f64)> = None;
     for _ in 0..ROUNDS {
-        let drive = begun(model, plain, record.time[row]);
+        let begun = |time: f64| begun(model, plain, time);
+        let drive = begun(record.time[row]);
         let start = guess.as_ref().map(|(theta, set)| (&theta[..], *set));
         let Ok(explained) = estimate::estimate(model, record, &drive, start) else { break };
         let (theta, set) = (explained.isolation.best.theta.clone(), explained.isolation.set());
         if set == 0 {
             return None;
         }
-        let time = refined(&explained.case, model, plain, &theta, row);
+        let time = refined(&explained.case, begun, &theta, record.time[row]);
         row = record.time.partition_point(|&t| t < time).min(record.time.len() - 1);
         let cost = explained.isolation.best.cost;
         guess = Some((theta.clone(), set));
-        found = Some((Begun { drive: begun(model, plain, time), time, theta, set }, cost));
+        found = Some((Begun { drive: begun(time), time, theta, set }, cost));
     }
     let (begun, cost) = found?;
     // Do the same faults, as old as the record, explain it as well?
@@ -98,24 +103,34 @@ fn left(case: &Case<'_>) -> Option<usize> {
     (0 < row && row < rows).then_some(row)
 }
 
-/// The row from which on the explanation is better than the healthy rig, if the healthy one is better before by more than
-/// `worth` nats; `None` without faults or where the healthy rig cannot be simulated.
-fn parting(case: &Case<'_>, isolation: &Isolation, worth: f64) -> Option<usize> {
-    let mut theta = isolation.best.theta.clone();
-    members(isolation.set()).for_each(|fault| theta[fault] = case.mean[fault]);
-    if isolation.set() == 0 {
-        return None;
-    }
+/// The row from which on the best explanation with faults explains the record best, if the healthy rig is better for a while
+/// by more than `worth` nats; `None` where no faults explain anything or the healthy rig cannot be simulated.
+///
+/// Faults that begin late may, as old as the record, lose to the healthy rig: they are tried too.
+fn parting(case: &Case<'_>, isolation: &Isolation, plain: &Drive, worth: f64) -> Option<usize> {
+    let (set, faulty) = if isolation.set() == 0 {
+        let fitted = isolation.weighed.iter().filter(|other| other.set != 0);
+        fitted.filter_map(|other| Some((other.set, other.point.as_ref()?))).next()?
+    } else {
+        (isolation.set(), &isolation.best)
+    };
+    let mut theta = faulty.theta.clone();
+    members(set).for_each(|fault| theta[fault] = case.mean[fault]);
     let rows = case.full.times.len();
     let series = case.full.series();
     let parted = |healthy: &[f64], faulty: &[f64]| {
         let gain = |at: usize| 0.5 * (tame(healthy[at]) - tame(faulty[at]));
         least((0..rows).map(|row| series.iter().map(|range| gain(range.start + row)).sum()))
     };
-    let (_, sum) = parted(&case.full.misfit(&theta).ok()?, &isolation.best.misfit);
-    let drive = case.full.drive;
-    let (row, _) = parted(&by_sample(case, drive, &theta)?, &by_sample(case, drive, &isolation.best.theta)?);
-    (row < rows && -sum > worth).then_some(row)
+    let (row, sum) = parted(&case.full.misfit(&theta).ok()?, &faulty.misfit);
+    if row == rows || -sum <= worth {
+        return None;
+    }
+    let before: Vec<(usize, Before)> =
+        members(set).map(|fault| (case.full.estimated[fault].parameter, Before::Value(case.mean[fault]))).collect();
+    let begun = |time: f64| plain.clone().with_onset(Onset { time, before: before.clone() });
+    let time = refined(case, begun, &faulty.theta, case.full.times[row]);
+    Some(case.full.times.partition_point(|&t| t < time).min(rows - 1))
 }
 
 /// Misfits of all samples, each on its own: what those of a phase have in common would smear a beginning over all of it.
@@ -140,18 +155,21 @@ fn least(values: impl Iterator<Item = f64>) -> (usize, f64) {
     least
 }
 
-/// The moment at which a beginning explains the record best, s: searched around `row` with the faults as they are.
-fn refined(case: &Case<'_>, model: &Model, plain: &Drive, theta: &[f64], row: usize) -> f64 {
+/// The moment at which a beginning explains the record best, s, with the faults as they are: from the best of `from` and
+/// moments all over the record, since where several faults begin at once each of them shows at its own time.
+fn refined(case: &Case<'_>, begun: impl Fn(f64) -> Drive + Sync, theta: &[f64], from: f64) -> f64 {
     let times = case.full.times;
     let cost = |time: f64| {
-        let drive = begun(model, plain, time);
-        by_sample(case, &drive, theta).map_or(f64::INFINITY, |misfit| misfit.iter().map(|r| tame(*r)).sum())
+        by_sample(case, &begun(time), theta).map_or(f64::INFINITY, |misfit| misfit.iter().map(|r| tame(*r)).sum())
     };
     let (first, last) = (times[0], times[times.len() - 1]);
-    let mut best = (times[row], cost(times[row]));
-    let mut step = 0.02 * (last - first);
-    for _ in 0..HALVINGS {
-        // Uphill on both sides before the step is halved.
+    let mut step = (last - first) / MOMENTS as f64;
+    let moments = (1..MOMENTS).map(|k| first + k as f64 * step);
+    let tried: Vec<(f64, f64)> = moments.collect::<Vec<_>>().into_par_iter().map(|time| (time, cost(time))).collect();
+    let start = (from, cost(from));
+    let mut best = tried.into_iter().fold(start, |best, other| if other.1 < best.1 { other } else { best });
+    for _ in 0..THIRDS {
+        // Uphill on both sides before the step becomes smaller.
         loop {
             let sides = [best.0 - step, best.0 + step].map(|time| time.clamp(first, last));
             let tried = sides.map(|time| (time, cost(time)));

@@ -10,14 +10,14 @@ use super::{Component, Fault, Given, Rig};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
 
 /// Effects that no circuit is quite without.
-const EVERYWHERE: [&str; 2] = ["external-leakage", "seal-friction"];
+const EVERYWHERE: [&str; 3] = ["external-leakage", "orifice-leakage", "seal-friction"];
 /// How large they may be, one standard deviation, as a share of the size that would be called an effect.
 const SHARE: f64 = 0.1;
 
 /// What records leave open of each parameter, as a share of what the data sheet does, however many they are: what the model
 /// leaves out otherwise is the same in all of them, and moves parameters as far as it is large, not as far as noise allows
 /// (Kennedy and O'Hagan, Journal of the Royal Statistical Society B 63 (2001) 425).
-pub const NEVER_KNOWN: f64 = 0.05;
+pub const NEVER_KNOWN: f64 = 0.02;
 /// What no record tells of the size of a fault, one standard deviation, as a share of it: calibration makes laws right where the
 /// rig is healthy, and on the way from there they are no better than the transducers that they were measured with, of class
 /// 0.3: anything within 0.3 %, which has this standard deviation (Guide to the Expression of Uncertainty in Measurement, 4.3.7).
