@@ -9,8 +9,8 @@ use serde::Serialize;
 use super::{Failure, Format, Status, read, write_json};
 use crate::files::{check_folder, read_text, write_atomically};
 use crate::learn::add::add;
-use crate::report::digits::worth;
-use crate::report::number::rounded;
+use crate::report::digits::plus_minus;
+use crate::report::number::{before_unit, rounded};
 use crate::rig::Rig;
 
 /// Digits of a reported number.
@@ -109,7 +109,7 @@ fn write_text(out: &mut dyn Write, summary: &Summary) -> io::Result<()> {
     for effect in &summary.effects {
         writeln!(out, "{}: {} added", summary.rig, effect.id)?;
         for Parameter { id, value, sigma, unit } in &effect.parameters {
-            writeln!(out, "  {id} = {} +- {} {unit}", worth(*value, *sigma), worth(*sigma, *sigma))?;
+            writeln!(out, "  {id} = {}", before_unit(plus_minus(*value, *sigma), unit))?;
         }
     }
     Ok(())

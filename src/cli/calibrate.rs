@@ -10,8 +10,8 @@ use super::{Failure, Format, Status, read, terminal, write_json, write_page};
 use crate::calibration::{Options, Report, calibrate};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::files::{check_folder, read_text, write_atomically};
-use crate::report::digits::worth;
-use crate::report::number::{rounded, with_unit};
+use crate::report::digits::plus_minus;
+use crate::report::number::{before_unit, rounded, with_unit};
 use crate::report::pages;
 use crate::rig::Rig;
 
@@ -108,15 +108,9 @@ fn write_text(out: &mut dyn Write, output: &Path, report: &Report) -> io::Result
         if report.records.len() == 1 { "" } else { "s" }
     )?;
     let cells = informed.iter().map(|parameter| {
-        let shown = |value: f64, sigma: f64| format!("{} +- {}", worth(value, sigma), worth(sigma, sigma));
-        let before = shown(parameter.before, parameter.sigma_before);
-        let unit = if parameter.unit == "-" { "" } else { parameter.unit.as_str() };
-        [
-            parameter.id.clone(),
-            before,
-            "->".to_owned(),
-            format!("{} {unit}", shown(parameter.after, parameter.sigma_after)),
-        ]
+        let before = plus_minus(parameter.before, parameter.sigma_before);
+        let after = plus_minus(parameter.after, parameter.sigma_after);
+        [parameter.id.clone(), before, "->".to_owned(), before_unit(after, &parameter.unit)]
     });
     write_table(out, "parameters", cells.collect())?;
     let ids: Vec<&str> = silent.iter().map(|parameter| parameter.id.as_str()).collect();

@@ -66,6 +66,11 @@ pub struct Interval {
 }
 
 impl Interval {
+    /// The factor by which coloured misfits lift a rise; without it the level of 95 % is [`RISE`] for all faults.
+    pub fn colour(&self) -> f64 {
+        self.threshold / RISE
+    }
+
     /// Adds what no record tells, one standard deviation, SI.
     fn widen(&mut self, sigma: f64, (low, high): (f64, f64)) {
         let further = |end: f64| (end - self.value).hypot(QUANTILE * sigma);

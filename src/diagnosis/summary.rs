@@ -1,7 +1,7 @@
 //! From an explanation to what is reported of each fault, sensor and uncertain parameter.
 
 use super::estimate::Estimate;
-use super::interval::{Interval, QUANTILE, Side};
+use super::interval::{Interval, QUANTILE, RISE, Side};
 use super::noise::Weights;
 use super::result::{ChannelReport, FaultReport, UncertainReport};
 use super::{DIGITS, PRESENT, WILD, adequate};
@@ -119,11 +119,10 @@ fn remark(interval: &Interval, fault: &crate::rig::Fault, shown: impl Fn(f64) ->
             Some(format!("the {side} end of the search, {} {unit}, fits best", shown(bound)))
         }
         End::BoundReached => Some(format!(
-            "going to the {side} end of the search, {} {unit}, worsens the fit by {:.1} in chi-square, less than the {:.1} \
+            "going to the {side} end of the search, {} {unit}, worsens the fit by {:.2} in chi-square, less than the {RISE:.2} \
              that would bound it",
             shown(bound),
-            end.rise,
-            interval.threshold
+            end.rise / interval.colour(),
         )),
         End::ModelFails => {
             Some(format!("the model cannot be solved towards the {side} end; it is taken from the standard error"))

@@ -190,6 +190,11 @@ impl Drive {
         self
     }
 
+    /// What a sensor shows of a node at the start, if one does.
+    pub fn shown_at(&self, rig: &Rig, node: usize) -> Option<&Shown> {
+        self.shown.iter().find(|shown| rig.sensors[shown.sensor].target == Target::Node(node))
+    }
+
     /// Value of an input at a time, SI; at a jump the value before it.
     pub fn value(&self, input: usize, t: f64) -> f64 {
         let index = self.pieces.partition_point(|piece| piece.end < t).min(self.pieces.len().saturating_sub(1));

@@ -12,6 +12,7 @@ mod simulate;
 mod slopes;
 mod start;
 
+pub(crate) use assembly::level_per_pressure;
 pub use drive::{Before, Drive, Onset, Piece, Shown};
 pub use layout::{has_capacity, states};
 pub use recording::{cycle_times, decimals_of, input_columns, recording};

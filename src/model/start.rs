@@ -45,20 +45,8 @@ pub fn start<S: Scalar>(
             y[first + state] = S::constant(given.unwrap_or(default));
         }
     }
-    for (node, state) in layout.node_state.iter().enumerate() {
-        if let (Some(state), NodeKind::Volume { initial: InitialPressure::Balance }) = (*state, &rig.nodes[node].kind) {
-            balance(rig, layout, assembly, node, state, t, y);
-        }
-    }
-    for (node, state) in layout.node_state.iter().enumerate() {
-        if let (Some(state), NodeKind::Volume { initial: InitialPressure::Like(other) }) =
-            (*state, &rig.nodes[node].kind)
-            && let Some(other) = layout.node_state[*other]
-        {
-            y[state] = y[other];
-        }
-    }
     shown(rig, layout, parameters, drive, y);
+    derived(rig, layout, assembly, drive, t, y);
     for (node, state) in layout.node_state.iter().enumerate() {
         if let (Some(state), NodeKind::Volume { .. } | NodeKind::Body { .. }) = (*state, &rig.nodes[node].kind) {
             y[state] += S::constant(drive.nudges[node]);
@@ -99,6 +87,26 @@ fn shown<S: Scalar>(rig: &Rig, layout: &Layout, parameters: &[S], drive: &Drive,
     }
 }
 
+/// Sets the pressures that follow from others, which are all set, where no sensor shows them.
+fn derived<S: Scalar>(rig: &Rig, layout: &Layout, assembly: &mut Assembly<'_, S>, drive: &Drive, t: f64, y: &mut [S]) {
+    let hidden = |node: &usize| drive.shown_at(rig, *node).is_none();
+    for node in (0..rig.nodes.len()).filter(hidden) {
+        if let (Some(state), NodeKind::Volume { initial: InitialPressure::Balance }) =
+            (layout.node_state[node], &rig.nodes[node].kind)
+        {
+            balance(rig, layout, assembly, node, state, t, y);
+        }
+    }
+    for node in (0..rig.nodes.len()).filter(hidden) {
+        if let (Some(state), NodeKind::Volume { initial: InitialPressure::Like(other) }) =
+            (layout.node_state[node], &rig.nodes[node].kind)
+            && let Some(other) = layout.node_state[*other]
+        {
+            y[state] = y[other];
+        }
+    }
+}
+
 /// Sets a pressure so that the body it acts on stays at rest: forces are linear in pressures, so one secant is exact.
 fn balance<S: Scalar>(
     rig: &Rig,
@@ -131,5 +139,52 @@ fn balance<S: Scalar>(
             // A chamber cannot pull: a load that would need it rests on the end stop instead.
             (S::constant(ATMOSPHERE) - at_zero / slope).max(S::constant(ATMOSPHERE))
         };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::model::Shown;
+    use crate::model::assembly::Inputs;
+
+    const RIG: &str = "fixtures/telescopic/rig.toml";
+    const LINE: &str = "[effects]\n\"line-resistance@B\" = { turbulent = \"0.04 bar.min2/L2\" }\n";
+    const SHOWN: [(&str, f64); 2] = [("p_B", 7e5), ("x", 0.1)];
+
+    /// The telescopic rig with a line to the rod side, before anything moves: its states where sensors show `SHOWN`, the state of
+    /// a node, and the force on its piston.
+    fn started(node: &str) -> (Vec<f64>, usize, f64) {
+        let rig = Rig::parse(RIG, fs::read_to_string(RIG).unwrap() + LINE).unwrap();
+        let layout = Layout::of(&rig);
+        let parameters = rig.nominal();
+        let mut assembly = Assembly::new(&rig, &layout, &parameters);
+        let inputs = vec![0.0; rig.inputs.len()];
+        assembly.inputs = Inputs { start: 0.0, from: inputs.clone(), slope: inputs };
+        let mut drive = Drive::from_cycle(&rig, rig.cycle.as_ref().unwrap());
+        let sensor = |name: &str| rig.sensors.iter().position(|sensor| sensor.name == name).unwrap();
+        drive.shown = SHOWN.map(|(name, value)| Shown { sensor: sensor(name), value, sigma: 0.0, rate: 0.0 }).to_vec();
+        let mut y = vec![0.0; layout.states];
+        start(&rig, &layout, &mut assembly, &parameters, &drive, 0.0, &mut y);
+        let state =
+            |name: &str| layout.node_state[rig.nodes.iter().position(|node| node.name == name).unwrap()].unwrap();
+        let force = assembly.force(state("piston") + 1, 0.0, &y);
+        (y, state(node), force)
+    }
+
+    #[test]
+    fn a_chamber_in_balance_holds_against_what_the_sensors_show() {
+        let (y, chamber, force) = started("A");
+        assert!(y[chamber] > ATMOSPHERE + 1e5, "{}", y[chamber]);
+        // Of 7 bar on the rod side, some 500 N.
+        assert!(force.abs() < 1e-6, "{force} N");
+    }
+
+    #[test]
+    fn a_pressure_like_another_is_like_what_the_sensor_of_that_shows() {
+        let (y, beyond, _) = started("B beyond line-resistance@B");
+        assert_eq!(y[beyond], ATMOSPHERE + SHOWN[0].1);
     }
 }

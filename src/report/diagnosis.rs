@@ -1,12 +1,13 @@
 //! The diagnosis for people: a page of text to hand on; `pages::diagnosis` has the one with pictures.
 
-use super::digits::{self, Estimate, worth};
+use super::digits::{Estimate, plus_minus, worth};
 use super::html::Tone;
-use super::number::{rounded, text, with_unit};
+use super::number::{before_unit, rounded, text, with_unit};
 use super::style::{Style, bars, scale};
 use super::table::{Head, aligned};
 use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, Verdict};
 use crate::record::survey::{Doubt, Finding};
+use crate::residual::Detection;
 use crate::rig::Rig;
 
 /// Characters of a scale with an interval, and of a course of misfits.
@@ -48,7 +49,7 @@ fn estimate(fault: &FaultReport) -> Estimate {
 
 /// The size of a fault with its unit.
 pub(super) fn sized(fault: &FaultReport) -> String {
-    digits::with_unit(estimate(fault).value(), &fault.unit)
+    before_unit(estimate(fault).value(), &fault.unit)
 }
 
 /// An interval in words.
@@ -99,11 +100,12 @@ pub(super) fn hypothesis_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     diagnosis.hypotheses.iter().take(5).map(|h| vec![named(&h.faults), percent(h.probability)]).collect()
 }
 
-pub(super) const RESIDUAL_HEADS: [Head; 7] = [
+pub(super) const RESIDUAL_HEADS: [Head; 8] = [
     ("residual", false),
     ("equation", false),
     ("mean", true),
     ("sigma", true),
+    ("allowed", true),
     ("unit", false),
     ("fired", false),
     ("since", true),
@@ -120,12 +122,30 @@ pub(super) fn residual_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
                 residual.equation.to_owned(),
                 number(residual.mean),
                 number(residual.sigma),
+                number(residual.allowed),
                 residual.unit.clone(),
                 if residual.fired { "yes" } else { "no" }.to_owned(),
                 residual.onset_s.map_or("-".to_owned(), |onset| format!("{onset:.2} s")),
             ]
         })
         .collect()
+}
+
+/// What the columns of the table of residuals mean, a line each.
+pub(super) fn residual_words() -> Vec<String> {
+    let Detection { hours_between_false_alarms: hours, coverage, .. } = Detection::default();
+    vec![
+        "mean: how far the balance is from closing, in the phase of the alarm where there is one".to_owned(),
+        "sigma: standard error of the mean by sensor noise alone, which decides nothing".to_owned(),
+        format!(
+            "allowed: how far off the uncertain values of the rig file may put a healthy circuit ({} standard deviations)",
+            text(coverage)
+        ),
+        format!(
+            "fired: what goes beyond, summed from window to window (CUSUM), passed the threshold of one false alarm in {} h",
+            text(hours)
+        ),
+    ]
 }
 
 pub(super) const CHANNEL_HEADS: [Head; 6] = [
@@ -158,7 +178,7 @@ pub(super) const UNCERTAIN_HEADS: [Head; 5] =
 pub(super) fn uncertain_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     // Both with as many decimals as two digits of the uncertainty ask for.
     let with = |value: f64, sigma: Option<f64>| match sigma {
-        Some(sigma) if sigma > 0.0 => format!("{} +- {}", worth(value, sigma), worth(sigma, sigma)),
+        Some(sigma) if sigma > 0.0 => plus_minus(value, sigma),
         _ => text(rounded(value, 4)),
     };
     let row = |parameter: &crate::diagnosis::UncertainReport| {
@@ -181,7 +201,7 @@ pub(super) fn open_intervals(diagnosis: &Diagnosis) -> Vec<String> {
     let open = |fault: &FaultReport| {
         let known = match fault.ci95 {
             [None, None] => "not bounded".to_owned(),
-            _ => digits::with_unit(interval(fault), &fault.unit),
+            _ => before_unit(interval(fault), &fault.unit),
         };
         Some(format!("{}: {known}; {}", fault.id, fault.remark.as_ref()?))
     };
@@ -190,23 +210,29 @@ pub(super) fn open_intervals(diagnosis: &Diagnosis) -> Vec<String> {
 
 pub(super) const UNBLAMED: &str = "Off the healthy value, and yet no fault";
 
-/// Why a fault is not present although its interval, which takes it to be, leaves the healthy value out. A model that is inadequate
-/// says so of all values.
+/// Why faults are not present although their intervals leave the healthy value out.
 pub(super) fn unblamed(diagnosis: &Diagnosis) -> Vec<String> {
-    let off = |fault: &&FaultReport| !fault.present && !fault.biased && fault.interval_misses(fault.healthy, 0.0);
-    let why = |fault: &FaultReport| {
-        let tolerance = fault.healthy_tolerance();
-        if fault.interval_misses(fault.healthy, tolerance) {
-            let healthy = with_unit(fault.healthy, &fault.unit);
-            let probability = percent(fault.probability);
-            format!("{}: its healthy {healthy} explains the record well enough (probability {probability})", fault.id)
-        } else {
-            let healthy = format!("{} +- {}", text(fault.healthy), worth(tolerance, tolerance));
-            let healthy = digits::with_unit(healthy, &fault.unit);
-            format!("{}: within the tolerance of its healthy value in the rig file, {healthy} (95 %)", fault.id)
-        }
-    };
-    diagnosis.faults.iter().filter(off).map(why).collect()
+    diagnosis.faults.iter().filter_map(why_unblamed).collect()
+}
+
+/// The same of one fault, if it is so: its interval takes it to be there.
+fn why_unblamed(fault: &FaultReport) -> Option<String> {
+    if fault.present || !fault.interval_misses(fault.healthy, 0.0) {
+        return None;
+    }
+    let tolerance = fault.healthy_tolerance();
+    if !fault.interval_misses(fault.healthy, tolerance) {
+        let healthy = format!("{} +- {}", text(fault.healthy), worth(tolerance, tolerance));
+        let healthy = before_unit(healthy, &fault.unit);
+        return Some(format!(
+            "{}: within the tolerance of its healthy value in the rig file, {healthy} (95 %)",
+            fault.id
+        ));
+    }
+    let (healthy, probability) = (with_unit(fault.healthy, &fault.unit), percent(fault.probability));
+    // Where nothing explains the record well enough, its healthy value does not either.
+    let explains = if fault.biased { "about as well as any other value" } else { "well enough" };
+    Some(format!("{}: its healthy {healthy} explains the record {explains} (probability {probability})", fault.id))
 }
 
 /// Findings that are told one by one.
@@ -299,7 +325,8 @@ fn page(diagnosis: &Diagnosis, style: Style, [scales, courses]: [Vec<String>; 2]
     }
     block("Which faults together", aligned(&HYPOTHESIS_HEADS, &hypothesis_rows(diagnosis)));
     if !diagnosis.residuals.is_empty() {
-        block("Residuals with healthy parameters", aligned(&RESIDUAL_HEADS, &residual_rows(diagnosis)));
+        let table = aligned(&RESIDUAL_HEADS, &residual_rows(diagnosis));
+        block("Residuals with healthy parameters", [table, indented(residual_words())].concat());
     }
     let channels = pictured(style, &CHANNEL_HEADS, &channel_rows(diagnosis), ("misfit over time", &courses));
     block("Fit of each sensor (1 is right within noise and tolerance)", channels);
@@ -325,4 +352,40 @@ fn fitted(diagnosis: &Diagnosis) -> String {
         "fit: chi-square per sample {:.3}, {iterations}, {} simulations of the record; it ended because {}",
         diagnosis.fit.chi2_reduced, diagnosis.fit.solves, diagnosis.fit.stopped_because
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::Identifiable;
+
+    fn clearance(ci95: [Option<f64>; 2], healthy_sigma: f64) -> FaultReport {
+        FaultReport {
+            id: "cylinder.clearance".to_owned(),
+            meaning: String::new(),
+            value: 0.0074,
+            unit: "mm".to_owned(),
+            healthy: 0.0,
+            healthy_sigma,
+            ci95,
+            present: false,
+            probability: 0.012,
+            identifiable: Identifiable::Bounded,
+            remark: None,
+            biased: true,
+        }
+    }
+
+    #[test]
+    fn an_inadequate_model_says_too_why_a_value_off_the_healthy_one_is_no_fault() {
+        let off = clearance([Some(0.0068), Some(0.021)], 0.0);
+        let said = "cylinder.clearance: its healthy 0 mm explains the record about as well as any other value (probability 1.2 %)";
+        assert_eq!(why_unblamed(&off).unwrap(), said);
+        let within = FaultReport { healthy_sigma: 0.01, ..off.clone() };
+        let said =
+            "cylinder.clearance: within the tolerance of its healthy value in the rig file, 0 +- 0.020 mm (95 %)";
+        assert_eq!(why_unblamed(&within).unwrap(), said);
+        assert_eq!(why_unblamed(&FaultReport { present: true, ..off }), None);
+        assert_eq!(why_unblamed(&clearance([None, Some(0.021)], 0.0)), None);
+    }
 }

@@ -6,11 +6,8 @@ use super::number::{rounded, text};
 const UNKNOWN: usize = 4;
 /// Below this a number has an exponent, as in [`text`].
 const SMALL: f64 = 1e-4;
-
-/// A number with its unit behind it; a pure number stands alone.
-pub fn with_unit(number: String, unit: &str) -> String {
-    if unit == "-" { number } else { format!("{number} {unit}") }
-}
+/// Digits beyond those of the width that may tell an estimate from an end next to it.
+const FURTHER: i32 = 2;
 
 /// A value and the ends of its interval, in its unit; an end that the record does not bound is `None`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,8 +39,20 @@ impl Estimate {
             [Some(end), None] | [None, Some(end)] => (end - self.value).abs(),
             [None, None] => 0.0,
         };
-        worth(value, width)
+        let finer = (0..=FURTHER).map(|further| width * 10_f64.powi(-further));
+        worth(value, finer.into_iter().find(|width| self.apart(*width)).unwrap_or(width))
     }
+
+    /// Whether the digits that `width` leaves tell the estimate from the ends that differ from it.
+    fn apart(&self, width: f64) -> bool {
+        let mut ends = self.ends.iter().flatten().filter(|end| **end != self.value);
+        ends.all(|end| worth(*end, width) != worth(self.value, width))
+    }
+}
+
+/// A value with its uncertainty, both with two digits of the latter.
+pub fn plus_minus(value: f64, sigma: f64) -> String {
+    format!("{} +- {}", worth(value, sigma), worth(sigma, sigma))
 }
 
 /// A number with the digits that two digits of `width` leave, or with four where that is none; 0 has no sign.
@@ -52,9 +61,14 @@ pub fn worth(value: f64, width: f64) -> String {
         return text(rounded(value, UNKNOWN));
     }
     let decimals = 1 - width.log10().floor() as i32;
-    // Tens and more are left to the numbers that carry them.
-    let digits = |value: f64| (value.abs().log10().floor() as i32 + decimals).max(0) as usize;
-    let near: f64 = if value == 0.0 { 0.0 } else { format!("{value:.*e}", digits(value)).parse().unwrap_or(value) };
+    let last = value.abs().log10().floor() as i32 + decimals;
+    let digits = last.max(0) as usize;
+    let near: f64 = match last {
+        _ if value == 0.0 => 0.0,
+        // Of less than one step only whether it is nearer to the step than to nothing.
+        ..0 => (value / 10_f64.powi(-decimals)).round() * 10_f64.powi(-decimals),
+        _ => format!("{value:.digits$e}").parse().unwrap_or(value),
+    };
     let half = 0.5 * 10_f64.powi(-decimals);
     if near.abs() <= half {
         return if width < SMALL { "0".to_owned() } else { format!("{:.*}", decimals.max(0) as usize, 0.0) };
@@ -63,7 +77,7 @@ pub fn worth(value: f64, width: f64) -> String {
     if !small && near.abs() < 1e7 {
         format!("{near:.*}", decimals.max(0) as usize)
     } else {
-        format!("{near:.*e}", digits(near))
+        format!("{near:.*e}", (near.abs().log10().floor() as i32 + decimals).max(0) as usize)
     }
 }
 
@@ -85,6 +99,22 @@ mod tests {
         assert_eq!(shown(12_345.0, Some(11_000.0), Some(13_700.0)), ["12300", "11000 to 13700"]);
         assert_eq!(shown(3.0e-7, Some(-1.0e-8), Some(6.1e-7)), ["3.0e-7", "-1e-8 to 6.1e-7"]);
         assert_eq!(shown(2.5e9, Some(2.4e9), Some(2.61e9)), ["2.50e9", "2.40e9 to 2.61e9"]);
+    }
+
+    #[test]
+    fn an_estimate_next_to_an_end_is_told_from_it() {
+        assert_eq!(shown(0.007_4, Some(0.006_8), Some(0.021)), ["0.0074", "0.0068 to 0.0210"]);
+        assert_eq!(shown(0.007_4, Some(0.007_400_000_1), Some(0.021)), ["0.007", "0.007 to 0.021"]);
+        assert_eq!(shown(0.0, Some(0.0), Some(0.021)), ["0.000", "0.000 to 0.021"]);
+    }
+
+    #[test]
+    fn nothing_below_the_last_digit_of_a_wide_uncertainty_is_shown() {
+        assert_eq!(plus_minus(6.0, 100.0), "10 +- 100");
+        assert_eq!(plus_minus(4.0, 100.0), "0 +- 100");
+        assert_eq!(plus_minus(-1_234.0, 250.0), "-1230 +- 250");
+        assert_eq!(plus_minus(14_000.0, 2_800.0), "14000 +- 2800");
+        assert_eq!(plus_minus(0.03, 0.01), "0.030 +- 0.010");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The history of a rig as text.
 
-use super::digits::{self, worth};
-use super::number::{text, with_unit};
+use super::digits::worth;
+use super::number::{before_unit, text, with_unit};
 use super::style::bars;
 use super::table::{Head, aligned};
 use crate::history::forecast::State;
@@ -56,7 +56,7 @@ fn row(fault: &FaultHistory) -> Vec<String> {
         (Some(trend), _) => {
             let half = 0.5 * (trend.now_ci95[1] - trend.now_ci95[0]);
             now = worth(trend.now, half);
-            sure = format!("+- {}", digits::with_unit(worth(half, half), &fault.unit));
+            sure = format!("+- {}", before_unit(worth(half, half), &fault.unit));
             slope = format!("{:+}/{}", short(trend.slope), trend.per);
             between = format!("{:+} to {:+}", short(trend.ci95[0]), short(trend.ci95[1]));
         }

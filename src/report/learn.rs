@@ -1,8 +1,8 @@
 //! Comparison and suggestion for people.
 
-use super::digits::{self, Estimate};
+use super::digits::Estimate;
 use super::html::{Table, Tone};
-use super::number::{rounded, text};
+use super::number::{before_unit, rounded, text};
 use super::table::{Head, aligned};
 use crate::learn::compare::{Channel, Comparison, Where};
 use crate::learn::result::{CandidateReport, ParameterReport, ScoredReport, SuggestionReport};
@@ -135,7 +135,7 @@ pub(super) fn estimate(parameter: &ParameterReport) -> Estimate {
 }
 
 fn parameter(parameter: &ParameterReport) -> String {
-    digits::with_unit(estimate(parameter).value(), &parameter.unit)
+    before_unit(estimate(parameter).value(), &parameter.unit)
 }
 
 /// The conclusion in one sentence.

@@ -32,5 +32,10 @@ pub fn written(value: f64, digits: usize, unit: &Unit) -> String {
 
 /// A value and its unit; a pure number stands alone.
 pub fn with_unit(value: f64, unit: &str) -> String {
-    if unit == "-" { text(value) } else { format!("{} {unit}", text(value)) }
+    before_unit(text(value), unit)
+}
+
+/// A number as it is shown with its unit behind it; a pure number stands alone.
+pub fn before_unit(number: String, unit: &str) -> String {
+    if unit == "-" { number } else { format!("{number} {unit}") }
 }

@@ -76,6 +76,8 @@ pub struct ResidualReport {
     pub sigma: Option<f64>,
     /// One standard deviation of the mean by uncertain parameters and rounding, in `unit`.
     pub tolerance: Option<f64>,
+    /// How far off the mean may be without an alarm, however long it stays: `coverage` times the tolerance, in `unit`.
+    pub allowed: Option<f64>,
     pub unit: String,
     /// Whether the residual has left zero by more than noise and tolerance explain.
     pub fired: bool,
@@ -206,6 +208,7 @@ fn report(
         mean: mean.map(|(mean, _, _)| shown(mean)),
         sigma: mean.map(|(_, sigma, _)| shown(sigma)),
         tolerance: mean.map(|(_, _, tolerance)| shown(tolerance)),
+        allowed: mean.map(|(_, _, tolerance)| detection.coverage * shown(tolerance)),
         unit: generator.unit.symbol.clone(),
         fired: first.is_some(),
         alarm_at_s: first.as_ref().map(|(alarm, _, here)| series.time[here[alarm.at]]),

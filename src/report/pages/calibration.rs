@@ -2,7 +2,7 @@
 
 use super::learn::{named, prior_scale};
 use crate::calibration::{ChannelFit, ParameterReport, RecordReport, Report, SensorReport};
-use crate::report::digits::worth;
+use crate::report::digits::plus_minus;
 use crate::report::html::{Cell, Column, Page, Section, Table, Tone};
 use crate::report::number::{rounded, text};
 use crate::rig::Rig;
@@ -56,13 +56,11 @@ fn learnt(report: &Report) -> Section {
 }
 
 fn parameter_table(parameters: &[ParameterReport]) -> Table {
-    let with =
-        |value: f64, sigma: f64| -> Cell { format!("{} +- {}", worth(value, sigma), worth(sigma, sigma)).into() };
     let row = |one: &ParameterReport| -> Vec<Cell> {
         vec![
             one.id.clone().into(),
-            with(one.before, one.sigma_before),
-            with(one.after, one.sigma_after),
+            plus_minus(one.before, one.sigma_before).into(),
+            plus_minus(one.after, one.sigma_after).into(),
             one.unit.clone().into(),
             Cell::Scale(prior_scale(one.after, (one.before, one.sigma_before), "data sheet")),
         ]

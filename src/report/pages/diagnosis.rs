@@ -79,6 +79,7 @@ fn residual_section(shown: &Shown<'_>, diagnosis: &Diagnosis) -> Result<Section,
         &words::RESIDUAL_HEADS,
         words::residual_rows(diagnosis),
     ));
+    section.list(words::residual_words());
     section.paragraph(
         "Each residual as the mean of windows, with what noise and tolerance allow; an alarm is raised where the running sum of what \
          goes beyond passes its threshold.",

@@ -8,10 +8,10 @@ use crate::learn::result::{CandidateReport, ParameterReport, SuggestionReport};
 use crate::learn::suggest::{Conclusion, Suggestion};
 use crate::learn::trial::Run;
 use crate::record::Record;
-use crate::report::digits::{self, worth};
+use crate::report::digits::{plus_minus, worth};
 use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::learn as words;
-use crate::report::number::{rounded, text};
+use crate::report::number::{before_unit, rounded, text};
 use crate::report::plot::{Axis, Chart, Live, Rule, Series};
 use crate::rig::Rig;
 
@@ -67,7 +67,6 @@ pub(super) const CURVES: &str = "Drag over a chart to zoom all of them; double c
     a chart chosen the arrow keys, + and -. Every other phase is shaded. Below each sensor what was measured minus what the model says, in standard deviations \
     of what noise and tolerance allow; dotted lines at 2.";
 
-/// What the rig file gives with an uncertainty, as it was fitted.
 /// A value on the scale of what was known before (value, standard deviation): two standard deviations as a bar.
 pub(super) fn prior_scale(value: f64, (nominal, sigma): (f64, f64), source: &str) -> Scale {
     Scale {
@@ -82,6 +81,7 @@ pub(super) fn prior_scale(value: f64, (nominal, sigma): (f64, f64), source: &str
     }
 }
 
+/// What the rig file gives with an uncertainty, as it was fitted.
 fn fitted_table(fitted: &[Fitted]) -> Table {
     let row = |one: &Fitted| -> Vec<Cell> {
         let pull = (one.value - one.nominal) / one.sigma_before;
@@ -89,7 +89,7 @@ fn fitted_table(fitted: &[Fitted]) -> Table {
         vec![
             one.id.clone().into(),
             worth(one.value, one.sigma_before).into(),
-            format!("{} +- {}", worth(one.nominal, one.sigma_before), worth(one.sigma_before, one.sigma_before)).into(),
+            plus_minus(one.nominal, one.sigma_before).into(),
             one.unit.clone().into(),
             format!("{pull:+.1} sigma").into(),
             Cell::Scale(scale),
@@ -273,7 +273,7 @@ fn interval(one: &ParameterReport, (low, high): (f64, f64)) -> Scale {
         from: from - rim,
         to: to + rim,
         marks: vec![Mark::Bar(Some(low), Some(high)), Mark::Stroke(0.0), Mark::Point(one.value)],
-        text: digits::with_unit(words::estimate(one).interval(), &one.unit),
+        text: before_unit(words::estimate(one).interval(), &one.unit),
     }
 }
 

@@ -15,6 +15,11 @@ const PIECES: usize = 12;
 /// What is left free around the values, of their range.
 const RIM: f64 = 0.15;
 
+/// Why an end may stand beyond the crossing of its curve.
+const WIDER: &str = "Vertical lines are the ends of the interval. They stand beyond the crossing where the curve does not know all: \
+    in a calibrated rig what no record tells is added to both sides, and where another set of faults is nearly as probable, the \
+    interval reaches over what that set says too.";
+
 /// A small chart for each fault whose interval was searched.
 pub(super) fn section(rig: &Rig, diagnosed: &Diagnosed) -> Option<Section> {
     let faults = rig.faults.iter().zip(&diagnosed.diagnosis.faults).zip(&diagnosed.intervals);
@@ -36,6 +41,7 @@ pub(super) fn section(rig: &Rig, diagnosed: &Diagnosed) -> Option<Section> {
          open. Misfits of neighbouring samples that go together count as the fewer independent ones that they are worth, so that the \
          level is the same for all. Dots: values that were tried.",
     );
+    section.paragraph(WIDER);
     section.paragraph(
         "A curve takes its fault to be there, with nothing known of its value. So the healthy value of a fault that is not there may lie \
          beyond the level: within its shade it is no further off than the rig file says that a healthy part may be. The list under \
@@ -49,13 +55,13 @@ pub(super) fn section(rig: &Rig, diagnosed: &Diagnosed) -> Option<Section> {
 
 fn chart(rig: &Rig, fault: &Fault, report: &FaultReport, interval: &Interval) -> (Chart, Live) {
     let unit = &rig.parameters[fault.parameter].unit;
-    // The threshold holds the colour of the misfits; without it the level is the same for all.
-    let colour = interval.threshold / RISE;
+    let colour = interval.colour();
     let shown = |points: Vec<(f64, f64)>| -> Vec<(f64, f64)> {
         points.into_iter().map(|(si, rise)| (unit.from_si(si), rise / colour)).collect()
     };
     let tried = shown(interval.points.iter().map(|point| (point.value, point.rise)).collect());
-    let (from, to) = ends(&tried);
+    let told = report.ci95.into_iter().flatten();
+    let (from, to) = span(tried.iter().map(|point| point.0).chain(told.clone()));
     let rim = RIM * (to - from);
     let series = vec![
         Series::line("rise of chi-square", shown(curve(&interval.points, interval.value))).styled(0, 0),
@@ -65,7 +71,7 @@ fn chart(rig: &Rig, fault: &Fault, report: &FaultReport, interval: &Interval) ->
     let mut chart = Chart::new(&report.id, x, Axis::new("", "").over(0.0, SHOWN * RISE), series).high(130.0);
     chart.rules.push(Rule::Horizontal { y: RISE, label: "95 %".to_owned() });
     let vertical = |x: f64, label: &str| Rule::Vertical { x, label: label.to_owned() };
-    chart.rules.extend(report.ci95.into_iter().flatten().map(|end| vertical(end, "")));
+    chart.rules.extend(told.map(|end| vertical(end, "")));
     if (from - rim..=to + rim).contains(&report.healthy) {
         chart.rules.push(vertical(report.healthy, "healthy"));
     }
@@ -84,9 +90,9 @@ fn chart(rig: &Rig, fault: &Fault, report: &FaultReport, interval: &Interval) ->
     (chart, Live::new("", told))
 }
 
-fn ends(points: &[(f64, f64)]) -> (f64, f64) {
-    let values = || points.iter().map(|point| point.0);
-    (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
+/// The least and the greatest.
+fn span(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
 }
 
 /// The curve through the points of a profile: its signed root is nearly a straight line between them.
