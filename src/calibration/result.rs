@@ -102,11 +102,15 @@ impl Rounds<'_> {
             let away = (found.value - before) / sigma_before;
             if away.abs() > FAR_OFF {
                 warnings.push(format!(
-                    "`{}` came out at {}, {:.1} standard deviations from the data sheet's {}: is the rig healthy?",
+                    "`{}` came out at {}, {:.1} standard deviations {}: is the rig healthy?",
                     known.id,
                     shown(value(found.value), &unit.symbol),
                     away.abs(),
-                    shown(value(before), &unit.symbol)
+                    if rig.is_margin(one.parameter) {
+                        "of what a healthy circuit has".to_owned()
+                    } else {
+                        format!("from the data sheet's {}", shown(value(before), &unit.symbol))
+                    }
                 ));
             }
             parameters.push(ParameterReport {

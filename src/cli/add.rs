@@ -109,7 +109,7 @@ fn write_text(out: &mut dyn Write, summary: &Summary) -> io::Result<()> {
     for effect in &summary.effects {
         writeln!(out, "{}: {} added", summary.rig, effect.id)?;
         for Parameter { id, value, sigma, unit } in &effect.parameters {
-            writeln!(out, "  {id} = {}", before_unit(plus_minus(*value, *sigma), unit))?;
+            writeln!(out, "  {id} = {} (one standard deviation)", before_unit(plus_minus(*value, *sigma), unit))?;
         }
     }
     Ok(())

@@ -112,7 +112,7 @@ fn write_text(out: &mut dyn Write, output: &Path, report: &Report) -> io::Result
         let after = plus_minus(parameter.after, parameter.sigma_after);
         [parameter.id.clone(), before, "->".to_owned(), before_unit(after, &parameter.unit)]
     });
-    write_table(out, "parameters", cells.collect())?;
+    write_table(out, "parameters, +- one standard deviation", cells.collect())?;
     let ids: Vec<&str> = silent.iter().map(|parameter| parameter.id.as_str()).collect();
     if !ids.is_empty() {
         writeln!(out, "  of which the records say little: {}", ids.join(", "))?;

@@ -142,6 +142,10 @@ pub fn render(numbers: &Numbers) -> String {
     let _ =
         writeln!(text, "  most easily mistaken for {name}, {} %", number::text(rounded(100.0 * numbers.mistaken, 3)));
     let longest = numbers.widths.iter().map(|width| width.id.len()).max().unwrap_or(0);
+    let _ = writeln!(
+        text,
+        "  half the 95 % interval that a record there would leave each fault, the present ones unknown too"
+    );
     for Width { id, unit, half_width } in &numbers.widths {
         let width = half_width.map_or("unknown".to_owned(), |half| format!("+- {}", number::with_unit(half, unit)));
         let _ = writeln!(text, "  {id:longest$}  {width}");

@@ -47,7 +47,7 @@ fn write_rig(out: &mut dyn Write, rig: &RigPage) -> io::Result<()> {
             if parameter.sigma > 0.0 { format!("+- {}", rounded(parameter.sigma, 3)) } else { "fault".to_owned() };
         vec![parameter.id.clone(), with_unit(parameter.value, &parameter.unit), sigma, parameter.meaning.clone()]
     });
-    table(out, "parameters that a fit estimates", &rows.collect::<Vec<_>>())?;
+    table(out, "parameters that a fit estimates, +- one standard deviation", &rows.collect::<Vec<_>>())?;
     writeln!(out, "  and {} taken as exact, or uncertain anew in each switching", exact.len())?;
     let rows = rig.sensors.iter().map(|sensor| {
         let mut notes = vec![format!("+- {}", with_unit(sensor.noise, &sensor.unit))];
@@ -59,13 +59,13 @@ fn write_rig(out: &mut dyn Write, rig: &RigPage) -> io::Result<()> {
         }
         vec![sensor.column.clone(), sensor.quantity.to_owned(), sensor.at.clone(), notes.join(", ")]
     });
-    table(out, "sensors", &rows.collect::<Vec<_>>())?;
+    table(out, "sensors, +- one standard deviation of their noise", &rows.collect::<Vec<_>>())?;
     let rows = rig.inputs.iter().map(|input| {
         let noise =
             if input.noise > 0.0 { format!("+- {}", with_unit(input.noise, &input.unit)) } else { String::new() };
         vec![input.column.clone(), input.unit.clone(), format!("holds {}", input.hold), noise]
     });
-    table(out, "inputs", &rows.collect::<Vec<_>>())?;
+    table(out, "inputs, +- one standard deviation of their noise", &rows.collect::<Vec<_>>())?;
     let rows = rig.faults.iter().map(|fault| {
         let range = format!("from {} to {}", text(fault.bounds[0]), with_unit(fault.bounds[1], &fault.unit));
         vec![fault.id.clone(), format!("healthy {}", with_unit(fault.healthy, &fault.unit)), range]

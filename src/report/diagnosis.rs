@@ -172,9 +172,9 @@ pub(super) fn channel_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
 }
 
 pub(super) const UNCERTAIN_HEADS: [Head; 5] =
-    [("parameter", false), ("estimate", true), ("data sheet", true), ("unit", false), ("pull", true)];
+    [("parameter", false), ("estimate", true), ("rig file", true), ("unit", false), ("pull", true)];
 
-/// Parameters that were estimated along; the pull is how far the record draws one from its data sheet.
+/// Parameters that were estimated along; the pull is how far the record draws one from its rig file.
 pub(super) fn uncertain_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     // Both with as many decimals as two digits of the uncertainty ask for.
     let with = |value: f64, sigma: Option<f64>| match sigma {

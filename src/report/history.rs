@@ -34,7 +34,7 @@ pub(super) const HEADS: [Head; 8] = [
     ("fault", false),
     ("course", false),
     ("now", true),
-    ("", false),
+    ("95 %", false),
     ("trend", true),
     ("95 %", false),
     ("limit", true),

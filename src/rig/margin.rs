@@ -63,8 +63,32 @@ impl Rig {
         Ok(())
     }
 
+    /// Whether a parameter is the size of a margin.
+    pub fn is_margin(&self, parameter: usize) -> bool {
+        let of = |component: &Component| {
+            let first = component.first_parameter;
+            component.margin && (first..first + component.card.parameters.len()).contains(&parameter)
+        };
+        self.components.iter().any(of)
+    }
+
     /// The components of the rig file with their indices: margins have no residuals, no symbol and no structure.
     pub fn parts(&self) -> impl Iterator<Item = (usize, &Component)> {
         self.components.iter().enumerate().filter(|(_, component)| !component.margin)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_size_of_a_margin_is_told_from_what_a_data_sheet_states() {
+        let mut rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
+        let known = rig.parameters.len();
+        rig.give_margin("external-leakage@A").unwrap();
+        let size = rig.parameter("margin.external-leakage@A.conductance").unwrap();
+        assert!(size >= known && rig.is_margin(size));
+        assert!((0..known).all(|parameter| !rig.is_margin(parameter)));
     }
 }

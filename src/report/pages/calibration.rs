@@ -7,7 +7,7 @@ use crate::report::html::{Cell, Column, Page, Section, Table, Tone};
 use crate::report::number::{rounded, text};
 use crate::rig::Rig;
 
-/// The page: what was learnt, parameters on the scale of their data sheet, sensors, records.
+/// The page: what was learnt, parameters on the scale of what was known before, sensors, records.
 pub fn html(rig: &Rig, report: &Report) -> String {
     let records = report.records.len();
     let lead = format!("{} healthy record{}", records, if records == 1 { "" } else { "s" });
@@ -62,18 +62,18 @@ fn parameter_table(parameters: &[ParameterReport]) -> Table {
             plus_minus(one.before, one.sigma_before).into(),
             plus_minus(one.after, one.sigma_after).into(),
             one.unit.clone().into(),
-            Cell::Scale(prior_scale(one.after, (one.before, one.sigma_before), "data sheet")),
+            Cell::Scale(prior_scale(one.after, (one.before, one.sigma_before), "value before")),
         ]
     };
     Table::new(
-        "Before and after, one standard deviation. On each scale: bar two standard deviations of the data sheet, stroke its value, point \
-         what the records say",
+        "Before and after, +- one standard deviation; before the records a value is that of the data sheet, a margin nothing. On each \
+         scale: bar two standard deviations before, stroke the value before, point what the records say",
         vec![
             Column::text("parameter"),
-            Column::number("data sheet", ""),
+            Column::number("before", ""),
             Column::number("calibrated", ""),
             Column::text("unit"),
-            Column::text("against the data sheet"),
+            Column::text("after against before"),
         ],
         parameters.iter().map(row).collect(),
     )

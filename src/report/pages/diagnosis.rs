@@ -99,10 +99,10 @@ fn fit(shown: &Shown<'_>, diagnosed: &Diagnosed) -> Section {
     ));
     if !diagnosis.uncertain.is_empty() {
         let scales = diagnosis.uncertain.iter().map(uncertain_scale).collect();
-        let caption = "Estimated along: what the rig file gives with an uncertainty. Bar: before the record, two standard \
-                       deviations; point: with it";
+        let caption = "Estimated along: what the rig file gives with an uncertainty, +- one standard deviation before and with the \
+                       record. Bar: two standard deviations before it; point: with it";
         let table = Table::of(caption, &words::UNCERTAIN_HEADS, words::uncertain_rows(diagnosis));
-        section.table(table.with(4, Column::text("against the data sheet"), scales));
+        section.table(table.with(4, Column::text("against the rig file"), scales));
     }
     let misfit: Vec<&[f64]> = diagnosed.misfit.iter().map(Vec::as_slice).collect();
     misfit::add(&mut section, shown, &misfit);
@@ -170,5 +170,5 @@ fn hypothesis_table(diagnosis: &Diagnosis) -> Table {
 }
 
 fn uncertain_scale(one: &UncertainReport) -> Cell {
-    Cell::Scale(prior_scale(one.value, (one.nominal, one.sigma_before), "data sheet"))
+    Cell::Scale(prior_scale(one.value, (one.nominal, one.sigma_before), "rig file"))
 }

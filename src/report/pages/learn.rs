@@ -96,7 +96,7 @@ fn fitted_table(fitted: &[Fitted]) -> Table {
         ]
     };
     Table::new(
-        "What the rig file gives with an uncertainty: bar of two standard deviations, point where the record draws it",
+        "What the rig file gives with an uncertainty, +- one standard deviation: bar of two, point where the record draws it",
         vec![
             Column::text("parameter"),
             Column::number("fitted", ""),
