@@ -8,6 +8,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+/// What is run; other commands of a page are for the reader only.
+const RUN: [&str; 3] = ["borescope ", "sed ", "mkdir "];
 const VERDICTS: [&str; 3] = ["HEALTHY:", "FAULTY:", "MODEL INADEQUATE:"];
 
 /// What a command printed, one line each, standard error behind standard output.
@@ -41,9 +43,11 @@ fn copy(from: &Path, to: &Path) {
 /// Runs the commands of a document; answers the document with the present numbers, what is wrong with it, and verdicts that are
 /// stale.
 fn check(path: &str) -> (String, Vec<String>, Vec<String>) {
-    let folder = tempfile::tempdir().unwrap();
+    let around = tempfile::tempdir().unwrap();
+    // A page may write beside the project.
+    let folder = around.path().join("project");
     for fixtures in ["fixtures/telescopic", "fixtures/learning", "fixtures/press", "fixtures/two_tanks"] {
-        copy(Path::new(fixtures), &folder.path().join(fixtures));
+        copy(Path::new(fixtures), &folder.join(fixtures));
     }
     let document = fs::read_to_string(path).unwrap();
     let (mut now, mut wrong, mut stale, mut ran) = (String::new(), Vec::new(), Vec::new(), 0);
@@ -58,8 +62,8 @@ fn check(path: &str) -> (String, Vec<String>, Vec<String>) {
         } else if let Some(command) = line.strip_prefix("$ ").filter(|_| console) {
             let command = command.replace("cargo run --release -- ", "borescope ");
             left = None;
-            if command.starts_with("borescope ") || command.starts_with("sed ") {
-                let (status, lines) = run(folder.path(), &command);
+            if RUN.iter().any(|program| command.starts_with(program)) {
+                let (status, lines) = run(&folder, &command);
                 // A document shows an exit status other than 0 by `; echo $?`, which ends with 0 itself.
                 if status != Some(0) {
                     wrong.push(format!("{place}: exit status {status:?}: {}", lines.join("\n")));
