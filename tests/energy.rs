@@ -39,6 +39,8 @@ fn named(card: &Card, name: &str) -> usize {
 fn parameters(random: &mut ChaCha8Rng, card: &Card, fluid: &Fluid<f64>) -> Vec<f64> {
     let mut values: Vec<f64> = card.parameters.iter().map(|parameter| drawn(random, parameter)).collect();
     if card.kind == "cylinder" {
+        let (bore, rod) = (named(card, "bore"), named(card, "rod"));
+        values[rod] = values[rod].min(0.9 * values[bore]);
         let [bore, length, clearance] = ["bore", "land_length", "clearance"].map(|name| values[named(card, name)]);
         values[named(card, "viscous_friction")] += PI * fluid.viscosity() * bore * length / (0.5 * clearance);
     }
@@ -251,7 +253,7 @@ fn what_pump_and_load_bring_is_stored_or_dissipated() {
         &[],
         &[("cylinder.clearance", 0.2e-3)],
         &[("flow_control.orifice_diameter", 2e-3), ("directional_valve.opening", 0.3)],
-        &[("directional_valve.leak_AT", 1e-13), ("directional_valve.leak_PB", 3e-13), ("relief.set_pressure", 7e6)],
+        &[("directional_valve.leak_AT", 1e-12), ("directional_valve.leak_PB", 3e-12), ("relief.set_pressure", 1.1e7)],
     ];
     for faults in faults {
         let mut values = rig.nominal();
@@ -283,7 +285,7 @@ fn what_pump_and_load_bring_is_stored_or_dissipated() {
             "{faults:?}: pump {pump:.3} J, load {by_load:.3} J, heat {heat:.3} J, stored {stored:.3} J, gap {gap:.2e} J"
         );
         assert!(by_load < -100.0, "the load is pushed: {by_load} J");
-        assert!(gap.abs() < 1e-5 * pump, "{faults:?}: {gap} J of {pump} J are lost");
+        assert!(gap.abs() < 1e-6 * pump, "{faults:?}: {gap} J of {pump} J are lost");
         let most = moments.iter().map(|at| at.p[0] * at.q[0].abs()).fold(0.0, f64::max);
         for at in &moments {
             let each = sizes.dissipated(at);

@@ -130,7 +130,7 @@ fn no_reader_fails_on_damaged_input() {
     }
 }
 
-/// One thread per target; `FUZZ` is the number of executions, `TARGET` picks one.
+/// `FUZZ` is the number of executions, `TARGET` picks one.
 #[test]
 #[ignore = "takes minutes to hours"]
 fn no_reader_fails_in_a_million_executions() {

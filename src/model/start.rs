@@ -87,19 +87,25 @@ fn shown<S: Scalar>(rig: &Rig, layout: &Layout, parameters: &[S], drive: &Drive,
     }
 }
 
-/// Sets the pressures that follow from others, which are all set, where no sensor shows them.
+/// Sets the pressures that follow from others where no sensor shows them.
 fn derived<S: Scalar>(rig: &Rig, layout: &Layout, assembly: &mut Assembly<'_, S>, drive: &Drive, t: f64, y: &mut [S]) {
-    let hidden = |node: &usize| drive.shown_at(rig, *node).is_none();
-    for node in (0..rig.nodes.len()).filter(hidden) {
-        if let (Some(state), NodeKind::Volume { initial: InitialPressure::Balance }) =
-            (layout.node_state[node], &rig.nodes[node].kind)
+    alike(rig, layout, drive, y);
+    for node in 0..rig.nodes.len() {
+        if let (Some(state), NodeKind::Volume { initial: InitialPressure::Balance }, None) =
+            (layout.node_state[node], &rig.nodes[node].kind, drive.shown_at(rig, node))
         {
             balance(rig, layout, assembly, node, state, t, y);
         }
     }
-    for node in (0..rig.nodes.len()).filter(hidden) {
-        if let (Some(state), NodeKind::Volume { initial: InitialPressure::Like(other) }) =
-            (layout.node_state[node], &rig.nodes[node].kind)
+    // Once more: some are like what has only now been balanced.
+    alike(rig, layout, drive, y);
+}
+
+/// Copies the pressures of nodes that start like another.
+fn alike<S: Scalar>(rig: &Rig, layout: &Layout, drive: &Drive, y: &mut [S]) {
+    for node in 0..rig.nodes.len() {
+        if let (Some(state), NodeKind::Volume { initial: InitialPressure::Like(other) }, None) =
+            (layout.node_state[node], &rig.nodes[node].kind, drive.shown_at(rig, node))
             && let Some(other) = layout.node_state[*other]
         {
             y[state] = y[other];
