@@ -265,7 +265,7 @@ impl Estimate<'_> {
         });
         let fitted: Vec<_> = fitted.collect();
         let Some((theta, set, _)) = fitted.into_iter().min_by(|a, b| a.2.total_cmp(&b.2)) else { return Ok(self) };
-        let theta = quick(model, record, drive, (&theta, set), forms)?.theta;
+        let theta = quick(&roughly, record, drive, (&theta, set), forms)?.theta;
         let failed = |error| unsolvable(model, record, error);
         let form = renewed(case, &theta).map_err(failed)?;
         self.isolation = held(case, form, set).map_err(failed)?;
@@ -278,7 +278,8 @@ impl Estimate<'_> {
     /// The model cannot be solved there.
     pub fn without_faults(&self, forms: usize) -> Result<Self, Complaint> {
         let (full, record) = (&self.case.full, self.case.record);
-        let theta = quick(full.model, record, full.drive, (&self.case.mean, 0), forms)?.theta;
+        let roughly = full.model.clone().with_tolerance(search::ROUGH);
+        let theta = quick(&roughly, record, full.drive, (&self.case.mean, 0), forms)?.theta;
         let (case, form) = case_at(full.model, record, full.drive, &theta)?;
         let isolation = held(&case, form, 0).map_err(|error| unsolvable(full.model, record, error))?;
         Ok(Self { case, isolation })

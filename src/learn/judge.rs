@@ -11,6 +11,7 @@ use crate::complaint::Complaint;
 use crate::diagnosis::adequate;
 use crate::diagnosis::case::{ROBUST, priced};
 use crate::diagnosis::noise::Weights;
+use crate::diagnosis::search::ROUGH;
 use crate::progress::Count;
 use crate::record::Record;
 
@@ -78,7 +79,7 @@ impl Looking<'_> {
         let continued = |rough: &mut [(Vec<Candidate>, Rough)], best: f64| {
             let bar = self.bar(best);
             rough.par_iter_mut().filter(|(_, rough)| !bar.is_beyond(rough, samples)).for_each(|(_, rough)| {
-                if let Some(further) = quick(&rough.rig, self.record, &rough.values, rough.set, FORMS) {
+                if let Some(further) = quick(&rough.rig, self.record, &rough.values, (rough.set, FORMS), Some(ROUGH)) {
                     *rough = further;
                 }
             });

@@ -6,7 +6,7 @@ use crate::complaint::Complaint;
 use crate::diagnosis::case::{Set, priced};
 use crate::diagnosis::estimate::{self, FIRST_FORMS, Quick};
 use crate::diagnosis::search::ROUGH;
-use crate::model::{Drive, Model};
+use crate::model::{Drive, Model, Tolerance};
 use crate::physics::effect::First;
 use crate::record::Record;
 use crate::rig::{Given, Rig};
@@ -87,7 +87,7 @@ pub(super) fn refitted(base: &Trial, stands: &[Stand], record: &Record, effects:
         for &(index, start) in &starts {
             values[index] = start;
         }
-        from_there(Model::new(rig.clone()).with_tolerance(ROUGH), record, &values, *set, FIRST_FORMS)
+        quick(&rig, record, &values, (*set, FIRST_FORMS), Some(ROUGH))
     };
     let asked = |stand: usize| effects.iter().any(|effect| effect.stand.is_none_or(|own| own == stand));
     let tried = stands.iter().enumerate().filter(|(stand, _)| asked(*stand)).filter_map(|(_, stand)| from(stand));
@@ -116,11 +116,15 @@ pub(super) fn fitted(
 }
 
 /// Fits a rig with the faults of `set`, from values of all of its parameters (SI); `None` where it cannot be solved.
-pub(super) fn quick(rig: &Rig, record: &Record, values: &[f64], set: Set, forms: usize) -> Option<Rough> {
-    from_there(Model::new(rig.clone()), record, values, set, forms)
-}
-
-fn from_there(model: Model, record: &Record, values: &[f64], set: Set, forms: usize) -> Option<Rough> {
+/// Simulated as accurately as asked for.
+pub(super) fn quick(
+    rig: &Rig,
+    record: &Record,
+    values: &[f64],
+    (set, forms): (Set, usize),
+    tolerance: Option<Tolerance>,
+) -> Option<Rough> {
+    let model = Model::new(rig.clone()).with_tolerance(tolerance.unwrap_or_default());
     let drive = Drive::from_record(&model.rig, record).ok()?;
     let (values, Quick { cost, gained, .. }) = fitted(&model, record, &drive, values, (set, forms)).ok()?;
     Some(Rough { rig: model.rig, values, set, cost, gained })

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::refit::{Rough, quick};
 use super::trial::Trial;
 use crate::complaint::{Complaint, Kind};
+use crate::diagnosis::search::ROUGH;
 use crate::model::{self, Drive, Model, SimulationError};
 use crate::record::Record;
 use crate::rig::{Cycle, Rig};
@@ -44,7 +45,7 @@ pub fn separating(names: [String; 2], first: &Trial, second: &Trial) -> Option<E
     let apart = |&(share, length): &(f64, f64)| {
         let factors: Vec<f64> = scaled.iter().map(|scaled| if *scaled { share } else { 1.0 }).collect();
         let record = predicted(first, &cycle.scaled(&factors, || length)).ok()?;
-        let rival = quick(&second.rig, &record, &second.values, second.set, FIRST)?;
+        let rival = quick(&second.rig, &record, &second.values, (second.set, FIRST), Some(ROUGH))?;
         Some(Tried { share, length, record, rival, at_its_end: false })
     };
     let mut tried: Vec<Tried> = menu.par_iter().filter_map(apart).collect();
@@ -55,7 +56,7 @@ pub fn separating(names: [String; 2], first: &Trial, second: &Trial) -> Option<E
             break tried.swap_remove(most);
         }
         let one = &mut tried[most];
-        let further = quick(&second.rig, &one.record, &one.rival.values, second.set, FORMS - FIRST);
+        let further = quick(&second.rig, &one.record, &one.rival.values, (second.set, FORMS - FIRST), None);
         if let Some(further) = further.filter(|further| further.cost < one.rival.cost) {
             one.rival = further;
         }

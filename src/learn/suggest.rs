@@ -7,7 +7,7 @@ use super::separate::{Experiment, separating};
 use super::trial::{Run, Trial};
 use super::verdict::{conclude, conclude_near, explains};
 use crate::complaint::{Complaint, Kind, Place};
-use crate::diagnosis::case::members;
+use crate::diagnosis::case::{members, priced};
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::{adequate, mean_squares};
 use crate::model::{Drive, Model};
@@ -161,6 +161,9 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let without = (of_components || (base.set != 0 && !near)).then(|| estimate.without_faults(FORMS)).transpose()?;
     let mut lists = vec![candidates(estimate, 0)];
     lists.extend(without.as_ref().map(|without| candidates(without, 1)));
+    let samples = base.fit.weights.all_samples() as f64;
+    let mut costs = vec![priced(estimate.isolation.best.cost, base.set, samples)];
+    costs.extend(without.as_ref().map(|without| without.isolation.best.cost));
     let mut stands = vec![(base.values.clone(), base.set)];
     stands.extend(without.map(|without| (without.case.full.parameters(&without.isolation.best.theta), 0)));
     let looking = Looking { record: estimate.case.record, base: &base, base_check: &base_check, check, stands };
@@ -168,9 +171,10 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let most = [if near { FITTED_NEAR } else { FITTED }, FITTED_NEAR];
     let promising = lists.iter().zip(most).flat_map(|(list, most)| {
         let least = list.first().map_or(worth, |best| worth.max(PROMISING * best.score));
-        list.iter().filter(move |candidate| candidate.score > least).take(most).map(|candidate| vec![candidate.clone()])
+        list.iter().filter(move |candidate| candidate.score > least).take(most)
     });
-    let mut judged = looking.judge(promising.collect(), &[])?;
+    let promising = once_each(promising.collect(), &costs);
+    let mut judged = looking.judge(promising.into_iter().map(|candidate| vec![candidate.clone()]).collect(), &[])?;
     let more = alike(&judged, &lists);
     looking.join(&mut judged, more)?;
     if !near && !judged.iter().any(|judged| explains(judged, &base, &base_check)) {
@@ -187,6 +191,13 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let experiment = apart(&judged, &base);
     let scored = lists.swap_remove(0);
     Ok(Suggestion { conclusion, base, base_check, judged, scored, experiment })
+}
+
+/// Of each effect that is promising at several stands, the one that promises to cost least; `costs` are those of the stands.
+fn once_each<'a>(promising: Vec<&'a Candidate>, costs: &[f64]) -> Vec<&'a Candidate> {
+    let cost = |one: &Candidate| one.stand.and_then(|stand| costs.get(stand)).map_or(0.0, |cost| cost - one.score);
+    let beaten = |one: &Candidate| promising.iter().any(|other| other.id == one.id && cost(other) < cost(one));
+    promising.iter().copied().filter(|one| !beaten(one)).collect()
 }
 
 /// Candidates that promise as much as the best explanation where it was scored, and were not fitted.
