@@ -84,8 +84,7 @@ pub fn near<'a>(
     let mut case = match guess {
         Some((theta, _)) => {
             let mut case = unweighed(model, record, drive)?;
-            case.full.weights =
-                weights(&case.full, record, theta).map_err(|error| unsolvable(model, record, error))?;
+            case.full.weights = weights(&case.full, record, theta).map_err(|error| unsolvable(model, record, error))?;
             case
         }
         None => {

@@ -147,12 +147,7 @@ pub(super) fn prior_odds(faults: usize) -> f64 {
 ///
 /// # Errors
 /// The model cannot be solved at the guess.
-pub fn isolate(
-    case: &Case<'_>,
-    guess: &[f64],
-    centre: Set,
-    most_rounds: u64,
-) -> Result<Isolation, SimulationError> {
+pub fn isolate(case: &Case<'_>, guess: &[f64], centre: Set, most_rounds: u64) -> Result<Isolation, SimulationError> {
     isolate_from(case, Quadratic::at(case, guess)?, centre, most_rounds)
 }
 

@@ -232,7 +232,10 @@ fn gram(jacobian: &DMatrix<f64>, weights: &[f64]) -> DMatrix<f64> {
         let rows = jacobian.rows(block * ROWS, weights.len());
         for i in 0..count {
             let mut own = weighted.rows_mut(0, weights.len());
-            own.iter_mut().zip(rows.column(i).iter()).zip(weights).for_each(|((own, value), weight)| *own = value * weight);
+            own.iter_mut()
+                .zip(rows.column(i).iter())
+                .zip(weights)
+                .for_each(|((own, value), weight)| *own = value * weight);
             for j in 0..=i {
                 matrix[(i, j)] += own.dot(&rows.column(j));
             }
