@@ -62,7 +62,8 @@ pub fn descend(
         2.0 * ROBUST.cost(misfit) + away.dot(&(&precision * &away))
     };
     let hessian = near.information(&precision, &free);
-    let misfit = case.full.misfit(&theta).ok()?;
+    // Where the form was taken its run is at hand.
+    let misfit = if theta == near.theta { near.misfit.clone() } else { case.full.misfit(&theta).ok()? };
     let cost = total(&misfit, &theta);
     let mut here = Point { theta, misfit, cost, promised: 0.0, damping };
     if !cost.is_finite() {

@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::case::{Case, Set, has, members, priced};
 use super::descend::{ROUGH, descend};
-use super::events::weights;
-use super::hypotheses::{Isolation, MOST_ROUNDS, Stopped, held, isolate, simpler, unseen};
+use super::events::{weights, weights_along};
+use super::hypotheses::{Isolation, MOST_ROUNDS, Stopped, held, isolate, isolate_from, simpler, unseen};
 use super::noise::{self, Weights};
 use super::quadratic::Quadratic;
 use super::search;
@@ -82,7 +82,11 @@ pub fn near<'a>(
     rounds: u64,
 ) -> Result<Estimate<'a>, Complaint> {
     let mut case = match guess {
-        Some((theta, _)) => case_at(model, record, drive, theta)?,
+        Some((theta, _)) => {
+            let mut case = unweighed(model, record, drive)?;
+            case.full.weights = weights(&case.full, record, theta).map_err(|error| unsolvable(model, record, error))?;
+            case
+        }
         None => {
             let data = measured(&model.rig, record)?;
             let weights = rough(model, record, drive, &data);
@@ -95,12 +99,28 @@ pub fn near<'a>(
     Ok(Estimate { case, isolation })
 }
 
-/// A record and a rig, weighted by where the model has its events at `theta`.
-fn case_at<'a>(model: &'a Model, record: &'a Record, drive: &'a Drive, theta: &[f64]) -> Result<Case<'a>, Complaint> {
+fn unweighed<'a>(model: &'a Model, record: &'a Record, drive: &'a Drive) -> Result<Case<'a>, Complaint> {
     let none = Weights::new(&model.rig, &[], &[], &[]);
-    let mut case = Case::new(model, record, drive, measured(&model.rig, record)?, none);
-    case.full.weights = weights(&case.full, record, theta).map_err(|error| unsolvable(model, record, error))?;
-    Ok(case)
+    Ok(Case::new(model, record, drive, measured(&model.rig, record)?, none))
+}
+
+/// A record and a rig, weighted by where the model has its events at `theta`, and the form there.
+fn case_at<'a>(
+    model: &'a Model,
+    record: &'a Record,
+    drive: &'a Drive,
+    theta: &[f64],
+) -> Result<(Case<'a>, Quadratic), Complaint> {
+    let mut case = unweighed(model, record, drive)?;
+    let form = renewed(&mut case, theta).map_err(|error| unsolvable(model, record, error))?;
+    Ok((case, form))
+}
+
+/// Renews the weights of a case at `theta`, and gives the form there.
+fn renewed(case: &mut Case<'_>, theta: &[f64]) -> Result<Quadratic, SimulationError> {
+    let (weights, solved) = weights_along(&case.full, case.record, theta)?;
+    case.full.weights = weights;
+    Ok(Quadratic::of(case, theta, case.full.linearised(theta, &solved)))
 }
 
 /// Isolates the faults of a record from values of all estimated parameters that are near already, with weights of there.
@@ -114,13 +134,23 @@ pub fn isolated<'a>(
     (theta, set): (&[f64], Set),
     rounds: u64,
 ) -> Result<Estimate<'a>, Complaint> {
-    let case = case_at(model, record, drive, theta)?;
-    let isolation = isolate(&case, theta, set, rounds).map_err(|error| unsolvable(model, record, error))?;
+    let (case, form) = case_at(model, record, drive, theta)?;
+    let isolation = isolate_from(&case, form, set, rounds).map_err(|error| unsolvable(model, record, error))?;
     Ok(Estimate { case, isolation })
 }
 
-/// Fits a record with the faults of `set` present, from values of all estimated parameters: the values and the cost.
-/// Weights are those of the start; the form is renewed so many times.
+/// A fit that did not have to go to its end.
+pub(crate) struct Quick {
+    /// All estimated parameters, SI.
+    pub theta: Vec<f64>,
+    /// `2 F` of record and prior.
+    pub cost: f64,
+    /// By how much the last form lowered it.
+    pub gained: f64,
+}
+
+/// Fits a record with the faults of `set` present, from values of all estimated parameters.
+/// Weights are those of the start; the form is taken so many times.
 ///
 /// # Errors
 /// A model that cannot be solved there.
@@ -130,21 +160,22 @@ pub(crate) fn quick(
     drive: &Drive,
     (start, set): (&[f64], Set),
     forms: usize,
-) -> Result<(Vec<f64>, f64), Complaint> {
-    let case = case_at(model, record, drive, start)?;
-    let failed = |error| unsolvable(model, record, error);
-    let mut theta = start.to_vec();
-    let (mut cost, mut damping) = (f64::INFINITY, 0.0);
-    for _ in 0..forms {
-        let form = Quadratic::at(&case, &theta).map_err(failed)?;
-        let Some(point) = descend(&case, &form, set, &[], &theta, damping, (QUICK, ROUGH)) else { break };
-        let gained = cost - point.cost;
-        (theta, cost, damping) = (point.theta, point.cost, point.damping);
-        if gained < 1e-3 * cost {
+) -> Result<Quick, Complaint> {
+    let (case, mut form) = case_at(model, record, drive, start)?;
+    let mut fit = Quick { theta: start.to_vec(), cost: f64::INFINITY, gained: f64::INFINITY };
+    let mut damping = 0.0;
+    for left in (0..forms).rev() {
+        let Some(point) = descend(&case, &form, set, &[], &fit.theta, damping, (QUICK, ROUGH)) else { break };
+        let before = if fit.cost.is_finite() { fit.cost } else { case.cost(set, &form.misfit, &form.theta) };
+        damping = point.damping;
+        fit = Quick { theta: point.theta, cost: point.cost, gained: before - point.cost };
+        let again = left + 1 < forms;
+        if left == 0 || (again && fit.gained < 1e-3 * fit.cost) {
             break;
         }
+        form = Quadratic::at(&case, &fit.theta).map_err(|error| unsolvable(model, record, error))?;
     }
-    Ok((theta, cost))
+    Ok(fit)
 }
 
 /// The complaint about a model that cannot be solved on a record.
@@ -226,16 +257,17 @@ impl Estimate<'_> {
         starts.extend(search::places(case).iter().map(|place| (place.theta(case), place.set())));
         starts.dedup_by_key(|(_, set)| *set);
         let samples = case.full.weights.all_samples() as f64;
+        let roughly = model.clone().with_tolerance(search::ROUGH);
         let fitted = starts.par_iter().filter_map(|(start, set)| {
-            let (theta, cost) = quick(model, record, drive, (start, *set), FIRST_FORMS).ok()?;
-            Some((theta, *set, priced(cost, *set, samples)))
+            let fit = quick(&roughly, record, drive, (start, *set), FIRST_FORMS).ok()?;
+            Some((fit.theta, *set, priced(fit.cost, *set, samples)))
         });
         let fitted: Vec<_> = fitted.collect();
         let Some((theta, set, _)) = fitted.into_iter().min_by(|a, b| a.2.total_cmp(&b.2)) else { return Ok(self) };
-        let (theta, _) = quick(model, record, drive, (&theta, set), forms)?;
+        let theta = quick(&roughly, record, drive, (&theta, set), forms)?.theta;
         let failed = |error| unsolvable(model, record, error);
-        case.full.weights = weights(&case.full, record, &theta).map_err(failed)?;
-        self.isolation = held(case, &theta, set).map_err(failed)?;
+        let form = renewed(case, &theta).map_err(failed)?;
+        self.isolation = held(case, form, set).map_err(failed)?;
         Ok(self)
     }
 
@@ -245,9 +277,10 @@ impl Estimate<'_> {
     /// The model cannot be solved there.
     pub fn without_faults(&self, forms: usize) -> Result<Self, Complaint> {
         let (full, record) = (&self.case.full, self.case.record);
-        let (theta, _) = quick(full.model, record, full.drive, (&self.case.mean, 0), forms)?;
-        let case = case_at(full.model, record, full.drive, &theta)?;
-        let isolation = held(&case, &theta, 0).map_err(|error| unsolvable(full.model, record, error))?;
+        let roughly = full.model.clone().with_tolerance(search::ROUGH);
+        let theta = quick(&roughly, record, full.drive, (&self.case.mean, 0), forms)?.theta;
+        let (case, form) = case_at(full.model, record, full.drive, &theta)?;
+        let isolation = held(&case, form, 0).map_err(|error| unsolvable(full.model, record, error))?;
         Ok(Self { case, isolation })
     }
 
@@ -278,9 +311,9 @@ fn settle(case: &mut Case<'_>, guess: &[f64], set: Set, most_rounds: u64) -> Res
         if most_rounds < MOST_ROUNDS && missed(case, &isolation) {
             break;
         }
-        case.full.weights = weights(&case.full, case.record, &isolation.best.theta)?;
+        let form = renewed(case, &isolation.best.theta)?;
         let before = isolation;
-        isolation = isolate(case, &before.best.theta, before.set(), most_rounds)?;
+        isolation = isolate_from(case, form, before.set(), most_rounds)?;
         if missed(case, &isolation) && isolation.best.cost > STUCK * before.best.cost {
             break;
         }

@@ -6,26 +6,37 @@ use super::noise::{self, Weights};
 use super::prior::Gaussian;
 use super::problem::RecordProblem;
 use super::starts;
-use crate::model::{Drive, Model, SimulationError};
+use crate::model::{Drive, Model, Sensitivities, SimulationError};
 use crate::record::Record;
 
-/// Weights of a record for all parameters of a rig, SI.
+/// Weights of a record for all parameters of a rig, SI, and what the sensors read with them, `[sensor][row]`, SI.
 pub(crate) fn weights_of(
     model: &Model,
     record: &Record,
     drive: &Drive,
     parameters: &[f64],
-) -> Result<Weights, SimulationError> {
+) -> Result<(Weights, Vec<Vec<f64>>), SimulationError> {
     let nothing = Weights::new(&model.rig, &[], &[], &[]);
     let mut problem = RecordProblem::new(model, drive, &record.time, Vec::new(), nothing, Vec::new(), Gaussian::none());
     problem.base = parameters.to_vec();
-    weights(&problem, record, &[])
+    let (weights, solved) = weights_along(&problem, record, &[])?;
+    Ok((weights, solved.outputs.values))
 }
 
 /// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.
 pub(crate) fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Weights, SimulationError> {
     let Events { variance, phases, changes } = events(problem, record, theta)?;
     Ok(Weights::new(&problem.model.rig, &phases, &variance, &changes))
+}
+
+/// The same with what a linearisation there is made of: one run gives both.
+pub(super) fn weights_along(
+    problem: &RecordProblem<'_>,
+    record: &Record,
+    theta: &[f64],
+) -> Result<(Weights, Sensitivities), SimulationError> {
+    let (Events { variance, phases, changes }, solved) = events_along(problem, record, theta, &problem.inside())?;
+    Ok((Weights::new(&problem.model.rig, &phases, &variance, &changes), solved))
 }
 
 /// What weights are made of, but for the tolerances.
@@ -40,6 +51,16 @@ pub(crate) struct Events {
 
 /// Events at `theta`, where the model has them.
 pub(crate) fn events(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Events, SimulationError> {
+    Ok(events_along(problem, record, theta, &[])?.0)
+}
+
+/// The same with the derivatives by further parameters.
+fn events_along(
+    problem: &RecordProblem<'_>,
+    record: &Record,
+    theta: &[f64],
+    further: &[usize],
+) -> Result<(Events, Sensitivities), SimulationError> {
     let model = problem.model;
     let rig = &model.rig;
     let constants: Vec<usize> = rig
@@ -50,13 +71,15 @@ pub(crate) fn events(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]
         .map(|(index, _)| index)
         .collect();
     let parameters = problem.parameters(theta);
-    let solved = model.sensitivities(&parameters, &constants, problem.drive, problem.times)?;
-    let outputs = solved.outputs.values;
+    let by = [&constants[..], further].concat();
+    let Sensitivities { outputs: run, derivatives: mut constant } =
+        model.sensitivities(&parameters, &by, problem.drive, problem.times)?;
+    let derivatives = constant.split_off(constants.len());
+    let outputs = &run.values;
     let curves: Vec<&[f64]> = outputs.iter().map(Vec::as_slice).collect();
     let variance = noise::variances(rig, record, &curves, false);
     let phases = noise::phases(rig, problem.drive, problem.times, &variance);
-    let mut changes: Vec<Vec<Vec<f64>>> = solved
-        .derivatives
+    let mut changes: Vec<Vec<Vec<f64>>> = constant
         .into_iter()
         .zip(&constants)
         .map(|(mut derivative, &constant)| {
@@ -73,10 +96,10 @@ pub(crate) fn events(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]
             Some(onset) => drive.with_onset(onset.clone()),
             None => drive,
         };
-        changes.push(change(problem, &drive, &parameters, &outputs, problem.times.len())?);
+        changes.push(change(problem, &drive, &parameters, outputs, problem.times.len())?);
     }
-    changes.extend(starts::changes(problem, &parameters, &outputs, phases.first().map_or(0, |phase| phase.end))?);
-    Ok(Events { variance, phases, changes })
+    changes.extend(starts::changes(problem, &parameters, outputs, phases.first().map_or(0, |phase| phase.end))?);
+    Ok((Events { variance, phases, changes }, Sensitivities { outputs: run, derivatives }))
 }
 
 /// What another drive changes of the readings, over so many rows from the first.

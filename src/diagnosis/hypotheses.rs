@@ -147,13 +147,20 @@ pub(super) fn prior_odds(faults: usize) -> f64 {
 ///
 /// # Errors
 /// The model cannot be solved at the guess.
-pub fn isolate(
+pub fn isolate(case: &Case<'_>, guess: &[f64], centre: Set, most_rounds: u64) -> Result<Isolation, SimulationError> {
+    isolate_from(case, Quadratic::at(case, guess)?, centre, most_rounds)
+}
+
+/// The same from the form at the guess.
+///
+/// # Errors
+/// The model cannot be solved.
+pub(super) fn isolate_from(
     case: &Case<'_>,
-    guess: &[f64],
+    mut quadratic: Quadratic,
     mut centre: Set,
     most_rounds: u64,
 ) -> Result<Isolation, SimulationError> {
-    let mut quadratic = Quadratic::at(case, guess)?;
     let (mut rounds, mut damping) = (0, 0.0);
     loop {
         rounds += 1;
@@ -181,12 +188,12 @@ pub fn isolate(
     }
 }
 
-/// The fit of one set of faults as if it were isolated, from values of all estimated parameters.
+/// The fit of one set of faults as if it were isolated, from the form at values of all estimated parameters.
 ///
 /// # Errors
 /// The model cannot be solved there.
-pub(super) fn held(case: &Case<'_>, theta: &[f64], set: Set) -> Result<Isolation, SimulationError> {
-    let quadratic = Quadratic::at(case, theta)?;
+pub(super) fn held(case: &Case<'_>, quadratic: Quadratic, set: Set) -> Result<Isolation, SimulationError> {
+    let theta = &quadratic.theta;
     let reduced = quadratic.reduced(case);
     let inflation = vec![1.0; case.faults()];
     let unsolvable =

@@ -18,7 +18,7 @@ pub mod prior;
 pub mod problem;
 pub mod quadratic;
 mod result;
-mod search;
+pub(crate) mod search;
 mod starts;
 pub(crate) mod summary;
 pub mod watch;

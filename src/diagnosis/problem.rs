@@ -119,17 +119,29 @@ impl Problem for RecordProblem<'_> {
     }
 
     fn linearise(&self, theta: &[f64]) -> Result<Linearised, SimulationError> {
-        let parameters = self.parameters(theta);
-        // Offsets and gains act on the finished reading; without an integration, but where the circuit starts as the sensor shows.
-        let inside: Vec<usize> = self
-            .estimated
-            .iter()
-            .map(|estimated| estimated.parameter)
-            .filter(|&parameter| self.by_reading(parameter).is_none())
-            .collect();
+        let solved = self.model.sensitivities(&self.parameters(theta), &self.inside(), self.drive, self.times)?;
+        Ok(self.linearised(theta, &solved))
+    }
+
+    fn scale(&self) -> Vec<f64> {
+        self.estimated.iter().map(|estimated| estimated.scale).collect()
+    }
+}
+
+impl RecordProblem<'_> {
+    /// Estimated parameters, by index of the rig's, whose derivatives need an integration: offsets and gains act on the
+    /// finished reading, but where the circuit starts as the sensor shows.
+    pub(super) fn inside(&self) -> Vec<usize> {
+        let all = self.estimated.iter().map(|estimated| estimated.parameter);
+        all.filter(|&parameter| self.by_reading(parameter).is_none()).collect()
+    }
+
+    /// Misfits and their derivatives at `theta`, from what the sensors read there and its derivatives by
+    /// [`RecordProblem::inside`].
+    pub(super) fn linearised(&self, theta: &[f64], solved: &Sensitivities) -> Linearised {
         self.solves.fetch_add(1, Ordering::Relaxed);
-        let Sensitivities { outputs, derivatives } =
-            self.model.sensitivities(&parameters, &inside, self.drive, self.times)?;
+        let Sensitivities { outputs, derivatives } = solved;
+        let parameters = self.parameters(theta);
         let misfit = self.weigh(&outputs.values, theta);
         let rows = self.times.len();
         let (before, until) = (self.drive.before(&parameters).0, self.until());
@@ -154,15 +166,9 @@ impl Problem for RecordProblem<'_> {
         }
         let first_prior = rows * self.measured.len();
         self.prior.linearise(&mut jacobian, first_prior);
-        Ok(Linearised { misfit, jacobian })
+        Linearised { misfit, jacobian }
     }
 
-    fn scale(&self) -> Vec<f64> {
-        self.estimated.iter().map(|estimated| estimated.scale).collect()
-    }
-}
-
-impl RecordProblem<'_> {
     /// Rows until which parameters may have other values than after.
     fn until(&self) -> usize {
         let first = self.drive.pieces.first().map_or(f64::INFINITY, |piece| piece.start);

@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::case::{Case, ROBUST, Set, members};
-use crate::fit::{Problem, long_run_variance};
+use crate::fit::{Linearised, Problem, long_run_variance};
 use crate::model::SimulationError;
 
 /// `2 F(theta) = sum rho(r²)` of the record alone, and its quadratic model by Gauss and Newton. Parameters are in units of
@@ -65,22 +65,20 @@ impl Quadratic {
     /// # Errors
     /// The model cannot be solved at `theta`.
     pub fn at(case: &Case<'_>, theta: &[f64]) -> Result<Self, SimulationError> {
-        let linearised = case.full.linearise(theta)?;
+        Ok(Self::of(case, theta, case.full.linearise(theta)?))
+    }
+
+    /// From the misfits and their derivatives at `theta`.
+    pub(super) fn of(case: &Case<'_>, theta: &[f64], linearised: Linearised) -> Self {
         let scale = case.full.scale();
         let mut jacobian = linearised.jacobian;
         for (mut column, scale) in jacobian.column_iter_mut().zip(&scale) {
             column *= *scale;
         }
         let misfit = linearised.misfit;
-        let mut weighted = jacobian.clone();
         let weights: Vec<f64> = misfit.iter().map(|r| ROBUST.at(r * r).1).collect();
-        for mut column in weighted.column_iter_mut() {
-            for (value, weight) in column.iter_mut().zip(&weights) {
-                *value *= weight;
-            }
-        }
-        let matrix = jacobian.tr_mul(&weighted);
-        Ok(Self { theta: theta.to_vec(), misfit, scale, jacobian, matrix })
+        let matrix = gram(&jacobian, &weights);
+        Self { theta: theta.to_vec(), misfit, scale, jacobian, matrix }
     }
 
     /// What record and prior (its `precision` per scales) say of the `free` parameters, per scales.
@@ -220,6 +218,31 @@ impl Quadratic {
         let spread = (0..count).map(|i| 2.0 * std::f64::consts::PI * (self.scale[i] / case.range(i)).powi(2)).collect();
         Reduced { matrix, gradient, constant, room, spread }
     }
+}
+
+/// Rows whose products are summed at a time: what of a Jacobian stays near the processor.
+const ROWS: usize = 512;
+
+/// `J' W J` with a weight for each row.
+fn gram(jacobian: &DMatrix<f64>, weights: &[f64]) -> DMatrix<f64> {
+    let count = jacobian.ncols();
+    let mut matrix = DMatrix::zeros(count, count);
+    let mut weighted = DVector::zeros(ROWS);
+    for (block, weights) in weights.chunks(ROWS).enumerate() {
+        let rows = jacobian.rows(block * ROWS, weights.len());
+        for i in 0..count {
+            let mut own = weighted.rows_mut(0, weights.len());
+            own.iter_mut()
+                .zip(rows.column(i).iter())
+                .zip(weights)
+                .for_each(|((own, value), weight)| *own = value * weight);
+            for j in 0..=i {
+                matrix[(i, j)] += own.dot(&rows.column(j));
+            }
+        }
+    }
+    matrix.fill_upper_triangle_with_lower_triangle();
+    matrix
 }
 
 impl Reduced {

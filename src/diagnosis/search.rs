@@ -39,8 +39,8 @@ const MOST: usize = 3;
 const TRIED: usize = 3;
 /// Share of the cost that a further fault has to take away.
 const GROWTH: f64 = 0.1;
-/// Errors of a thousandth of a bar, which is far below what places differ by.
-const ROUGH: Tolerance = Tolerance { relative: 1e-5, absolute: 1e-5 };
+/// Errors of a thousandth of a bar, which is far below what places, or rough fits, differ by.
+pub(crate) const ROUGH: Tolerance = Tolerance { relative: 1e-5, absolute: 1e-5 };
 /// Relative decrease of the cost that ends a fit.
 const NEIGHBOURHOOD: f64 = 1e-2;
 /// Iterations after which a fit that has not found a neighbourhood is given up.

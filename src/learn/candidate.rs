@@ -45,7 +45,10 @@ const ABSORBED: f64 = 0.05;
 const FAR: f64 = 20.0;
 /// Sizes that are tried, in typical ones. An effect that is not straight shows itself only near its own; but what shifts the
 /// time at which the piston arrives is straight only where the shift is less than a row.
-const SIZES: &[f64] = &[1.0, 0.1, 5.0, 25.0];
+const SIZES: &[f64] = &[0.1, 1.0, 5.0, 25.0];
+const TYPICAL: usize = 1;
+/// Larger ones are tried where the one before is too small by this factor.
+const BEYOND: f64 = 1.5;
 
 /// All effects that the rig may have and does not, the most promising first; `stand` is where the estimate stands.
 pub fn candidates(estimate: &Estimate<'_>, stand: usize) -> Vec<Candidate> {
@@ -122,13 +125,20 @@ fn bends_a_fault(rig: &Rig, placed: &Placed) -> bool {
 
 /// The try of an effect that promises most.
 fn best_try(estimate: &Estimate<'_>, plain: &[Vec<f64>], placed: &Placed) -> Option<Candidate> {
-    let mut tries = tries(estimate, placed).into_iter();
-    let first = scored(estimate, plain, placed, tries.next()?);
-    if first.as_ref().is_some_and(|first| !first.excited) {
-        return first;
+    let (typical, all) = tries(estimate, placed);
+    let mut tried: Vec<Candidate> = Vec::new();
+    for (place, one) in all.into_iter().enumerate() {
+        let Some(one) = scored(estimate, plain, placed, one) else { continue };
+        if Some(place) == typical.or(Some(0)) && !one.excited {
+            return Some(one);
+        }
+        // A size that asks for no larger one has none that promises more.
+        let enough = typical.is_some_and(|typical| place >= typical && !asks_for_more(&one, place == typical));
+        tried.push(one);
+        if enough {
+            break;
+        }
     }
-    let others = tries.filter_map(|tried| scored(estimate, plain, placed, tried));
-    let mut tried: Vec<Candidate> = first.into_iter().chain(others).collect();
     // What the record could show is told by the least try: nearest to a straight line.
     let rig = estimate.case.rig();
     let sized = |one: &Candidate| Some((distance(rig, one)?, one.smallest));
@@ -155,8 +165,13 @@ fn nothing(rig: &Rig, placed: &Placed, free: &Free) -> Option<f64> {
     }
 }
 
-/// What is tried of each parameter, SI: several levels where a level has to be found, else several sizes.
-fn tries(estimate: &Estimate<'_>, placed: &Placed) -> Vec<Vec<Given>> {
+/// Whether the best size lies beyond the one that was tried. A typical one of the wrong sign does not say that.
+fn asks_for_more(tried: &Candidate, typical: bool) -> bool {
+    if tried.score > 0.0 { tried.factor.abs() > BEYOND } else { typical }
+}
+
+/// What is tried of each parameter, SI: several levels where a level has to be found, else several sizes, one of them typical.
+fn tries(estimate: &Estimate<'_>, placed: &Placed) -> (Option<usize>, Vec<Vec<Given>>) {
     let rig = estimate.case.rig();
     let of_level = placed.effect.parameters.iter().any(|free| matches!(free.first, First::Range(_)));
     let steps: &[f64] = match placed.spot {
@@ -178,7 +193,7 @@ fn tries(estimate: &Estimate<'_>, placed: &Placed) -> Vec<Vec<Given>> {
         Given { name: free.name.to_owned(), value, sigma: 0.0 }
     };
     let all = steps.iter().map(|&step| placed.effect.parameters.iter().map(|free| one(free, step)).collect());
-    all.collect()
+    ((!of_level).then_some(TYPICAL), all.collect())
 }
 
 fn ends(values: &[f64]) -> (f64, f64) {

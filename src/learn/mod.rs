@@ -7,6 +7,7 @@
 //! | [`candidate`] | which effects might be missing, and how much of the misfit could each explain (score test) |
 //! | [`trial`] | what a record says once an effect is in the model, everything else fitted along |
 //! | [`suggest`] | which effect is missing, judged on a second record |
+//! | `judge` | effects fitted and judged, as far as they could still win |
 //! | `verdict` | the one word on a record |
 //! | [`separate`] | which experiment would tell two explanations apart |
 //! | [`result`] | the suggestion as programs read it |
@@ -18,6 +19,7 @@ pub mod add;
 pub mod candidate;
 pub mod compare;
 pub mod improve;
+mod judge;
 pub mod missing;
 pub mod phase;
 mod refit;

@@ -4,8 +4,9 @@ use super::candidate::Candidate;
 use super::trial::Trial;
 use crate::complaint::Complaint;
 use crate::diagnosis::case::{Set, priced};
-use crate::diagnosis::estimate::{self, FIRST_FORMS};
-use crate::model::{Drive, Model};
+use crate::diagnosis::estimate::{self, FIRST_FORMS, Quick};
+use crate::diagnosis::search::ROUGH;
+use crate::model::{Drive, Model, Tolerance};
 use crate::physics::effect::First;
 use crate::record::Record;
 use crate::rig::{Given, Rig};
@@ -25,6 +26,8 @@ pub(super) struct Rough {
     pub set: Set,
     /// `2 F` of record and prior.
     pub cost: f64,
+    /// By how much the last form of its fit lowered it.
+    pub gained: f64,
 }
 
 impl Rough {
@@ -84,7 +87,7 @@ pub(super) fn refitted(base: &Trial, stands: &[Stand], record: &Record, effects:
         for &(index, start) in &starts {
             values[index] = start;
         }
-        quick(&rig, record, &values, *set, FIRST_FORMS)
+        quick(&rig, record, &values, (*set, FIRST_FORMS), Some(ROUGH))
     };
     let asked = |stand: usize| effects.iter().any(|effect| effect.stand.is_none_or(|own| own == stand));
     let tried = stands.iter().enumerate().filter(|(stand, _)| asked(*stand)).filter_map(|(_, stand)| from(stand));
@@ -92,7 +95,7 @@ pub(super) fn refitted(base: &Trial, stands: &[Stand], record: &Record, effects:
     tried.min_by(|a, b| a.priced(samples).total_cmp(&b.priced(samples)))
 }
 
-/// All parameters of a rig (SI) with the faults of `set` and what is uncertain fitted from there, and the cost.
+/// All parameters of a rig (SI) with the faults of `set` and what is uncertain fitted from there, and the fit.
 ///
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved there.
@@ -102,20 +105,27 @@ pub(super) fn fitted(
     drive: &Drive,
     values: &[f64],
     (set, forms): (Set, usize),
-) -> Result<(Vec<f64>, f64), Complaint> {
+) -> Result<(Vec<f64>, Quick), Complaint> {
     let start = estimate::picked(&model.rig, values);
-    let (theta, cost) = estimate::quick(model, record, drive, (&start, set), forms)?;
+    let fit = estimate::quick(model, record, drive, (&start, set), forms)?;
     let mut values = values.to_vec();
-    for (parameter, value) in estimate::estimated_parameters(&model.rig).into_iter().zip(theta) {
-        values[parameter] = value;
+    for (parameter, value) in estimate::estimated_parameters(&model.rig).into_iter().zip(&fit.theta) {
+        values[parameter] = *value;
     }
-    Ok((values, cost))
+    Ok((values, fit))
 }
 
 /// Fits a rig with the faults of `set`, from values of all of its parameters (SI); `None` where it cannot be solved.
-pub(super) fn quick(rig: &Rig, record: &Record, values: &[f64], set: Set, forms: usize) -> Option<Rough> {
-    let model = Model::new(rig.clone());
+/// Simulated as accurately as asked for.
+pub(super) fn quick(
+    rig: &Rig,
+    record: &Record,
+    values: &[f64],
+    (set, forms): (Set, usize),
+    tolerance: Option<Tolerance>,
+) -> Option<Rough> {
+    let model = Model::new(rig.clone()).with_tolerance(tolerance.unwrap_or_default());
     let drive = Drive::from_record(&model.rig, record).ok()?;
-    let (values, cost) = fitted(&model, record, &drive, values, (set, forms)).ok()?;
-    Some(Rough { rig: model.rig, values, set, cost })
+    let (values, Quick { cost, gained, .. }) = fitted(&model, record, &drive, values, (set, forms)).ok()?;
+    Some(Rough { rig: model.rig, values, set, cost, gained })
 }

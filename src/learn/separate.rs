@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::refit::quick;
+use super::refit::{Rough, quick};
 use super::trial::Trial;
 use crate::complaint::{Complaint, Kind};
+use crate::diagnosis::search::ROUGH;
 use crate::model::{self, Drive, Model, SimulationError};
 use crate::record::Record;
 use crate::rig::{Cycle, Rig};
@@ -13,8 +14,9 @@ use crate::rig::{Cycle, Rig};
 const SHARES: [f64; 5] = [0.0, 0.25, 0.5, 1.0, 1.5];
 /// The same of the lengths of its phases.
 const LENGTHS: [f64; 2] = [1.0, 0.5];
-/// Forms of the fit of the rival to what the other predicts.
+/// Forms of the fit of the rival to what the other predicts, and of its beginning.
 const FORMS: usize = 4;
+const FIRST: usize = 1;
 
 /// A run of the rig's cycle, changed, that two explanations predict differently.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -43,13 +45,35 @@ pub fn separating(names: [String; 2], first: &Trial, second: &Trial) -> Option<E
     let apart = |&(share, length): &(f64, f64)| {
         let factors: Vec<f64> = scaled.iter().map(|scaled| if *scaled { share } else { 1.0 }).collect();
         let record = predicted(first, &cycle.scaled(&factors, || length)).ok()?;
-        let rival = quick(&second.rig, &record, &second.values, second.set, FORMS)?;
-        Some((share, length, rival.cost.max(0.0).sqrt()))
+        let rival = quick(&second.rig, &record, &second.values, (second.set, FIRST), Some(ROUGH))?;
+        Some(Tried { share, length, record, rival, at_its_end: false })
     };
-    let tried: Vec<(f64, f64, f64)> = menu.par_iter().filter_map(apart).collect();
-    let (share, length, sigma) = tried.into_iter().max_by(|a, b| a.2.total_cmp(&b.2))?;
+    let mut tried: Vec<Tried> = menu.par_iter().filter_map(apart).collect();
+    // A fit can only fall: what is farthest apart at its end is farther than the others ever will be.
+    let Tried { share, length, rival, .. } = loop {
+        let most = (0..tried.len()).max_by(|&a, &b| tried[a].rival.cost.total_cmp(&tried[b].rival.cost))?;
+        if tried[most].at_its_end {
+            break tried.swap_remove(most);
+        }
+        let one = &mut tried[most];
+        let further = quick(&second.rig, &one.record, &one.rival.values, (second.set, FORMS - FIRST), None);
+        if let Some(further) = further.filter(|further| further.cost < one.rival.cost) {
+            one.rival = further;
+        }
+        one.at_its_end = true;
+    };
+    let sigma = rival.cost.max(0.0).sqrt();
     let inputs = rig.inputs.iter().zip(&scaled).filter(|(_, scaled)| **scaled).map(|(input, _)| input.name.clone());
     Some(Experiment { between: names, inputs: inputs.collect(), share, length, sigma })
+}
+
+/// A change of the cycle with the rival fitted to it.
+struct Tried {
+    share: f64,
+    length: f64,
+    record: Record,
+    rival: Rough,
+    at_its_end: bool,
 }
 
 /// What a fitted model says that a logger would write of a cycle, without noise.

@@ -1,18 +1,17 @@
 //! Which effect is missing: candidates by score, joint refits of the best, one verdict.
 
-use rayon::prelude::*;
-
 use super::candidate::{Candidate, candidates, empirical};
-use super::refit::{FORMS, Rough, Stand, quick, refitted};
+use super::judge::Looking;
+use super::refit::{FORMS, refitted};
 use super::separate::{Experiment, separating};
 use super::trial::{Run, Trial};
-use super::verdict::{conclude, conclude_near, explains, warnings};
+use super::verdict::{conclude, conclude_near, explains};
 use crate::complaint::{Complaint, Kind, Place};
-use crate::diagnosis::case::members;
+use crate::diagnosis::case::{members, priced};
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::{adequate, mean_squares};
 use crate::model::{Drive, Model};
-use crate::progress::{self, Count};
+use crate::progress;
 use crate::record::Record;
 use crate::rig::Rig;
 
@@ -20,18 +19,16 @@ use crate::rig::Rig;
 const FITTED: usize = 8;
 /// The same of those that show where no fault has bent to what is missing, and where the model is within its tolerance.
 const FITTED_NEAR: usize = 4;
+/// Share of the best one's score that a candidate has to promise to be fitted.
+const PROMISING: f64 = 0.03;
 /// Share of the noise that an effect has to explain where the model is within its tolerance: what is less is tolerance.
 const NEAR: f64 = 0.03;
 /// Candidates of which pairs are fitted where none explains the record alone.
 const PAIRED: usize = 5;
+/// Share of what is missed that two have to gain one by one for their pair to be fitted: together they may gain more.
+const PAIR_PROMISE: f64 = 0.1;
 /// Ratio of two scores within which the refit has to say which effect explains more.
 const SCORES_ALIKE: f64 = 1.2;
-/// Share of the best one's gain within which others are fitted to their end too.
-const CLOSE: f64 = 0.05;
-/// Candidates that are isolated anew, faults and all.
-const ISOLATED: usize = 2;
-/// Candidates that go on to their end.
-const CONTINUED: usize = 3;
 /// Rounds of isolation of each fit.
 pub(super) const ROUNDS: u64 = 4;
 /// Difference of the information criterion within which two explanations are rivals (Kass and Raftery 1995: very strong).
@@ -63,6 +60,8 @@ pub struct Judged {
     pub delta_bic: f64,
     /// Whether it explains more than chance does, on the check record too.
     pub supported: bool,
+    /// Whether its faults were isolated anew with it.
+    pub isolated: bool,
     /// Others that explain the record alike.
     pub confounded_with: Vec<String>,
     pub warnings: Vec<String>,
@@ -84,7 +83,7 @@ impl Judged {
 }
 
 /// What effects together are called.
-fn joined(effects: &[Candidate]) -> String {
+pub(super) fn joined(effects: &[Candidate]) -> String {
     effects.iter().map(|effect| effect.id.as_str()).collect::<Vec<_>>().join(" + ")
 }
 
@@ -162,19 +161,24 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let without = (of_components || (base.set != 0 && !near)).then(|| estimate.without_faults(FORMS)).transpose()?;
     let mut lists = vec![candidates(estimate, 0)];
     lists.extend(without.as_ref().map(|without| candidates(without, 1)));
+    let samples = base.fit.weights.all_samples() as f64;
+    let mut costs = vec![priced(estimate.isolation.best.cost, base.set, samples)];
+    costs.extend(without.as_ref().map(|without| without.isolation.best.cost));
     let mut stands = vec![(base.values.clone(), base.set)];
     stands.extend(without.map(|without| (without.case.full.parameters(&without.isolation.best.theta), 0)));
     let looking = Looking { record: estimate.case.record, base: &base, base_check: &base_check, check, stands };
     let worth = significant(lists[0].len()) + if near { NEAR * base.fit.weights.all_samples() as f64 } else { 0.0 };
     let most = [if near { FITTED_NEAR } else { FITTED }, FITTED_NEAR];
     let promising = lists.iter().zip(most).flat_map(|(list, most)| {
-        list.iter().filter(|candidate| candidate.score > worth).take(most).map(|candidate| vec![candidate.clone()])
+        let least = list.first().map_or(worth, |best| worth.max(PROMISING * best.score));
+        list.iter().filter(move |candidate| candidate.score > least).take(most)
     });
-    let mut judged = looking.judge(promising.collect())?;
+    let promising = once_each(promising.collect(), &costs);
+    let mut judged = looking.judge(promising.into_iter().map(|candidate| vec![candidate.clone()]).collect(), &[])?;
     let more = alike(&judged, &lists);
     looking.join(&mut judged, more)?;
     if !near && !judged.iter().any(|judged| explains(judged, &base, &base_check)) {
-        let more = pairs(&judged);
+        let more = pairs(&judged, &base);
         looking.join(&mut judged, more)?;
     }
     looking.settle(&mut judged)?;
@@ -189,6 +193,13 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     Ok(Suggestion { conclusion, base, base_check, judged, scored, experiment })
 }
 
+/// Of each effect that is promising at several stands, the one that promises to cost least; `costs` are those of the stands.
+fn once_each<'a>(promising: Vec<&'a Candidate>, costs: &[f64]) -> Vec<&'a Candidate> {
+    let cost = |one: &Candidate| one.stand.and_then(|stand| costs.get(stand)).map_or(0.0, |cost| cost - one.score);
+    let beaten = |one: &Candidate| promising.iter().any(|other| other.id == one.id && cost(other) < cost(one));
+    promising.iter().copied().filter(|one| !beaten(one)).collect()
+}
+
 /// Candidates that promise as much as the best explanation where it was scored, and were not fitted.
 fn alike(judged: &[Judged], lists: &[Vec<Candidate>]) -> Vec<Vec<Candidate>> {
     let Some([best]) = judged.first().map(|best| best.effects.as_slice()) else { return Vec::new() };
@@ -198,12 +209,16 @@ fn alike(judged: &[Judged], lists: &[Vec<Candidate>]) -> Vec<Vec<Candidate>> {
     close.take(FITTED).map(|candidate| vec![candidate.clone()]).collect()
 }
 
-/// The best explanations, two by two.
-fn pairs(judged: &[Judged]) -> Vec<Vec<Candidate>> {
+/// The best explanations, two by two, as far as they may explain together what is missed.
+fn pairs(judged: &[Judged], base: &Trial) -> Vec<Vec<Candidate>> {
     let best: Vec<&Judged> = judged.iter().take(PAIRED).collect();
+    let scale = judged.iter().map(|one| one.trial.fit.chi2).fold(f64::INFINITY, f64::min).max(1.0);
+    let missed = (base.fit.chi2 - 1.0).max(0.0) * base.fit.weights.all_samples() as f64 / scale;
+    let gain = |one: &Judged| one.delta_bic.max(0.0);
     let mut pairs = Vec::new();
     for (place, a) in best.iter().enumerate() {
-        pairs.extend(best[..place].iter().map(|b| [b.effects.clone(), a.effects.clone()].concat()));
+        let others = best[..place].iter().filter(|b| gain(a) + gain(b) > PAIR_PROMISE * missed);
+        pairs.extend(others.map(|b| [b.effects.clone(), a.effects.clone()].concat()));
     }
     pairs
 }
@@ -224,124 +239,4 @@ fn significant(candidates: usize) -> f64 {
 /// Whether a run is within noise and tolerance in every channel.
 pub fn is_adequate(run: &Run) -> bool {
     mean_squares(&run.weights, &run.misfit).into_iter().all(|(square, samples)| adequate(square, samples))
-}
-
-/// A record that is looked at, with the model as given.
-struct Looking<'a> {
-    record: &'a Record,
-    base: &'a Trial,
-    base_check: &'a Option<Run>,
-    check: Option<&'a Record>,
-    /// Where refits start.
-    stands: Vec<Stand>,
-}
-
-impl Looking<'_> {
-    /// Refits the model with each set of effects.
-    fn judge(&self, chosen: Vec<Vec<Candidate>>) -> Result<Vec<Judged>, Complaint> {
-        let Self { record, base, check, ref stands, .. } = *self;
-        let count = Count::new("effects fitted", chosen.len());
-        let mut rough: Vec<(Vec<Candidate>, Rough)> = chosen
-            .into_par_iter()
-            .filter_map(|effects| {
-                let rough = refitted(base, stands, record, &effects);
-                count.one();
-                Some((effects, rough?))
-            })
-            .collect();
-        let samples = base.fit.weights.all_samples() as f64;
-        rough.sort_by(|a, b| a.1.priced(samples).total_cmp(&b.1.priced(samples)));
-        // From several stands the same effect comes twice.
-        let mut known: Vec<String> = Vec::new();
-        rough.retain(|(effects, _)| {
-            let id = joined(effects);
-            let new = !known.contains(&id);
-            known.push(id);
-            new
-        });
-        // The best go on to their end; of the others it is enough to know that they are worse.
-        rough.par_iter_mut().take(CONTINUED).for_each(|(_, rough)| {
-            if let Some(further) = quick(&rough.rig, record, &rough.values, rough.set, FORMS) {
-                *rough = further;
-            }
-        });
-        rough.sort_by(|a, b| a.1.priced(samples).total_cmp(&b.1.priced(samples)));
-        let count = Count::new("effects judged", rough.len());
-        let mut judged: Vec<Judged> = rough
-            .into_par_iter()
-            .enumerate()
-            .filter_map(|(place, (effects, rough))| {
-                // With faults isolated anew.
-                let rounds = if place < ISOLATED { ROUNDS } else { 0 };
-                let trial = Trial::fitted(&rough.rig, record, &rough.values, rough.set, rounds).ok()?;
-                let check = check.and_then(|record| trial.check(record).ok());
-                let warnings = warnings(&trial, base);
-                count.one();
-                Some(Judged {
-                    effects,
-                    trial,
-                    check,
-                    delta_bic: 0.0,
-                    supported: false,
-                    confounded_with: Vec::new(),
-                    warnings,
-                })
-            })
-            .collect();
-        self.rank(&mut judged)?;
-        Ok(judged)
-    }
-
-    /// Fits those that come near the best to their end: what decides between them is smaller than what rough fits leave.
-    fn settle(&self, judged: &mut [Judged]) -> Result<(), Complaint> {
-        let Some(top) = judged.first().map(|best| best.delta_bic) else { return Ok(()) };
-        let close = judged.iter().take_while(|one| one.delta_bic > (1.0 - CLOSE) * top).count();
-        if top <= RIVAL || close < 2 {
-            return Ok(());
-        }
-        judged[..close].par_iter_mut().for_each(|one| {
-            let Trial { rig, values, set, .. } = &one.trial;
-            let Ok(trial) = Trial::fitted(rig, self.record, values, *set, ROUNDS) else { return };
-            one.check = self.check.and_then(|record| trial.check(record).ok());
-            one.warnings = warnings(&trial, self.base);
-            one.trial = trial;
-        });
-        self.rank(judged)
-    }
-
-    /// Refits with further sets of effects, and ranks all anew.
-    fn join(&self, judged: &mut Vec<Judged>, chosen: Vec<Vec<Candidate>>) -> Result<(), Complaint> {
-        if chosen.is_empty() {
-            return Ok(());
-        }
-        judged.extend(self.judge(chosen)?);
-        self.rank(judged)
-    }
-
-    /// Costs under the weights of the best, what they support, and the order by the information criterion.
-    fn rank(&self, judged: &mut [Judged]) -> Result<(), Complaint> {
-        let Self { record, base, .. } = *self;
-        let best = judged.iter().min_by(|a, b| a.trial.fit.chi2.total_cmp(&b.trial.fit.chi2));
-        let Some((weights, scale)) = best.map(|best| (best.trial.fit.weights.clone(), best.trial.fit.chi2.max(1.0)))
-        else {
-            return Ok(());
-        };
-        let before = base.cost_under(record, &weights)?;
-        let samples = base.fit.weights.all_samples() as f64;
-        for one in judged.iter_mut() {
-            let cost = one.trial.cost_under(record, &weights)?;
-            let more = one.trial.effect_parameters() as f64 - base.effect_parameters() as f64
-                + f64::from(one.trial.set.count_ones())
-                - f64::from(base.set.count_ones());
-            one.delta_bic = (before - cost) / scale - more * samples.ln();
-            let on_check = match (self.base_check, &one.check) {
-                (Some(before), Some(after)) => after.normalised < before.normalised,
-                (None, _) => true,
-                (Some(_), None) => false,
-            };
-            one.supported = one.delta_bic > RIVAL && on_check;
-        }
-        judged.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
-        Ok(())
-    }
 }

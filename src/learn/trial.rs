@@ -71,25 +71,30 @@ impl Trial {
         Ok(Self { rig: rig.clone(), values, sigmas, set: isolation.set(), at_bound, fit })
     }
 
+    /// A rig with values of all of its parameters (SI) and the faults that are present, under its own weights or given ones.
+    ///
+    /// # Errors
+    /// Columns that are missing, or a model that cannot be solved there.
+    pub fn at(
+        rig: &Rig,
+        record: &Record,
+        values: &[f64],
+        set: Set,
+        weights: Option<&Weights>,
+    ) -> Result<Self, Complaint> {
+        let fit = run_under(rig, record, values, weights)?;
+        let (rig, values) = (rig.clone(), values.to_vec());
+        Ok(Self { rig, values, sigmas: BTreeMap::new(), set, at_bound: Vec::new(), fit })
+    }
+
     /// Fits a rig to a record from values of all of its parameters (SI) and the faults that are present, in so many rounds of
-    /// isolation; with none it stays where it is.
+    /// isolation.
     ///
     /// # Errors
     /// Columns that are missing, or a model that cannot be solved there.
     pub fn fitted(rig: &Rig, record: &Record, values: &[f64], set: Set, rounds: u64) -> Result<Self, Complaint> {
         let model = Model::new(rig.clone());
         let drive = Drive::from_record(&model.rig, record)?;
-        if rounds == 0 {
-            let fit = run_with(&model, record, &drive, values)?;
-            return Ok(Self {
-                rig: model.rig,
-                values: values.to_vec(),
-                sigmas: BTreeMap::new(),
-                set,
-                at_bound: Vec::new(),
-                fit,
-            });
-        }
         let theta = estimate::picked(&model.rig, values);
         let estimate = estimate::isolated(&model, record, &drive, (&theta, set), rounds)?;
         Self::of(&estimate)
@@ -100,9 +105,15 @@ impl Trial {
     /// # Errors
     /// Columns that are missing, or a model that cannot be solved on it.
     pub fn check(&self, record: &Record) -> Result<Run, Complaint> {
-        let model = Model::new(self.rig.clone());
-        let drive = Drive::from_record(&model.rig, record)?;
-        run_with(&model, record, &drive, &self.values)
+        self.check_under(record, None)
+    }
+
+    /// The same under given weights.
+    ///
+    /// # Errors
+    /// As [`Trial::check`].
+    pub fn check_under(&self, record: &Record, weights: Option<&Weights>) -> Result<Run, Complaint> {
+        run_under(&self.rig, record, &self.values, weights)
     }
 
     /// `2 F` of the record alone under common weights.
@@ -128,13 +139,25 @@ impl Trial {
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
 pub fn run_with(model: &Model, record: &Record, drive: &Drive, values: &[f64]) -> Result<Run, Complaint> {
-    let data = estimate::measured(&model.rig, record)?;
-    let failed = |error: crate::model::SimulationError| estimate::unsolvable(model, record, error);
-    let outputs = model.simulate(values, drive, &record.time).map_err(failed)?.values;
-    let weights = events::weights_of(model, record, drive, values).map_err(failed)?;
+    let solved = events::weights_of(model, record, drive, values);
+    let (weights, outputs) = solved.map_err(|error| estimate::unsolvable(model, record, error))?;
+    run_of(&model.rig, record, outputs, weights)
+}
+
+fn run_under(rig: &Rig, record: &Record, values: &[f64], weights: Option<&Weights>) -> Result<Run, Complaint> {
+    let model = Model::new(rig.clone());
+    let drive = Drive::from_record(rig, record)?;
+    let Some(weights) = weights else { return run_with(&model, record, &drive, values) };
+    let solved = model.simulate(values, &drive, &record.time);
+    let outputs = solved.map_err(|error| estimate::unsolvable(&model, record, error))?.values;
+    run_of(rig, record, outputs, weights.clone())
+}
+
+fn run_of(rig: &Rig, record: &Record, outputs: Vec<Vec<f64>>, weights: Weights) -> Result<Run, Complaint> {
+    let data = estimate::measured(rig, record)?;
     let mut misfit = away(&outputs, &data);
     let (mut rmse, mut sum) = (Vec::new(), 0.0);
-    for ((model_says, measured), sensor) in outputs.iter().zip(&data).zip(&model.rig.sensors) {
+    for ((model_says, measured), sensor) in outputs.iter().zip(&data).zip(&rig.sensors) {
         let squares = || model_says.iter().zip(*measured).filter(|(_, y)| !y.is_nan()).map(|(m, y)| (m - y).powi(2));
         let mean = squares().sum::<f64>() / squares().count().max(1) as f64;
         rmse.push(mean.sqrt());

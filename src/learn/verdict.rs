@@ -74,8 +74,12 @@ pub(super) fn conclude_near(judged: &mut Vec<Judged>, base: &Trial, base_check: 
         one.supported = better;
         (better || alike) && !one.senseless()
     });
-    let Some(best) = judged.first() else { return Conclusion::Adequate };
-    if best.supported {
+    if judged.is_empty() {
+        return Conclusion::Adequate;
+    }
+    // What explains the records better comes before what only does with fewer faults, each in its order.
+    judged.sort_by_key(|one| !one.supported);
+    if judged[0].supported {
         return conclude(judged, base, base_check);
     }
     let faults: Vec<&str> = members(base.set).map(|fault| base.rig.fault_id(fault)).collect();

@@ -266,6 +266,9 @@ impl Model {
                 let state = error.worst_state().and_then(|state| self.layout.names.get(state)).cloned();
                 SimulationError::Integration { error, state: state.unwrap_or_default() }
             })?;
+            if row == times.len() {
+                break;
+            }
         }
         let stats = integrator.stats();
         Ok(Effort { steps: stats.steps, rejected: stats.rejected })

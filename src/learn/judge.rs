@@ -1,0 +1,229 @@
+//! Effects fitted and judged: roughly first, then as far as they could still win.
+
+use rayon::prelude::*;
+
+use super::candidate::Candidate;
+use super::refit::{FORMS, Rough, Stand, quick, refitted};
+use super::suggest::{Judged, RIVAL, ROUNDS, joined};
+use super::trial::{Run, Trial};
+use super::verdict::warnings;
+use crate::complaint::Complaint;
+use crate::diagnosis::adequate;
+use crate::diagnosis::case::{ROBUST, priced};
+use crate::diagnosis::noise::Weights;
+use crate::diagnosis::search::ROUGH;
+use crate::progress::Count;
+use crate::record::Record;
+
+/// Share of the best one's gain within which others are fitted to their end too.
+const CLOSE: f64 = 0.05;
+/// The same of those whose faults were isolated anew already.
+const CLOSE_ISOLATED: f64 = 0.01;
+/// What a fit may still fall by, in falls of its last form: the next ones would have to lose no more than a sixth each.
+const HOPE: f64 = 5.0;
+/// Effects that are isolated anew, faults and all.
+const ISOLATED: usize = 2;
+/// Effects that go on to their end.
+const CONTINUED: usize = 3;
+
+/// A record that is looked at, with the model as given.
+pub(super) struct Looking<'a> {
+    pub record: &'a Record,
+    pub base: &'a Trial,
+    pub base_check: &'a Option<Run>,
+    pub check: Option<&'a Record>,
+    /// Where refits start.
+    pub stands: Vec<Stand>,
+}
+
+/// What fits have to come down to.
+struct Bar {
+    /// The least cost so far with its faults priced, and what the others may be above it.
+    cost: f64,
+    room: f64,
+    /// Whether that is all there is to explain.
+    explained: bool,
+}
+
+impl Bar {
+    /// Whether a fit has no hope to come near.
+    fn is_beyond(&self, rough: &Rough, samples: f64) -> bool {
+        rough.priced(samples) - HOPE * rough.gained > self.cost + self.room
+    }
+}
+
+impl Looking<'_> {
+    fn samples(&self) -> f64 {
+        self.base.fit.weights.all_samples() as f64
+    }
+
+    /// What the best so far sets.
+    fn bar(&self, best: f64) -> Bar {
+        let samples = self.samples();
+        let scale = (best / samples).max(1.0);
+        let room = CLOSE * (self.cost_of(self.base) - best).max(0.0) + RIVAL * scale;
+        Bar { cost: best, room, explained: adequate(best / samples, samples as usize) }
+    }
+
+    /// What a trial costs with its faults priced, under its own weights.
+    fn cost_of(&self, trial: &Trial) -> f64 {
+        priced(2.0 * ROBUST.cost(&trial.fit.misfit), trial.set, self.samples())
+    }
+
+    /// Refits the model with each set of effects; `known` is what was judged before, the best first.
+    pub fn judge(&self, chosen: Vec<Vec<Candidate>>, known: &[Judged]) -> Result<Vec<Judged>, Complaint> {
+        let mut rough = self.roughly(chosen);
+        let samples = self.samples();
+        let known = known.first().map(|best| &best.trial);
+        let mut best = known.map_or(f64::INFINITY, |best| self.cost_of(best));
+        let continued = |rough: &mut [(Vec<Candidate>, Rough)], best: f64| {
+            let bar = self.bar(best);
+            rough.par_iter_mut().filter(|(_, rough)| !bar.is_beyond(rough, samples)).for_each(|(_, rough)| {
+                if let Some(further) = quick(&rough.rig, self.record, &rough.values, (rough.set, FORMS), Some(ROUGH)) {
+                    *rough = further;
+                }
+            });
+        };
+        // The best goes on to its end first; of the others it is enough to know that they are worse.
+        let most = rough.len().min(CONTINUED);
+        let (first, others) = rough[..most].split_at_mut(most.min(1));
+        continued(first, best);
+        best = first.iter().map(|(_, rough)| rough.priced(samples)).fold(best, f64::min);
+        continued(others, best);
+        rough.sort_by(|a, b| a.1.priced(samples).total_cmp(&b.1.priced(samples)));
+        best = rough.first().map_or(best, |(_, rough)| best.min(rough.priced(samples)));
+        let bar = self.bar(best);
+        let count = Count::new("effects judged", rough.len());
+        let one = |isolated: bool, weights: Option<(&Weights, Option<&Weights>)>, (effects, rough)| {
+            let judged = self.judged(effects, &rough, isolated, weights.filter(|_| bar.is_beyond(&rough, samples)));
+            count.one();
+            judged
+        };
+        let behind = rough.split_off(rough.len().min(ISOLATED));
+        let in_front = rough.into_par_iter().enumerate().filter_map(|(place, (effects, rough))| {
+            let isolated = !(bar.is_beyond(&rough, samples) && (place > 0 || known.is_some()) && bar.explained);
+            one(isolated, None, (effects, rough))
+        });
+        let mut judged: Vec<Judged> = in_front.collect();
+        // What is far behind is weighed as the best is.
+        let best = judged.iter().min_by(|a, b| a.trial.fit.chi2.total_cmp(&b.trial.fit.chi2));
+        let weights = best.map(|best| (&best.trial.fit.weights, best.check.as_ref().map(|check| &check.weights)));
+        let others: Vec<Judged> = behind.into_par_iter().filter_map(|rough| one(false, weights, rough)).collect();
+        judged.extend(others);
+        self.rank(&mut judged)?;
+        Ok(judged)
+    }
+
+    /// Rough refits with each set of effects, the best first.
+    fn roughly(&self, chosen: Vec<Vec<Candidate>>) -> Vec<(Vec<Candidate>, Rough)> {
+        let Self { record, base, ref stands, .. } = *self;
+        let count = Count::new("effects fitted", chosen.len());
+        let mut rough: Vec<(Vec<Candidate>, Rough)> = chosen
+            .into_par_iter()
+            .filter_map(|effects| {
+                let rough = refitted(base, stands, record, &effects);
+                count.one();
+                Some((effects, rough?))
+            })
+            .collect();
+        let samples = self.samples();
+        rough.sort_by(|a, b| a.1.priced(samples).total_cmp(&b.1.priced(samples)));
+        // From several stands the same effect comes twice.
+        let mut known: Vec<String> = Vec::new();
+        rough.retain(|(effects, _)| {
+            let id = joined(effects);
+            let new = !known.contains(&id);
+            known.push(id);
+            new
+        });
+        rough
+    }
+
+    /// One refit on both records, with faults isolated anew or as it is, under its own weights or given ones of each.
+    fn judged(
+        &self,
+        effects: Vec<Candidate>,
+        rough: &Rough,
+        isolated: bool,
+        weights: Option<(&Weights, Option<&Weights>)>,
+    ) -> Option<Judged> {
+        let Rough { rig, values, set, .. } = rough;
+        let trial = if isolated {
+            Trial::fitted(rig, self.record, values, *set, ROUNDS)
+        } else {
+            Trial::at(rig, self.record, values, *set, weights.map(|(fit, _)| fit))
+        };
+        let trial = trial.ok()?;
+        let on_check = weights.and_then(|(_, check)| check);
+        let check = self.check.and_then(|record| trial.check_under(record, on_check).ok());
+        let warnings = warnings(&trial, self.base);
+        Some(Judged {
+            effects,
+            trial,
+            check,
+            delta_bic: 0.0,
+            supported: false,
+            isolated,
+            confounded_with: Vec::new(),
+            warnings,
+        })
+    }
+
+    /// Fits those that come near the best to their end: what decides between them is smaller than what rough fits leave.
+    pub fn settle(&self, judged: &mut [Judged]) -> Result<(), Complaint> {
+        let Some(top) = judged.first().map(|best| best.delta_bic) else { return Ok(()) };
+        let near = |one: &Judged| {
+            let share = if one.isolated { CLOSE_ISOLATED } else { CLOSE };
+            one.delta_bic > top - (share * top).max(RIVAL)
+        };
+        if top <= RIVAL || judged.iter().filter(|one| near(one)).count() < 2 {
+            return Ok(());
+        }
+        judged.par_iter_mut().filter(|one| near(one)).for_each(|one| {
+            let Trial { rig, values, set, .. } = &one.trial;
+            let Ok(trial) = Trial::fitted(rig, self.record, values, *set, ROUNDS) else { return };
+            one.check = self.check.and_then(|record| trial.check(record).ok());
+            one.warnings = warnings(&trial, self.base);
+            one.trial = trial;
+            one.isolated = true;
+        });
+        self.rank(judged)
+    }
+
+    /// Refits with further sets of effects, and ranks all anew.
+    pub fn join(&self, judged: &mut Vec<Judged>, chosen: Vec<Vec<Candidate>>) -> Result<(), Complaint> {
+        if chosen.is_empty() {
+            return Ok(());
+        }
+        let more = self.judge(chosen, judged)?;
+        judged.extend(more);
+        self.rank(judged)
+    }
+
+    /// Costs under the weights of the best, what they support, and the order by the information criterion.
+    fn rank(&self, judged: &mut [Judged]) -> Result<(), Complaint> {
+        let Self { record, base, .. } = *self;
+        let best = judged.iter().min_by(|a, b| a.trial.fit.chi2.total_cmp(&b.trial.fit.chi2));
+        let Some((weights, scale)) = best.map(|best| (best.trial.fit.weights.clone(), best.trial.fit.chi2.max(1.0)))
+        else {
+            return Ok(());
+        };
+        let before = base.cost_under(record, &weights)?;
+        let samples = self.samples();
+        for one in judged.iter_mut() {
+            let cost = one.trial.cost_under(record, &weights)?;
+            let more = one.trial.effect_parameters() as f64 - base.effect_parameters() as f64
+                + f64::from(one.trial.set.count_ones())
+                - f64::from(base.set.count_ones());
+            one.delta_bic = (before - cost) / scale - more * samples.ln();
+            let on_check = match (self.base_check, &one.check) {
+                (Some(before), Some(after)) => after.normalised < before.normalised,
+                (None, _) => true,
+                (Some(_), None) => false,
+            };
+            one.supported = one.delta_bic > RIVAL && on_check;
+        }
+        judged.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
+        Ok(())
+    }
+}
