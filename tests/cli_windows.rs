@@ -190,8 +190,8 @@ fn peak(path: &Path, options: &[&str]) -> f64 {
 #[cfg(target_os = "linux")]
 fn memory_does_not_grow_with_the_record() {
     let folder = tempfile::tempdir().unwrap();
-    let [short, long] = [40, 160].map(|cycles| peak(&long(folder.path(), [cycles, 0]), &["7.5", "--fits", "0"]));
-    println!("75,000 rows: {short} kB, 300,000 rows: {long} kB");
+    let [short, long] = [100, 400].map(|cycles| peak(&long(folder.path(), [cycles, 0]), &["7.5", "--fits", "0"]));
+    println!("187,500 rows: {short} kB, 750,000 rows: {long} kB");
     assert!(short > 1000.0 && long < 1.2 * short, "{short} kB, then {long} kB");
 }
 

@@ -148,7 +148,10 @@ fn rigs_parse() {
 fn commands_run_and_print_what_is_shown() {
     let mut count = 0;
     for (path, text) in pages() {
-        let folder = tempfile::tempdir().unwrap();
+        let around = tempfile::tempdir().unwrap();
+        // A page may write beside the project.
+        let folder = around.path().join("project");
+        fs::create_dir(&folder).unwrap();
         let mut written: Vec<String> = Vec::new();
         for (mark, block, line) in split(&text).1 {
             let expected = match mark.as_str() {
@@ -174,7 +177,9 @@ fn commands_run_and_print_what_is_shown() {
                 count += 1;
                 let place = |(index, word): (usize, &&str)| {
                     if WRITTEN.contains(&words[index - 1]) || written.iter().any(|known| known == word) {
-                        folder.path().join(word).display().to_string()
+                        let path = folder.join(word);
+                        fs::create_dir_all(path.parent().unwrap()).unwrap();
+                        path.display().to_string()
                     } else {
                         (*word).to_owned()
                     }
@@ -185,7 +190,7 @@ fn commands_run_and_print_what_is_shown() {
                 let ran = borescope(&arguments);
                 let name = format!("{}, block at line {line}: {command}", path.display());
                 assert_eq!(ran.status, expected, "{name}\n{}", ran.err);
-                let told = format!("{}{}", ran.out, ran.err).replace(&format!("{}/", folder.path().display()), "");
+                let told = format!("{}{}", ran.out, ran.err).replace(&format!("{}/", folder.display()), "");
                 let mut rest = told.lines();
                 for wanted in lines.iter().filter(|line| !line.trim().is_empty()) {
                     let fits = |line: &str| match wanted.strip_suffix("...") {
