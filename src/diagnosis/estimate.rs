@@ -2,10 +2,11 @@
 
 use rayon::prelude::*;
 
+use super::bent::{simpler, unseen};
 use super::case::{Case, Set, has, members, priced};
 use super::descend::{ROUGH, descend};
 use super::events::{weights, weights_along};
-use super::hypotheses::{Isolation, MOST_ROUNDS, Stopped, held, isolate, isolate_from, simpler, unseen};
+use super::hypotheses::{Isolation, MOST_ROUNDS, Stopped, held, isolate, isolate_from};
 use super::noise::{self, Weights};
 use super::quadratic::Quadratic;
 use super::search;

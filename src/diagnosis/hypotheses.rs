@@ -12,7 +12,6 @@ use serde::Serialize;
 use super::case::{Case, ROBUST, Set, has, members};
 use super::descend::{EXACT, Point, ROUGH, descend};
 use super::quadratic::{Quadratic, Reduced};
-use crate::fit::Problem;
 use crate::model::SimulationError;
 
 /// Number of faults expected in a record before it is seen.
@@ -266,90 +265,8 @@ fn weigh(
     weighed
 }
 
-/// Shares of the way to a bound at which a fault is tried that the form may not see: a clearance leaks with its cube.
-const PROBES: [f64; 2] = [0.08, 0.35];
-/// A change of the misfits that the form misses by more than this share, squared, is one that it does not see.
-const UNSEEN: f64 = 0.1;
-
-/// Levels at which a single fault is tried in place of several, as shares of the way to a bound.
-const SINGLES: [f64; 4] = [0.1, 0.25, 0.45, 0.7];
-/// Single faults that are fitted in place of several.
-const MOST_SINGLES: usize = 2;
-
-/// A single fault of a component that explains the record better than the several of the best set: a law that bends may
-/// look, from the healthy rig, like two others that do not.
-pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
-    let (set, point) = (isolation.set(), &isolation.best);
-    if set.count_ones() < 2 {
-        return None;
-    }
-    let mut screened: Vec<(f64, usize, Vec<f64>)> = Vec::new();
-    for fault in (0..case.faults()).filter(|&fault| !case.is_of_sensor(fault)) {
-        let (low, high) = case.rig().faults[fault].bounds;
-        let tried = [low, high].into_iter().flat_map(|bound| SINGLES.map(|share| (bound, share)));
-        let best = tried.filter_map(|(bound, share)| {
-            let mut theta = point.theta.clone();
-            theta[..case.faults()].copy_from_slice(&case.mean[..case.faults()]);
-            theta[fault] += share * (bound - theta[fault]);
-            (theta[fault] != case.mean[fault]).then_some(())?;
-            let cost = 2.0 * ROBUST.cost(&case.full.misfit(&theta).ok()?);
-            Some((cost, fault, theta))
-        });
-        screened.extend(best.min_by(|a, b| a.0.total_cmp(&b.0)));
-    }
-    screened.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let odds = prior_odds(case.faults());
-    for (_, fault, mut theta) in screened.into_iter().take(MOST_SINGLES) {
-        let single = 1 << fault;
-        for _ in 0..STEPS {
-            let near = Quadratic::at(case, &theta).ok()?;
-            let Some(fit) = descend(case, &near, single, &[], &theta, 0.0, (STEPS, ROUGH)) else { break };
-            let colour = colour(single, set, &isolation.inflation);
-            let priced = near.reduced(case).occam(single, 1.0) - isolation.reduced.occam(set, 1.0);
-            let fewer = odds * (1.0 - f64::from(set.count_ones()));
-            if -0.5 * (fit.cost - fit.promised - point.cost) / colour + priced + fewer > 0.0 {
-                return Some((single, fit));
-            }
-            theta = fit.theta;
-        }
-    }
-    None
-}
-
-/// A better set than the best so far, with one fault more, that its quadratic form does not promise.
-pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
-    let odds = prior_odds(case.faults());
-    let Isolation { quadratic, reduced, best: point, inflation, .. } = isolation;
-    let set = isolation.set();
-    let mut best: Option<(f64, Set, Point)> = None;
-    for fault in (0..case.faults()).filter(|&fault| !has(set, fault) && !case.is_of_sensor(fault)) {
-        let (low, high) = case.rig().faults[fault].bounds;
-        for (bound, share) in [low, high].into_iter().flat_map(|bound| PROBES.map(|share| (bound, share))) {
-            let at = case.mean[fault] + share * (bound - case.mean[fault]);
-            if at == case.mean[fault] {
-                continue;
-            }
-            let mut theta = point.theta.clone();
-            theta[fault] = at;
-            let Ok(misfit) = case.full.misfit(&theta) else { continue };
-            if quadratic.foresees(fault, at - point.theta[fault], &point.misfit, &misfit, UNSEEN) {
-                continue;
-            }
-            let more = set | 1 << fault;
-            let Some(near) = descend(case, quadratic, more, &[(fault, at)], &theta, 0.0, (1, ROUGH)) else { continue };
-            // The best value along the way is not known yet, so what the fault costs is taken at its cheapest.
-            let gain = 0.5 * (point.cost - near.cost + near.promised) / inflation[fault] + odds;
-            let price = reduced.occam(1 << fault, 1.0).min(0.0);
-            if gain + price.max(-3.0) > 0.0 && best.as_ref().is_none_or(|(before, ..)| gain > *before) {
-                best = Some((gain, more, near));
-            }
-        }
-    }
-    best.map(|(_, set, point)| (set, point))
-}
-
 /// Colour that counts when two sets are compared: the most of any fault in which they differ; of a set alone, of its own.
-fn colour(set: Set, centre: Set, inflation: &[f64]) -> f64 {
+pub(super) fn colour(set: Set, centre: Set, inflation: &[f64]) -> f64 {
     members(set ^ centre).map(|fault| inflation[fault]).fold(1.0, f64::max)
 }
 

@@ -122,7 +122,7 @@ pub fn intervals(case: &Case<'_>, isolation: &Isolation) -> Vec<Option<Interval>
     let mut intervals: Vec<_> = (0..case.faults()).into_par_iter().map(one).collect();
     for (fault, interval) in case.rig().faults.iter().zip(&mut intervals) {
         if let Some(interval) = interval {
-            interval.widen(case.rig().never_known(fault, interval.value), fault.bounds);
+            interval.widen(case.rig().never_known(fault), fault.bounds);
         }
     }
     for (other, probability) in isolation.weighed.iter().zip(isolation.probabilities()) {
@@ -137,7 +137,7 @@ pub fn intervals(case: &Case<'_>, isolation: &Isolation) -> Vec<Option<Interval>
                 .map(|sigma| sigma * isolation.quadratic.scale[fault] * isolation.inflation[fault].sqrt());
             let Some(sigma) = sigma else { continue };
             let value = point.theta[fault];
-            let sigma = sigma.hypot(case.rig().never_known(&case.rig().faults[fault], value));
+            let sigma = sigma.hypot(case.rig().never_known(&case.rig().faults[fault]));
             if let Some(end) = &mut interval.lower.end {
                 *end = end.min(value - QUANTILE * sigma);
             }

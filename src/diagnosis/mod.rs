@@ -4,6 +4,7 @@
 //! together ([`estimate`]), every set of faults with its probability ([`hypotheses`]), and an interval for each fault that may
 //! be open ([`interval`]).
 
+mod bent;
 pub mod case;
 pub mod descend;
 mod doubtful;

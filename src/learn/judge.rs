@@ -3,13 +3,12 @@
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
-use super::refit::{FORMS, Rough, Stand, quick, refitted};
+use super::refit::{FORMS, Rough, Stand, charged, effect_parameters, quick, refitted};
 use super::suggest::{Judged, RIVAL, ROUNDS, joined};
 use super::trial::{Run, Trial};
 use super::verdict::warnings;
 use crate::complaint::Complaint;
 use crate::diagnosis::adequate;
-use crate::diagnosis::case::{ROBUST, priced};
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::search::ROUGH;
 use crate::progress::Count;
@@ -21,9 +20,9 @@ const CLOSE: f64 = 0.05;
 const CLOSE_ISOLATED: f64 = 0.01;
 /// What a fit may still fall by, in falls of its last form: the next ones would have to lose no more than a sixth each.
 const HOPE: f64 = 5.0;
-/// Effects that are isolated anew, faults and all.
+/// Most effects that are isolated anew, faults and all.
 const ISOLATED: usize = 2;
-/// Effects that go on to their end.
+/// Most effects that go on to their end.
 const CONTINUED: usize = 3;
 
 /// A record that is looked at, with the model as given.
@@ -38,7 +37,7 @@ pub(super) struct Looking<'a> {
 
 /// What fits have to come down to.
 struct Bar {
-    /// The least cost so far with its faults priced, and what the others may be above it.
+    /// The least cost so far with its faults and effects priced, and what the others may be above it.
     cost: f64,
     room: f64,
     /// Whether that is all there is to explain.
@@ -48,7 +47,7 @@ struct Bar {
 impl Bar {
     /// Whether a fit has no hope to come near.
     fn is_beyond(&self, rough: &Rough, samples: f64) -> bool {
-        rough.priced(samples) - HOPE * rough.gained > self.cost + self.room
+        !rough.cost.is_finite() || rough.priced(samples) - HOPE * rough.gained > self.cost + self.room
     }
 }
 
@@ -65,9 +64,9 @@ impl Looking<'_> {
         Bar { cost: best, room, explained: adequate(best / samples, samples as usize) }
     }
 
-    /// What a trial costs with its faults priced, under its own weights.
+    /// What a trial costs with its faults and effects priced, under its own weights.
     fn cost_of(&self, trial: &Trial) -> f64 {
-        priced(2.0 * ROBUST.cost(&trial.fit.misfit), trial.set, self.samples())
+        charged(&trial.rig, trial.cost, trial.set, self.samples())
     }
 
     /// Refits the model with each set of effects; `known` is what was judged before, the best first.
@@ -147,11 +146,11 @@ impl Looking<'_> {
         isolated: bool,
         weights: Option<(&Weights, Option<&Weights>)>,
     ) -> Option<Judged> {
-        let Rough { rig, values, set, .. } = rough;
+        let Rough { rig, values, set, cost, .. } = rough;
         let trial = if isolated {
             Trial::fitted(rig, self.record, values, *set, ROUNDS)
         } else {
-            Trial::at(rig, self.record, values, *set, weights.map(|(fit, _)| fit))
+            Trial::at(rig, self.record, values, (*set, *cost), weights.map(|(fit, _)| fit))
         };
         let trial = trial.ok()?;
         let on_check = weights.and_then(|(_, check)| check);
@@ -212,7 +211,7 @@ impl Looking<'_> {
         let samples = self.samples();
         for one in judged.iter_mut() {
             let cost = one.trial.cost_under(record, &weights)?;
-            let more = one.trial.effect_parameters() as f64 - base.effect_parameters() as f64
+            let more = effect_parameters(&one.trial.rig) as f64 - effect_parameters(&base.rig) as f64
                 + f64::from(one.trial.set.count_ones())
                 - f64::from(base.set.count_ones());
             one.delta_bic = (before - cost) / scale - more * samples.ln();

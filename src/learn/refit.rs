@@ -31,10 +31,21 @@ pub(super) struct Rough {
 }
 
 impl Rough {
-    /// The cost with its faults priced.
+    /// The cost with its faults and the parameters of its effects priced.
     pub fn priced(&self, samples: f64) -> f64 {
-        priced(self.cost, self.set, samples)
+        charged(&self.rig, self.cost, self.set, samples)
     }
+}
+
+/// A cost (`2 F` of record and prior) with faults and parameters of effects priced alike, as the information criterion does.
+pub(super) fn charged(rig: &Rig, cost: f64, set: Set, samples: f64) -> f64 {
+    priced(cost, set, samples) + effect_parameters(rig) as f64 * samples.ln()
+}
+
+/// Number of parameters of effects that are fitted.
+pub(super) fn effect_parameters(rig: &Rig) -> usize {
+    let fitted = |&&parameter: &&usize| rig.parameters[parameter].sigma > 0.0;
+    rig.effects.iter().flat_map(|effect| &effect.parameters).filter(fitted).count()
 }
 
 /// Where a model without the effects stands: all of its parameters, SI, and the faults that are present.

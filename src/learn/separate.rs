@@ -49,7 +49,7 @@ pub fn separating(names: [String; 2], first: &Trial, second: &Trial) -> Option<E
         Some(Tried { share, length, record, rival, at_its_end: false })
     };
     let mut tried: Vec<Tried> = menu.par_iter().filter_map(apart).collect();
-    // A fit can only fall: what is farthest apart at its end is farther than the others ever will be.
+    // Going on lowers a fit, but for new weights: what is farthest apart at its end is taken as farther than the others will be.
     let Tried { share, length, rival, .. } = loop {
         let most = (0..tried.len()).max_by(|&a, &b| tried[a].rival.cost.total_cmp(&tried[b].rival.cost))?;
         if tried[most].at_its_end {

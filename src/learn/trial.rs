@@ -25,6 +25,8 @@ pub struct Trial {
     pub set: Set,
     /// Parameters of effects that ended on a bound of their search, by index of the rig's parameters.
     pub at_bound: Vec<usize>,
+    /// `2 F` of record and prior, under the weights that it was fitted with.
+    pub cost: f64,
     pub fit: Run,
 }
 
@@ -68,10 +70,12 @@ impl Trial {
             }
         }
         let fit = run_with(case.full.model, case.record, case.full.drive, &values)?;
-        Ok(Self { rig: rig.clone(), values, sigmas, set: isolation.set(), at_bound, fit })
+        let cost = isolation.best.cost;
+        Ok(Self { rig: rig.clone(), values, sigmas, set: isolation.set(), at_bound, cost, fit })
     }
 
-    /// A rig with values of all of its parameters (SI) and the faults that are present, under its own weights or given ones.
+    /// A rig with values of all of its parameters (SI), the faults that are present, and what they cost, under its own weights
+    /// or given ones.
     ///
     /// # Errors
     /// Columns that are missing, or a model that cannot be solved there.
@@ -79,12 +83,12 @@ impl Trial {
         rig: &Rig,
         record: &Record,
         values: &[f64],
-        set: Set,
+        (set, cost): (Set, f64),
         weights: Option<&Weights>,
     ) -> Result<Self, Complaint> {
         let fit = run_under(rig, record, values, weights)?;
         let (rig, values) = (rig.clone(), values.to_vec());
-        Ok(Self { rig, values, sigmas: BTreeMap::new(), set, at_bound: Vec::new(), fit })
+        Ok(Self { rig, values, sigmas: BTreeMap::new(), set, at_bound: Vec::new(), cost, fit })
     }
 
     /// Fits a rig to a record from values of all of its parameters (SI) and the faults that are present, in so many rounds of
@@ -121,16 +125,6 @@ impl Trial {
         let mut misfit = away(&self.fit.outputs, &estimate::measured(&self.rig, record)?);
         weights.apply(&mut misfit);
         Ok(2.0 * ROBUST.cost(&misfit))
-    }
-
-    /// Number of parameters of effects that are fitted.
-    pub fn effect_parameters(&self) -> usize {
-        self.rig
-            .effects
-            .iter()
-            .flat_map(|effect| &effect.parameters)
-            .filter(|&&p| self.rig.parameters[p].sigma > 0.0)
-            .count()
     }
 }
 

@@ -1,6 +1,8 @@
 //! Records in Parquet: flat columns of numbers, each named with its unit.
 
+use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use bytes::Bytes;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -19,11 +21,39 @@ const MOST_ROWS: i64 = 50_000_000;
 /// # Errors
 /// A file that is damaged or packed otherwise than with Snappy, columns that hold no numbers, and what is wrong in the record.
 pub(super) fn read(path: &Path, bytes: &[u8], care: Care, asked: &Asked) -> Result<Standing, Complaint> {
-    let damaged = |error: parquet::errors::ParquetError| {
-        Complaint::new(Kind::Syntax, format!("the Parquet file cannot be read: {error}"))
-            .in_file(path)
-            .help("write it again, uncompressed or with Snappy, or write the record as CSV")
-    };
+    let mut columns = unharmed(path, || columns(path, bytes))?;
+    let mut group = Group::default();
+    if let Some(index) = columns.iter().position(|column| is_time(&column.name)) {
+        let time = columns.remove(index);
+        (group.time, group.time_unit) = (time.values, time.unit.unwrap_or_else(|| "s".to_owned()));
+    }
+    group.columns = columns;
+    let mut groups = Groups::default();
+    groups.push(group);
+    groups.assemble(path, care, asked)
+}
+
+fn unread(path: &Path, why: impl std::fmt::Display) -> Complaint {
+    Complaint::new(Kind::Syntax, format!("the Parquet file cannot be read: {why}"))
+        .in_file(path)
+        .help("write it again, uncompressed or with Snappy, or write the record as CSV")
+}
+
+/// What is read, also where the library panics: it does at some damaged files, with words of its own that are kept silent.
+fn unharmed<T>(path: &Path, read: impl FnOnce() -> Result<T, Complaint>) -> Result<T, Complaint> {
+    // The hook is that of the whole program, so one reader at a time changes it.
+    static ONE: Mutex<()> = Mutex::new(());
+    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let hook = panic::take_hook();
+    panic::set_hook(Box::new(|_| {}));
+    let read = panic::catch_unwind(AssertUnwindSafe(read));
+    panic::set_hook(hook);
+    read.unwrap_or_else(|_| Err(unread(path, "it is damaged")))
+}
+
+/// The columns of the file, the time among them.
+fn columns(path: &Path, bytes: &[u8]) -> Result<Vec<Column>, Complaint> {
+    let damaged = |error: parquet::errors::ParquetError| unread(path, error);
     let reader = SerializedFileReader::new(Bytes::copy_from_slice(bytes)).map_err(damaged)?;
     let file = reader.metadata().file_metadata();
     if file.num_rows() > MOST_ROWS {
@@ -47,15 +77,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], care: Care, asked: &Asked) -> Resu
             })?);
         }
     }
-    let mut group = Group::default();
-    if let Some(index) = columns.iter().position(|column| is_time(&column.name)) {
-        let time = columns.remove(index);
-        (group.time, group.time_unit) = (time.values, time.unit.unwrap_or_else(|| "s".to_owned()));
-    }
-    group.columns = columns;
-    let mut groups = Groups::default();
-    groups.push(group);
-    groups.assemble(path, care, asked)
+    Ok(columns)
 }
 
 fn number(field: &Field) -> Option<f64> {

@@ -232,7 +232,7 @@ fn why_unblamed(fault: &FaultReport) -> Option<String> {
     let probability = percent(fault.probability);
     // Where nothing explains the record well enough, its healthy value does not either.
     let why = if fault.biased {
-        "blaming it as well explains little more of the record".to_owned()
+        "blaming it is not the more probable explanation".to_owned()
     } else {
         format!("its healthy {} explains the record well enough", with_unit(fault.healthy, &fault.unit))
     };
@@ -383,7 +383,7 @@ mod tests {
     #[test]
     fn an_inadequate_model_says_too_why_a_value_off_the_healthy_one_is_no_fault() {
         let off = clearance([Some(0.0068), Some(0.021)], 0.0);
-        let said = "cylinder.clearance: blaming it as well explains little more of the record (probability 1.2 %)";
+        let said = "cylinder.clearance: blaming it is not the more probable explanation (probability 1.2 %)";
         assert_eq!(why_unblamed(&off).unwrap(), said);
         let within = FaultReport { healthy_sigma: 0.01, ..off.clone() };
         let said =

@@ -1,4 +1,5 @@
-//! An estimate and its interval with as many digits as the interval is worth: two of its width.
+//! An estimate and its interval with as many digits as the interval is worth: two of its width, up to four where the estimate
+//! would look like an end.
 
 use super::number::{rounded, text};
 

@@ -61,8 +61,7 @@ fn row(fault: &FaultHistory) -> Vec<String> {
             between = format!("{:+} to {:+}", short(trend.ci95[0]), short(trend.ci95[1]));
         }
         (None, Some(last)) => {
-            now = text(last.value);
-            sure = fault.unit.clone();
+            now = with_unit(last.value, &fault.unit);
         }
         (None, None) => {}
     }

@@ -17,7 +17,7 @@ const RIM: f64 = 0.15;
 
 /// Why an end may stand beyond the crossing of its curve.
 const WIDER: &str = "Vertical lines are the ends of the interval. They stand beyond the crossing where the curve does not know all: \
-    in a calibrated rig what no record tells is added to both sides, and where another set of faults is nearly as probable, the \
+    in a calibrated rig what no record tells is added to both sides, and where another set of faults has 5 % or more, the \
     interval reaches over what that set says too.";
 
 /// A small chart for each fault whose interval was searched.

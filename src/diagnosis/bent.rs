@@ -1,0 +1,126 @@
+//! What the quadratic form at the best explanation cannot see: laws that bend.
+//!
+//! Seen from the healthy rig a clearance leaks nothing to first order, and a throttle that is half shut does nothing. What such a
+//! fault does is then told by others that act in a straight line, above all by offset and gain of one sensor together, which
+//! make a bend of any slope. So the faults of components are tried where they would act.
+
+use rayon::prelude::*;
+
+use super::case::{Case, Set, has, members, priced};
+use super::descend::{Point, ROUGH, descend};
+use super::hypotheses::{Isolation, colour, prior_odds};
+use super::quadratic::Quadratic;
+use crate::fit::Problem;
+
+/// Shares of the way to a bound at which a fault is tried that the form may not see: a clearance leaks with its cube.
+const PROBES: [f64; 2] = [0.08, 0.35];
+/// A change of the misfits that the form misses by more than this share, squared, is one that it does not see.
+const UNSEEN: f64 = 0.1;
+/// Levels at which a fault is tried in place of others, as shares of the way to a bound.
+const LEVELS: [f64; 4] = [0.1, 0.25, 0.45, 0.7];
+/// Such faults that are fitted, the most promising ones.
+const FITTED: usize = 3;
+/// Forms, and steps with each, of such a fit.
+const STEPS: usize = 3;
+
+/// A fault of a component that explains the record better than several of the best set do, or one of two that are of the same
+/// sensor.
+pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
+    let (set, point) = (isolation.set(), &isolation.best);
+    let samples = case.full.weights.all_samples() as f64;
+    let mut tried: Vec<(Set, usize)> = Vec::new();
+    for part in replaceable(case, set) {
+        let components = (0..case.faults()).filter(|&fault| !has(set, fault) && !case.is_of_sensor(fault));
+        tried.extend(components.map(|fault| (set & !part, fault)));
+    }
+    let at_its_best_level = |(kept, fault): (Set, usize)| {
+        let levels = levels(case, fault, &LEVELS).filter_map(|at| {
+            let start = moved(case, &point.theta, kept, (fault, at));
+            let held = [(fault, at)];
+            let near = descend(case, &isolation.quadratic, kept | 1 << fault, &held, &start, 0.0, (1, ROUGH))?;
+            Some((priced(near.cost, kept | 1 << fault, samples), kept | 1 << fault, near.theta))
+        });
+        levels.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let mut screened: Vec<(f64, Set, Vec<f64>)> = tried.into_par_iter().filter_map(at_its_best_level).collect();
+    screened.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let odds = prior_odds(case.faults());
+    for (_, other, mut theta) in screened.into_iter().take(FITTED) {
+        for _ in 0..STEPS {
+            let near = Quadratic::at(case, &theta).ok()?;
+            let Some(fit) = descend(case, &near, other, &[], &theta, 0.0, (STEPS, ROUGH)) else { break };
+            let colour = colour(other, set, &isolation.inflation);
+            let charged = near.reduced(case).occam(other, 1.0) - isolation.reduced.occam(set, 1.0);
+            let fewer = odds * (f64::from(other.count_ones()) - f64::from(set.count_ones()));
+            if -0.5 * (fit.cost - fit.promised - point.cost) / colour + charged + fewer > 0.0 {
+                return Some((other, fit));
+            }
+            theta = fit.theta;
+        }
+    }
+    None
+}
+
+/// Faults of a set in whose place one of a component may stand: all of them; of a sensor with both, offset, gain, or the two.
+fn replaceable(case: &Case<'_>, set: Set) -> Vec<Set> {
+    let mut parts = Vec::new();
+    if set.count_ones() > 1 {
+        parts.push(set);
+    }
+    for sensor in &case.rig().sensors {
+        let own = |fault: &usize| {
+            let parameter = case.rig().faults[*fault].parameter;
+            (sensor.first_parameter..sensor.first_parameter + 2).contains(&parameter)
+        };
+        let own: Vec<Set> = members(set).filter(own).map(|fault| 1 << fault).collect();
+        if let [offset, gain] = own[..] {
+            parts.extend([offset | gain, offset, gain]);
+        }
+    }
+    parts.dedup();
+    parts
+}
+
+/// All estimated parameters with the faults outside `kept` at their healthy values, but for one.
+fn moved(case: &Case<'_>, theta: &[f64], kept: Set, (fault, at): (usize, f64)) -> Vec<f64> {
+    let mut theta = theta.to_vec();
+    for other in (0..case.faults()).filter(|&other| !has(kept, other)) {
+        theta[other] = case.mean[other];
+    }
+    theta[fault] = at;
+    theta
+}
+
+/// Values of a fault at shares of the way to each of its bounds, SI.
+fn levels<'a>(case: &Case<'_>, fault: usize, shares: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+    let (healthy, (low, high)) = (case.mean[fault], case.rig().faults[fault].bounds);
+    let ends = [low, high].into_iter().filter(move |&end| end != healthy);
+    ends.flat_map(move |end| shares.iter().map(move |share| healthy + share * (end - healthy)))
+}
+
+/// A better set than the best so far, with one fault more, that its quadratic form does not promise.
+pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
+    let odds = prior_odds(case.faults());
+    let Isolation { quadratic, reduced, best: point, inflation, .. } = isolation;
+    let set = isolation.set();
+    let mut best: Option<(f64, Set, Point)> = None;
+    for fault in (0..case.faults()).filter(|&fault| !has(set, fault) && !case.is_of_sensor(fault)) {
+        for at in levels(case, fault, &PROBES) {
+            let mut theta = point.theta.clone();
+            theta[fault] = at;
+            let Ok(misfit) = case.full.misfit(&theta) else { continue };
+            if quadratic.foresees(fault, at - point.theta[fault], &point.misfit, &misfit, UNSEEN) {
+                continue;
+            }
+            let more = set | 1 << fault;
+            let Some(near) = descend(case, quadratic, more, &[(fault, at)], &theta, 0.0, (1, ROUGH)) else { continue };
+            // The best value along the way is not known yet, so what the fault costs is taken at its cheapest.
+            let gain = 0.5 * (point.cost - near.cost + near.promised) / inflation[fault] + odds;
+            let price = reduced.occam(1 << fault, 1.0).min(0.0);
+            if gain + price.max(-3.0) > 0.0 && best.as_ref().is_none_or(|(before, ..)| gain > *before) {
+                best = Some((gain, more, near));
+            }
+        }
+    }
+    best.map(|(_, set, point)| (set, point))
+}
