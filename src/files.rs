@@ -188,7 +188,7 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
         let mut out = BufWriter::new(io::stdout().lock());
         return match write(&mut out).and_then(|()| out.flush()) {
             // Whoever closed the pipe has seen enough.
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+            Err(error) if is_closed_pipe(&error) => Ok(()),
             done => done.map_err(|error| failed(&error)),
         };
     }
@@ -224,6 +224,31 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
 /// A parent folder that does not exist.
 pub fn check_folder(path: &Path) -> Result<(), Complaint> {
     existing_folder(path, path).map(|_| ())
+}
+
+/// The same, and refuses a file that the same run reads: what is written would take its place.
+///
+/// # Errors
+/// A parent folder that does not exist, and one of the files `read`.
+pub fn check_output<'a>(path: &Path, read: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), Complaint> {
+    check_folder(path)?;
+    let Ok(target) = fs::canonicalize(path) else { return Ok(()) };
+    let same = |other: &PathBuf| fs::canonicalize(other).is_ok_and(|other| other == target && other.is_file());
+    if read.into_iter().any(same) {
+        return Err(Complaint::new(Kind::Unwritable, "this file is read, and would be overwritten")
+            .in_file(path)
+            .help("name another file; this one is left as it is"));
+    }
+    Ok(())
+}
+
+/// Whether somebody closed the pipe that is written to.
+pub(crate) fn is_closed_pipe(error: &io::Error) -> bool {
+    let inner = error.get_ref().and_then(|inner| inner.downcast_ref::<csv::Error>());
+    match inner.map(csv::Error::kind) {
+        Some(csv::ErrorKind::Io(inner)) => inner.kind() == io::ErrorKind::BrokenPipe,
+        _ => error.kind() == io::ErrorKind::BrokenPipe,
+    }
 }
 
 fn existing_folder(target: &Path, path: &Path) -> Result<PathBuf, Complaint> {

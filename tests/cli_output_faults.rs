@@ -107,3 +107,35 @@ fn a_record_that_grows_while_it_is_read_is_whole_or_refused() {
     assert_eq!(read + refused, 20);
     assert!(refused > 0, "nothing changed while it was read");
 }
+
+#[test]
+fn what_is_read_is_not_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let own = |name: &str| folder.path().join(name).display().to_string();
+    let (rig, record) = (own("rig.toml"), own("record.csv"));
+    fs::copy(RIG, &rig).unwrap();
+    assert_eq!(borescope(["simulate", &rig, "-o", &record]).status, Some(0));
+    let before = [&rig, &record].map(|path| fs::read(path).unwrap());
+    for verb in [
+        &["simulate", &rig, "-o", &rig][..],
+        &["simulate", &rig, "--input", &record, "-o", &record],
+        &["diagnose", &rig, &record, "--report", &record],
+        &["compare", &rig, &record, "--report", &rig],
+        &["calibrate", &rig, &record, "-o", &record],
+    ] {
+        let ran = borescope(verb);
+        assert_eq!(ran.status, Some(2), "{verb:?}: {}", ran.err);
+        assert!(ran.err.contains("this file is read, and would be overwritten"), "{verb:?}: {}", ran.err);
+    }
+    assert_eq!(before, [&rig, &record].map(|path| fs::read(path).unwrap()));
+}
+
+/// Whoever closes a pipe has seen enough.
+#[test]
+fn a_closed_pipe_is_no_failure() {
+    let program = env!("CARGO_BIN_EXE_borescope");
+    let rig = "fixtures/telescopic/rig.toml";
+    let script = format!("set -o pipefail; {program} simulate {rig} -o - | head -c 100 > /dev/null");
+    let output = Command::new("bash").args(["-c", &script]).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+}

@@ -7,7 +7,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::{Failure, Format, Status, read, write_json};
-use crate::files::{check_folder, read_text, write_atomically};
+use crate::files::{check_output, read_text, write_atomically};
 use crate::learn::add::add;
 use crate::report::digits::plus_minus;
 use crate::report::number::{before_unit, rounded};
@@ -41,7 +41,8 @@ pub struct Arguments {
 
 /// Runs the verb.
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
-    check_folder(&arguments.output)?;
+    // The rig file may take its own place.
+    check_output(&arguments.output, &arguments.fit)?;
     let text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, text.clone())?;
     let record = arguments.fit.as_ref().map(|path| read::record(&rig, path)).transpose()?;

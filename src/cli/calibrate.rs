@@ -9,7 +9,7 @@ use clap::Args;
 use super::{Failure, Format, Status, read, terminal, write_json, write_page};
 use crate::calibration::{Options, Report, calibrate};
 use crate::complaint::{Complaint, Kind, Place};
-use crate::files::{check_folder, read_text, write_atomically};
+use crate::files::{check_output, read_text, write_atomically};
 use crate::report::digits::plus_minus;
 use crate::report::number::{before_unit, rounded, with_unit};
 use crate::report::pages;
@@ -39,8 +39,11 @@ pub struct Arguments {
 
 /// Runs the verb; the summary goes to `out`, unless the rig file itself goes to a device.
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
-    check_folder(&arguments.output)?;
-    arguments.report.as_deref().map_or(Ok(()), check_folder)?;
+    // The rig file may take its own place.
+    check_output(&arguments.output, &arguments.records)?;
+    if let Some(path) = &arguments.report {
+        check_output(path, arguments.records.iter().chain([&arguments.rig]))?;
+    }
     check_files(arguments)?;
     let rig_text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, rig_text.clone())?;

@@ -14,7 +14,7 @@ use crate::campaign::store::{Finished, Journal, digest};
 use crate::campaign::{Campaign, HEALTHY, Options, Outcome, Row};
 use crate::complaint::{Complaint, Kind};
 use crate::diagnosis::Diagnosis;
-use crate::files::{check_folder, read_text, write_atomically};
+use crate::files::{check_folder, check_output, read_text, write_atomically};
 use crate::report;
 use crate::rig::Rig;
 
@@ -93,7 +93,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         check_folder(folder)?;
     }
     if let Some(path) = &arguments.report {
-        check_folder(path)?;
+        check_output(path, [&arguments.rig])?;
     }
     let campaign = Campaign::new(rig, options)?;
     if let Some(case) = arguments.case {

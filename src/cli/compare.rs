@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{Failure, Format, Status, read, terminal, write_json, write_page};
-use crate::files::check_folder;
+use crate::files::check_output;
 use crate::learn::compare::compared;
 use crate::report;
 use crate::rig::Rig;
@@ -34,7 +34,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let rig = Rig::read(&arguments.rig)?;
     let record = read::record(&rig, &arguments.record)?;
     if let Some(report) = &arguments.report {
-        check_folder(report)?;
+        check_output(report, [&arguments.rig, &arguments.record])?;
     }
     let compared = compared(&rig, &record)?;
     if let Some(path) = &arguments.report {

@@ -10,7 +10,7 @@ use super::{Failure, Format, Status, terminal, windows, write_json, write_page};
 use crate::complaint::Complaint;
 use crate::diagnosis::watch::Watching;
 use crate::diagnosis::{Diagnosed, Options, Verdict, diagnose};
-use crate::files::{MOST_TEXT, check_folder, read, text};
+use crate::files::{MOST_TEXT, check_output, read, text};
 use crate::model::Model;
 use crate::report::diagnosis::write_styled;
 use crate::report::pages::diagnosis::html;
@@ -57,7 +57,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
             .into());
     }
     if let Some(report) = &arguments.report {
-        check_folder(report)?;
+        check_output(report, arguments.records.iter().chain([&arguments.rig]))?;
     }
     arguments.window.map_or(Ok(()), windows::check)?;
     let content = read(&arguments.rig, MOST_TEXT)?;
@@ -84,6 +84,14 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         }
         let one = super::read::record(&model.rig, path).and_then(|record| {
             let diagnosed = diagnose(&model, &record, &options)?;
+            let left_out = diagnosed.diagnosis.left_out.len();
+            if left_out > 0 {
+                let what = "left out of the fit, see `left_out` or `borescope check`";
+                terminal::note(format_args!(
+                    "note: {}: {left_out} doubtful or missing stretches {what}",
+                    path.display()
+                ));
+            }
             if let Some(keeper) = &keeper {
                 keeper.keep(&record, &options, &diagnosed.diagnosis)?;
             }

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::{Failure, Format, Status, write_json, write_page};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
-use crate::files::{MOST_TEXT, check_folder, read, text};
+use crate::files::{MOST_TEXT, check_output, read, text};
 use crate::history::{By, history};
 use crate::report::history::write_text;
 use crate::report::pages;
@@ -37,7 +37,7 @@ pub struct Arguments {
 /// Runs the verb; the history goes to `out`.
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
     if let Some(path) = &arguments.report {
-        check_folder(path)?;
+        check_output(path, [&arguments.rig, &arguments.store])?;
     }
     let content = read(&arguments.rig, MOST_TEXT)?;
     let digest = content.digest();

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{Failure, Format, Status, read, terminal, write_json, write_page};
-use crate::files::{check_folder, read_text, write_atomically};
+use crate::files::{check_output, read_text, write_atomically};
 use crate::learn::add::with_effects;
 use crate::learn::improve::{Step, improve};
 use crate::learn::suggest::Conclusion;
@@ -46,9 +46,11 @@ pub struct Arguments {
 
 /// Runs the verb; the ledger goes to `out`, unless the rig file itself goes to a device.
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
-    check_folder(&arguments.output)?;
+    let records = [&arguments.fit, &arguments.check];
+    // The rig file may take its own place.
+    check_output(&arguments.output, records)?;
     if let Some(path) = &arguments.report {
-        check_folder(path)?;
+        check_output(path, records.into_iter().chain([&arguments.rig]))?;
     }
     let text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, text.clone())?;

@@ -8,7 +8,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::{Failure, Format, Status, expected, signatures, write_json, write_page};
-use crate::files::check_folder;
+use crate::files::check_output;
 use crate::report::pages::isolability::{Point, html};
 use crate::rig::Rig;
 use crate::structure::{Isolability, analyse, render};
@@ -45,7 +45,7 @@ struct Page<'a> {
 
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
     if let Some(path) = &arguments.report {
-        check_folder(path)?;
+        check_output(path, arguments.input.iter().chain([&arguments.rig]))?;
     }
     let rig = Rig::read(&arguments.rig)?;
     let structure = analyse(&rig);

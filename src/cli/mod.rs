@@ -35,7 +35,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand, ValueEnum};
 
 use crate::complaint::Complaint;
-use crate::files::write_atomically;
+use crate::files::{is_closed_pipe, write_atomically};
 
 /// Look inside a hydraulic circuit through its records.
 #[derive(Debug, Parser)]
@@ -150,7 +150,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(Status::Done) => return ExitCode::SUCCESS,
         Ok(Status::Found) => return ExitCode::from(1),
         // Whoever closed the pipe has seen enough.
-        Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => return ExitCode::SUCCESS,
+        Err(Failure::Output(error)) if is_closed_pipe(&error) => return ExitCode::SUCCESS,
         Err(Failure::Output(error)) => format!("error: standard output cannot be written: {error}"),
         Err(Failure::Complaint(complaint)) => complaint.to_string(),
         Err(Failure::Complaints(complaints)) => {

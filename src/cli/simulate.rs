@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::{Failure, Format, Status, read, write_json};
 use crate::complaint::{Complaint, Kind, Place};
+use crate::files::check_output;
 use crate::model::{self, Drive, Model};
 use crate::record::Record;
 use crate::report::number;
@@ -78,6 +79,7 @@ pub(super) struct Set {
 
 /// Runs the verb; the summary goes to `out`, unless the record itself goes to a device.
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+    check_output(&arguments.output, arguments.input.iter().chain([&arguments.rig]))?;
     let mut rig = Rig::read(&arguments.rig)?;
     let mut set = Vec::new();
     for text in &arguments.set {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{Failure, Format, Status, read, terminal, write_json, write_page};
-use crate::files::check_folder;
+use crate::files::check_output;
 use crate::learn::result::SuggestionReport;
 use crate::learn::suggest::{Conclusion, suggest};
 use crate::report;
@@ -41,7 +41,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let record = read::record(&rig, &arguments.record)?;
     let check = arguments.check.as_ref().map(|path| read::record(&rig, path)).transpose()?;
     if let Some(path) = &arguments.report {
-        check_folder(path)?;
+        check_output(path, arguments.check.iter().chain([&arguments.rig, &arguments.record]))?;
     }
     terminal::show_progress();
     let suggestion = suggest(&rig, &record, check.as_ref())?;

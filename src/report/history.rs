@@ -1,7 +1,7 @@
 //! The history of a rig as text.
 
 use super::digits::worth;
-use super::number::{before_unit, text, with_unit};
+use super::number::{before_unit, with_unit};
 use super::style::bars;
 use super::table::{Head, aligned};
 use crate::history::forecast::State;
