@@ -343,7 +343,7 @@ fn wrong_input_is_told_and_nothing_written() {
     let record = fs::read(path.join("healthy.csv")).unwrap();
     let cases: &[(&[&str], &str)] = &[
         (&["rig.toml", "healthy.csv", "-o", "missing.d/new.toml"], "there is no folder"),
-        (&["rig.toml", "healthy.csv", "-o", "healthy.csv"], "would take the place of a record"),
+        (&["rig.toml", "healthy.csv", "-o", "healthy.csv"], "this file is read, and would be overwritten"),
         (&["rig.toml", "healthy.csv", "healthy.csv", "-o", "new.toml"], "given twice"),
         (&["rig.toml", "lacking.csv", "-o", "new.toml"], "the record has no column `q`"),
         (&["rig.toml", "none.csv", "-o", "new.toml"], "there is no such file"),

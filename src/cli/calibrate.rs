@@ -78,16 +78,10 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     Ok(Status::Done)
 }
 
-/// No file twice, and no record in the place of the new rig file.
+/// No file twice.
 fn check_files(arguments: &Arguments) -> Result<(), Complaint> {
     let real = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    let output = real(&arguments.output);
     for (index, record) in arguments.records.iter().enumerate() {
-        if real(record) == output {
-            return Err(Complaint::new(Kind::Contradiction, "the new rig file would take the place of a record")
-                .at(Place::file(record))
-                .help("name another file with `-o`"));
-        }
         if let Some(before) = arguments.records[..index].iter().find(|before| real(before) == real(record)) {
             return Err(Complaint::new(Kind::Duplicate, "the same record is given twice, and would count twice")
                 .at(Place::file(before))

@@ -6,6 +6,7 @@ use super::number::{before_unit, rounded, text, with_unit};
 use super::style::{Style, bars, scale};
 use super::table::{Head, aligned};
 use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, Verdict};
+use crate::fit::Identifiable;
 use crate::record::survey::{Doubt, Finding};
 use crate::residual::Detection;
 use crate::rig::Rig;
@@ -31,6 +32,13 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
             )
         }
     }
+}
+
+/// Faults that could be there at any size without showing: no verdict speaks of them.
+pub(super) fn untold(diagnosis: &Diagnosis) -> Option<String> {
+    let open = diagnosis.faults.iter().filter(|fault| fault.identifiable == Identifiable::Unidentifiable);
+    let open: Vec<&str> = open.map(|fault| fault.id.as_str()).collect();
+    (!open.is_empty()).then(|| format!("The record says nothing of {}.", open.join(", ")))
 }
 
 /// How a verdict is meant.
@@ -310,7 +318,9 @@ fn pictured(
 }
 
 fn page(diagnosis: &Diagnosis, style: Style, [scales, courses]: [Vec<String>; 2]) -> String {
-    let mut lines = vec![style.painted(&headline(diagnosis), tone(diagnosis.verdict)), String::new()];
+    let mut lines = vec![style.painted(&headline(diagnosis), tone(diagnosis.verdict))];
+    lines.extend(untold(diagnosis));
+    lines.push(String::new());
     lines.extend([format!("rig     {}", diagnosis.rig), format!("record  {}", diagnosis.record)]);
     lines.extend(diagnosis.detected_at_s.map(|at| format!("detected at {at:.2} s")));
     lines.extend([String::new(), "Faults".to_owned()]);
@@ -361,7 +371,6 @@ fn fitted(diagnosis: &Diagnosis) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::Identifiable;
 
     fn clearance(ci95: [Option<f64>; 2], healthy_sigma: f64) -> FaultReport {
         FaultReport {

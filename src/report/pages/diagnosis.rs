@@ -22,6 +22,9 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String,
     let mut page = Page::new(format!("Diagnosis of {}", named(rig)), format!("Record {}", diagnosis.record));
     let mut verdict = Section::new("Verdict");
     verdict.notice(words::tone(diagnosis.verdict), words::headline(diagnosis));
+    if let Some(untold) = words::untold(diagnosis) {
+        verdict.paragraph(untold);
+    }
     if let Some(at) = diagnosis.detected_at_s {
         verdict.paragraph(format!("Detected at {at:.2} s."));
     }
