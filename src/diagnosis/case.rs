@@ -115,6 +115,22 @@ impl<'a> Case<'a> {
         high - low
     }
 
+    /// Values of a fault at shares of the way from its healthy value to each of its bounds, SI.
+    pub fn levels<'s>(&self, fault: usize, shares: &'s [f64]) -> impl Iterator<Item = f64> + use<'s> {
+        let (healthy, (low, high)) = (self.mean[fault], self.rig().faults[fault].bounds);
+        let ends = [low, high].into_iter().filter(move |&end| end != healthy);
+        ends.flat_map(move |end| shares.iter().map(move |share| healthy + share * (end - healthy)))
+    }
+
+    /// All estimated parameters, SI, with the faults outside `set` at their healthy values.
+    pub fn without_others(&self, theta: &[f64], set: Set) -> Vec<f64> {
+        let mut theta = theta.to_vec();
+        for other in (0..self.faults()).filter(|&other| !has(set, other)) {
+            theta[other] = self.mean[other];
+        }
+        theta
+    }
+
     /// Parameters that are free while the faults of `set` are present.
     pub fn free(&self, set: Set) -> Vec<usize> {
         (0..self.count()).filter(|&index| !self.is_held(set, index)).collect()

@@ -2,14 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::bent::{simpler, unseen};
-use super::case::{Case, Set, has, members, priced};
+use super::case::{Case, Set, members, priced};
 use super::descend::{ROUGH, descend};
 use super::events::{weights, weights_along};
 use super::hypotheses::{Isolation, MOST_ROUNDS, Stopped, held, isolate, isolate_from};
 use super::noise::{self, Weights};
 use super::quadratic::Quadratic;
 use super::search;
+use super::unseen::{simpler, unseen};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::fit::FitError;
 use crate::model::{Drive, Model, SimulationError};
@@ -249,10 +249,7 @@ impl Estimate<'_> {
         let of_sensors =
             (0..case.faults()).filter(|&fault| case.is_of_sensor(fault)).fold(0, |set, fault| set | 1 << fault);
         let set = self.isolation.set() & !of_sensors;
-        let mut found = self.isolation.best.theta.clone();
-        for fault in (0..case.faults()).filter(|&fault| !has(set, fault)) {
-            found[fault] = case.mean[fault];
-        }
+        let found = case.without_others(&self.isolation.best.theta, set);
         let mut starts = vec![(case.mean.clone(), 0), (found, set)];
         case.full.weights = rough(model, record, drive, &case.full.measured);
         starts.extend(search::places(case).iter().map(|place| (place.theta(case), place.set())));

@@ -4,7 +4,6 @@
 //! together ([`estimate`]), every set of faults with its probability ([`hypotheses`]), and an interval for each fault that may
 //! be open ([`interval`]).
 
-mod bent;
 pub mod case;
 pub mod descend;
 mod doubtful;
@@ -22,6 +21,7 @@ mod result;
 pub(crate) mod search;
 mod starts;
 pub(crate) mod summary;
+mod unseen;
 pub mod watch;
 
 use crate::complaint::{Complaint, Kind, Place};

@@ -173,7 +173,7 @@ impl Search<'_> {
             let tried: Vec<(&Vec<(usize, f64)>, usize)> =
                 bases.iter().flat_map(|base| others.iter().map(move |&other| (base, other))).collect();
             let at_its_best_level = |(base, fault): (&Vec<(usize, f64)>, usize)| {
-                let levels = self.levels(fault, &LEVELS).into_iter().filter_map(|at| {
+                let levels = self.case.levels(fault, &LEVELS).filter_map(|at| {
                     let mut faults = base.clone();
                     faults.push((fault, at));
                     self.simulated(faults)
@@ -200,22 +200,15 @@ impl Search<'_> {
         (0..self.case.faults()).filter(|&fault| !has(set, fault) && !self.case.is_of_sensor(fault)).collect()
     }
 
-    /// Values of a fault at shares of the way to each of its bounds, SI.
-    fn levels(&self, fault: usize, shares: &[f64]) -> Vec<f64> {
-        let (healthy, (low, high)) = (self.case.mean[fault], self.case.rig().faults[fault].bounds);
-        let ends = [low, high].into_iter().filter(|&end| end != healthy);
-        ends.flat_map(|end| shares.iter().map(move |share| healthy + share * (end - healthy))).collect()
-    }
-
     /// Nothing, single faults and pairs, each at a few levels towards each of its bounds.
     fn sparse(&self) -> Vec<Vec<(usize, f64)>> {
         let components: Vec<usize> = (0..self.case.faults()).filter(|&fault| !self.case.is_of_sensor(fault)).collect();
         let mut all = vec![Vec::new()];
         for (place, &a) in components.iter().enumerate() {
-            all.extend(self.levels(a, &LEVELS).into_iter().map(|at| vec![(a, at)]));
-            for at in self.levels(a, &PAIRED) {
+            all.extend(self.case.levels(a, &LEVELS).map(|at| vec![(a, at)]));
+            for at in self.case.levels(a, &PAIRED) {
                 for &b in &components[..place] {
-                    all.extend(self.levels(b, &PAIRED).into_iter().map(|other| vec![(a, at), (b, other)]));
+                    all.extend(self.case.levels(b, &PAIRED).map(|other| vec![(a, at), (b, other)]));
                 }
             }
         }

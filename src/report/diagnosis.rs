@@ -3,12 +3,12 @@
 use super::digits::{Estimate, plus_minus, worth};
 use super::html::Tone;
 use super::number::{before_unit, rounded, text, with_unit};
+use super::residuals;
 use super::style::{Style, bars, scale};
 use super::table::{Head, aligned};
 use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, Verdict};
 use crate::fit::Identifiable;
 use crate::record::survey::{Doubt, Finding};
-use crate::residual::Detection;
 use crate::rig::Rig;
 
 /// Characters of a scale with an interval, and of a course of misfits.
@@ -106,54 +106,6 @@ pub(super) const HYPOTHESIS_HEADS: [Head; 2] = [("faults", false), ("probability
 pub(super) fn hypothesis_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     let named = |faults: &[String]| if faults.is_empty() { "healthy".to_owned() } else { faults.join(" + ") };
     diagnosis.hypotheses.iter().take(5).map(|h| vec![named(&h.faults), percent(h.probability)]).collect()
-}
-
-pub(super) const RESIDUAL_HEADS: [Head; 8] = [
-    ("residual", false),
-    ("equation", false),
-    ("mean", true),
-    ("sigma", true),
-    ("allowed", true),
-    ("unit", false),
-    ("fired", false),
-    ("since", true),
-];
-
-pub(super) fn residual_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
-    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| text(rounded(value, 3)));
-    diagnosis
-        .residuals
-        .iter()
-        .map(|residual| {
-            vec![
-                residual.id.clone(),
-                residual.equation.to_owned(),
-                number(residual.mean),
-                number(residual.sigma),
-                number(residual.allowed),
-                residual.unit.clone(),
-                if residual.fired { "yes" } else { "no" }.to_owned(),
-                residual.onset_s.map_or("-".to_owned(), |onset| format!("{onset:.2} s")),
-            ]
-        })
-        .collect()
-}
-
-/// What the columns of the table of residuals mean, a line each.
-pub(super) fn residual_words() -> Vec<String> {
-    let Detection { hours_between_false_alarms: hours, coverage, .. } = Detection::default();
-    vec![
-        "mean: how far the balance is from closing, in the phase of the alarm where there is one".to_owned(),
-        "sigma: standard error of the mean by sensor noise alone, which decides nothing".to_owned(),
-        format!(
-            "allowed: how far off the uncertain values of the rig file may put a healthy circuit ({} standard deviations)",
-            text(coverage)
-        ),
-        format!(
-            "fired: what goes beyond, summed from window to window (CUSUM), passed the threshold of one false alarm in {} h",
-            text(hours)
-        ),
-    ]
 }
 
 pub(super) const CHANNEL_HEADS: [Head; 6] = [
@@ -339,8 +291,8 @@ fn page(diagnosis: &Diagnosis, style: Style, [scales, courses]: [Vec<String>; 2]
     }
     block("Which faults together", aligned(&HYPOTHESIS_HEADS, &hypothesis_rows(diagnosis)));
     if !diagnosis.residuals.is_empty() {
-        let table = aligned(&RESIDUAL_HEADS, &residual_rows(diagnosis));
-        block("Residuals with healthy parameters", [table, indented(residual_words())].concat());
+        let table = aligned(&residuals::HEADS, &residuals::rows(diagnosis));
+        block("Residuals with healthy parameters", [table, indented(residuals::words())].concat());
     }
     let channels = pictured(style, &CHANNEL_HEADS, &channel_rows(diagnosis), ("misfit over time", &courses));
     block("Fit of each sensor (1 is right within noise and tolerance)", channels);

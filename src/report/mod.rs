@@ -13,6 +13,7 @@ pub mod number;
 pub mod pages;
 pub mod plot;
 pub mod reference;
+mod residuals;
 pub mod style;
 pub mod table;
 pub mod windows;

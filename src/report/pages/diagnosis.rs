@@ -10,6 +10,7 @@ use crate::report::circuit;
 use crate::report::diagnosis as words;
 use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::number::{in_unit, with_unit};
+use crate::report::residuals as balances;
 use crate::residual::Detection;
 use crate::rig::Rig;
 
@@ -77,12 +78,8 @@ fn residual_section(shown: &Shown<'_>, diagnosis: &Diagnosis) -> Result<Section,
     section.paragraph(
         "Each balance of the circuit with healthy parameters: zero but for noise while nothing is wrong with it.",
     );
-    section.table(Table::of(
-        "Residuals with healthy parameters",
-        &words::RESIDUAL_HEADS,
-        words::residual_rows(diagnosis),
-    ));
-    section.list(words::residual_words());
+    section.table(Table::of("Residuals with healthy parameters", &balances::HEADS, balances::rows(diagnosis)));
+    section.list(balances::words());
     section.paragraph(
         "Each residual as the mean of windows, with what noise and tolerance allow; an alarm is raised where the running sum of what \
          goes beyond passes its threshold.",

@@ -34,8 +34,8 @@ pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
         tried.extend(components.map(|fault| (set & !part, fault)));
     }
     let at_its_best_level = |(kept, fault): (Set, usize)| {
-        let levels = levels(case, fault, &LEVELS).filter_map(|at| {
-            let start = moved(case, &point.theta, kept, (fault, at));
+        let levels = case.levels(fault, &LEVELS).filter_map(|at| {
+            let start = case.without_others(&point.theta, kept);
             let held = [(fault, at)];
             let near = descend(case, &isolation.quadratic, kept | 1 << fault, &held, &start, 0.0, (1, ROUGH))?;
             Some((priced(near.cost, kept | 1 << fault, samples), kept | 1 << fault, near.theta))
@@ -81,23 +81,6 @@ fn replaceable(case: &Case<'_>, set: Set) -> Vec<Set> {
     parts
 }
 
-/// All estimated parameters with the faults outside `kept` at their healthy values, but for one.
-fn moved(case: &Case<'_>, theta: &[f64], kept: Set, (fault, at): (usize, f64)) -> Vec<f64> {
-    let mut theta = theta.to_vec();
-    for other in (0..case.faults()).filter(|&other| !has(kept, other)) {
-        theta[other] = case.mean[other];
-    }
-    theta[fault] = at;
-    theta
-}
-
-/// Values of a fault at shares of the way to each of its bounds, SI.
-fn levels<'a>(case: &Case<'_>, fault: usize, shares: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
-    let (healthy, (low, high)) = (case.mean[fault], case.rig().faults[fault].bounds);
-    let ends = [low, high].into_iter().filter(move |&end| end != healthy);
-    ends.flat_map(move |end| shares.iter().map(move |share| healthy + share * (end - healthy)))
-}
-
 /// A better set than the best so far, with one fault more, that its quadratic form does not promise.
 pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
     let odds = prior_odds(case.faults());
@@ -105,7 +88,7 @@ pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
     let set = isolation.set();
     let mut best: Option<(f64, Set, Point)> = None;
     for fault in (0..case.faults()).filter(|&fault| !has(set, fault) && !case.is_of_sensor(fault)) {
-        for at in levels(case, fault, &PROBES) {
+        for at in case.levels(fault, &PROBES) {
             let mut theta = point.theta.clone();
             theta[fault] = at;
             let Ok(misfit) = case.full.misfit(&theta) else { continue };
