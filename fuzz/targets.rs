@@ -2,7 +2,7 @@
 
 use borescope::expression::{Expression, Name};
 use borescope::record::Asked;
-use borescope::record::survey::survey;
+use borescope::record::survey::{Scatter, survey};
 use borescope::rig::Rig;
 use borescope::units::{Dimension, Quantity, Unit};
 
@@ -10,6 +10,7 @@ use borescope::units::{Dimension, Quantity, Unit};
 pub struct Target {
     pub name: &'static str,
     pub run: fn(&[u8]),
+    #[allow(dead_code, reason = "read where a corpus is given, by the test of all targets")]
     pub corpus: &'static [&'static str],
 }
 
@@ -33,7 +34,7 @@ fn record(bytes: &[u8]) {
     if let Ok(record) = Asked::default().read_bytes("record", bytes.to_vec()) {
         assert!(record.time.windows(2).all(|pair| pair[0] < pair[1]));
         assert!(record.channels.iter().all(|channel| channel.values.len() == record.time.len()));
-        let _ = survey(&record, |_| Some(1.0));
+        let _ = survey(&record, |_| Some(Scatter { noise: 1.0, resolution: 0.0 }));
     }
 }
 

@@ -173,10 +173,15 @@ pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str
 /// `what` names them in the plural, such as `component kinds`.
 pub fn help_with_names<'a>(word: &str, what: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     let candidates: Vec<&str> = candidates.into_iter().collect();
-    let quoted: Vec<String> = candidates.iter().map(|name| format!("`{name}`")).collect();
+    help_with_near(did_you_mean(word, candidates.iter().copied()), what, candidates)
+}
+
+/// The same where it is known which of the names was meant.
+pub fn help_with_near<'a>(near: Option<&str>, what: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
+    let quoted: Vec<String> = candidates.into_iter().map(|name| format!("`{name}`")).collect();
     let all =
         if quoted.is_empty() { format!("there are no {what}") } else { format!("known {what}: {}", quoted.join(", ")) };
-    match did_you_mean(word, candidates) {
+    match near {
         Some(near) => format!("did you mean `{near}`? {}", capitalised(&all)),
         None => all,
     }

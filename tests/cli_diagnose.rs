@@ -264,3 +264,65 @@ fn a_record_that_does_not_fit_the_rig_is_refused_with_both_places() {
         assert_eq!(err.matches("error: ").count(), 1, "{err}");
     }
 }
+
+/// A record whose column is changed by `change(field)`.
+fn with_column(name: &str, change: impl Fn(&str) -> String) -> String {
+    let right = fs::read_to_string(HEALTHY).unwrap();
+    let column = right.lines().next().unwrap().split(',').position(|head| head == name).unwrap();
+    let changed = |(number, line): (usize, &str)| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if number > 0 {
+            fields[column] = change(&fields[column]);
+        }
+        fields.join(",") + "\n"
+    };
+    right.lines().enumerate().map(changed).collect()
+}
+
+fn diagnosed(record: &str) -> (Value, Ran) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("record.csv");
+    fs::write(&path, record).unwrap();
+    let path = path.to_str().unwrap();
+    let ran = borescope(["diagnose", RIG, path, "--format", "json"]);
+    (json(&ran.out), borescope(["diagnose", RIG, path]))
+}
+
+/// Nothing is blamed for a sensor that is dead, or lacks every value: the record says nothing of its own faults.
+#[test]
+fn a_sensor_that_shows_nothing_is_left_out() {
+    for (field, doubt) in [("0.000", "dead"), ("", "dropout")] {
+        let (found, text) = diagnosed(&with_column("q_A [L/min]", |_| field.to_owned()));
+        assert_eq!(found["verdict"], "healthy", "{doubt}: {}", text.out);
+        let left_out = list(&found, "left_out");
+        assert_eq!((left_out.len(), &left_out[0]["doubt"]), (1, &Value::from(doubt)));
+        let q_a = list(&found, "channels").iter().find(|channel| channel["name"] == "q_A").unwrap();
+        assert_eq!(q_a["samples"], 0);
+        assert!(
+            text.out.contains("\nThe record says nothing of sensor.q_A.offset, sensor.q_A.gain.\n"),
+            "{}",
+            text.out
+        );
+        assert!(
+            text.out.lines().any(|line| line.starts_with("  q_A ") && line.ends_with("no samples")),
+            "{}",
+            text.out
+        );
+        assert!(text.err.contains("`q_A` "), "{}", text.err);
+    }
+}
+
+/// Megapascals in a column of bar.
+#[test]
+fn a_column_in_another_unit_is_told() {
+    let (found, text) =
+        diagnosed(&with_column("p_A [bar]", |field| format!("{:.3}", field.parse::<f64>().unwrap() / 10.0)));
+    assert_eq!(found["verdict"], "model-inadequate");
+    let ratios: Vec<(&Value, &Value)> =
+        list(&found, "channels").iter().map(|channel| (&channel["name"], &channel["unit_ratio"])).collect();
+    for (name, ratio) in ratios {
+        assert_eq!(*ratio, if name == "p_A" { Value::from(0.1) } else { Value::Null }, "{name}");
+    }
+    let told = "\np_A reads 0.1 times what the healthy model says: is its column in bar?\n";
+    assert!(text.out.contains(told), "{}", text.out);
+}

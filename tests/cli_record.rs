@@ -37,7 +37,7 @@ fn a_wrong_record_gives_its_message() {
         ),
         (
             right.replace("u [V]", "v [V]"),
-            "error: RIG:48 and RECORD:1: the record has no column `u`\n  help: known columns: `v`, `level_1`, `level_2`\n",
+            "error: RIG:48 and RECORD:1: the record has no column `u`\n  help: did you mean `v`? Known columns: `v`, `level_1`, `level_2`\n",
         ),
         (
             right.replace("level_1 [mm]", "level_1 [bar]"),
@@ -51,8 +51,8 @@ fn a_wrong_record_gives_its_message() {
         ),
         (
             right.replace("\n7,1,", "\n5,1,"),
-            "error: RECORD:8 and RECORD:9: the time runs backwards to 5 s\n  help: the time rises from row to row; remove \
-             the repeated rows, or split the record where the clock was set\n",
+            "error: RECORD:8 and RECORD:9: the time runs backwards to 5 s\n  help: the time rises from row to row; sort \
+             the rows, remove those that repeat, or split the record where the clock was set\n",
         ),
         (
             right[..right.len() - 8].to_owned(),
@@ -121,7 +121,11 @@ fn the_page_tells_phases_ranges_and_doubts() {
             _ => format!("{line}\n"),
         })
         .collect();
-    assert!(check(stuck.as_bytes()).out.contains("  `level_2` stays at 7 mm: is the sensor connected?\n"));
+    assert!(
+        check(stuck.as_bytes()).out.contains(
+            "  `level_2` stays at 7 mm in all 40 rows, which its noise alone would not allow: a dead sensor\n"
+        )
+    );
     let clipped: String = right()
         .lines()
         .map(|line| {

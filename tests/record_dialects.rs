@@ -7,7 +7,7 @@ use std::io::Write;
 use std::process::{Command, Stdio};
 
 use borescope::record::Record;
-use borescope::record::survey::{Doubt, Finding, survey};
+use borescope::record::survey::{Doubt, Finding, Scatter, survey};
 use command::borescope;
 
 fn read(bytes: &[u8]) -> Result<Record, String> {
@@ -179,7 +179,7 @@ fn findings(change: impl Fn(usize, f64, f64) -> (f64, f64)) -> Vec<Finding> {
     let path = folder.path().join("record.csv");
     fs::write(&path, rows).unwrap();
     let (record, refused) = Record::read_as_it_stands(&path).unwrap();
-    let found = survey(&record, |_| Some(0.3e5));
+    let found = survey(&record, |_| Some(Scatter { noise: 0.3e5, resolution: 0.0 }));
     let refusing = |finding: &Finding| matches!(finding.doubt, Doubt::DuplicateStamp | Doubt::ClockReset);
     assert_eq!(refused.is_some(), found.iter().any(refusing), "{found:?}");
     found
@@ -210,6 +210,28 @@ fn each_doubt_is_found_with_its_times() {
     assert_eq!(jitter.len(), 1);
     assert_eq!(jitter[0].doubt, Doubt::Jitter);
     assert!((jitter[0].value.unwrap() - 0.0008).abs() < 0.0002, "{jitter:?}");
+}
+
+/// A value that never changes is a dead sensor only where noise would move it, and moves the other channels.
+#[test]
+fn a_sensor_that_noise_would_move_is_dead() {
+    let doubts = |other: fn(usize) -> f64, resolution: f64| {
+        let mut rows = String::from("time [s],p [bar],r [bar]\n");
+        (0..50).for_each(|row| rows.push_str(&format!("{:.2},7.0,{:.3}\n", 0.01 * row as f64, other(row))));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("record.csv");
+        fs::write(&path, rows).unwrap();
+        let record = Record::read(&path).unwrap();
+        let found = survey(&record, |_| Some(Scatter { noise: 0.3e5, resolution }));
+        found.into_iter().map(|finding| (finding.channel.unwrap(), finding.doubt)).collect::<Vec<_>>()
+    };
+    let restless: fn(usize) -> f64 = |row| 20.0 + 0.5 * ((row * row) as f64).sin();
+    let p = |doubt| vec![("p".to_owned(), doubt)];
+    assert_eq!(doubts(restless, 0.0), p(Doubt::Dead));
+    // A digit of 1 bar hides a noise of 0.3 bar.
+    assert_eq!(doubts(restless, 1e5), p(Doubt::Constant));
+    // A computed record has no noise anywhere.
+    assert_eq!(doubts(|row| 20.0 + 0.1 * row as f64, 0.0), p(Doubt::Constant));
 }
 
 /// Real and simulated records give no false alarm of a damaged sensor.

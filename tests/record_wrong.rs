@@ -7,11 +7,12 @@ use borescope::complaint::{Complaint, Kind, Place};
 use borescope::record::{Asked, Record, Stream};
 use borescope::units::Dimension;
 
-const NUMBER: &str =
-    "every field holds a number such as `-1.5` or `2e-3`; remove rows with gaps, or split the record there";
-const EMPTY_FIELD: &str = "every field holds a number; remove rows with gaps, or split the record there";
-const RISES: &str =
-    "the time rises from row to row; remove the repeated rows, or split the record where the clock was set";
+const NUMBER: &str = "write a number such as `-1.5` or `2e-3`, or nothing where there is no value";
+const TIME: &str = "every row has its time as a number, such as `1.5`; remove the rows without";
+const CLOCK: &str =
+    "dates and times of day are not read; write the time as a number, such as seconds from the first row";
+const EMPTY_FIELD: &str = "every row has its time; remove the rows without";
+const RISES: &str = "the time rises from row to row; sort the rows, remove those that repeat, or split the record where the clock was set";
 const NAMES: &str = "name the columns in the first row: `time [s],p_A [bar],...`";
 const BROKE_OFF: &str = "the writing broke off; remove the last line, or copy the file again";
 const ENCODING: &str = "save the file as UTF-8; write `degC` and `um` where the degree or micro sign is in the way";
@@ -36,7 +37,11 @@ const WRONG: &[(&[u8], &str, &str)] = &[
     ),
     // The header.
     (b"0.1,5\n0.2,6\n", ":1: the first row holds numbers, not the names of the columns", NAMES),
-    (b"t [s],p [bar]\n0,1\n", ":1: the first column is `t [s]`, not the time", "name the first column `time [s]`"),
+    (
+        b"t [s],p [bar]\n0,1\n",
+        ":1: the first column is `t [s]`, not the time",
+        "name the first column `time [s]`; lines above the names of the columns begin with `#`",
+    ),
     (b"p [bar],time [s]\n1,0\n", ":1: `time` is column 2, but must be the first", "move the time column to the front"),
     (b"time,p [bar]\n0,1\n", ":1: the column `time` has no unit in square brackets", "write `time [s]`"),
     (
@@ -49,11 +54,7 @@ const WRONG: &[(&[u8], &str, &str)] = &[
         ":1: the column `p` has no unit in square brackets",
         "write its unit behind the name, such as `p [bar]`; `p [-]` for a pure number",
     ),
-    (
-        b"time [s],p (bar)\n0,1\n",
-        ":1: the column `p (bar)` has no unit in square brackets",
-        "write its unit behind the name, such as `p [bar]`; `p [-]` for a pure number",
-    ),
+    (b"time [s],p (bar)\n0,1\n", ":1: the column `p (bar)` has no unit in square brackets", "write `p [bar]`"),
     (
         b"time [s],p []\n0,1\n",
         ":1: the column `p []` has no unit in square brackets",
@@ -81,12 +82,12 @@ const WRONG: &[(&[u8], &str, &str)] = &[
     (b"time [s],p [bar]\n0.1,1\n0.3,1\n0.2,1\n", ":3 and :4: the time runs backwards to 0.2 s", RISES),
     (b"time [s],p [bar]\n0.1,1\n# gap\n\n0.1,1\n", ":2 and :5: the time 0.1 s repeats", RISES),
     // The numbers.
-    (b"time [s],p [bar]\n0,1\nNaN,2\n", ":3: `NaN` in column `time` is not a finite number", NUMBER),
-    (b"time [s],p [bar]\n-inf,0\n", ":2: `-inf` in column `time` is not a finite number", NUMBER),
+    (b"time [s],p [bar]\n0,1\nNaN,2\n", ":3: `NaN` in column `time` is not a finite number", TIME),
+    (b"time [s],p [bar]\n-inf,0\n", ":2: `-inf` in column `time` is not a finite number", TIME),
     (b"time [s],p [bar]\n0,1e999\n", ":2: `1e999` in column `p` is not a finite number", NUMBER),
     (b"time [s],p [bar]\n,0\n", ":2: the field of `time` is empty", EMPTY_FIELD),
     (b"time [s],p [bar]\n0,high\n", ":2: `high` in column `p` is not a number", NUMBER),
-    (b"time [s],p [bar]\n12:30:01,1\n", ":2: `12:30:01` in column `time` is not a number", NUMBER),
+    (b"time [s],p [bar]\n12:30:01,1\n", ":2: `12:30:01` in column `time` is not a number", CLOCK),
     (b"time [s];p [bar]\n0,5;1.5\n", ":2: `1.5` in column `p`: the decimal mark of this file is the comma", MARKS),
     (b"time [s];p [bar]\n0.5;1,5\n", ":2: `1,5` in column `p`: the decimal mark of this file is the point", MARKS),
     (b"time [s],p [bar]\n0,\"1\n1,2\n", ":2: a quotation mark opens and is not closed", QUOTE),

@@ -5,11 +5,12 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::complaint::Complaint;
+use crate::diagnosis::estimate::measured;
 use crate::model::Drive;
 use crate::record::survey::{Finding, survey};
 use crate::record::{Channel, Record};
 use crate::report::number::{in_unit, rounded};
-use crate::rig::{Proposal, Rig};
+use crate::rig::{Proposal, Rig, Sensor};
 
 #[derive(Serialize)]
 pub struct RecordPage {
@@ -37,8 +38,9 @@ pub struct RecordPage {
 pub struct ChannelLine {
     pub name: String,
     pub unit: String,
-    pub least: f64,
-    pub greatest: f64,
+    /// In `unit`; `null` of a column without any value.
+    pub least: Option<f64>,
+    pub greatest: Option<f64>,
     /// `sensor`, `input`, or nothing of this rig.
     pub role: Option<&'static str>,
 }
@@ -69,7 +71,7 @@ pub fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<Complai
     };
     let findings = survey(&record, |channel| {
         let own = rig.sensors.iter().find(|sensor| sensor.column == channel.name);
-        own.map(|sensor| sensor.noise)
+        own.map(Sensor::scatter)
     });
     let (from, to) = (record.time.first().copied().unwrap_or(0.0), record.time.last().copied().unwrap_or(0.0));
     let sampling = record.sampling();
@@ -92,13 +94,15 @@ pub fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<Complai
             rig.inputs.iter().any(|input| input.column == channel.name).then_some("input")
         }
     };
-    let finite =
-        |channel: &'_ Channel| channel.values.iter().copied().filter(|value| value.is_finite()).collect::<Vec<_>>();
+    let extreme = |channel: &Channel, pick: fn(f64, f64) -> f64| {
+        let finite = channel.values.iter().copied().filter(|value| value.is_finite());
+        finite.reduce(pick).map(|value| in_unit(value, &channel.unit))
+    };
     let channels = record.channels.iter().map(|channel| ChannelLine {
         name: channel.name.clone(),
         unit: channel.unit.to_string(),
-        least: in_unit(finite(channel).into_iter().fold(f64::INFINITY, f64::min), &channel.unit),
-        greatest: in_unit(finite(channel).into_iter().fold(f64::NEG_INFINITY, f64::max), &channel.unit),
+        least: extreme(channel, f64::min),
+        greatest: extreme(channel, f64::max),
         role: role(channel),
     });
     let page = RecordPage {
@@ -122,9 +126,7 @@ pub fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<Complai
 /// The drive, where the record has every column that the rig asks for.
 fn columns(rig: &Rig, record: &Record) -> Result<Drive, Complaint> {
     let drive = Drive::from_record(rig, record)?;
-    for sensor in &rig.sensors {
-        record.require(&sensor.column, sensor.quantity.dimension(), sensor.place.clone())?;
-    }
+    measured(rig, record)?;
     Ok(drive)
 }
 

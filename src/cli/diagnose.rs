@@ -12,9 +12,13 @@ use crate::diagnosis::watch::Watching;
 use crate::diagnosis::{Diagnosed, Options, Verdict, diagnose};
 use crate::files::{MOST_TEXT, check_output, read, text};
 use crate::model::Model;
-use crate::report::diagnosis::write_styled;
+use crate::record::survey::Doubt;
+use crate::report::diagnosis::{left_out, write_styled};
 use crate::report::pages::diagnosis::html;
 use crate::rig::Rig;
+
+/// Stretches that the fit leaves out that are told one by one on standard error.
+const NOTED: usize = 3;
 
 /// Diagnose records of a rig: which faults, how large, how sure
 #[derive(Debug, Args)]
@@ -84,13 +88,10 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         }
         let one = super::read::record(&model.rig, path).and_then(|record| {
             let diagnosed = diagnose(&model, &record, &options)?;
-            let left_out = diagnosed.diagnosis.left_out.len();
-            if left_out > 0 {
-                let what = "left out of the fit, see `left_out` or `borescope check`";
-                terminal::note(format_args!(
-                    "note: {}: {left_out} doubtful or missing stretches {what}",
-                    path.display()
-                ));
+            // Values that are missing were told when the record was read.
+            let found = diagnosed.diagnosis.left_out.iter().filter(|finding| finding.doubt != Doubt::Dropout);
+            for words in left_out(found, NOTED) {
+                terminal::note(format_args!("note: {}: left out of the fit: {words}", path.display()));
             }
             if let Some(keeper) = &keeper {
                 keeper.keep(&record, &options, &diagnosed.diagnosis)?;

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::{Failure, Status};
 use crate::complaint::{Complaint, Kind};
-use crate::files::{is_standard, write_atomically};
+use crate::files::{check_output, is_standard, write_atomically};
 use crate::report::number::text;
 use crate::store::{Store, StoredRun, export_csv};
 
@@ -36,6 +36,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
             .help("end it in `.csv` or `.parquet`")
             .into());
     }
+    if !is_standard(path) {
+        check_output(path, [&arguments.store])?;
+    }
     let runs = Store::open_existing(&arguments.store)?.runs()?;
     if is_standard(path) {
         export_csv(&runs, out)?;
@@ -47,7 +50,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         write_atomically(path, |file| export_csv(&runs, file))?
     }
     let rows: usize = runs.iter().map(|run| run.faults.len()).sum();
-    writeln!(out, "{}: {} rows of {} runs", path.display(), text(rows as f64), runs.len())?;
+    let plural = if runs.len() == 1 { "" } else { "s" };
+    writeln!(out, "{}: {} rows of {} run{plural}", path.display(), text(rows as f64), runs.len())?;
     Ok(Status::Done)
 }
 

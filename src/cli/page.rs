@@ -91,7 +91,10 @@ fn write_record(out: &mut dyn Write, record: &RecordPage) -> io::Result<()> {
     )?;
     writeln!(out, "  read as {}", record.read_as)?;
     let rows = record.channels.iter().map(|channel| {
-        let range = format!("from {} to {}", text(channel.least), with_unit(channel.greatest, &channel.unit));
+        let range = channel.least.zip(channel.greatest).map_or_else(
+            || format!("no value, {}", channel.unit),
+            |(least, greatest)| format!("from {} to {}", text(least), with_unit(greatest, &channel.unit)),
+        );
         vec![channel.name.clone(), channel.role.unwrap_or("not of this rig").to_owned(), range]
     });
     table(out, "columns", &rows.collect::<Vec<_>>())?;

@@ -225,7 +225,7 @@ pub(super) fn drive(rig: &Rig, source: Option<&Record>) -> Result<(Drive, Vec<f6
 fn recorded_inputs(rig: &Rig, record: &Record, drive: &Drive) -> Result<Vec<Vec<f64>>, Complaint> {
     let held = model::input_columns(rig, drive, &record.time);
     let column = |(input, held): (&crate::rig::Input, Vec<f64>)| {
-        let channel = record.require(&input.column, input.unit.dimension, input.place.clone())?;
+        let channel = rig.input_column(record, input)?;
         let pairs = channel.values.iter().zip(held);
         Ok(pairs.map(|(value, held)| if value.is_nan() { held } else { *value }).collect())
     };

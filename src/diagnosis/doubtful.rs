@@ -2,7 +2,7 @@
 
 use crate::record::Record;
 use crate::record::survey::{Doubt, Finding, survey};
-use crate::rig::Rig;
+use crate::rig::{Rig, Sensor};
 
 /// Stamps of a finding are rounded; a sample is its own within this, s.
 const ROUNDING: f64 = 1e-9;
@@ -15,20 +15,21 @@ fn models_saturation(rig: &Rig, finding: &Finding) -> bool {
     })
 }
 
-/// The record without the samples of stuck and saturated sensors and without spikes, and everything that the fit does not have:
+/// The record without the samples of dead, stuck and saturated sensors and without spikes, and everything that the fit does not have:
 /// those, samples that were never there, and rows that are missing. `None` where nothing had to be set aside.
 pub(super) fn set_aside(rig: &Rig, record: &Record) -> (Option<Record>, Vec<Finding>) {
     let own = |name: &str| rig.sensors.iter().find(|sensor| sensor.column == name);
-    let mut found = survey(record, |channel| own(&channel.name).map(|sensor| sensor.noise));
+    let mut found = survey(record, |channel| own(&channel.name).map(Sensor::scatter));
     let read = |finding: &Finding| finding.channel.as_deref().is_none_or(|name| rig.reads(name));
     found.retain(|finding| {
         let told = matches!(
             finding.doubt,
-            Doubt::Dropout | Doubt::Stuck | Doubt::Saturated | Doubt::Spike | Doubt::MissingRows
+            Doubt::Dropout | Doubt::Dead | Doubt::Stuck | Doubt::Saturated | Doubt::Spike | Doubt::MissingRows
         );
         told && read(finding) && !(finding.doubt == Doubt::Saturated && models_saturation(rig, finding))
     });
-    let removed = |finding: &&Finding| matches!(finding.doubt, Doubt::Stuck | Doubt::Saturated | Doubt::Spike);
+    let removed =
+        |finding: &&Finding| matches!(finding.doubt, Doubt::Dead | Doubt::Stuck | Doubt::Saturated | Doubt::Spike);
     if !found.iter().any(|finding| removed(&finding)) {
         return (None, found);
     }

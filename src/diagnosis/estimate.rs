@@ -13,7 +13,7 @@ use super::unseen::{simpler, unseen};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::fit::FitError;
 use crate::model::{Drive, Model, SimulationError};
-use crate::record::Record;
+use crate::record::{Channel, Record};
 use crate::rig::Rig;
 
 /// Cost per sample from which on a start is taken to have missed; noise alone costs 1/2.
@@ -38,18 +38,19 @@ pub struct Estimate<'a> {
     pub isolation: Isolation,
 }
 
-/// The columns of a record that the rig's sensors read, SI; NaN where there is no sample.
+/// The columns of a record that the rig's sensors read, SI; NaN where there is no sample. Some may have none at all.
 ///
 /// # Errors
-/// A column that is missing or of another dimension.
+/// A column that is missing or of another dimension, or not one that has a value.
 pub fn measured<'a>(rig: &Rig, record: &'a Record) -> Result<Vec<&'a [f64]>, Complaint> {
-    rig.sensors
-        .iter()
-        .map(|sensor| {
-            let channel = record.require(&sensor.column, sensor.quantity.dimension(), sensor.place.clone())?;
-            Ok(channel.values.as_slice())
-        })
-        .collect()
+    let channels = rig.sensors.iter().map(|sensor| rig.sensor_column(record, sensor));
+    let channels: Vec<&Channel> = channels.collect::<Result<_, _>>()?;
+    if channels.iter().all(|channel| channel.is_empty()) {
+        return Err(Complaint::new(Kind::Empty, "no sensor of the rig has a value in any row, or one that moves")
+            .at(record.header())
+            .help("take a record that has values of its sensors; `check` says what it has"));
+    }
+    Ok(channels.into_iter().map(|channel| channel.values.as_slice()).collect())
 }
 
 /// Explains a record by faults of the rig: from a guess of all estimated parameters and the set of faults or else from the

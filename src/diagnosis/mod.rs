@@ -63,10 +63,10 @@ const ADEQUATE: f64 = 1.5;
 /// Whether the mean square of the weighted misfits of a channel of so many samples is that of an adequate model.
 pub(crate) fn adequate(chi2: f64, samples: usize) -> bool {
     // Four standard deviations of the mean square of so few samples.
-    chi2 <= ADEQUATE + 4.0 * (2.0 / samples as f64).sqrt()
+    chi2 <= ADEQUATE + 4.0 * (2.0 / samples.max(1) as f64).sqrt()
 }
 /// A fault is called present from this probability on.
-const PRESENT: f64 = 0.5;
+pub(crate) const PRESENT: f64 = 0.5;
 /// Digits of a reported number: more than any interval allows, fewer than rounding spoils.
 const DIGITS: usize = 7;
 /// So many faults at once are believed only where fewer, looked for from afar, explain the record less well.
@@ -155,7 +155,9 @@ pub fn diagnose_from(
         .unwrap_or_default();
     let misfit: Vec<Vec<f64>> =
         case.full.series().into_iter().map(|range| isolation.best.misfit[range].to_vec()).collect();
-    let channels = summary::channels(&estimate, &outputs);
+    let nominal = model.simulate(&case.full.parameters(&case.mean), drive, &record.time);
+    let healthy = nominal.map(|outputs| outputs.values).unwrap_or_default();
+    let channels = summary::channels(&estimate, &outputs, &healthy);
     let adequate = channels.iter().all(|channel| channel.adequate);
     let faults = summary::faults(&estimate, &intervals, &isolation.of_faults(case.faults()), !adequate);
     let verdict = match (adequate, faults.iter().any(|fault| fault.present)) {
@@ -163,8 +165,6 @@ pub fn diagnose_from(
         (true, true) => Verdict::Faulty,
         (true, false) => Verdict::Healthy,
     };
-    let nominal = model.simulate(&case.full.parameters(&case.mean), drive, &record.time);
-    let healthy = nominal.map(|outputs| outputs.values).unwrap_or_default();
     let alarms = residuals.iter().filter_map(|residual| residual.alarm_at_s);
     let detected_at_s = match verdict {
         Verdict::Healthy => None,

@@ -85,9 +85,14 @@ pub struct ChannelReport {
     /// Root mean square of measured minus model.
     pub rmse: f64,
     pub noise_sigma: f64,
+    /// Samples that the fit has; where there is none, the sensor says nothing and is called adequate.
+    pub samples: usize,
     /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
     pub chi2_reduced: f64,
     pub adequate: bool,
+    /// Measured over healthy model, where the sensor is not explained and reads throughout as if its column were in another
+    /// unit than it says.
+    pub unit_ratio: Option<f64>,
 }
 
 /// A parameter that is no fault but was estimated along. Numbers in `unit`.

@@ -22,15 +22,15 @@ pub(crate) fn tame(misfit: f64) -> f64 {
 pub(crate) fn mean_squares(weights: &Weights, misfit: &[f64]) -> Vec<(f64, usize)> {
     let sensors = weights.sensors();
     let one = |(sensor, misfit): (usize, &[f64])| {
-        let samples = weights.samples(sensor).max(1);
-        (tame_squares(misfit) / samples as f64, samples)
+        let samples = weights.samples(sensor);
+        (tame_squares(misfit) / samples.max(1) as f64, samples)
     };
     // Behind the sensors may stand what is known before.
     misfit.chunks(weights.rows().max(1)).take(sensors).enumerate().map(one).collect()
 }
 
 /// How well the model follows each sensor.
-pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>]) -> Vec<ChannelReport> {
+pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], healthy: &[Vec<f64>]) -> Vec<ChannelReport> {
     let rig = estimate.case.rig();
     let full = &estimate.case.full;
     rig.sensors
@@ -40,18 +40,39 @@ pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>]) -> Vec<Cha
         .map(|(index, (sensor, (chi2_reduced, samples)))| {
             let unit = rig.sensor_unit(sensor);
             let model = outputs.get(index).map_or(&[][..], Vec::as_slice);
+            let healthy = healthy.get(index).map_or(&[][..], Vec::as_slice);
+            let adequate = adequate(chi2_reduced, samples);
             let squares = full.measured[index].iter().zip(model).filter(|(y, _)| !y.is_nan());
             let square: f64 = squares.map(|(y, m)| (y - m) * (y - m)).sum();
             ChannelReport {
                 name: sensor.name.clone(),
                 unit: unit.symbol.clone(),
-                rmse: rounded(unit.difference_from_si((square / samples as f64).sqrt()), DIGITS),
+                rmse: rounded(unit.difference_from_si((square.max(0.0) / samples.max(1) as f64).sqrt()), DIGITS),
                 noise_sigma: rounded(unit.difference_from_si(sensor.noise), DIGITS),
+                samples,
                 chi2_reduced,
-                adequate: adequate(chi2_reduced, samples),
+                adequate,
+                unit_ratio: if adequate { None } else { unit_ratio(full.measured[index], healthy) },
             }
         })
         .collect()
+}
+
+/// Ratios of units that are taken for each other: powers of ten, minutes and seconds, psi and bar, L/min and m3/h.
+const RATIOS: [f64; 8] = [10.0, 100.0, 1e3, 1e5, 60.0, 14.5038, 16.6667, 25.4];
+/// How near a ratio is to one of them, and how much of what is measured goes with the model.
+const NEAR: f64 = 0.05;
+const GOES_ALONG: f64 = 0.9;
+
+/// What is measured over what the healthy model says, where that is the ratio of two units throughout.
+fn unit_ratio(measured: &[f64], healthy: &[f64]) -> Option<f64> {
+    let pairs = || measured.iter().zip(healthy).filter(|(y, m)| y.is_finite() && m.is_finite());
+    let sum = |product: fn(f64, f64) -> f64| pairs().map(|(y, m)| product(*y, *m)).sum::<f64>();
+    let (squares, along) = (sum(|_, m| m * m), sum(|y, m| y * m));
+    let (ratio, share) = (along / squares, along * along / (squares * sum(|y, _| y * y)));
+    let near = |known: f64| (ratio / known - 1.0).abs() < NEAR;
+    let known = RATIOS.iter().flat_map(|&known| [known, 1.0 / known]).find(|&known| near(known));
+    known.filter(|_| share > GOES_ALONG).map(|known| rounded(known, DIGITS))
 }
 
 /// What the record says of each fault.

@@ -58,6 +58,8 @@ pub struct Channel {
     pub noise_sigma: f64,
     /// `100 (1 - |y - m|/|y - mean y|)`; `None` where the sensor shows one value throughout.
     pub fit_percent: Option<f64>,
+    /// Samples that the fit has; where there is none, the sensor says nothing and is called adequate.
+    pub samples: usize,
     /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
     pub chi2_reduced: f64,
     pub adequate: bool,
@@ -180,6 +182,7 @@ impl Comparison {
                     rmse: rounded(unit.difference_from_si(run.rmse[index]), DIGITS),
                     noise_sigma: rounded(unit.difference_from_si(sensor.noise), DIGITS),
                     fit_percent: fit_percent(measured[index], &run.outputs[index]),
+                    samples,
                     chi2_reduced: chi2,
                     adequate: adequate(chi2, samples),
                     autocorrelation: autocorrelation(&misfit),

@@ -11,7 +11,7 @@ use crate::rig::{Quantity, Rig, Target};
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stretch {
     pub rows: Range<usize>,
-    /// `extend`, `retract`, `hold`, `switch`, `last 20 mm`; without a position sensor `phase 1` and so on.
+    /// `extend`, `retract`, `hold`, `switch`, `last 20 mm`; without a position `phase 1` and so on.
     pub name: String,
 }
 
@@ -43,7 +43,10 @@ pub fn stretches(rig: &Rig, record: &Record, drive: &Drive, measured: &[&[f64]])
         jumps.clear();
         switches.fill(false);
     }
-    let position = rig.sensors.iter().position(|sensor| sensor.quantity == Quantity::Position);
+    let shows = |values: &[f64]| values.iter().any(|value| !value.is_nan());
+    let sensors = rig.sensors.iter().zip(measured);
+    let position =
+        sensors.into_iter().position(|(sensor, values)| sensor.quantity == Quantity::Position && shows(values));
     match position {
         Some(sensor) => merged(&labels(rig, sensor, &record.time, measured[sensor], &switches)),
         None => between(&jumps, rows),

@@ -110,7 +110,7 @@ impl Drive {
         };
         let mut lines = Vec::new();
         for input in &rig.inputs {
-            let channel = record.require(&input.column, input.unit.dimension, input.place.clone())?;
+            let channel = rig.input_column(record, input)?;
             let (time, values) = present(&record.time, &channel.values);
             let own = Sampling::of(&time, record.time_decimals).map_or(interval, |sampling| sampling.interval);
             let own = if time.len() == record.time.len() { interval } else { own };

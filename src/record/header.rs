@@ -95,9 +95,15 @@ fn check_time(fields: &csv::StringRecord, place: &Place) -> Result<(), Complaint
             .help("name the columns in the first row: `time [s],p_A [bar],...`")
     } else {
         Complaint::new(Kind::MissingEntry, format!("the first column is `{}`, not the time", tidy(first)))
-            .help("name the first column `time [s]`")
+            .help("name the first column `time [s]`; lines above the names of the columns begin with `#`")
     };
     Err(complaint.at(place.clone()))
+}
+
+/// Name and unit of `name (unit)`.
+fn round_brackets(field: &str) -> Option<(&str, &str)> {
+    let (name, unit) = field.trim().strip_suffix(')')?.rsplit_once('(')?;
+    Some((name.trim(), unit.trim()))
 }
 
 fn parse_column(field: &str, number: usize, place: &Place, asked: &Asked) -> Result<Column, Complaint> {
@@ -120,10 +126,12 @@ fn parse_column(field: &str, number: usize, place: &Place, asked: &Asked) -> Res
     if unit.is_empty() {
         return Err(Complaint::new(Kind::Unit, format!("the column `{field}` has no unit in square brackets"))
             .at(place.clone())
-            .help(if number == 1 {
-                "write `time [s]`".to_owned()
-            } else {
-                format!("write its unit behind the name, such as `{name} [bar]`; `{name} [-]` for a pure number")
+            .help(match round_brackets(&field) {
+                Some((name, unit)) => format!("write `{name} [{unit}]`"),
+                None if number == 1 => "write `time [s]`".to_owned(),
+                None => {
+                    format!("write its unit behind the name, such as `{name} [bar]`; `{name} [-]` for a pure number")
+                }
             }));
     }
     let unit = if number == 1 { Unit::parse_as(unit, Dimension::TIME) } else { Unit::parse(unit) };

@@ -70,6 +70,11 @@ impl Channel {
         Self { name: name.into(), unit, values, decimals: None }
     }
 
+    /// Whether it has no value in any row.
+    pub fn is_empty(&self) -> bool {
+        self.values.iter().all(|value| value.is_nan())
+    }
+
     /// The same channel, written with this number of decimals in its unit.
     pub fn with_decimals(mut self, decimals: usize) -> Self {
         self.decimals = Some(decimals);
@@ -166,8 +171,23 @@ impl Record {
     /// The channel of this name, which must measure `dimension`; `asked_from` is the place that needs it.
     ///
     /// # Errors
-    /// No such channel, or one of another dimension: both places, the near miss, and what the record has.
+    /// As [`Record::of_dimension`], and one without any value.
     pub fn require(&self, name: &str, dimension: Dimension, asked_from: Place) -> Result<&Channel, Complaint> {
+        let channel = self.of_dimension(name, dimension, asked_from.clone())?;
+        if channel.is_empty() {
+            return Err(Complaint::new(Kind::Empty, format!("the column `{name}` has no value in any row"))
+                .at(asked_from)
+                .at(self.header())
+                .help("take a record that has it, or leave it out of the rig file"));
+        }
+        Ok(channel)
+    }
+
+    /// The same, which may be without any value.
+    ///
+    /// # Errors
+    /// No such channel, or one of another dimension: both places, the near miss, and what the record has.
+    pub fn of_dimension(&self, name: &str, dimension: Dimension, asked_from: Place) -> Result<&Channel, Complaint> {
         let header = self.header();
         let Some(channel) = self.channel(name) else {
             if let Some((_, why)) = self.origin.left_out.iter().find(|(left, _)| left == name) {
@@ -184,12 +204,6 @@ impl Record {
                 .at(header)
                 .help(help_with_names(name, "columns", names)));
         };
-        if channel.unit.dimension == dimension && channel.values.iter().all(|value| value.is_nan()) {
-            return Err(Complaint::new(Kind::Empty, format!("the column `{name}` has no value in any row"))
-                .at(asked_from)
-                .at(header)
-                .help("take a record that has it, or leave the sensor out of the rig file"));
-        }
         if channel.unit.dimension == dimension {
             return Ok(channel);
         }

@@ -221,7 +221,7 @@ impl<'a> Table<'a> {
         if field.is_empty() {
             return self
                 .complain(Kind::Number, line, format!("the field of `{name}` is empty"))
-                .help("every field holds a number; remove rows with gaps, or split the record there");
+                .help("every row has its time; remove the rows without");
         }
         if has_thousands(field) {
             return self
@@ -230,9 +230,14 @@ impl<'a> Table<'a> {
         }
         let finite = field.parse::<f64>().is_err();
         let what = if finite { "a number" } else { "a finite number" };
-        self.complain(Kind::Number, line, format!("`{field}` in column `{name}` is not {what}")).help(
-            "every field holds a number such as `-1.5` or `2e-3`; remove rows with gaps, or split the record there",
-        )
+        let help = match (index, field.contains([':', '/']) || field.matches('-').count() > 1) {
+            (0, true) => {
+                "dates and times of day are not read; write the time as a number, such as seconds from the first row"
+            }
+            (0, false) => "every row has its time as a number, such as `1.5`; remove the rows without",
+            _ => "write a number such as `-1.5` or `2e-3`, or nothing where there is no value",
+        };
+        self.complain(Kind::Number, line, format!("`{field}` in column `{name}` is not {what}")).help(help)
     }
 
     fn mixed_marks(&self, field: &str, before: u8, index: usize, line: usize) -> Complaint {
@@ -272,7 +277,8 @@ impl<'a> Table<'a> {
             .at(Place::line(self.path, self.last_line))
             .at(Place::line(self.path, line))
             .help(
-                "the time rises from row to row; remove the repeated rows, or split the record where the clock was set",
+                "the time rises from row to row; sort the rows, remove those that repeat, or split the record where the clock \
+                 was set",
             )
     }
 

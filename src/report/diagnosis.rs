@@ -6,7 +6,7 @@ use super::number::{before_unit, rounded, text, with_unit};
 use super::residuals;
 use super::style::{Style, bars, scale};
 use super::table::{Head, aligned};
-use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, Verdict};
+use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, PRESENT, Verdict};
 use crate::fit::Identifiable;
 use crate::record::survey::{Doubt, Finding};
 use crate::rig::Rig;
@@ -16,6 +16,9 @@ const SCALE: usize = 21;
 const COURSE: usize = 24;
 /// Size of a weighted misfit that fills a bar, standard deviations; 0.8 is right.
 const FULL: f64 = 6.0;
+
+/// Rows in which a circuit can switch without being seen.
+const MANY_ROWS: usize = 5;
 
 /// The verdict in one line.
 pub fn headline(diagnosis: &Diagnosis) -> String {
@@ -34,11 +37,43 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
     }
 }
 
-/// Faults that could be there at any size without showing: no verdict speaks of them.
-pub(super) fn untold(diagnosis: &Diagnosis) -> Option<String> {
+/// What one has to know with the verdict: faults that could be there at any size without showing, and what a verdict other
+/// than healthy may come from although nothing is worn.
+pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
     let open = diagnosis.faults.iter().filter(|fault| fault.identifiable == Identifiable::Unidentifiable);
     let open: Vec<&str> = open.map(|fault| fault.id.as_str()).collect();
-    (!open.is_empty()).then(|| format!("The record says nothing of {}.", open.join(", ")))
+    let mut told = Vec::new();
+    if !open.is_empty() {
+        told.push(format!("The record says nothing of {}.", open.join(", ")));
+    }
+    if diagnosis.verdict == Verdict::Healthy {
+        return told;
+    }
+    for channel in &diagnosis.channels {
+        if let Some(ratio) = channel.unit_ratio {
+            told.push(format!(
+                "{} reads {} times what the healthy model says: is its column in {}?",
+                channel.name,
+                text(rounded(ratio, 3)),
+                channel.unit
+            ));
+        }
+    }
+    let missing = diagnosis.left_out.iter().filter(|finding| finding.doubt == Doubt::MissingRows);
+    if missing.map(|finding| finding.rows).sum::<usize>() >= MANY_ROWS {
+        told.push(
+            "Rows are missing (below): if a command changed there, the model does not know; cut the record there."
+                .to_owned(),
+        );
+    }
+    told
+}
+
+/// When the record shows that something is wrong.
+pub(super) fn detected(diagnosis: &Diagnosis) -> Option<String> {
+    let by_residual = diagnosis.residuals.iter().any(|residual| residual.fired);
+    let how = if by_residual { "" } else { ", by the fit: no residual fired" };
+    diagnosis.detected_at_s.map(|at| format!("detected at {at:.2} s{how}"))
 }
 
 /// How a verdict is meant.
@@ -117,6 +152,15 @@ pub(super) const CHANNEL_HEADS: [Head; 6] = [
     ("explained", false),
 ];
 
+/// Whether the model explains a sensor of so many samples.
+pub(super) fn explained(adequate: bool, samples: usize) -> &'static str {
+    match (adequate, samples) {
+        (_, 0) => "no samples",
+        (true, _) => "yes",
+        (false, _) => "NO",
+    }
+}
+
 pub(super) fn channel_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     let row = |channel: &crate::diagnosis::ChannelReport| {
         vec![
@@ -125,7 +169,7 @@ pub(super) fn channel_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
             text(rounded(channel.noise_sigma, 3)),
             channel.unit.clone(),
             format!("{:.2}", channel.chi2_reduced),
-            if channel.adequate { "yes" } else { "NO" }.to_owned(),
+            explained(channel.adequate, channel.samples).to_owned(),
         ]
     };
     diagnosis.channels.iter().map(row).collect()
@@ -168,7 +212,7 @@ pub(super) fn open_intervals(diagnosis: &Diagnosis) -> Vec<String> {
     diagnosis.faults.iter().filter_map(open).collect()
 }
 
-pub(super) const UNBLAMED: &str = "Off the healthy value, and yet no fault";
+pub(super) const UNBLAMED: &str = "Not called a fault, and why";
 
 /// Why faults are not present although their intervals leave the healthy value out.
 pub(super) fn unblamed(diagnosis: &Diagnosis) -> Vec<String> {
@@ -177,8 +221,15 @@ pub(super) fn unblamed(diagnosis: &Diagnosis) -> Vec<String> {
 
 /// The same of one fault, if it is so: its interval takes it to be there.
 fn why_unblamed(fault: &FaultReport) -> Option<String> {
-    if fault.present || !fault.interval_misses(fault.healthy, 0.0) {
+    if fault.present {
         return None;
+    }
+    let probability = percent(fault.probability);
+    if !fault.interval_misses(fault.healthy, 0.0) {
+        let probable = fault.probability >= PRESENT;
+        let healthy = with_unit(fault.healthy, &fault.unit);
+        return probable
+            .then(|| format!("{}: its interval holds its healthy {healthy} (probability {probability})", fault.id));
     }
     let tolerance = fault.healthy_tolerance();
     if !fault.interval_misses(fault.healthy, tolerance) {
@@ -189,7 +240,6 @@ fn why_unblamed(fault: &FaultReport) -> Option<String> {
             fault.id
         ));
     }
-    let probability = percent(fault.probability);
     // Where nothing explains the record well enough, its healthy value does not either.
     let why = if fault.biased {
         "blaming it is not the more probable explanation".to_owned()
@@ -199,18 +249,20 @@ fn why_unblamed(fault: &FaultReport) -> Option<String> {
     Some(format!("{}: {why} (probability {probability})", fault.id))
 }
 
-/// Findings that are told one by one.
-const TOLD: usize = 12;
+/// Findings that a page tells one by one.
+pub(super) const TOLD: usize = 12;
 
-/// What of the record the fit does not have, in words.
-pub(super) fn left_out(diagnosis: &Diagnosis) -> Vec<String> {
+/// What of the record the fit does not have, in words, the first `most` one by one.
+pub fn left_out<'a>(findings: impl IntoIterator<Item = &'a Finding>, most: usize) -> Vec<String> {
     let words = |finding: &Finding| match finding.doubt {
         Doubt::MissingRows => format!("{finding}; the model runs on, inputs as their `hold` says"),
         _ => finding.to_string(),
     };
-    let mut told: Vec<String> = diagnosis.left_out.iter().take(TOLD).map(words).collect();
-    if diagnosis.left_out.len() > TOLD {
-        told.push(format!("and {} more, which `check` lists", diagnosis.left_out.len() - TOLD));
+    let mut findings = findings.into_iter();
+    let mut told: Vec<String> = findings.by_ref().take(most).map(words).collect();
+    let more = findings.count();
+    if more > 0 {
+        told.push(format!("and {more} more, which `check` lists"));
     }
     told
 }
@@ -271,10 +323,10 @@ fn pictured(
 
 fn page(diagnosis: &Diagnosis, style: Style, [scales, courses]: [Vec<String>; 2]) -> String {
     let mut lines = vec![style.painted(&headline(diagnosis), tone(diagnosis.verdict))];
-    lines.extend(untold(diagnosis));
+    lines.extend(caveats(diagnosis));
     lines.push(String::new());
     lines.extend([format!("rig     {}", diagnosis.rig), format!("record  {}", diagnosis.record)]);
-    lines.extend(diagnosis.detected_at_s.map(|at| format!("detected at {at:.2} s")));
+    lines.extend(detected(diagnosis));
     lines.extend([String::new(), "Faults".to_owned()]);
     let faults = pictured(style, &FAULT_HEADS, &fault_rows(diagnosis), ("within bounds", &scales));
     let present = std::iter::once(false).chain(diagnosis.faults.iter().map(|fault| fault.present));
@@ -300,7 +352,7 @@ fn page(diagnosis: &Diagnosis, style: Style, [scales, courses]: [Vec<String>; 2]
     if !open.is_empty() {
         block(OPEN_INTERVALS, indented(open));
     }
-    let left_out = left_out(diagnosis);
+    let left_out = left_out(&diagnosis.left_out, TOLD);
     if !left_out.is_empty() {
         block("Left out of the fit", indented(left_out));
     }

@@ -1,6 +1,6 @@
 //! The history of a rig as text.
 
-use super::digits::worth;
+use super::digits::{Estimate, worth};
 use super::number::{before_unit, with_unit};
 use super::style::bars;
 use super::table::{Head, aligned};
@@ -57,11 +57,13 @@ fn row(fault: &FaultHistory) -> Vec<String> {
             let half = 0.5 * (trend.now_ci95[1] - trend.now_ci95[0]);
             now = worth(trend.now, half);
             sure = format!("+- {}", before_unit(worth(half, half), &fault.unit));
-            slope = format!("{:+}/{}", short(trend.slope), trend.per);
-            between = format!("{:+} to {:+}", short(trend.ci95[0]), short(trend.ci95[1]));
+            let signed = signed(trend.ci95[1] - trend.ci95[0]);
+            slope = format!("{}/{}", signed(trend.slope), trend.per);
+            between = format!("{} to {}", signed(trend.ci95[0]), signed(trend.ci95[1]));
         }
         (None, Some(last)) => {
-            now = with_unit(last.value, &fault.unit);
+            let last = Estimate { value: last.value, ends: last.ci95 };
+            (now, sure) = (last.value(), before_unit(last.interval(), &fault.unit));
         }
         (None, None) => {}
     }
@@ -69,9 +71,9 @@ fn row(fault: &FaultHistory) -> Vec<String> {
     vec![fault.id.clone(), course(fault), now, sure, slope, between, limit, passes(fault)]
 }
 
-/// Three digits are what an uncertainty is worth.
-fn short(value: f64) -> f64 {
-    super::number::rounded(value, 3)
+/// Numbers with their sign and the digits that an interval of this width is worth.
+fn signed(width: f64) -> impl Fn(f64) -> String {
+    move |value| format!("{}{}", if value > 0.0 { "+" } else { "" }, worth(value, width))
 }
 
 pub(super) fn passes(fault: &FaultHistory) -> String {

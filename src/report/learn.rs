@@ -1,5 +1,6 @@
 //! Comparison and suggestion for people.
 
+use super::diagnosis::explained;
 use super::digits::Estimate;
 use super::html::{Table, Tone};
 use super::number::{before_unit, rounded, text};
@@ -25,14 +26,14 @@ fn channel_row(channel: &Channel) -> Vec<String> {
     let goes = channel.goes_with.first();
     vec![
         channel.name.clone(),
-        text(rounded(channel.rmse, 3)),
+        text(rounded(channel.rmse.max(0.0), 3)),
         text(rounded(channel.noise_sigma, 3)),
         channel.unit.clone(),
         channel.fit_percent.map_or("-".to_owned(), |fit| format!("{fit:.1} %")),
         format!("{:.2}", channel.chi2_reduced),
         format!("{:.2}", channel.autocorrelation),
         goes.map_or("-".to_owned(), |goes| format!("{} ({:+.2})", goes.signal, goes.coefficient)),
-        if channel.adequate { "yes" } else { "NO" }.to_owned(),
+        explained(channel.adequate, channel.samples).to_owned(),
     ]
 }
 

@@ -1,6 +1,6 @@
 //! A record that was watched window by window, for people.
 
-use super::diagnosis::{FAULT_HEADS, fault_rows, headline};
+use super::diagnosis::{FAULT_HEADS, caveats, fault_rows, headline};
 use super::html::Tone;
 use super::number::{rounded, text};
 use super::style::Style;
@@ -80,6 +80,7 @@ fn of_episode(number: usize, episode: &Episode, style: Style) -> Vec<String> {
         let tone = super::diagnosis::tone(diagnosis.verdict);
         lines.push(format!("  diagnosed from {} to {}", seconds(from), seconds(to)));
         lines.push(format!("  {}", style.painted(&headline(diagnosis), tone)));
+        lines.extend(caveats(diagnosis).into_iter().map(|caveat| format!("  {caveat}")));
         let present: Vec<bool> = diagnosis.faults.iter().map(|fault| fault.present).collect();
         let rows: Vec<Vec<String>> = fault_rows(diagnosis)
             .into_iter()

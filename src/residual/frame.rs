@@ -1,10 +1,10 @@
 //! Windows of a record: means and slopes of channels with their variances, and whether they stand or run straight.
 
 use super::reading::Source;
-use crate::complaint::{Complaint, Kind};
+use crate::complaint::Complaint;
 use crate::model::Drive;
 use crate::record::Record;
-use crate::rig::{Quantity, Rig};
+use crate::rig::{Input, Quantity, Rig};
 
 /// Readings of one window: `[order]` value (mean), rate, second derivative, SI.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -44,31 +44,20 @@ impl Frame {
     }
 }
 
-/// Channels in the order of `sources`; of a piece of a record they may be empty.
+/// Channels in the order of `sources`; NaN where there is no sample.
 ///
 /// # Errors
-/// A column that is missing, of another dimension, or without a value in the whole record.
-pub(super) fn channels<'a>(
-    rig: &Rig,
-    record: &'a Record,
-    sources: &[Source],
-    piece: bool,
-) -> Result<Vec<&'a [f64]>, Complaint> {
+/// A column that is missing or of another dimension.
+pub(super) fn channels<'a>(rig: &Rig, record: &'a Record, sources: &[Source]) -> Result<Vec<&'a [f64]>, Complaint> {
     let column = |source: &Source| {
-        let (name, dimension, place) = match *source {
-            Source::Sensor(index) => {
-                let sensor = &rig.sensors[index];
-                (&sensor.column, sensor.quantity.dimension(), &sensor.place)
-            }
+        let channel = match *source {
+            Source::Sensor(index) => rig.sensor_column(record, &rig.sensors[index])?,
             Source::Input(index) => {
-                let input = &rig.inputs[index];
-                (&input.column, input.unit.dimension, &input.place)
+                let Input { column, unit, place, .. } = &rig.inputs[index];
+                record.of_dimension(column, unit.dimension, place.clone())?
             }
         };
-        match (record.require(name, dimension, place.clone()), record.channel(name)) {
-            (Err(complaint), Some(channel)) if piece && complaint.kind == Kind::Empty => Ok(channel.values.as_slice()),
-            (found, _) => Ok(found?.values.as_slice()),
-        }
+        Ok(channel.values.as_slice())
     };
     sources.iter().map(column).collect()
 }
@@ -162,7 +151,7 @@ impl<'a> Prepared<'a> {
         length: f64,
     ) -> Result<Self, Complaint> {
         let interval = interval(record);
-        let data = channels(rig, record, sources, false)?;
+        let data = channels(rig, record, sources)?;
         Ok(Self::over(rig, record, data, drive, (length, interval)))
     }
 

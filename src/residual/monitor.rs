@@ -113,7 +113,7 @@ impl<'a> Monitor<'a> {
         }
         let drive = Drive::inputs(self.rig, &rows, 0.0)?;
         let (interval, threshold) = self.clock(&rows);
-        let data = frame::channels(self.rig, &rows, &self.sources, true)?;
+        let data = frame::channels(self.rig, &rows, &self.sources)?;
         let prepared = Prepared::over(self.rig, &rows, data, &drive, (self.detection.window, interval));
         let margin = frame::settling(self.rig) + AROUND * self.detection.window.max(ROWS as f64 * interval);
         let until = if last { f64::INFINITY } else { rows.time.last().map_or(0.0, |time| time - margin) };

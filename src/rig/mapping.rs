@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::Rig;
-use crate::complaint::Complaint;
-use crate::record::Record;
+use super::{Input, Rig, Sensor};
+use crate::complaint::{Complaint, Kind, help_with_near};
+use crate::record::{Channel, Record};
 use crate::units::{Dimension, Unit};
 
 /// A column that the rig asks for and the record does not have, with the column that it may be.
@@ -36,6 +36,35 @@ impl Rig {
     pub fn record_as_it_stands(&self, path: impl AsRef<Path>) -> Result<(Record, Option<Complaint>), Complaint> {
         let (record, refused) = self.asked().read_as_it_stands(path)?;
         Ok((self.scaled(record), refused))
+    }
+
+    /// The column that a sensor reads, SI; it may be without any value.
+    ///
+    /// # Errors
+    /// As [`Record::of_dimension`]; the column that may be meant is none that the rig reads for something else.
+    pub fn sensor_column<'a>(&self, record: &'a Record, sensor: &Sensor) -> Result<&'a Channel, Complaint> {
+        let found = record.of_dimension(&sensor.column, sensor.quantity.dimension(), sensor.place.clone());
+        found.map_err(|complaint| self.advised(record, &sensor.column, complaint))
+    }
+
+    /// The column that an input reads, SI.
+    ///
+    /// # Errors
+    /// As [`Record::require`]; the column that may be meant is none that the rig reads for something else.
+    pub fn input_column<'a>(&self, record: &'a Record, input: &Input) -> Result<&'a Channel, Complaint> {
+        let found = record.require(&input.column, input.unit.dimension, input.place.clone());
+        found.map_err(|complaint| self.advised(record, &input.column, complaint))
+    }
+
+    /// A complaint of a column that is missing, with the one that may be it.
+    fn advised(&self, record: &Record, column: &str, complaint: Complaint) -> Complaint {
+        if complaint.kind != Kind::UnknownName {
+            return complaint;
+        }
+        let proposals = self.proposals(record);
+        let near = proposals.iter().find(|proposal| proposal.wanted == column);
+        let names = record.channels.iter().map(|channel| channel.name.as_str());
+        complaint.help(help_with_near(near.and_then(|near| near.column.as_deref()), "columns", names))
     }
 
     /// For each column that the record lacks, the one of those that the rig does not name which is most alike in name, of the

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::Scaling;
 use crate::complaint::{Complaint, Place};
 use crate::record::Record;
+use crate::record::survey::Scatter;
 use crate::units::{Dimension, Unit};
 
 /// What a sensor measures.
@@ -89,6 +90,11 @@ impl Sensor {
     /// Variance of one sample by noise and rounding, SI squared.
     pub fn variance(&self) -> f64 {
         self.noise * self.noise + self.resolution * self.resolution / 12.0
+    }
+
+    /// What moves its readings although what it reads stands still.
+    pub fn scatter(&self) -> Scatter {
+        Scatter { noise: self.noise, resolution: self.resolution }
     }
 }
 

@@ -1,6 +1,6 @@
 //! A channel by itself: dropouts, values that stand still, spikes.
 
-use super::{Doubt, Finding};
+use super::{Doubt, Finding, Scatter};
 use crate::record::Channel;
 
 /// Fewest rows of one value that are told.
@@ -24,8 +24,8 @@ const BEHIND: usize = 12;
 const BEFORE: usize = 3;
 
 /// The rows at which a channel bends beyond its noise; none where nothing is known of the noise.
-pub(super) fn bends(values: &[f64], noise: Option<f64>) -> Vec<usize> {
-    let Some(noise) = noise else { return Vec::new() };
+pub(super) fn bends(values: &[f64], scatter: Option<Scatter>) -> Vec<usize> {
+    let Some(Scatter { noise, .. }) = scatter else { return Vec::new() };
     let bent = |three: &[f64]| (three[0] - 2.0 * three[1] + three[2]).abs() > BEND * 6f64.sqrt() * noise;
     values.windows(3).enumerate().filter(|(_, three)| bent(three)).map(|(row, _)| row + 1).collect()
 }
@@ -40,16 +40,13 @@ pub(super) fn is_near(rows: &[usize], row: usize) -> bool {
 pub(super) fn survey(
     channel: &Channel,
     time: &[f64],
-    noise: Option<f64>,
+    scatter: Option<Scatter>,
     restless: impl Fn(usize) -> bool,
 ) -> Vec<Finding> {
     let values = &channel.values;
     let of_rows = |doubt, rows, value| Finding::of_rows(doubt, channel, time, rows, value);
     let mut findings = Vec::new();
-    let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
-    for value in values.iter().filter(|value| value.is_finite()) {
-        (least, greatest) = (least.min(*value), greatest.max(*value));
-    }
+    let (least, greatest) = extremes(values);
     let missing = values.iter().filter(|value| value.is_nan()).count();
     // A channel of a lower rate lacks most rows; each of its intervals is no doubt of its own.
     if 2 * missing > values.len() {
@@ -64,12 +61,12 @@ pub(super) fn survey(
         }
         row += run.len();
     }
-    let Some(noise) = noise else { return findings };
+    let Some(scatter) = scatter else { return findings };
     if least == greatest {
         findings.push(of_rows(Doubt::Constant, 0..values.len(), Some(least)));
         return findings;
     }
-    if is_measured(values, least, greatest, noise) {
+    if is_measured(values, scatter) {
         let length = length_beyond_chance(values);
         let mut row = 0;
         for run in values.chunk_by(|a, b| a == b) {
@@ -82,18 +79,27 @@ pub(super) fn survey(
             row += run.len();
         }
     }
-    let spikes = (1..values.len().saturating_sub(1)).filter(|row| is_spike(values, *row, noise) && !restless(*row));
+    let spikes =
+        (1..values.len().saturating_sub(1)).filter(|row| is_spike(values, *row, scatter.noise) && !restless(*row));
     findings.extend(spikes.map(|row| of_rows(Doubt::Spike, row..row + 1, values.get(row).copied())));
     findings
 }
 
+/// Least and greatest value; the infinities where there is none.
+fn extremes(values: &[f64]) -> (f64, f64) {
+    let finite = values.iter().filter(|value| value.is_finite());
+    finite
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), value| (least.min(*value), greatest.max(*value)))
+}
+
 /// Whether the channel is as restless as its noise makes it, away from its extremes.
-fn is_measured(values: &[f64], least: f64, greatest: f64, noise: f64) -> bool {
+pub(super) fn is_measured(values: &[f64], scatter: Scatter) -> bool {
+    let (least, greatest) = extremes(values);
     let inside = |value: &f64| value.is_finite() && *value != least && *value != greatest;
     let threes = values.windows(3).filter(|three| three.iter().all(inside));
     let mut bends: Vec<f64> = threes.map(|three| (three[0] - 2.0 * three[1] + three[2]).abs()).collect();
     bends.sort_by(f64::total_cmp);
-    bends.get(bends.len() / 2).is_some_and(|median| *median >= MEASURED * noise)
+    bends.get(bends.len() / 2).is_some_and(|median| *median >= MEASURED * scatter.noise)
 }
 
 /// Rows of one value from which on it is no chance, as often as neighbours are alike where the channel moves; `None` where

@@ -25,6 +25,8 @@ pub enum Doubt {
     Dropout,
     /// One value throughout.
     Constant,
+    /// The same of a sensor that noise alone would move, in a record whose other channels are moved by theirs.
+    Dead,
     /// One value for longer than noise allows.
     Stuck,
     /// The same at the greatest or the least value of the channel.
@@ -52,21 +54,53 @@ pub struct Finding {
 
 /// Every doubt: first those about the clock, then those about each column, in the order of the file and of their times.
 ///
-/// Whether a channel stands still or leaps is judged only where `noise` gives the standard deviation of one of its samples,
-/// SI; a leap only where no other such channel bends within the rows before, since a circuit that switches leaps too.
-pub fn survey(record: &Record, noise: impl Fn(&Channel) -> Option<f64>) -> Vec<Finding> {
+/// Whether a channel stands still or leaps is judged only where `scatter` says what moves one of its samples; a leap only
+/// where no other such channel bends within the rows before, since a circuit that switches leaps too.
+pub fn survey(record: &Record, scatter: impl Fn(&Channel) -> Option<Scatter>) -> Vec<Finding> {
     let mut findings = clock::survey(record);
-    let noises: Vec<Option<f64>> = record.channels.iter().map(noise).collect();
-    let bends: Vec<Vec<usize>> =
-        record.channels.iter().zip(&noises).map(|(channel, noise)| channel::bends(&channel.values, *noise)).collect();
-    for (index, (channel, noise)) in record.channels.iter().zip(&noises).enumerate() {
+    let scatters: Vec<Option<Scatter>> = record.channels.iter().map(scatter).collect();
+    let known = || record.channels.iter().zip(&scatters);
+    let bends: Vec<Vec<usize>> = known().map(|(channel, scatter)| channel::bends(&channel.values, *scatter)).collect();
+    let measured = |(channel, scatter): (&Channel, &Option<Scatter>)| {
+        scatter.is_some_and(|scatter| channel::is_measured(&channel.values, scatter))
+    };
+    let any_measured = known().any(measured);
+    for (index, (channel, scatter)) in known().enumerate() {
         let restless = |row: usize| {
             let others = bends.iter().enumerate().filter(|(other, _)| *other != index);
             others.into_iter().any(|(_, bends)| channel::is_near(bends, row))
         };
-        findings.extend(channel::survey(channel, &record.time, *noise, restless));
+        let found = channel::survey(channel, &record.time, *scatter, restless);
+        let told = |finding: Finding| match (finding.doubt, scatter) {
+            (Doubt::Constant, Some(scatter)) if any_measured && scatter.moves(finding.rows) => {
+                Finding { doubt: Doubt::Dead, ..finding }
+            }
+            _ => finding,
+        };
+        findings.extend(found.into_iter().map(told));
     }
     findings
+}
+
+/// What moves a reading although what it reads stands still, SI.
+#[derive(Debug, Clone, Copy)]
+pub struct Scatter {
+    /// Standard deviation of one sample.
+    pub noise: f64,
+    /// Step of the last digit; 0 where it does not matter.
+    pub resolution: f64,
+}
+
+impl Scatter {
+    /// Step of the last digit, in standard deviations of the noise, up to which noise moves readings: even if it were a third
+    /// of what is declared, a row in three would differ from the one before.
+    const COARSEST: f64 = 0.6;
+    /// Rows that are never alike by chance then.
+    const FEWEST: usize = 20;
+
+    fn moves(self, rows: usize) -> bool {
+        self.resolution <= Self::COARSEST * self.noise && rows >= Self::FEWEST
+    }
 }
 
 impl Finding {
@@ -123,6 +157,10 @@ impl fmt::Display for Finding {
             }
             Doubt::Dropout => write!(f, "`{name}` has no value in {many} {when}"),
             Doubt::Constant => write!(f, "`{name}` stays at {value}: is the sensor connected?"),
+            Doubt::Dead => write!(
+                f,
+                "`{name}` stays at {value} in all {rows} rows, which its noise alone would not allow: a dead sensor"
+            ),
             Doubt::Stuck => write!(f, "`{name}` is stuck at {value} for {many} {when}"),
             Doubt::Saturated => write!(f, "`{name}` may be saturated: it rests at its extreme value {value} {when}"),
             Doubt::Spike => write!(f, "`{name}` leaps to {value} {when}"),

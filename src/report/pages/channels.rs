@@ -27,6 +27,11 @@ pub(super) struct Said<'a> {
     pub style: (usize, usize),
 }
 
+/// Whether the fit has a sample of this weighted misfit: the others weigh nothing.
+pub(super) fn is_there(misfit: f64) -> bool {
+    misfit != 0.0
+}
+
 /// The weighted misfits of a run, sensor by sensor.
 pub(super) fn by_sensor<'a>(misfit: &'a [f64], record: &Record) -> Vec<&'a [f64]> {
     misfit.chunks(record.time.len().max(1)).collect()
@@ -121,11 +126,14 @@ fn misfit(times: &[f64], models: &[Said<'_>], sensor: usize, name: &str, time: A
     for (model, misfit) in told() {
         let rows = misfit.len().div_ceil(STRETCHES).max(1);
         let mean = |(times, misfit): (&[f64], &[f64])| {
-            (times[times.len() / 2], -misfit.iter().sum::<f64>() / misfit.len() as f64)
+            let there = misfit.iter().filter(|r| is_there(**r));
+            let count = there.clone().count();
+            (count > 0).then(|| (times[times.len() / 2], -there.sum::<f64>() / count as f64))
         };
-        let means: Vec<(f64, f64)> = times.chunks(rows).zip(misfit.chunks(rows)).map(mean).collect();
+        let means: Vec<(f64, f64)> = times.chunks(rows).zip(misfit.chunks(rows)).filter_map(mean).collect();
         if count == 1 {
-            let every = times.iter().copied().zip(misfit.iter().map(|r| -r)).collect();
+            let pairs = times.iter().zip(misfit).filter(|(_, r)| is_there(**r));
+            let every = pairs.map(|(time, r)| (*time, -r)).collect();
             series.push(Series::line("samples", every).styled(5, 0));
             series.push(Series::line("mean", means).styled(1, 0));
         } else {

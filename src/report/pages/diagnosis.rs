@@ -4,7 +4,7 @@ use super::channels::{Said, Shown};
 use super::learn::{CURVES, named, prior_scale};
 use super::{misfit, profile, residuals};
 use crate::complaint::Complaint;
-use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, Hypothesis, UncertainReport};
+use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, Hypothesis, UncertainReport, Verdict};
 use crate::record::Record;
 use crate::report::circuit;
 use crate::report::diagnosis as words;
@@ -23,16 +23,16 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String,
     let mut page = Page::new(format!("Diagnosis of {}", named(rig)), format!("Record {}", diagnosis.record));
     let mut verdict = Section::new("Verdict");
     verdict.notice(words::tone(diagnosis.verdict), words::headline(diagnosis));
-    if let Some(untold) = words::untold(diagnosis) {
-        verdict.paragraph(untold);
+    for caveat in words::caveats(diagnosis) {
+        verdict.paragraph(caveat);
     }
-    if let Some(at) = diagnosis.detected_at_s {
-        verdict.paragraph(format!("Detected at {at:.2} s."));
+    if let Some(detected) = words::detected(diagnosis) {
+        verdict.paragraph(format!("It was {detected}."));
     }
     if let Some(at) = diagnosis.onset_s {
         verdict.paragraph(format!("Began at {at:.2} s."));
     }
-    let left_out = words::left_out(diagnosis);
+    let left_out = words::left_out(&diagnosis.left_out, words::TOLD);
     if !left_out.is_empty() {
         verdict.subheading("Left out of the fit");
         verdict.list(left_out);
@@ -40,8 +40,14 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String,
     page.section(verdict);
     let present: Vec<&FaultReport> = diagnosis.present().collect();
     let mut drawn = Section::new("Circuit");
-    let caption = "The circuit as the rig file has it, symbols after ISO 1219; what is faulty is framed. Sensors stand beside what they measure.";
-    drawn.drawing("circuit", &circuit::svg(rig, &present), caption);
+    let (framed, what): (&[&FaultReport], &str) = match diagnosis.verdict {
+        Verdict::ModelInadequate => (&[], "nothing is framed, since no faults explain the record"),
+        Verdict::Healthy | Verdict::Faulty => (&present, "what is faulty is framed"),
+    };
+    let caption = format!(
+        "The circuit as the rig file has it, symbols after ISO 1219; {what}. Sensors stand beside what they measure."
+    );
+    drawn.drawing("circuit", &circuit::svg(rig, framed), &caption);
     page.section(drawn);
     let mut faults = Section::new("Faults");
     faults.table(fault_table(rig, diagnosis));

@@ -1,6 +1,6 @@
 //! The map of misfit: which sensor is missed, when.
 
-use super::channels::Shown;
+use super::channels::{Shown, is_there};
 use crate::report::html::{Cell, Column, Section, Table};
 use crate::report::number::{rounded, text};
 use crate::report::plot::{self, Map};
@@ -47,12 +47,15 @@ pub(super) fn add(section: &mut Section, shown: &Shown<'_>, misfit: &[&[f64]]) {
         std::iter::once(Cell::from(sensor.name.clone())).chain(kinds.iter().map(cell)).collect()
     };
     let columns = std::iter::once(Column::text("sensor")).chain(kinds.iter().map(|kind| Column::text(*kind))).collect();
-    let caption = "Mean size of the misfit in standard deviations of what noise and tolerance allow; 0.8 is right";
+    let caption = "Mean size of the misfit in standard deviations of what noise and tolerance allow; 0.8 is right, - has no sample";
     section.table(Table::new(caption, columns, sensors.iter().zip(misfit).map(row).collect()));
 }
 
+/// `None` where the fit has no sample.
 fn mean_size(misfit: &[f64]) -> Option<f64> {
-    (!misfit.is_empty()).then(|| misfit.iter().map(|r| r.abs()).sum::<f64>() / misfit.len() as f64)
+    let there = misfit.iter().filter(|r| is_there(**r));
+    let count = there.clone().count();
+    (count > 0).then(|| there.map(|r| r.abs()).sum::<f64>() / count as f64)
 }
 
 /// How dark a misfit is shown: equal ratios are equal steps.
