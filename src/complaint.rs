@@ -187,7 +187,7 @@ pub fn help_with_near<'a>(near: Option<&str>, what: &str, candidates: impl IntoI
     }
 }
 
-fn capitalised(text: &str) -> String {
+pub(crate) fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

@@ -123,7 +123,7 @@ fn the_page_tells_phases_ranges_and_doubts() {
         .collect();
     assert!(
         check(stuck.as_bytes()).out.contains(
-            "  `level_2` stays at 7 mm in all 40 rows, which its noise alone would not allow: a dead sensor\n"
+            "  `level_2` stays at 7 mm in all 40 rows, which the noise that the rig file gives it would not allow: a dead sensor\n"
         )
     );
     let clipped: String = right()

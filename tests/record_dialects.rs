@@ -215,9 +215,9 @@ fn each_doubt_is_found_with_its_times() {
 /// A value that never changes is a dead sensor only where noise would move it, and moves the other channels.
 #[test]
 fn a_sensor_that_noise_would_move_is_dead() {
-    let doubts = |other: fn(usize) -> f64, resolution: f64| {
+    let doubts_of = |own: fn(usize) -> String, other: fn(usize) -> f64, resolution: f64| {
         let mut rows = String::from("time [s],p [bar],r [bar]\n");
-        (0..50).for_each(|row| rows.push_str(&format!("{:.2},7.0,{:.3}\n", 0.01 * row as f64, other(row))));
+        (0..50).for_each(|row| rows.push_str(&format!("{:.2},{},{:.3}\n", 0.01 * row as f64, own(row), other(row))));
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("record.csv");
         fs::write(&path, rows).unwrap();
@@ -225,6 +225,7 @@ fn a_sensor_that_noise_would_move_is_dead() {
         let found = survey(&record, |_| Some(Scatter { noise: 0.3e5, resolution }));
         found.into_iter().map(|finding| (finding.channel.unwrap(), finding.doubt)).collect::<Vec<_>>()
     };
+    let doubts = |other, resolution| doubts_of(|_| "7.0".to_owned(), other, resolution);
     let restless: fn(usize) -> f64 = |row| 20.0 + 0.5 * ((row * row) as f64).sin();
     let p = |doubt| vec![("p".to_owned(), doubt)];
     assert_eq!(doubts(restless, 0.0), p(Doubt::Dead));
@@ -232,6 +233,9 @@ fn a_sensor_that_noise_would_move_is_dead() {
     assert_eq!(doubts(restless, 1e5), p(Doubt::Constant));
     // A computed record has no noise anywhere.
     assert_eq!(doubts(|row| 20.0 + 0.1 * row as f64, 0.0), p(Doubt::Constant));
+    // Three values of a slow channel may be alike.
+    let slow = doubts_of(|row| if row % 20 == 0 { "7.0".to_owned() } else { String::new() }, restless, 0.0);
+    assert_eq!(slow, p(Doubt::Dropout));
 }
 
 /// Real and simulated records give no false alarm of a damaged sensor.

@@ -128,6 +128,10 @@ pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result
     let model = Model::new(healthy);
     let taken = records.iter().map(|record| {
         let measured = estimate::measured(&model.rig, record)?;
+        // Noise and tolerance are learned of each sensor.
+        for sensor in &model.rig.sensors {
+            record.require(&sensor.column, sensor.quantity.dimension(), sensor.place.clone())?;
+        }
         Ok(Healthy { record, drive: Drive::from_record(&model.rig, record)?, measured })
     });
     let taken = taken.collect::<Result<Vec<_>, Complaint>>()?;

@@ -6,6 +6,7 @@ use super::joint::Joint;
 use super::report::{ChannelFit, ParameterReport, RecordReport, Report, SCHEMA, SensorReport};
 use super::{Noise, ROBUST, Rounds};
 use crate::diagnosis::noise::Weights;
+use crate::diagnosis::{adequate, tame_squares};
 use crate::fit::{Fit, Loss, Uncertainty, UncertaintyOptions};
 use crate::model::SimulationError;
 use crate::record::Record;
@@ -14,10 +15,6 @@ use crate::rig::{Calibration, NEVER_KNOWN, Rig};
 
 /// Digits of a reported number.
 const DIGITS: usize = 7;
-/// A weighted misfit is counted as no more than this, so that a few wild samples do not condemn a model.
-const WILD: f64 = 5.0;
-/// Mean square of the weighted misfit of a channel up to which the model is adequate; the same as in a diagnosis.
-const ADEQUATE: f64 = 1.5;
 /// Records have told something of a parameter if they halved its variance.
 const INFORMED: f64 = 0.7;
 /// Standard deviations of the data sheet beyond which a parameter is not believed to be that of a healthy part.
@@ -173,27 +170,26 @@ impl Rounds<'_> {
         let mut series = joint.series().into_iter();
         let mut records = Vec::new();
         for (record, one) in self.solutions.records.iter().enumerate() {
-            let rows = one.record.time.len().max(1) as f64;
             let name = one.record.path.display().to_string();
             let (mut channels, mut missed) = (Vec::new(), Vec::new());
             for (sensor, (known, range)) in sheet.sensors.iter().zip(series.by_ref()).enumerate() {
-                let tame = |r: &f64| r.abs().min(WILD).powi(2);
-                let chi2 = fit.linearised.misfit[range].iter().map(tame).sum::<f64>() / rows;
+                let samples = one.measured[sensor].iter().filter(|value| !value.is_nan()).count().max(1);
+                let chi2 = tame_squares(&fit.linearised.misfit[range]) / samples as f64;
                 let away = |curves: &super::joint::Curves| {
                     let pairs = curves[record][sensor].iter().zip(one.measured[sensor]);
-                    pairs.map(|(model, measured)| (model - measured).powi(2)).sum::<f64>()
+                    let there = pairs.filter(|(_, measured)| !measured.is_nan());
+                    there.map(|(model, measured)| (model - measured).powi(2)).sum::<f64>()
                 };
                 let square = plain.as_deref().map_or(f64::NAN, away);
                 let unit = sheet.sensor_unit(known);
-                // Four standard deviations of the mean square of so few samples.
-                let adequate = chi2 <= ADEQUATE + 4.0 * (2.0 / rows).sqrt();
+                let adequate = adequate(chi2, samples);
                 if !adequate {
                     missed.push(format!("`{}` {:.1}", known.name, chi2));
                 }
                 channels.push(ChannelFit {
                     name: known.name.clone(),
                     unit: unit.symbol.clone(),
-                    rmse: rounded(unit.difference_from_si((square / rows).sqrt()), DIGITS),
+                    rmse: rounded(unit.difference_from_si((square / samples as f64).sqrt()), DIGITS),
                     chi2_reduced: rounded(chi2, DIGITS),
                     adequate,
                 });

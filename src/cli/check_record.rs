@@ -7,10 +7,10 @@ use serde::Serialize;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate::measured;
 use crate::model::Drive;
-use crate::record::survey::{Finding, survey};
+use crate::record::survey::{Finding, survey, told};
 use crate::record::{Channel, Record};
 use crate::report::number::{in_unit, rounded};
-use crate::rig::{Proposal, Rig, Sensor};
+use crate::rig::{Proposal, Rig};
 
 #[derive(Serialize)]
 pub struct RecordPage {
@@ -71,7 +71,7 @@ pub fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<Complai
     };
     let findings = survey(&record, |channel| {
         let own = rig.sensors.iter().find(|sensor| sensor.column == channel.name);
-        own.map(Sensor::scatter)
+        own.map(|sensor| sensor.scatter(channel))
     });
     let (from, to) = (record.time.first().copied().unwrap_or(0.0), record.time.last().copied().unwrap_or(0.0));
     let sampling = record.sampling();
@@ -84,7 +84,8 @@ pub fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<Complai
             rounded(sampling.interval, 6)
         ));
     }
-    warnings.extend(findings.iter().map(Finding::to_string));
+    warnings.extend(rig.at_odds(&record));
+    warnings.extend(told(&findings));
     let left_out = |(name, why): &(String, String)| format!("`{name}` of the file is no column of the record: {why}");
     warnings.extend(record.origin.left_out.iter().map(left_out));
     let role = |channel: &Channel| {

@@ -13,7 +13,8 @@ use crate::diagnosis::{Diagnosed, Options, Verdict, diagnose};
 use crate::files::{MOST_TEXT, check_output, read, text};
 use crate::model::Model;
 use crate::record::survey::Doubt;
-use crate::report::diagnosis::{left_out, write_styled};
+use crate::report::caveats::left_out;
+use crate::report::diagnosis::write_styled;
 use crate::report::pages::diagnosis::html;
 use crate::rig::Rig;
 
@@ -75,7 +76,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         return Ok(if arguments.exit_code { found } else { Status::Done });
     }
     let (store, at) = (arguments.store.as_deref(), arguments.at.as_deref());
-    let keeper = Keeper::open(store, at, arguments.records.len(), &rig, digest)?;
+    let mut keeper = Keeper::open(store, at, arguments.records.len(), &rig, digest)?;
     let model = Model::new(rig);
     let options = Options::default();
     terminal::show_progress();
@@ -93,7 +94,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
             for words in left_out(found, NOTED) {
                 terminal::note(format_args!("note: {}: left out of the fit: {words}", path.display()));
             }
-            if let Some(keeper) = &keeper {
+            if let Some(keeper) = &mut keeper {
                 keeper.keep(&record, &options, &diagnosed.diagnosis)?;
             }
             if let Some(report) = &arguments.report {

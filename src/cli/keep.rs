@@ -1,24 +1,27 @@
 //! `diagnose --store`: what keeps the diagnoses.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::terminal::note;
 use crate::complaint::{Complaint, Kind};
 use crate::diagnosis::{Diagnosis, Options};
+use crate::files::check_folder;
 use crate::record::Record;
 use crate::rig::Rig;
 use crate::store::{Dated, Moment, NewRun, RigIdentity, Store};
 
 /// An open store, and the rig whose runs it gets.
 pub struct Keeper {
-    store: Store,
-    file: String,
+    /// `None` until the first run, where there is no such file yet.
+    store: Option<Store>,
+    path: PathBuf,
     rig: RigIdentity,
     at: Option<Moment>,
 }
 
 impl Keeper {
-    /// Opens the store before long work is done for it; `at` is the time that the user gives to the only one of `records`.
+    /// Opens the store before long work is done for it, or makes sure that it can be made; `at` is the time that the user gives to the
+    /// only one of `records`.
     pub fn open(
         store: Option<&Path>,
         at: Option<&str>,
@@ -41,18 +44,24 @@ impl Keeper {
             return Err(Complaint::new(Kind::Contradiction, "`--at` with more than one record")
                 .help("call `diagnose` once for each, or leave `--at` away: each then has the time of its file"));
         }
-        let store = Store::open(path)?;
-        Ok(Some(Self { store, file: path.display().to_string(), rig: RigIdentity::new(rig, digest), at }))
+        check_folder(path)?;
+        let store = path.exists().then(|| Store::open(path)).transpose()?;
+        Ok(Some(Self { store, path: path.to_path_buf(), rig: RigIdentity::new(rig, digest), at }))
     }
 
     /// Keeps a diagnosis, and says on standard error under which number and time.
-    pub fn keep(&self, record: &Record, options: &Options, diagnosis: &Diagnosis) -> Result<(), Complaint> {
+    pub fn keep(&mut self, record: &Record, options: &Options, diagnosis: &Diagnosis) -> Result<(), Complaint> {
+        let store = match self.store.take() {
+            Some(store) => store,
+            None => Store::open(&self.path)?,
+        };
+        let store = self.store.insert(store);
         let before = match self.at {
-            None => self.store.time_given(&record.origin.digest)?,
+            None => store.time_given(&record.origin.digest)?,
             Some(_) => None,
         };
         let run = NewRun::now(&self.rig, record, self.at.or(before), options, diagnosis);
-        let number = self.store.add(&run)?;
+        let number = store.add(&run)?;
         let dated = match run.dated {
             Dated::Given if before.is_some() => "as given before; `--at` gives another",
             Dated::Given => "as given",
@@ -62,7 +71,7 @@ impl Keeper {
         note(format_args!(
             "note: {}: kept in {} as run {number}, measured {} ({dated})",
             diagnosis.record,
-            self.file,
+            self.path.display(),
             run.measured_at.short()
         ));
         Ok(())

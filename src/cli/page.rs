@@ -103,7 +103,9 @@ fn write_record(out: &mut dyn Write, record: &RecordPage) -> io::Result<()> {
         row.extend(phase.inputs.iter().map(course));
         row
     });
-    cut_off(out, "phases between jumps of the inputs", rows.collect())?;
+    if record.usable {
+        cut_off(out, "phases between jumps of the inputs", rows.collect())?;
+    }
     if !record.mapping.is_empty() {
         let rows = record.mapping.iter().map(|proposal| {
             let write = match (&proposal.column, proposal.because) {

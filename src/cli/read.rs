@@ -18,5 +18,8 @@ pub fn record(rig: &Rig, path: &Path) -> Result<Record, Complaint> {
         let what = if held { "there it acts as its `hold` says" } else { "left out of the fit" };
         note(format_args!("note: {}: {gap}; {what}", path.display()));
     }
+    for odd in rig.at_odds(&record) {
+        note(format_args!("note: {}: {odd}", path.display()));
+    }
     Ok(record)
 }

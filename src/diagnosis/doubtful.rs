@@ -2,10 +2,7 @@
 
 use crate::record::Record;
 use crate::record::survey::{Doubt, Finding, survey};
-use crate::rig::{Rig, Sensor};
-
-/// Stamps of a finding are rounded; a sample is its own within this, s.
-const ROUNDING: f64 = 1e-9;
+use crate::rig::Rig;
 
 /// Whether the rig has the end of a sensor's range among its effects: then its rest there says something.
 fn models_saturation(rig: &Rig, finding: &Finding) -> bool {
@@ -19,14 +16,15 @@ fn models_saturation(rig: &Rig, finding: &Finding) -> bool {
 /// those, samples that were never there, and rows that are missing. `None` where nothing had to be set aside.
 pub(super) fn set_aside(rig: &Rig, record: &Record) -> (Option<Record>, Vec<Finding>) {
     let own = |name: &str| rig.sensors.iter().find(|sensor| sensor.column == name);
-    let mut found = survey(record, |channel| own(&channel.name).map(Sensor::scatter));
+    let mut found = survey(record, |channel| own(&channel.name).map(|sensor| sensor.scatter(channel)));
     let read = |finding: &Finding| finding.channel.as_deref().is_none_or(|name| rig.reads(name));
     found.retain(|finding| {
         let told = matches!(
             finding.doubt,
             Doubt::Dropout | Doubt::Dead | Doubt::Stuck | Doubt::Saturated | Doubt::Spike | Doubt::MissingRows
         );
-        told && read(finding) && !(finding.doubt == Doubt::Saturated && models_saturation(rig, finding))
+        let at_its_end = matches!(finding.doubt, Doubt::Saturated | Doubt::Dead);
+        told && read(finding) && !(at_its_end && models_saturation(rig, finding))
     });
     let removed =
         |finding: &&Finding| matches!(finding.doubt, Doubt::Dead | Doubt::Stuck | Doubt::Saturated | Doubt::Spike);
@@ -36,12 +34,9 @@ pub(super) fn set_aside(rig: &Rig, record: &Record) -> (Option<Record>, Vec<Find
     let mut cleared = record.clone();
     for finding in found.iter().filter(removed) {
         let Some(name) = &finding.channel else { continue };
-        let span = finding.from_s - ROUNDING..=finding.to_s + ROUNDING;
-        let rows = cleared.time.iter().enumerate().filter(|(_, time)| span.contains(time)).map(|(row, _)| row);
-        let rows: Vec<usize> = rows.collect();
         let channel = cleared.channels.iter_mut().find(|channel| channel.name == *name);
         if let Some(channel) = channel {
-            rows.into_iter().for_each(|row| channel.values[row] = f64::NAN);
+            channel.values[finding.span.clone()].fill(f64::NAN);
         }
     }
     (Some(cleared), found)

@@ -46,7 +46,7 @@ pub fn measured<'a>(rig: &Rig, record: &'a Record) -> Result<Vec<&'a [f64]>, Com
     let channels = rig.sensors.iter().map(|sensor| rig.sensor_column(record, sensor));
     let channels: Vec<&Channel> = channels.collect::<Result<_, _>>()?;
     if channels.iter().all(|channel| channel.is_empty()) {
-        return Err(Complaint::new(Kind::Empty, "no sensor of the rig has a value in any row, or one that moves")
+        return Err(Complaint::new(Kind::Empty, "no sensor of the rig has a value in any row")
             .at(record.header())
             .help("take a record that has values of its sensors; `check` says what it has"));
     }

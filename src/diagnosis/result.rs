@@ -90,9 +90,9 @@ pub struct ChannelReport {
     /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
     pub chi2_reduced: f64,
     pub adequate: bool,
-    /// Measured over healthy model, where the sensor is not explained and reads throughout as if its column were in another
-    /// unit than it says.
-    pub unit_ratio: Option<f64>,
+    /// Measured over healthy model, where the sensor is not explained and reads as if its column were in another unit than it
+    /// says, or counted the other way.
+    pub ratio_to_healthy: Option<f64>,
 }
 
 /// A parameter that is no fault but was estimated along. Numbers in `unit`.

@@ -18,7 +18,7 @@ pub(crate) fn tame(misfit: f64) -> f64 {
     misfit.abs().min(WILD).powi(2)
 }
 
-/// Mean square of the weighted misfits of each sensor, wild ones tamed, and how many samples it has, at least 1.
+/// Mean square of the weighted misfits of each sensor, wild ones tamed, and how many samples it has.
 pub(crate) fn mean_squares(weights: &Weights, misfit: &[f64]) -> Vec<(f64, usize)> {
     let sensors = weights.sensors();
     let one = |(sensor, misfit): (usize, &[f64])| {
@@ -47,32 +47,31 @@ pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], healthy: &
             ChannelReport {
                 name: sensor.name.clone(),
                 unit: unit.symbol.clone(),
-                rmse: rounded(unit.difference_from_si((square.max(0.0) / samples.max(1) as f64).sqrt()), DIGITS),
+                rmse: rounded(unit.difference_from_si((square / samples.max(1) as f64).sqrt() + 0.0), DIGITS),
                 noise_sigma: rounded(unit.difference_from_si(sensor.noise), DIGITS),
                 samples,
                 chi2_reduced,
                 adequate,
-                unit_ratio: if adequate { None } else { unit_ratio(full.measured[index], healthy) },
+                ratio_to_healthy: if adequate { None } else { ratio_to_healthy(full.measured[index], healthy) },
             }
         })
         .collect()
 }
 
-/// Ratios of units that are taken for each other: powers of ten, minutes and seconds, psi and bar, L/min and m3/h.
-const RATIOS: [f64; 8] = [10.0, 100.0, 1e3, 1e5, 60.0, 14.5038, 16.6667, 25.4];
-/// How near a ratio is to one of them, and how much of what is measured goes with the model.
-const NEAR: f64 = 0.05;
-const GOES_ALONG: f64 = 0.9;
+/// Ratio from which on a sensor is asked about rather than believed: psi for bar is 14, powers of ten are further off, and faults
+/// move what a sensor shows by less, but for flows that stop.
+const FAR: f64 = 5.0;
+/// Share of the squares of what is measured that goes with the model: what else is wrong with it bends the rest.
+const GOES_ALONG: f64 = 0.5;
 
-/// What is measured over what the healthy model says, where that is the ratio of two units throughout.
-fn unit_ratio(measured: &[f64], healthy: &[f64]) -> Option<f64> {
+/// What is measured over what the healthy model says, where that is far from 1 or has the other sign.
+fn ratio_to_healthy(measured: &[f64], healthy: &[f64]) -> Option<f64> {
     let pairs = || measured.iter().zip(healthy).filter(|(y, m)| y.is_finite() && m.is_finite());
     let sum = |product: fn(f64, f64) -> f64| pairs().map(|(y, m)| product(*y, *m)).sum::<f64>();
     let (squares, along) = (sum(|_, m| m * m), sum(|y, m| y * m));
     let (ratio, share) = (along / squares, along * along / (squares * sum(|y, _| y * y)));
-    let near = |known: f64| (ratio / known - 1.0).abs() < NEAR;
-    let known = RATIOS.iter().flat_map(|&known| [known, 1.0 / known]).find(|&known| near(known));
-    known.filter(|_| share > GOES_ALONG).map(|known| rounded(known, DIGITS))
+    let odd = ratio < 0.0 || !(1.0 / FAR..FAR).contains(&ratio);
+    (odd && share > GOES_ALONG).then(|| rounded(ratio, 3))
 }
 
 /// What the record says of each fault.
@@ -90,7 +89,7 @@ pub(super) fn faults(
             let parameter = &rig.parameters[fault.parameter];
             let shown = |si: f64| rounded(parameter.unit.from_si(si), DIGITS);
             let interval = intervals[i].as_ref();
-            let ends = interval.map_or([None, None], ends);
+            let ends = interval.map_or([None, None], |interval| ends(interval, fault.bounds));
             FaultReport {
                 id: parameter.id.clone(),
                 meaning: parameter.meaning.clone(),
@@ -116,11 +115,12 @@ pub(super) fn faults(
 }
 
 /// The ends of an interval, SI; where the search for one did not settle, the standard error stands in for it, since an open
-/// end says that the record does not bound the value.
-fn ends(interval: &Interval) -> [Option<f64>; 2] {
+/// end says that the record does not bound the value. Beyond the range that was searched it would say nothing.
+fn ends(interval: &Interval, (low, high): (f64, f64)) -> [Option<f64>; 2] {
     let stand_in = |side: &Side, sign: f64| match (side.end, side.why, interval.sigma) {
         (None, End::GaveUp | End::BetterOptimum | End::ModelFails, Some(sigma)) => {
-            Some(interval.value + sign * QUANTILE * sigma)
+            let end = interval.value + sign * QUANTILE * sigma;
+            (low < end && end < high).then_some(end)
         }
         (end, _, _) => end,
     };

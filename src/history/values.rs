@@ -30,17 +30,18 @@ pub(super) fn in_unit(stored: &StoredFault, unit: &Unit, (run, x): (&StoredRun, 
     })
 }
 
-/// The standard error of a value: the longer side of its interval. An open side counts only where the value rests at that
-/// end of the search, as a part without the fault does; otherwise the record does not bound the value.
+/// The standard error of a value: the longer side of its interval. An open side counts only where that end of the search is no
+/// further off than the other end of the interval, as in a part without the fault; otherwise the record does not bound the value.
 pub(super) fn sigma(value: &Value, rig: &Rig, fault: &Fault) -> Option<f64> {
     let unit = &rig.parameters[fault.parameter].unit;
     let (low, high) = (unit.from_si(fault.bounds.0), unit.from_si(fault.bounds.1));
     let near = 1e-6 * (high - low).abs();
-    let side = |end: Option<f64>, bound: f64| match end {
-        Some(end) => Some((end - value.value).abs()),
-        None => ((value.value - bound).abs() <= near).then_some(0.0),
+    let known = value.ci95.map(|end| end.map(|end| (end - value.value).abs()));
+    let side = |own: Option<f64>, other: Option<f64>, bound: f64| {
+        let reach = (value.value - bound).abs();
+        own.or_else(|| (reach <= other.unwrap_or(0.0).max(near)).then_some(reach))
     };
-    let length = side(value.ci95[0], low)?.max(side(value.ci95[1], high)?);
+    let length = side(known[0], known[1], low)?.max(side(known[1], known[0], high)?);
     let factor = Normal::standard().inverse_cdf(0.975);
     // An interval without width would overrule all others.
     Some((length / factor).max(near))

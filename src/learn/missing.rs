@@ -260,8 +260,10 @@ impl<'a> Fitted<'a> {
             after.iter_mut().zip(*column).for_each(|(slot, slope)| *slot += slope * step);
         }
         let (before, after) = (dot(misfit, misfit), dot(&after, &after));
-        let left = (after / misfit.len().max(1) as f64).max(1.0);
-        let missed = before - misfit.len() as f64;
+        // What is not there weighs nothing.
+        let samples = misfit.iter().filter(|misfit| **misfit != 0.0).count();
+        let left = (after / samples.max(1) as f64).max(1.0);
+        let missed = before - samples as f64;
         let explains = if missed > 0.0 { ((before - after) / missed).clamp(0.0, 1.0) } else { 0.0 };
         Some(Self { columns, factor, pull, left, explains })
     }

@@ -16,7 +16,7 @@ pub struct Stretch {
 }
 
 /// What is called switching behind a jump of an input: this long (s), and no less than so many rows.
-const SWITCH: f64 = 0.1;
+pub(crate) const SWITCH: f64 = 0.1;
 const SWITCH_ROWS: usize = 10;
 /// Way before an end stop that is a phase of its own, m, and the least stroke that has one.
 const LAST: f64 = 0.02;
@@ -43,7 +43,11 @@ pub fn stretches(rig: &Rig, record: &Record, drive: &Drive, measured: &[&[f64]])
         jumps.clear();
         switches.fill(false);
     }
-    let shows = |values: &[f64]| values.iter().any(|value| !value.is_nan());
+    // A dead sensor shows one value.
+    let shows = |values: &[f64]| {
+        let mut there = values.iter().filter(|value| !value.is_nan());
+        there.next().is_some_and(|first| there.any(|value| value != first))
+    };
     let sensors = rig.sensors.iter().zip(measured);
     let position =
         sensors.into_iter().position(|(sensor, values)| sensor.quantity == Quantity::Position && shows(values));

@@ -177,7 +177,9 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let mut judged = looking.judge(promising.into_iter().map(|candidate| vec![candidate.clone()]).collect(), &[])?;
     let more = alike(&judged, &lists);
     looking.join(&mut judged, more)?;
-    if !near && !judged.iter().any(|judged| explains(judged, &base, &base_check)) {
+    // A fault that comes with an effect may stand in for a second one.
+    let stands_in = judged.first().is_some_and(|best| best.trial.set & !base.set != 0);
+    if !near && (stands_in || !judged.iter().any(|judged| explains(judged, &base, &base_check))) {
         let more = pairs(&judged, &base);
         looking.join(&mut judged, more)?;
     }

@@ -150,15 +150,17 @@ fn run_under(rig: &Rig, record: &Record, values: &[f64], weights: Option<&Weight
 fn run_of(rig: &Rig, record: &Record, outputs: Vec<Vec<f64>>, weights: Weights) -> Result<Run, Complaint> {
     let data = estimate::measured(rig, record)?;
     let mut misfit = away(&outputs, &data);
-    let (mut rmse, mut sum) = (Vec::new(), 0.0);
+    let (mut rmse, mut sum, mut showing) = (Vec::new(), 0.0, 0_usize);
     for ((model_says, measured), sensor) in outputs.iter().zip(&data).zip(&rig.sensors) {
         let squares = || model_says.iter().zip(*measured).filter(|(_, y)| !y.is_nan()).map(|(m, y)| (m - y).powi(2));
-        let mean = squares().sum::<f64>() / squares().count().max(1) as f64;
+        let count = squares().count();
+        let mean = squares().fold(0.0, |sum, square| sum + square) / count.max(1) as f64;
         rmse.push(mean.sqrt());
         sum += mean / (sensor.noise * sensor.noise);
+        showing += usize::from(count > 0);
     }
     weights.apply(&mut misfit);
-    let normalised = (sum / data.len().max(1) as f64).sqrt();
+    let normalised = (sum / showing.max(1) as f64).sqrt();
     let chi2 = crate::diagnosis::tame_squares(&misfit) / weights.all_samples().max(1) as f64;
     Ok(Run { outputs, misfit, weights, rmse, normalised, chi2 })
 }

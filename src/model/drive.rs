@@ -1,9 +1,9 @@
 //! What drives the circuit: the recorded commands and loads as pieces between which nothing jumps.
 
+use super::readings::readings;
 use crate::complaint::{Complaint, Kind, Place};
-use crate::physics::GRAVITY;
 use crate::record::{Record, Sampling};
-use crate::rig::{Cycle, Hold, InitialPressure, Input, NodeKind, Quantity, Rig, Target};
+use crate::rig::{Cycle, Hold, Input, Rig, Target};
 
 /// Inputs that run straight over an interval.
 #[derive(Debug, Clone, PartialEq)]
@@ -202,30 +202,6 @@ impl Drive {
         let share = ((t - piece.start) / (piece.end - piece.start)).clamp(0.0, 1.0);
         piece.from[input] + share * (piece.to[input] - piece.from[input])
     }
-}
-
-/// Mean of the first few readings of each node that starts at what its sensor shows.
-fn readings(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint> {
-    const ROWS: usize = 3;
-    let mut readings = vec![0.0; rig.nodes.len()];
-    let density = rig.parameters.first().map_or(0.0, |density| density.value);
-    for sensor in &rig.sensors {
-        let Target::Node(node) = sensor.target else { continue };
-        let per_reading = match sensor.quantity {
-            Quantity::Pressure => 1.0,
-            Quantity::Level => density * GRAVITY,
-            Quantity::Flow | Quantity::Position | Quantity::Velocity => continue,
-        };
-        if rig.nodes[node].kind == (NodeKind::Volume { initial: InitialPressure::Record }) {
-            let channel = record.require(&sensor.column, sensor.quantity.dimension(), sensor.place.clone())?;
-            let first = || channel.values.iter().filter(|value| !value.is_nan()).take(ROWS);
-            let shown = first().sum::<f64>() / first().count().max(1) as f64;
-            let (offset, gain) =
-                (rig.parameters[sensor.first_parameter].value, rig.parameters[sensor.first_parameter + 1].value);
-            readings[node] = (shown - offset) / if gain > 0.0 { gain } else { 1.0 } * per_reading;
-        }
-    }
-    Ok(readings)
 }
 
 /// The times at which a channel has a value, and the values.

@@ -7,6 +7,7 @@
 mod assembly;
 mod drive;
 mod layout;
+mod readings;
 mod recording;
 mod simulate;
 mod slopes;

@@ -134,7 +134,12 @@ pub struct Input {
     pub name: &'static str,
     pub unit: &'static str,
     pub meaning: &'static str,
+    /// What it runs between in a working circuit, SI.
+    pub range: (f64, f64),
 }
+
+/// The range of an input that may be anything.
+pub const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
 /// Which of a component's answers a worked number is about.
 #[derive(Debug, Clone, Copy)]

@@ -103,7 +103,8 @@ fn check_time(fields: &csv::StringRecord, place: &Place) -> Result<(), Complaint
 /// Name and unit of `name (unit)`.
 fn round_brackets(field: &str) -> Option<(&str, &str)> {
     let (name, unit) = field.trim().strip_suffix(')')?.rsplit_once('(')?;
-    Some((name.trim(), unit.trim()))
+    let (name, unit) = (name.trim(), unit.trim());
+    (!name.is_empty() && Unit::parse(unit).is_ok()).then_some((name, unit))
 }
 
 fn parse_column(field: &str, number: usize, place: &Place, asked: &Asked) -> Result<Column, Complaint> {

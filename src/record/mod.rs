@@ -75,6 +75,11 @@ impl Channel {
         self.values.iter().all(|value| value.is_nan())
     }
 
+    /// Step of the last decimal that is written, SI; 0 where that differs from value to value.
+    pub fn last_digit(&self) -> f64 {
+        self.decimals.map_or(0.0, |decimals| self.unit.difference_to_si(10_f64.powi(-(decimals as i32))))
+    }
+
     /// The same channel, written with this number of decimals in its unit.
     pub fn with_decimals(mut self, decimals: usize) -> Self {
         self.decimals = Some(decimals);

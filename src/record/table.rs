@@ -230,7 +230,8 @@ impl<'a> Table<'a> {
         }
         let finite = field.parse::<f64>().is_err();
         let what = if finite { "a number" } else { "a finite number" };
-        let help = match (index, field.contains([':', '/']) || field.matches('-').count() > 1) {
+        let of_date = field.contains([':', '/']) || ['-', '.'].iter().any(|sign| field.matches(*sign).count() > 1);
+        let help = match (index, of_date && !is_missing(field)) {
             (0, true) => {
                 "dates and times of day are not read; write the time as a number, such as seconds from the first row"
             }

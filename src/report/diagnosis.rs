@@ -1,5 +1,6 @@
 //! The diagnosis for people: a page of text to hand on; `pages::diagnosis` has the one with pictures.
 
+use super::caveats::{TOLD, caveats, detected, left_out};
 use super::digits::{Estimate, plus_minus, worth};
 use super::html::Tone;
 use super::number::{before_unit, rounded, text, with_unit};
@@ -7,8 +8,6 @@ use super::residuals;
 use super::style::{Style, bars, scale};
 use super::table::{Head, aligned};
 use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, PRESENT, Verdict};
-use crate::fit::Identifiable;
-use crate::record::survey::{Doubt, Finding};
 use crate::rig::Rig;
 
 /// Characters of a scale with an interval, and of a course of misfits.
@@ -16,9 +15,6 @@ const SCALE: usize = 21;
 const COURSE: usize = 24;
 /// Size of a weighted misfit that fills a bar, standard deviations; 0.8 is right.
 const FULL: f64 = 6.0;
-
-/// Rows in which a circuit can switch without being seen.
-const MANY_ROWS: usize = 5;
 
 /// The verdict in one line.
 pub fn headline(diagnosis: &Diagnosis) -> String {
@@ -35,45 +31,6 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
             )
         }
     }
-}
-
-/// What one has to know with the verdict: faults that could be there at any size without showing, and what a verdict other
-/// than healthy may come from although nothing is worn.
-pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
-    let open = diagnosis.faults.iter().filter(|fault| fault.identifiable == Identifiable::Unidentifiable);
-    let open: Vec<&str> = open.map(|fault| fault.id.as_str()).collect();
-    let mut told = Vec::new();
-    if !open.is_empty() {
-        told.push(format!("The record says nothing of {}.", open.join(", ")));
-    }
-    if diagnosis.verdict == Verdict::Healthy {
-        return told;
-    }
-    for channel in &diagnosis.channels {
-        if let Some(ratio) = channel.unit_ratio {
-            told.push(format!(
-                "{} reads {} times what the healthy model says: is its column in {}?",
-                channel.name,
-                text(rounded(ratio, 3)),
-                channel.unit
-            ));
-        }
-    }
-    let missing = diagnosis.left_out.iter().filter(|finding| finding.doubt == Doubt::MissingRows);
-    if missing.map(|finding| finding.rows).sum::<usize>() >= MANY_ROWS {
-        told.push(
-            "Rows are missing (below): if a command changed there, the model does not know; cut the record there."
-                .to_owned(),
-        );
-    }
-    told
-}
-
-/// When the record shows that something is wrong.
-pub(super) fn detected(diagnosis: &Diagnosis) -> Option<String> {
-    let by_residual = diagnosis.residuals.iter().any(|residual| residual.fired);
-    let how = if by_residual { "" } else { ", by the fit: no residual fired" };
-    diagnosis.detected_at_s.map(|at| format!("detected at {at:.2} s{how}"))
 }
 
 /// How a verdict is meant.
@@ -161,14 +118,19 @@ pub(super) fn explained(adequate: bool, samples: usize) -> &'static str {
     }
 }
 
+/// What only samples tell.
+pub(super) fn of_samples(samples: usize, told: String) -> String {
+    if samples == 0 { "-".to_owned() } else { told }
+}
+
 pub(super) fn channel_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     let row = |channel: &crate::diagnosis::ChannelReport| {
         vec![
             channel.name.clone(),
-            text(rounded(channel.rmse, 3)),
+            of_samples(channel.samples, text(rounded(channel.rmse, 3))),
             text(rounded(channel.noise_sigma, 3)),
             channel.unit.clone(),
-            format!("{:.2}", channel.chi2_reduced),
+            of_samples(channel.samples, format!("{:.2}", channel.chi2_reduced)),
             explained(channel.adequate, channel.samples).to_owned(),
         ]
     };
@@ -235,10 +197,7 @@ fn why_unblamed(fault: &FaultReport) -> Option<String> {
     if !fault.interval_misses(fault.healthy, tolerance) {
         let healthy = format!("{} +- {}", text(fault.healthy), worth(tolerance, tolerance));
         let healthy = before_unit(healthy, &fault.unit);
-        return Some(format!(
-            "{}: within the tolerance of its healthy value in the rig file, {healthy} (95 %)",
-            fault.id
-        ));
+        return Some(format!("{}: within the tolerance of its healthy value, {healthy} (95 %)", fault.id));
     }
     // Where nothing explains the record well enough, its healthy value does not either.
     let why = if fault.biased {
@@ -247,24 +206,6 @@ fn why_unblamed(fault: &FaultReport) -> Option<String> {
         format!("its healthy {} explains the record well enough", with_unit(fault.healthy, &fault.unit))
     };
     Some(format!("{}: {why} (probability {probability})", fault.id))
-}
-
-/// Findings that a page tells one by one.
-pub(super) const TOLD: usize = 12;
-
-/// What of the record the fit does not have, in words, the first `most` one by one.
-pub fn left_out<'a>(findings: impl IntoIterator<Item = &'a Finding>, most: usize) -> Vec<String> {
-    let words = |finding: &Finding| match finding.doubt {
-        Doubt::MissingRows => format!("{finding}; the model runs on, inputs as their `hold` says"),
-        _ => finding.to_string(),
-    };
-    let mut findings = findings.into_iter();
-    let mut told: Vec<String> = findings.by_ref().take(most).map(words).collect();
-    let more = findings.count();
-    if more > 0 {
-        told.push(format!("and {more} more, which `check` lists"));
-    }
-    told
 }
 
 /// The diagnosis as a page of text.
@@ -375,6 +316,7 @@ fn fitted(diagnosis: &Diagnosis) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::Identifiable;
 
     fn clearance(ci95: [Option<f64>; 2], healthy_sigma: f64) -> FaultReport {
         FaultReport {

@@ -73,7 +73,11 @@ fn row(fault: &FaultHistory) -> Vec<String> {
 
 /// Numbers with their sign and the digits that an interval of this width is worth.
 fn signed(width: f64) -> impl Fn(f64) -> String {
-    move |value| format!("{}{}", if value > 0.0 { "+" } else { "" }, worth(value, width))
+    move |value| {
+        let number = worth(value, width);
+        let is_nothing = number.parse() == Ok(0.0);
+        if value > 0.0 && !is_nothing { format!("+{number}") } else { number }
+    }
 }
 
 pub(super) fn passes(fault: &FaultHistory) -> String {

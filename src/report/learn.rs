@@ -1,6 +1,6 @@
 //! Comparison and suggestion for people.
 
-use super::diagnosis::explained;
+use super::diagnosis::{explained, of_samples};
 use super::digits::Estimate;
 use super::html::{Table, Tone};
 use super::number::{before_unit, rounded, text};
@@ -26,12 +26,12 @@ fn channel_row(channel: &Channel) -> Vec<String> {
     let goes = channel.goes_with.first();
     vec![
         channel.name.clone(),
-        text(rounded(channel.rmse.max(0.0), 3)),
+        of_samples(channel.samples, text(rounded(channel.rmse, 3))),
         text(rounded(channel.noise_sigma, 3)),
         channel.unit.clone(),
         channel.fit_percent.map_or("-".to_owned(), |fit| format!("{fit:.1} %")),
-        format!("{:.2}", channel.chi2_reduced),
-        format!("{:.2}", channel.autocorrelation),
+        of_samples(channel.samples, format!("{:.2}", channel.chi2_reduced)),
+        of_samples(channel.samples, format!("{:.2}", channel.autocorrelation)),
         goes.map_or("-".to_owned(), |goes| format!("{} ({:+.2})", goes.signal, goes.coefficient)),
         explained(channel.adequate, channel.samples).to_owned(),
     ]

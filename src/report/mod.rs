@@ -1,6 +1,7 @@
 //! What a reader gets to see: texts, line charts, self-contained pages, and the part of the reference that the cards give.
 
 pub mod campaign;
+pub(crate) mod caveats;
 pub mod circuit;
 pub mod diagnosis;
 pub mod digits;

@@ -1,6 +1,7 @@
 //! A record that was watched window by window, for people.
 
-use super::diagnosis::{FAULT_HEADS, caveats, fault_rows, headline};
+use super::caveats::{TOLD, caveats, left_out};
+use super::diagnosis::{FAULT_HEADS, fault_rows, headline};
 use super::html::Tone;
 use super::number::{rounded, text};
 use super::style::Style;
@@ -81,6 +82,8 @@ fn of_episode(number: usize, episode: &Episode, style: Style) -> Vec<String> {
         lines.push(format!("  diagnosed from {} to {}", seconds(from), seconds(to)));
         lines.push(format!("  {}", style.painted(&headline(diagnosis), tone)));
         lines.extend(caveats(diagnosis).into_iter().map(|caveat| format!("  {caveat}")));
+        let left_out = left_out(&diagnosis.left_out, TOLD);
+        lines.extend(left_out.into_iter().map(|words| format!("  left out of the fit: {words}")));
         let present: Vec<bool> = diagnosis.faults.iter().map(|fault| fault.present).collect();
         let rows: Vec<Vec<String>> = fault_rows(diagnosis)
             .into_iter()

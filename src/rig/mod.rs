@@ -1,5 +1,6 @@
 //! The rig file: nodes, components, sensors, inputs, faults, and the cycle that `simulate` runs.
 
+mod at_odds;
 mod before;
 mod calibration;
 mod cycle;

@@ -24,7 +24,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         let place = source.place(error.span().map_or(0, |span| span.start));
         Complaint::new(Kind::Syntax, format!("this is not TOML: {}", error.message().replace('\n', "; ")))
             .at(place)
-            .help("see docs/reference/rig-file.md for a rig file to start from")
+            .help("the rig file is named before the record; see docs/reference/rig-file.md for one to start from")
     })?;
     let root = Table::new(&source, "the rig file", 0, document.get_ref());
     version::check(root.get("version"))?;

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::Scaling;
 use crate::complaint::{Complaint, Place};
-use crate::record::Record;
 use crate::record::survey::Scatter;
+use crate::record::{Channel, Record};
 use crate::units::{Dimension, Unit};
 
 /// What a sensor measures.
@@ -92,9 +92,11 @@ impl Sensor {
         self.noise * self.noise + self.resolution * self.resolution / 12.0
     }
 
-    /// What moves its readings although what it reads stands still.
-    pub fn scatter(&self) -> Scatter {
-        Scatter { noise: self.noise, resolution: self.resolution }
+    /// What moves its readings in a column although what it reads stands still; where the rig file gives no resolution, that
+    /// of the column counts.
+    pub fn scatter(&self, channel: &Channel) -> Scatter {
+        let resolution = if self.resolution > 0.0 { self.resolution } else { channel.last_digit() };
+        Scatter { noise: self.noise, resolution }
     }
 }
 

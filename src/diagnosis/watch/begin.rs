@@ -10,13 +10,13 @@ use crate::rig::{NodeKind, Quantity, Rig, Target};
 /// Standard deviations within which a rate is none.
 const STILL: f64 = 3.0;
 
-/// The rows behind the first stretch in which every sensor of a node runs straight, and what these show at its end; a stretch
+/// How many rows there are up to the end of the first stretch in which every sensor of a node runs straight, and what these show there; a stretch
 /// at rest in the first half is preferred. `None` where there is no such stretch.
 ///
 /// # Errors
 /// A column that the record lacks or has in another dimension.
-pub(super) fn begin(rig: &Rig, record: &Record, options: &Options) -> Result<Option<(Record, Vec<Shown>)>, Complaint> {
-    let sensors = sensors(rig);
+pub(super) fn begin(rig: &Rig, record: &Record, options: &Options) -> Result<Option<(usize, Vec<Shown>)>, Complaint> {
+    let sensors = sensors(rig, record);
     let stretches = straight(rig, record, &sensors, options.detection.window)?;
     let still = |shows: &Shows| shows.rate.abs() <= STILL * shows.rate_variance.sqrt();
     let half = record.time.len() / 2;
@@ -34,14 +34,11 @@ pub(super) fn begin(rig: &Rig, record: &Record, options: &Options) -> Result<Opt
             rate: if moving { shows.rate } else { 0.0 },
         }
     });
-    let shown = shown.collect();
-    let mut rest = record.clone();
-    rest.forget(stretch.end);
-    Ok(Some((rest, shown)))
+    Ok(Some((stretch.end, shown.collect())))
 }
 
-/// One sensor of each node whose start it can tell.
-fn sensors(rig: &Rig) -> Vec<usize> {
+/// One sensor of each node whose start it can tell, the first that shows something.
+fn sensors(rig: &Rig, record: &Record) -> Vec<usize> {
     let mut found: Vec<usize> = Vec::new();
     for (index, sensor) in rig.sensors.iter().enumerate() {
         let Target::Node(node) = sensor.target else { continue };
@@ -50,7 +47,8 @@ fn sensors(rig: &Rig) -> Vec<usize> {
             NodeKind::Body { .. } => sensor.quantity == Quantity::Position,
             NodeKind::Held { .. } => false,
         };
-        if tells && !found.iter().any(|&other| rig.sensors[other].target == sensor.target) {
+        let shows = record.channel(&sensor.column).is_none_or(|channel| !channel.is_empty());
+        if tells && shows && !found.iter().any(|&other| rig.sensors[other].target == sensor.target) {
             found.push(index);
         }
     }

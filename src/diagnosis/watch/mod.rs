@@ -6,6 +6,7 @@ mod result;
 
 use std::collections::VecDeque;
 
+use super::doubtful::set_aside;
 use super::{Diagnosis, Options, diagnose_from};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::model::Model;
@@ -176,10 +177,18 @@ impl<'a> Watch<'a> {
 
 /// The diagnosis of a window, and the stretch that it is of; or why there is none.
 fn diagnosed(model: &Model, window: &Window, options: &Options) -> Result<([f64; 2], Diagnosis), String> {
-    let begun = if window.number == 0 {
+    // A dead sensor stands still, and shows nothing of where the circuit is.
+    let (cleared, _) = set_aside(&model.rig, &window.record);
+    let cleared = cleared.as_ref().unwrap_or(&window.record);
+    let begun = if window.number == 0 && !model.rig.begins_within_a_run(cleared) {
         Some((window.record.clone(), Vec::new()))
     } else {
-        begin::begin(&model.rig, &window.record, options).map_err(|complaint| complaint.what)?
+        let begun = begin::begin(&model.rig, cleared, options).map_err(|complaint| complaint.what)?;
+        begun.map(|(rows, shown)| {
+            let mut record = window.record.clone();
+            record.forget(rows);
+            (record, shown)
+        })
     };
     let Some((record, shown)) = begun else {
         return Err("nothing in the first half of its window stands or runs straight, so the model cannot be started"

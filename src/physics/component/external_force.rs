@@ -2,7 +2,7 @@
 
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Input, Port, Worked};
+use crate::physics::card::{ANY, Answer, Card, Input, Port, Worked};
 use crate::physics::fluid::Fluid;
 
 pub const CARD: Card = Card {
@@ -12,7 +12,7 @@ pub const CARD: Card = Card {
     source: "sign convention of the telescopic rig: positive load pushes against the outstroke",
     validity: "As good as the load cell.",
     ports: &[Port::mechanical("body", "where the force acts")],
-    inputs: &[Input { name: "force", unit: "N", meaning: "the force" }],
+    inputs: &[Input { name: "force", unit: "N", meaning: "the force", range: ANY }],
     worked: &[Worked {
         text: "a load of 5400 N pushes the body back with 5400 N",
         parameters: &[],

@@ -63,7 +63,12 @@ pub(super) fn survey(
     }
     let Some(scatter) = scatter else { return findings };
     if least == greatest {
-        findings.push(of_rows(Doubt::Constant, 0..values.len(), Some(least)));
+        if values.len() - missing < FEWEST {
+            return findings;
+        }
+        let mut all = of_rows(Doubt::Constant, 0..values.len(), Some(least));
+        all.rows -= missing;
+        findings.push(all);
         return findings;
     }
     if is_measured(values, scatter) {

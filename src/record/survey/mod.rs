@@ -4,6 +4,7 @@ mod channel;
 mod clock;
 
 use std::fmt;
+use std::ops::Range;
 
 use super::{Channel, Record};
 use crate::report::number::{in_unit, rounded, text, with_unit};
@@ -44,8 +45,11 @@ pub struct Finding {
     /// First and last time, s, of the rows that it is about.
     pub from_s: f64,
     pub to_s: f64,
-    /// Rows that it is about; of missing ones, how many.
+    /// Rows that it is about; of missing ones, and of a channel that lacks some, how many.
     pub rows: usize,
+    /// The rows from its first to its last; of the clock none.
+    #[serde(skip)]
+    pub span: Range<usize>,
     /// The value at which it stands, or the one that is off, in `unit`; of jitter its root mean square; of a clock that was
     /// set the time before.
     pub value: Option<f64>,
@@ -93,7 +97,7 @@ pub struct Scatter {
 
 impl Scatter {
     /// Step of the last digit, in standard deviations of the noise, up to which noise moves readings: even if it were a third
-    /// of what is declared, a row in three would differ from the one before.
+    /// of what is declared, half of the rows would differ from the one before.
     const COARSEST: f64 = 0.6;
     /// Rows that are never alike by chance then.
     const FEWEST: usize = 20;
@@ -118,6 +122,7 @@ impl Finding {
             from_s: at(rows.start),
             to_s: at(rows.end.saturating_sub(1)),
             rows: rows.len(),
+            span: rows,
             value: value.map(|value| in_unit(value, &channel.unit)),
             unit: Some(channel.unit.to_string()),
         }
@@ -130,6 +135,7 @@ impl Finding {
             from_s: rounded(from, 12),
             to_s: rounded(to, 12),
             rows,
+            span: 0..0,
             value: value.map(|value| rounded(value, 6)),
             unit: Some(Unit::second().to_string()),
         }
@@ -159,11 +165,53 @@ impl fmt::Display for Finding {
             Doubt::Constant => write!(f, "`{name}` stays at {value}: is the sensor connected?"),
             Doubt::Dead => write!(
                 f,
-                "`{name}` stays at {value} in all {rows} rows, which its noise alone would not allow: a dead sensor"
+                "`{name}` stays at {value} in all {rows} rows, which the noise that the rig file gives it would not allow: a dead sensor"
             ),
             Doubt::Stuck => write!(f, "`{name}` is stuck at {value} for {many} {when}"),
             Doubt::Saturated => write!(f, "`{name}` may be saturated: it rests at its extreme value {value} {when}"),
             Doubt::Spike => write!(f, "`{name}` leaps to {value} {when}"),
         }
+    }
+}
+
+/// Findings of one doubt about one channel that are told together from so many on.
+const TOGETHER: usize = 4;
+
+/// Findings in words: first those of whole sensors, and those of one doubt about one channel together where they are many.
+pub fn told(findings: &[Finding]) -> Vec<String> {
+    let mut words: Vec<(bool, String)> = Vec::new();
+    let mut done: Vec<(Doubt, &Option<String>)> = Vec::new();
+    for finding in findings {
+        let key = (finding.doubt, &finding.channel);
+        let alike: Vec<&Finding> = findings.iter().filter(|other| (other.doubt, &other.channel) == key).collect();
+        let throughout = matches!(finding.doubt, Doubt::Dead | Doubt::Constant);
+        if alike.len() < TOGETHER {
+            words.push((!throughout, finding.to_string()));
+        } else if !done.contains(&key) {
+            done.push(key);
+            words.push((true, together(&alike)));
+        }
+    }
+    words.sort_by_key(|(later, _)| *later);
+    words.into_iter().map(|(_, words)| words).collect()
+}
+
+/// Many findings of one doubt about one channel.
+fn together(alike: &[&Finding]) -> String {
+    let (Some(first), Some(last)) = (alike.first(), alike.last()) else { return String::new() };
+    let name = first.channel.as_deref().unwrap_or_default();
+    let (count, rows) = (alike.len(), alike.iter().map(|finding| finding.rows).sum::<usize>());
+    let when = format!("{count} times from {} s to {} s", rounded(first.from_s, 9), rounded(last.to_s, 9));
+    match first.doubt {
+        Doubt::DuplicateStamp => format!("a time stands in several rows {when}"),
+        Doubt::ClockReset => format!("the clock was set back {when}"),
+        Doubt::MissingRows => format!("rows are missing {when}, {rows} in all"),
+        Doubt::Jitter => format!("the intervals between rows scatter {when}"),
+        Doubt::Dropout => format!("`{name}` has no value {when}, in {rows} rows in all"),
+        Doubt::Constant | Doubt::Dead | Doubt::Stuck => format!("`{name}` is stuck {when}, for {rows} rows in all"),
+        Doubt::Saturated => {
+            format!("`{name}` may be saturated: it rests at an extreme value {when}, for {rows} rows in all")
+        }
+        Doubt::Spike => format!("`{name}` leaps {when}"),
     }
 }

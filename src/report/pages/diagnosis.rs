@@ -3,9 +3,10 @@
 use super::channels::{Said, Shown};
 use super::learn::{CURVES, named, prior_scale};
 use super::{misfit, profile, residuals};
-use crate::complaint::Complaint;
+use crate::complaint::{Complaint, capitalised};
 use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, Hypothesis, UncertainReport, Verdict};
 use crate::record::Record;
+use crate::report::caveats::{TOLD, caveats, detected, left_out};
 use crate::report::circuit;
 use crate::report::diagnosis as words;
 use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table};
@@ -23,16 +24,16 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String,
     let mut page = Page::new(format!("Diagnosis of {}", named(rig)), format!("Record {}", diagnosis.record));
     let mut verdict = Section::new("Verdict");
     verdict.notice(words::tone(diagnosis.verdict), words::headline(diagnosis));
-    for caveat in words::caveats(diagnosis) {
+    for caveat in caveats(diagnosis) {
         verdict.paragraph(caveat);
     }
-    if let Some(detected) = words::detected(diagnosis) {
-        verdict.paragraph(format!("It was {detected}."));
+    if let Some(detected) = detected(diagnosis) {
+        verdict.paragraph(format!("{}.", capitalised(&detected)));
     }
     if let Some(at) = diagnosis.onset_s {
         verdict.paragraph(format!("Began at {at:.2} s."));
     }
-    let left_out = words::left_out(&diagnosis.left_out, words::TOLD);
+    let left_out = left_out(&diagnosis.left_out, TOLD);
     if !left_out.is_empty() {
         verdict.subheading("Left out of the fit");
         verdict.list(left_out);
@@ -88,7 +89,7 @@ fn residual_section(shown: &Shown<'_>, diagnosis: &Diagnosis) -> Result<Section,
     section.list(balances::words());
     section.paragraph(
         "Each residual as the mean of windows, with what noise and tolerance allow; an alarm is raised where the running sum of what \
-         goes beyond passes its threshold.",
+         goes beyond passes its threshold. Each position of the valve has sums of its own. Every other phase is shaded.",
     );
     residuals::add(&mut section, shown, &diagnosis.residuals, &Detection::default())?;
     Ok(section)
@@ -155,7 +156,7 @@ fn fault_table(rig: &Rig, diagnosis: &Diagnosis) -> Table {
          point the estimate, stroke the healthy value{limits}"
     );
     Table::of(&caption, &words::FAULT_HEADS, words::fault_rows(diagnosis)).with(
-        0,
+        2,
         Column::text("interval within bounds"),
         scales,
     )

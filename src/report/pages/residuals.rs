@@ -50,10 +50,12 @@ pub(super) fn add(
         section.chart(&chart, &shown.live(format!("residual {} over time", generator.id)));
 
         let sums = evaluated.sums(series, detection);
-        let beyond = sums.iter().any(|(_, sum)| *sum > SHOWN * threshold);
+        let top = SHOWN * threshold;
+        let beyond = sums.iter().any(|(_, sum)| *sum > top);
+        let sums = sums.into_iter().map(|(time, sum)| (time, sum.min(top))).collect();
         let beyond = if beyond { ", up to twice its threshold" } else { "" };
         let title = format!("running sum of {}{beyond}", generator.id);
-        let axis = Axis::new("", "standard deviations").over(0.0, SHOWN * threshold);
+        let axis = Axis::new("", "standard deviations").over(0.0, top);
         let mut chart = Chart::new(title, shown.time(), axis, vec![Series::line("sum", sums).styled(0, 0)]).high(80.0);
         chart.rules.push(Rule::Horizontal { y: threshold, label: "threshold".to_owned() });
         chart.rules.extend(alarm);

@@ -1,0 +1,71 @@
+//! What one has to know with a verdict: what the record does not say, and what else the verdict may come from.
+
+use super::number::{rounded, text};
+use crate::diagnosis::{Diagnosis, Verdict};
+use crate::fit::Identifiable;
+use crate::learn::phase::SWITCH;
+use crate::record::survey::{Doubt, Finding, told};
+
+/// Faults that could be there at any size without showing, and what a verdict other than healthy may come from although
+/// nothing is worn.
+pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
+    // Without a remark there was no search for an interval.
+    let untold = |fault: &&crate::diagnosis::FaultReport| {
+        fault.identifiable == Identifiable::Unidentifiable && fault.remark.is_some()
+    };
+    let open: Vec<&str> = diagnosis.faults.iter().filter(untold).map(|fault| fault.id.as_str()).collect();
+    let mut told = Vec::new();
+    if !open.is_empty() {
+        told.push(format!("The record says nothing of {}.", open.join(", ")));
+    }
+    if diagnosis.verdict == Verdict::Healthy {
+        return told;
+    }
+    for channel in &diagnosis.channels {
+        if let Some(ratio) = channel.ratio_to_healthy {
+            let asked = if ratio < 0.0 {
+                "does it count the other way".to_owned()
+            } else {
+                format!("is its column in {}", channel.unit)
+            };
+            told.push(format!("{} reads {} times what the healthy model says: {asked}?", channel.name, text(ratio)));
+        }
+    }
+    told.extend(longest_gap(diagnosis).map(|gap| {
+        let [from, to] = [gap.from_s, gap.to_s].map(|time| text(rounded(time, 9)));
+        format!("Rows are missing from {from} s to {to} s: what was commanded there the model does not know; cut the record there.")
+    }));
+    told
+}
+
+/// The longest stretch of missing rows, if it is long enough to hide a switching.
+fn longest_gap(diagnosis: &Diagnosis) -> Option<&Finding> {
+    let missing = diagnosis.left_out.iter().filter(|finding| finding.doubt == Doubt::MissingRows);
+    let length = |finding: &Finding| finding.to_s - finding.from_s;
+    missing.filter(|finding| length(finding) > SWITCH).max_by(|a, b| length(a).total_cmp(&length(b)))
+}
+
+/// When the record shows that something is wrong.
+pub(super) fn detected(diagnosis: &Diagnosis) -> Option<String> {
+    let by_residual = diagnosis.residuals.iter().any(|residual| residual.fired);
+    let how = if by_residual { "" } else { ", by the fit: no residual fired" };
+    diagnosis.detected_at_s.map(|at| format!("detected at {at:.2} s{how}"))
+}
+
+/// Findings that a page tells one by one.
+pub(super) const TOLD: usize = 12;
+
+/// What of the record the fit does not have, in words, the first `most` one by one.
+pub fn left_out<'a>(findings: impl IntoIterator<Item = &'a Finding>, most: usize) -> Vec<String> {
+    let findings: Vec<Finding> = findings.into_iter().cloned().collect();
+    let mut words = told(&findings);
+    if findings.iter().any(|finding| finding.doubt == Doubt::MissingRows) {
+        words.push("where rows are missing the model runs on, inputs as their `hold` says".to_owned());
+    }
+    let more = words.len().saturating_sub(most);
+    words.truncate(most);
+    if more > 0 {
+        words.push(format!("and {more} more, which `check` lists"));
+    }
+    words
+}
