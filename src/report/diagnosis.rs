@@ -341,10 +341,12 @@ mod tests {
         let said = "cylinder.clearance: blaming it is not the more probable explanation (probability 1.2 %)";
         assert_eq!(why_unblamed(&off).unwrap(), said);
         let within = FaultReport { healthy_sigma: 0.01, ..off.clone() };
-        let said =
-            "cylinder.clearance: within the tolerance of its healthy value in the rig file, 0 +- 0.020 mm (95 %)";
+        let said = "cylinder.clearance: within the tolerance of its healthy value, 0 +- 0.020 mm (95 %)";
         assert_eq!(why_unblamed(&within).unwrap(), said);
         assert_eq!(why_unblamed(&FaultReport { present: true, ..off }), None);
         assert_eq!(why_unblamed(&clearance([None, Some(0.021)], 0.0)), None);
+        let probable = FaultReport { probability: 0.7, ..clearance([None, Some(0.021)], 0.0) };
+        let said = "cylinder.clearance: its interval holds its healthy 0 mm (probability 70 %)";
+        assert_eq!(why_unblamed(&probable).unwrap(), said);
     }
 }
