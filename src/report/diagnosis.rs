@@ -346,7 +346,7 @@ mod tests {
         assert_eq!(why_unblamed(&FaultReport { present: true, ..off }), None);
         assert_eq!(why_unblamed(&clearance([None, Some(0.021)], 0.0)), None);
         let probable = FaultReport { probability: 0.7, ..clearance([None, Some(0.021)], 0.0) };
-        let said = "cylinder.clearance: its interval holds its healthy 0 mm (probability 70 %)";
+        let said = "cylinder.clearance: its interval holds its healthy 0 mm (probability 70.0 %)";
         assert_eq!(why_unblamed(&probable).unwrap(), said);
     }
 }
