@@ -6,6 +6,7 @@ use super::joint::Joint;
 use super::report::{ChannelFit, ParameterReport, RecordReport, Report, SCHEMA, SensorReport};
 use super::{Noise, ROBUST, Rounds};
 use crate::diagnosis::noise::Weights;
+use crate::diagnosis::problem::{count_there, square_sum};
 use crate::diagnosis::{adequate, tame_squares};
 use crate::fit::{Fit, Loss, Uncertainty, UncertaintyOptions};
 use crate::model::SimulationError;
@@ -173,13 +174,9 @@ impl Rounds<'_> {
             let name = one.record.path.display().to_string();
             let (mut channels, mut missed) = (Vec::new(), Vec::new());
             for (sensor, (known, range)) in sheet.sensors.iter().zip(series.by_ref()).enumerate() {
-                let samples = one.measured[sensor].iter().filter(|value| !value.is_nan()).count().max(1);
+                let samples = count_there(one.measured[sensor]).max(1);
                 let chi2 = tame_squares(&fit.linearised.misfit[range]) / samples as f64;
-                let away = |curves: &super::joint::Curves| {
-                    let pairs = curves[record][sensor].iter().zip(one.measured[sensor]);
-                    let there = pairs.filter(|(_, measured)| !measured.is_nan());
-                    there.map(|(model, measured)| (model - measured).powi(2)).sum::<f64>()
-                };
+                let away = |curves: &super::joint::Curves| square_sum(&curves[record][sensor], one.measured[sensor]);
                 let square = plain.as_deref().map_or(f64::NAN, away);
                 let unit = sheet.sensor_unit(known);
                 let adequate = adequate(chi2, samples);

@@ -95,16 +95,15 @@ pub fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<Complai
             rig.inputs.iter().any(|input| input.column == channel.name).then_some("input")
         }
     };
-    let extreme = |channel: &Channel, pick: fn(f64, f64) -> f64| {
-        let finite = channel.values.iter().copied().filter(|value| value.is_finite());
-        finite.reduce(pick).map(|value| in_unit(value, &channel.unit))
-    };
-    let channels = record.channels.iter().map(|channel| ChannelLine {
-        name: channel.name.clone(),
-        unit: channel.unit.to_string(),
-        least: extreme(channel, f64::min),
-        greatest: extreme(channel, f64::max),
-        role: role(channel),
+    let channels = record.channels.iter().map(|channel| {
+        let range = channel.range();
+        ChannelLine {
+            name: channel.name.clone(),
+            unit: channel.unit.to_string(),
+            least: range.map(|(least, _)| in_unit(least, &channel.unit)),
+            greatest: range.map(|(_, greatest)| in_unit(greatest, &channel.unit)),
+            role: role(channel),
+        }
     });
     let page = RecordPage {
         file: record.path.display().to_string(),

@@ -36,9 +36,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
             .help("end it in `.csv` or `.parquet`")
             .into());
     }
-    if !is_standard(path) {
-        check_output(path, [&arguments.store])?;
-    }
+    check_output(path, [&arguments.store])?;
     let runs = Store::open_existing(&arguments.store)?.runs()?;
     if is_standard(path) {
         export_csv(&runs, out)?;

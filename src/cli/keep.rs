@@ -20,8 +20,8 @@ pub struct Keeper {
 }
 
 impl Keeper {
-    /// Opens the store before long work is done for it, or makes sure that it can be made; `at` is the time that the user gives to the
-    /// only one of `records`.
+    /// Opens the store before long work is done for it, or makes sure that it can be made; `at` is the time that the user gives
+    /// to the only one of `records`.
     pub fn open(
         store: Option<&Path>,
         at: Option<&str>,
@@ -51,11 +51,10 @@ impl Keeper {
 
     /// Keeps a diagnosis, and says on standard error under which number and time.
     pub fn keep(&mut self, record: &Record, options: &Options, diagnosis: &Diagnosis) -> Result<(), Complaint> {
-        let store = match self.store.take() {
+        let store = match &mut self.store {
             Some(store) => store,
-            None => Store::open(&self.path)?,
+            none => none.insert(Store::open(&self.path)?),
         };
-        let store = self.store.insert(store);
         let before = match self.at {
             None => store.time_given(&record.origin.digest)?,
             Some(_) => None,

@@ -12,22 +12,19 @@ fn models_saturation(rig: &Rig, finding: &Finding) -> bool {
     })
 }
 
-/// The record without the samples of dead, stuck and saturated sensors and without spikes, and everything that the fit does not have:
-/// those, samples that were never there, and rows that are missing. `None` where nothing had to be set aside.
+/// The record without the samples of dead, stuck and saturated sensors and without spikes, and everything that the fit does
+/// not have: those, samples that were never there, and rows that are missing. `None` where nothing had to be set aside.
 pub(super) fn set_aside(rig: &Rig, record: &Record) -> (Option<Record>, Vec<Finding>) {
     let own = |name: &str| rig.sensors.iter().find(|sensor| sensor.column == name);
     let mut found = survey(record, |channel| own(&channel.name).map(|sensor| sensor.scatter(channel)));
+    let removed =
+        |finding: &&Finding| matches!(finding.doubt, Doubt::Dead | Doubt::Stuck | Doubt::Saturated | Doubt::Spike);
     let read = |finding: &Finding| finding.channel.as_deref().is_none_or(|name| rig.reads(name));
     found.retain(|finding| {
-        let told = matches!(
-            finding.doubt,
-            Doubt::Dropout | Doubt::Dead | Doubt::Stuck | Doubt::Saturated | Doubt::Spike | Doubt::MissingRows
-        );
+        let told = removed(&finding) || matches!(finding.doubt, Doubt::Dropout | Doubt::MissingRows);
         let at_its_end = matches!(finding.doubt, Doubt::Saturated | Doubt::Dead);
         told && read(finding) && !(at_its_end && models_saturation(rig, finding))
     });
-    let removed =
-        |finding: &&Finding| matches!(finding.doubt, Doubt::Dead | Doubt::Stuck | Doubt::Saturated | Doubt::Spike);
     if !found.iter().any(|finding| removed(&finding)) {
         return (None, found);
     }

@@ -33,7 +33,7 @@ use crate::residual::{self, Detection};
 use estimate::Estimate;
 pub use hypotheses::Hypothesis;
 pub use result::{ChannelReport, Diagnosis, FaultReport, FitReport, SCHEMA, UncertainReport, Verdict};
-pub(crate) use summary::{mean_squares, tame_squares};
+pub(crate) use summary::{is_there, mean_squares, tame_squares};
 
 /// What the user may choose.
 #[derive(Debug, Clone, PartialEq, Default)]

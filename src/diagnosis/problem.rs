@@ -27,6 +27,17 @@ pub(crate) fn away(outputs: &[Vec<f64>], measured: &[&[f64]]) -> Vec<f64> {
     pairs.flat_map(|(model, measured)| model.iter().zip(*measured).map(|(m, y)| m - y)).collect()
 }
 
+/// Sum of the squares of model minus measured over the samples that are there, SI squared; 0 without any.
+pub(crate) fn square_sum(model: &[f64], measured: &[f64]) -> f64 {
+    let there = model.iter().zip(measured).filter(|(_, y)| !y.is_nan());
+    there.fold(0.0, |sum, (m, y)| sum + (m - y) * (m - y))
+}
+
+/// How many samples there are.
+pub(crate) fn count_there(measured: &[f64]) -> usize {
+    measured.iter().filter(|value| !value.is_nan()).count()
+}
+
 /// Misfits of a model to a record: every sensor's samples one after the other, then those of what is known before.
 pub struct RecordProblem<'a> {
     pub model: &'a Model,

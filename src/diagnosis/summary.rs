@@ -3,6 +3,7 @@
 use super::estimate::Estimate;
 use super::interval::{Interval, QUANTILE, RISE, Side};
 use super::noise::Weights;
+use super::problem::square_sum;
 use super::result::{ChannelReport, FaultReport, UncertainReport};
 use super::{DIGITS, PRESENT, WILD, adequate};
 use crate::fit::{End, Identifiable};
@@ -16,6 +17,11 @@ pub(crate) fn tame_squares(misfit: &[f64]) -> f64 {
 /// Square of a weighted misfit, that of a wild one cut off.
 pub(crate) fn tame(misfit: f64) -> f64 {
     misfit.abs().min(WILD).powi(2)
+}
+
+/// Whether the fit has a sample of this weighted misfit: the others weigh nothing.
+pub(crate) fn is_there(misfit: f64) -> bool {
+    misfit != 0.0
 }
 
 /// Mean square of the weighted misfits of each sensor, wild ones tamed, and how many samples it has.
@@ -42,12 +48,11 @@ pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], healthy: &
             let model = outputs.get(index).map_or(&[][..], Vec::as_slice);
             let healthy = healthy.get(index).map_or(&[][..], Vec::as_slice);
             let adequate = adequate(chi2_reduced, samples);
-            let squares = full.measured[index].iter().zip(model).filter(|(y, _)| !y.is_nan());
-            let square: f64 = squares.map(|(y, m)| (y - m) * (y - m)).sum();
+            let square = square_sum(model, full.measured[index]);
             ChannelReport {
                 name: sensor.name.clone(),
                 unit: unit.symbol.clone(),
-                rmse: rounded(unit.difference_from_si((square / samples.max(1) as f64).sqrt() + 0.0), DIGITS),
+                rmse: rounded(unit.difference_from_si((square / samples.max(1) as f64).sqrt()), DIGITS),
                 noise_sigma: rounded(unit.difference_from_si(sensor.noise), DIGITS),
                 samples,
                 chi2_reduced,

@@ -34,11 +34,11 @@ pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
         tried.extend(components.map(|fault| (set & !part, fault)));
     }
     let at_its_best_level = |(kept, fault): (Set, usize)| {
+        let other = kept | 1 << fault;
         let levels = case.levels(fault, &LEVELS).filter_map(|at| {
             let start = case.without_others(&point.theta, kept);
-            let held = [(fault, at)];
-            let near = descend(case, &isolation.quadratic, kept | 1 << fault, &held, &start, 0.0, (1, ROUGH))?;
-            Some((priced(near.cost, kept | 1 << fault, samples), kept | 1 << fault, near.theta))
+            let near = descend(case, &isolation.quadratic, other, &[(fault, at)], &start, 0.0, (1, ROUGH))?;
+            Some((priced(near.cost, other, samples), other, near.theta))
         });
         levels.min_by(|a, b| a.0.total_cmp(&b.0))
     };
@@ -68,10 +68,7 @@ fn replaceable(case: &Case<'_>, set: Set) -> Vec<Set> {
         parts.push(set);
     }
     for sensor in &case.rig().sensors {
-        let own = |fault: &usize| {
-            let parameter = case.rig().faults[*fault].parameter;
-            (sensor.first_parameter..sensor.first_parameter + 2).contains(&parameter)
-        };
+        let own = |fault: &usize| sensor.owns(case.rig().faults[*fault].parameter);
         let own: Vec<Set> = members(set).filter(own).map(|fault| 1 << fault).collect();
         if let [offset, gain] = own[..] {
             parts.extend([offset | gain, offset, gain]);

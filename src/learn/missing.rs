@@ -12,8 +12,8 @@ use super::candidate::empirical;
 use super::trial::{Run, Trial};
 use crate::complaint::Complaint;
 use crate::diagnosis::case::has;
-use crate::diagnosis::estimate;
 use crate::diagnosis::interval::QUANTILE;
+use crate::diagnosis::{estimate, is_there};
 use crate::model::{Drive, Model};
 use crate::physics::effect::First;
 use crate::physics::effect::spline::{Curve, HEIGHTS};
@@ -260,8 +260,7 @@ impl<'a> Fitted<'a> {
             after.iter_mut().zip(*column).for_each(|(slot, slope)| *slot += slope * step);
         }
         let (before, after) = (dot(misfit, misfit), dot(&after, &after));
-        // What is not there weighs nothing.
-        let samples = misfit.iter().filter(|misfit| **misfit != 0.0).count();
+        let samples = misfit.iter().filter(|misfit| is_there(**misfit)).count();
         let left = (after / samples.max(1) as f64).max(1.0);
         let missed = before - samples as f64;
         let explains = if missed > 0.0 { ((before - after) / missed).clamp(0.0, 1.0) } else { 0.0 };

@@ -48,9 +48,8 @@ pub fn stretches(rig: &Rig, record: &Record, drive: &Drive, measured: &[&[f64]])
         let mut there = values.iter().filter(|value| !value.is_nan());
         there.next().is_some_and(|first| there.any(|value| value != first))
     };
-    let sensors = rig.sensors.iter().zip(measured);
-    let position =
-        sensors.into_iter().position(|(sensor, values)| sensor.quantity == Quantity::Position && shows(values));
+    let mut sensors = rig.sensors.iter().zip(measured);
+    let position = sensors.position(|(sensor, values)| sensor.quantity == Quantity::Position && shows(values));
     match position {
         Some(sensor) => merged(&labels(rig, sensor, &record.time, measured[sensor], &switches)),
         None => between(&jumps, rows),

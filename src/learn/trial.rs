@@ -7,7 +7,7 @@ use crate::diagnosis::case::{ROBUST, Set};
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::events;
 use crate::diagnosis::noise::Weights;
-use crate::diagnosis::problem::away;
+use crate::diagnosis::problem::{away, count_there, square_sum};
 use crate::fit::Problem;
 use crate::model::{Drive, Model};
 use crate::record::Record;
@@ -152,9 +152,8 @@ fn run_of(rig: &Rig, record: &Record, outputs: Vec<Vec<f64>>, weights: Weights) 
     let mut misfit = away(&outputs, &data);
     let (mut rmse, mut sum, mut showing) = (Vec::new(), 0.0, 0_usize);
     for ((model_says, measured), sensor) in outputs.iter().zip(&data).zip(&rig.sensors) {
-        let squares = || model_says.iter().zip(*measured).filter(|(_, y)| !y.is_nan()).map(|(m, y)| (m - y).powi(2));
-        let count = squares().count();
-        let mean = squares().fold(0.0, |sum, square| sum + square) / count.max(1) as f64;
+        let count = count_there(measured);
+        let mean = square_sum(model_says, measured) / count.max(1) as f64;
         rmse.push(mean.sqrt());
         sum += mean / (sensor.noise * sensor.noise);
         showing += usize::from(count > 0);

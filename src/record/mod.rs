@@ -75,6 +75,20 @@ impl Channel {
         self.values.iter().all(|value| value.is_nan())
     }
 
+    /// Least and greatest value, SI; `None` without any.
+    pub fn range(&self) -> Option<(f64, f64)> {
+        let finite = || self.values.iter().copied().filter(|value| value.is_finite());
+        finite().reduce(f64::min).zip(finite().reduce(f64::max))
+    }
+
+    /// Mean of its first readings, SI: so few that little happens meanwhile; `None` without any.
+    pub fn begins_at(&self) -> Option<f64> {
+        const READINGS: usize = 3;
+        let first = || self.values.iter().filter(|value| value.is_finite()).take(READINGS);
+        let count = first().count();
+        (count > 0).then(|| first().sum::<f64>() / count as f64)
+    }
+
     /// Step of the last decimal that is written, SI; 0 where that differs from value to value.
     pub fn last_digit(&self) -> f64 {
         self.decimals.map_or(0.0, |decimals| self.unit.difference_to_si(10_f64.powi(-(decimals as i32))))

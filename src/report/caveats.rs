@@ -57,8 +57,8 @@ pub(super) const TOLD: usize = 12;
 
 /// What of the record the fit does not have, in words, the first `most` one by one.
 pub fn left_out<'a>(findings: impl IntoIterator<Item = &'a Finding>, most: usize) -> Vec<String> {
-    let findings: Vec<Finding> = findings.into_iter().cloned().collect();
-    let mut words = told(&findings);
+    let findings: Vec<&Finding> = findings.into_iter().collect();
+    let mut words = told(findings.iter().copied());
     if findings.iter().any(|finding| finding.doubt == Doubt::MissingRows) {
         words.push("where rows are missing the model runs on, inputs as their `hold` says".to_owned());
     }

@@ -207,7 +207,7 @@ impl Rig {
 
     /// Whether a parameter is the offset or the gain of a sensor.
     pub fn is_of_sensor(&self, parameter: usize) -> bool {
-        self.sensors.iter().any(|sensor| (sensor.first_parameter..sensor.first_parameter + 2).contains(&parameter))
+        self.sensors.iter().any(|sensor| sensor.owns(parameter))
     }
 
     /// Index of the node with this name.

@@ -92,6 +92,11 @@ impl Sensor {
         self.noise * self.noise + self.resolution * self.resolution / 12.0
     }
 
+    /// Whether a parameter is its offset or its gain.
+    pub fn owns(&self, parameter: usize) -> bool {
+        (self.first_parameter..self.first_parameter + 2).contains(&parameter)
+    }
+
     /// What moves its readings in a column although what it reads stands still; where the rig file gives no resolution, that
     /// of the column counts.
     pub fn scatter(&self, channel: &Channel) -> Scatter {

@@ -10,8 +10,8 @@ use crate::rig::{NodeKind, Quantity, Rig, Target};
 /// Standard deviations within which a rate is none.
 const STILL: f64 = 3.0;
 
-/// How many rows there are up to the end of the first stretch in which every sensor of a node runs straight, and what these show there; a stretch
-/// at rest in the first half is preferred. `None` where there is no such stretch.
+/// How many rows there are up to the end of the first stretch in which every sensor of a node runs straight, and what these
+/// show there; a stretch at rest in the first half is preferred. `None` where there is no such stretch.
 ///
 /// # Errors
 /// A column that the record lacks or has in another dimension.

@@ -23,9 +23,25 @@ const BEND: f64 = 6.0;
 const BEHIND: usize = 12;
 const BEFORE: usize = 3;
 
-/// The rows at which a channel bends beyond its noise; none where nothing is known of the noise.
-pub(super) fn bends(values: &[f64], scatter: Option<Scatter>) -> Vec<usize> {
-    let Some(Scatter { noise, .. }) = scatter else { return Vec::new() };
+/// A channel, and what others are judged by of it; where nothing is known of its noise it counts as computed, without bends.
+pub(super) struct Known<'a> {
+    channel: &'a Channel,
+    scatter: Option<Scatter>,
+    /// Whether it is as restless as its noise makes it.
+    pub is_measured: bool,
+    /// The rows at which it bends beyond its noise.
+    pub bends: Vec<usize>,
+}
+
+impl<'a> Known<'a> {
+    pub fn new(channel: &'a Channel, scatter: Option<Scatter>) -> Self {
+        let is_measured = scatter.is_some_and(|scatter| is_measured(channel, scatter.noise));
+        let bends = scatter.map_or_else(Vec::new, |scatter| bends(&channel.values, scatter.noise));
+        Self { channel, scatter, is_measured, bends }
+    }
+}
+
+fn bends(values: &[f64], noise: f64) -> Vec<usize> {
     let bent = |three: &[f64]| (three[0] - 2.0 * three[1] + three[2]).abs() > BEND * 6f64.sqrt() * noise;
     values.windows(3).enumerate().filter(|(_, three)| bent(three)).map(|(row, _)| row + 1).collect()
 }
@@ -36,17 +52,17 @@ pub(super) fn is_near(rows: &[usize], row: usize) -> bool {
     rows.get(from).is_some_and(|bend| *bend <= row + BEFORE)
 }
 
-/// What is doubtful about a channel.
+/// What is doubtful about a channel of a record in which any is measured, or none.
 pub(super) fn survey(
-    channel: &Channel,
+    known: &Known<'_>,
     time: &[f64],
-    scatter: Option<Scatter>,
+    any_measured: bool,
     restless: impl Fn(usize) -> bool,
 ) -> Vec<Finding> {
+    let channel = known.channel;
     let values = &channel.values;
     let of_rows = |doubt, rows, value| Finding::of_rows(doubt, channel, time, rows, value);
     let mut findings = Vec::new();
-    let (least, greatest) = extremes(values);
     let missing = values.iter().filter(|value| value.is_nan()).count();
     // A channel of a lower rate lacks most rows; each of its intervals is no doubt of its own.
     if 2 * missing > values.len() {
@@ -61,17 +77,16 @@ pub(super) fn survey(
         }
         row += run.len();
     }
-    let Some(scatter) = scatter else { return findings };
+    let (Some(scatter), Some((least, greatest))) = (known.scatter, channel.range()) else { return findings };
     if least == greatest {
-        if values.len() - missing < FEWEST {
-            return findings;
+        let there = values.len() - missing;
+        let doubt = if any_measured && scatter.moves(there) { Doubt::Dead } else { Doubt::Constant };
+        if there >= FEWEST {
+            findings.push(Finding { rows: there, ..of_rows(doubt, 0..values.len(), Some(least)) });
         }
-        let mut all = of_rows(Doubt::Constant, 0..values.len(), Some(least));
-        all.rows -= missing;
-        findings.push(all);
         return findings;
     }
-    if is_measured(values, scatter) {
+    if known.is_measured {
         let length = length_beyond_chance(values);
         let mut row = 0;
         for run in values.chunk_by(|a, b| a == b) {
@@ -90,21 +105,14 @@ pub(super) fn survey(
     findings
 }
 
-/// Least and greatest value; the infinities where there is none.
-fn extremes(values: &[f64]) -> (f64, f64) {
-    let finite = values.iter().filter(|value| value.is_finite());
-    finite
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), value| (least.min(*value), greatest.max(*value)))
-}
-
 /// Whether the channel is as restless as its noise makes it, away from its extremes.
-pub(super) fn is_measured(values: &[f64], scatter: Scatter) -> bool {
-    let (least, greatest) = extremes(values);
+fn is_measured(channel: &Channel, noise: f64) -> bool {
+    let Some((least, greatest)) = channel.range() else { return false };
     let inside = |value: &f64| value.is_finite() && *value != least && *value != greatest;
-    let threes = values.windows(3).filter(|three| three.iter().all(inside));
+    let threes = channel.values.windows(3).filter(|three| three.iter().all(inside));
     let mut bends: Vec<f64> = threes.map(|three| (three[0] - 2.0 * three[1] + three[2]).abs()).collect();
     bends.sort_by(f64::total_cmp);
-    bends.get(bends.len() / 2).is_some_and(|median| *median >= MEASURED * scatter.noise)
+    bends.get(bends.len() / 2).is_some_and(|median| *median >= MEASURED * noise)
 }
 
 /// Rows of one value from which on it is no chance, as often as neighbours are alike where the channel moves; `None` where

@@ -3,12 +3,14 @@
 mod channel;
 mod clock;
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
 
 use super::{Channel, Record};
 use crate::report::number::{in_unit, rounded, text, with_unit};
 use crate::units::Unit;
+use channel::Known;
 
 /// A sort of doubt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
@@ -62,26 +64,14 @@ pub struct Finding {
 /// where no other such channel bends within the rows before, since a circuit that switches leaps too.
 pub fn survey(record: &Record, scatter: impl Fn(&Channel) -> Option<Scatter>) -> Vec<Finding> {
     let mut findings = clock::survey(record);
-    let scatters: Vec<Option<Scatter>> = record.channels.iter().map(scatter).collect();
-    let known = || record.channels.iter().zip(&scatters);
-    let bends: Vec<Vec<usize>> = known().map(|(channel, scatter)| channel::bends(&channel.values, *scatter)).collect();
-    let measured = |(channel, scatter): (&Channel, &Option<Scatter>)| {
-        scatter.is_some_and(|scatter| channel::is_measured(&channel.values, scatter))
-    };
-    let any_measured = known().any(measured);
-    for (index, (channel, scatter)) in known().enumerate() {
+    let known: Vec<Known<'_>> = record.channels.iter().map(|channel| Known::new(channel, scatter(channel))).collect();
+    let any_measured = known.iter().any(|known| known.is_measured);
+    for (index, own) in known.iter().enumerate() {
         let restless = |row: usize| {
-            let others = bends.iter().enumerate().filter(|(other, _)| *other != index);
-            others.into_iter().any(|(_, bends)| channel::is_near(bends, row))
+            let others = known.iter().enumerate().filter(|(other, _)| *other != index);
+            others.into_iter().any(|(_, other)| channel::is_near(&other.bends, row))
         };
-        let found = channel::survey(channel, &record.time, *scatter, restless);
-        let told = |finding: Finding| match (finding.doubt, scatter) {
-            (Doubt::Constant, Some(scatter)) if any_measured && scatter.moves(finding.rows) => {
-                Finding { doubt: Doubt::Dead, ..finding }
-            }
-            _ => finding,
-        };
-        findings.extend(found.into_iter().map(told));
+        findings.extend(channel::survey(own, &record.time, any_measured, restless));
     }
     findings
 }
@@ -102,6 +92,7 @@ impl Scatter {
     /// Rows that are never alike by chance then.
     const FEWEST: usize = 20;
 
+    /// Whether so many readings of one value are no chance.
     fn moves(self, rows: usize) -> bool {
         self.resolution <= Self::COARSEST * self.noise && rows >= Self::FEWEST
     }
@@ -178,22 +169,24 @@ impl fmt::Display for Finding {
 const TOGETHER: usize = 4;
 
 /// Findings in words: first those of whole sensors, and those of one doubt about one channel together where they are many.
-pub fn told(findings: &[Finding]) -> Vec<String> {
-    let mut words: Vec<(bool, String)> = Vec::new();
-    let mut done: Vec<(Doubt, &Option<String>)> = Vec::new();
+pub fn told<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> Vec<String> {
+    // In the order in which each doubt about a channel comes first.
+    let mut places: BTreeMap<(Doubt, &Option<String>), usize> = BTreeMap::new();
+    let mut alike: Vec<Vec<&Finding>> = Vec::new();
     for finding in findings {
-        let key = (finding.doubt, &finding.channel);
-        let alike: Vec<&Finding> = findings.iter().filter(|other| (other.doubt, &other.channel) == key).collect();
-        let throughout = matches!(finding.doubt, Doubt::Dead | Doubt::Constant);
-        if alike.len() < TOGETHER {
-            words.push((!throughout, finding.to_string()));
-        } else if !done.contains(&key) {
-            done.push(key);
-            words.push((true, together(&alike)));
+        let place = *places.entry((finding.doubt, &finding.channel)).or_insert(alike.len());
+        if place == alike.len() {
+            alike.push(Vec::new());
         }
+        alike[place].push(finding);
     }
-    words.sort_by_key(|(later, _)| *later);
-    words.into_iter().map(|(_, words)| words).collect()
+    let throughout = |alike: &Vec<&Finding>| matches!(alike[0].doubt, Doubt::Dead | Doubt::Constant);
+    alike.sort_by_key(|alike| !throughout(alike));
+    let words = |alike: Vec<&Finding>| match alike.len() {
+        ..TOGETHER => alike.into_iter().map(Finding::to_string).collect(),
+        _ => vec![together(&alike)],
+    };
+    alike.into_iter().flat_map(words).collect()
 }
 
 /// Many findings of one doubt about one channel.

@@ -1,7 +1,7 @@
 //! Every sensor: measured, what models say of it, and the misfit below.
 
 use crate::complaint::Complaint;
-use crate::diagnosis::estimate;
+use crate::diagnosis::{estimate, is_there};
 use crate::learn::phase::{Stretch, stretches};
 use crate::model::Drive;
 use crate::record::Record;
@@ -25,11 +25,6 @@ pub(super) struct Said<'a> {
     pub misfit: Vec<&'a [f64]>,
     /// Colour and dash.
     pub style: (usize, usize),
-}
-
-/// Whether the fit has a sample of this weighted misfit: the others weigh nothing.
-pub(super) fn is_there(misfit: f64) -> bool {
-    misfit != 0.0
 }
 
 /// The weighted misfits of a run, sensor by sensor.

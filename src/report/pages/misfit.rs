@@ -1,6 +1,7 @@
 //! The map of misfit: which sensor is missed, when.
 
-use super::channels::{Shown, is_there};
+use super::channels::Shown;
+use crate::diagnosis::is_there;
 use crate::report::html::{Cell, Column, Section, Table};
 use crate::report::number::{rounded, text};
 use crate::report::plot::{self, Map};
