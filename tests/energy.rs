@@ -6,7 +6,7 @@ use std::fs;
 use borescope::model::{Drive, Model, Tolerance, cycle_times};
 use borescope::physics::ATMOSPHERE;
 use borescope::physics::card::{Card, Parameter, PortKind};
-use borescope::physics::component::{Answers, AnyLaw, CARDS, INPUTS, Seen, VARIABLES};
+use borescope::physics::component::{Answers, AnyLaw, CARDS, INPUTS, Seen};
 use borescope::physics::fluid::{self, Fluid};
 use borescope::rig::Rig;
 use borescope::units::Unit;
@@ -66,7 +66,7 @@ fn seen(random: &mut ChaCha8Rng, card: &Card, parameters: &[f64]) -> Seen<f64> {
         let value = within(random, -1.2, 1.2) * scale;
         z.push(if state.name == "spool" { value } else { value.abs() });
     }
-    let mut seen = Seen { z: [0.0; VARIABLES], u: [within(random, -1.0, 1.0); INPUTS] };
+    let mut seen = Seen { u: [within(random, -1.0, 1.0); INPUTS], ..Seen::default() };
     seen.z[..z.len()].copy_from_slice(&z);
     seen
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use approx::assert_relative_eq;
-use borescope::model::{Drive, Model};
+use borescope::model::{Drive, Model, Tolerance};
 use borescope::rig::{Given, Rig};
 
 const RIG: &str = "fixtures/telescopic/rig.toml";
@@ -23,6 +23,29 @@ force = "-F * exp(-((piston.x - x0) / w)^2) * tanh(piston.v / [1 mm/s])"
 parameters.F = { neutral = "0 N", first = "200 N", meaning = "friction in the middle of the spot" }
 parameters.x0 = { first = "0.1 m" }
 parameters.w = { first = "10 mm", bounds = ["1 mm", "100 mm"] }
+"#;
+
+/// What a formula may see besides states: an input, the time, a reading.
+const HEAVIER: &str = r#"
+[own_effects.heavier]
+at = "piston"
+force = "-k * F_load"
+parameters.k = { neutral = 0, first = 0.1 }
+"#;
+
+const WARMING: &str = r#"
+[own_effects.loosening]
+at = "A"
+flow = "r * t * A.p"
+parameters.r = { neutral = "0 L/min/bar/s", first = "0.001 L/min/bar/s" }
+"#;
+
+const BENT: &str = r#"
+[own_effects.bent]
+at = "q_A"
+reading = "reading * (1 + a * reading / [10 L/min]) + d * t"
+parameters.a = { neutral = 0, first = 0.02 }
+parameters.d = { first = "0 L/min/s" }
 "#;
 
 fn rig(more: &str) -> Rig {
@@ -71,6 +94,63 @@ fn at_its_neutral_value_a_formula_does_nothing() {
 }
 
 #[test]
+fn a_force_over_an_input_is_a_larger_input() {
+    let mut own = rig(HEAVIER);
+    given(&mut own, "heavier", "k", 0.1);
+    let mut plain = rig("");
+    let load = plain.inputs.iter().position(|input| input.name == "F_load").unwrap();
+    for phase in &mut plain.cycle.as_mut().unwrap().phases {
+        phase.inputs[load].from *= 1.1;
+        phase.inputs[load].to *= 1.1;
+    }
+    // Before the record the chamber holds the load, whatever the effect adds: compared while the piston moves.
+    for (own, plain) in outputs(&own).iter().zip(&outputs(&plain)) {
+        for (a, b) in own[200..].iter().zip(&plain[200..]) {
+            assert_relative_eq!(a, b, max_relative = 1e-4, epsilon = 1e-6);
+        }
+    }
+}
+
+#[test]
+fn a_flow_over_time_has_exact_slopes() {
+    let mut own = rig(WARMING);
+    let slope = 0.01e-3 / 60.0 / 1e5;
+    given(&mut own, "loosening", "r", slope);
+    let index = own.parameter("loosening@A.r").unwrap();
+    let drive = Drive::from_cycle(&own, own.cycle.as_ref().unwrap());
+    let times: Vec<f64> = (0..250).map(|row| 0.004 * f64::from(row)).collect();
+    let model = Model::new(own).with_tolerance(Tolerance { relative: 1e-8, absolute: 1e-8 });
+    let at = |r: f64| {
+        let mut values = model.rig.nominal();
+        values[index] = r;
+        model.sensitivities(&values, &[index], &drive, &times).unwrap()
+    };
+    let (below, here, above) = (at(0.99 * slope), at(slope), at(1.01 * slope));
+    // The pressure at A, half a second after the valve has opened.
+    let difference = (above.outputs.values[2][249] - below.outputs.values[2][249]) / (0.02 * slope);
+    assert!((difference * slope).abs() > 100.0, "{difference}");
+    assert_relative_eq!(here.derivatives[0][2][249], difference, max_relative = 1e-4);
+}
+
+#[test]
+fn a_formula_of_a_sensor_bends_its_reading() {
+    let mut own = rig(BENT);
+    let placed = own.placed("bent@q_A").unwrap();
+    let one = |name: &str, value: f64| Given { name: name.to_owned(), value, sigma: 0.0 };
+    let drift = 0.5e-3 / 60.0;
+    own.give_effect(&placed, &[one("a", 0.2), one("d", drift)]).unwrap();
+    let sensor = own.sensors.iter().position(|sensor| sensor.name == "q_A").unwrap();
+    let (bent, plain) = (outputs(&own), outputs(&rig("")));
+    for (row, (a, b)) in bent[sensor].iter().zip(&plain[sensor]).enumerate() {
+        let expected = b * (1.0 + 0.2 * b / (10e-3 / 60.0)) + drift * 0.004 * row as f64;
+        assert_relative_eq!(*a, expected, max_relative = 1e-9, epsilon = 1e-15);
+    }
+    assert_eq!(bent[0], plain[0]);
+    // The least reading bends by 20 % of 5.5 L/min over 10.
+    assert!(bent[sensor][249] > 1.05 * plain[sensor][249]);
+}
+
+#[test]
 fn a_formula_competes_with_the_library_and_stands_in_effects() {
     let rig =
         rig(&format!("{LEAK}{BUMP}\n[effects]\n\"tight-spot@piston\" = {{ F = \"300 N +- 50 N\", x0 = \"80 mm\" }}\n"));
@@ -83,6 +163,15 @@ fn a_formula_competes_with_the_library_and_stands_in_effects() {
 
 #[test]
 fn mistakes_are_told() {
+    for (more, from, to, message) in [
+        (HEAVIER, "F_load", "F_load * t * valve_command", "too many inputs"),
+        (HEAVIER, "-k * F_load", "-k * F_lod", "F_lod"),
+        (BENT, "d * t", "d * p_A", "p_A"),
+        (BENT, "reading * (1", "reading * (2", "neutral value the effect is not nothing"),
+        (BENT, "reading =", "flow =", "has no `reading`"),
+    ] {
+        told(more, from, to, message);
+    }
     for (from, to, message) in [
         ("at = \"A\"", "at = \"C\"", "nothing can act at `C`"),
         ("G * A.p", "G * A.p * A.p", "the formula gives power, not flow"),
@@ -93,12 +182,17 @@ fn mistakes_are_told() {
         ("bounds = [\"0 L/min/bar\", \"0.2 L/min/bar\"]", "bounds = [\"0 L/min/bar\"]", "is no pair"),
         ("flow =", "force =", "has no `flow`"),
     ] {
-        assert!(LEAK.contains(from), "{from}");
-        let text = std::fs::read_to_string(RIG).unwrap();
-        let first = text.lines().count();
-        let complaint = Rig::parse(Path::new(RIG), text + &LEAK.replace(from, to)).unwrap_err();
-        println!("{complaint}\n");
-        assert!(complaint.to_string().contains(message), "{complaint}");
-        assert!(complaint.places[0].line.is_some_and(|line| line > first), "{complaint}");
+        told(LEAK, from, to, message);
     }
+}
+
+/// The complaint about an effect with one thing replaced, and that it names a line of the effect.
+fn told(effect: &str, from: &str, to: &str, message: &str) {
+    assert!(effect.contains(from), "{from}");
+    let text = std::fs::read_to_string(RIG).unwrap();
+    let first = text.lines().count();
+    let complaint = Rig::parse(Path::new(RIG), text + &effect.replace(from, to)).unwrap_err();
+    println!("{complaint}\n");
+    assert!(complaint.to_string().contains(message), "{complaint}");
+    assert!(complaint.places[0].line.is_some_and(|line| line > first), "{complaint}");
 }

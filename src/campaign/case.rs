@@ -13,7 +13,7 @@ use crate::complaint::Complaint;
 use crate::diagnosis::expected::expected;
 use crate::diagnosis::{self, Diagnosed, diagnose};
 use crate::model::{Model, Outputs};
-use crate::physics::component::{Answers, AnyLaw, INPUTS, Seen, VARIABLES, cylinder};
+use crate::physics::component::{Answers, AnyLaw, Seen, cylinder};
 use crate::physics::fluid::{self, Fluid};
 use crate::physics::{ATMOSPHERE, card::PortKind};
 use crate::record::Record;
@@ -237,7 +237,7 @@ fn leakage(disturbed: &Disturbed, parameters: &[f64], fault: usize, outputs: &Ou
         let mut own_values = parameters[component.first_parameter..][..component.card.parameters.len()].to_vec();
         own_values[own] = clearance;
         let fluid = Fluid::new(&parameters[..fluid::CARD.parameters.len()]);
-        let mut seen = Seen { z: [0.0; VARIABLES], u: [0.0; INPUTS] };
+        let mut seen = Seen::default();
         let hydraulic = component.card.ports.iter().filter(|port| port.kind == PortKind::Hydraulic).count();
         seen.z[..hydraulic].fill(ATMOSPHERE);
         seen.z[0] += difference;

@@ -91,8 +91,10 @@ pub fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<Complai
     let role = |channel: &Channel| {
         if rig.sensors.iter().any(|sensor| sensor.column == channel.name) {
             Some("sensor")
+        } else if rig.inputs.iter().any(|input| input.column == channel.name) {
+            Some("input")
         } else {
-            rig.inputs.iter().any(|input| input.column == channel.name).then_some("input")
+            rig.reads(&channel.name).then_some("temperature")
         }
     };
     let channels = record.channels.iter().map(|channel| {

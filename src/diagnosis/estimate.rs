@@ -195,7 +195,7 @@ impl Estimate<'_> {
         let case = &mut self.case;
         let rough = rough(case.full.model, case.record, case.full.drive, &case.full.measured);
         let weights = std::mem::replace(&mut case.full.weights, rough);
-        let places = search::places(case);
+        let places = search::places(case, search::SEVERAL);
         self.case.full.weights = weights;
         places
     }
@@ -240,34 +240,30 @@ impl Estimate<'_> {
     }
 
     /// The explanation by faults of components alone, while physics is missing: faults of sensors would stand in for it. The
-    /// sets of the search, that found so far and none at all are fitted, and the best kept.
+    /// sets of a search this deep, that found so far and none at all are fitted, and the best kept.
     ///
     /// # Errors
     /// The model cannot be solved at any of them.
-    pub fn by_components_alone(mut self, forms: usize) -> Result<Self, Complaint> {
-        let case = &mut self.case;
-        let (model, record, drive) = (case.full.model, case.record, case.full.drive);
-        let of_sensors =
-            (0..case.faults()).filter(|&fault| case.is_of_sensor(fault)).fold(0, |set, fault| set | 1 << fault);
-        let set = self.isolation.set() & !of_sensors;
-        let found = case.without_others(&self.isolation.best.theta, set);
-        let mut starts = vec![(case.mean.clone(), 0), (found, set)];
-        case.full.weights = rough(model, record, drive, &case.full.measured);
-        starts.extend(search::places(case).iter().map(|place| (place.theta(case), place.set())));
+    pub fn by_components_alone(&self, depth: search::Depth, forms: usize) -> Result<Self, Complaint> {
+        let (Case { full, record, mean, .. }, roughly) = (&self.case, self.roughly());
+        let of_components = |&fault: &usize| !self.case.is_of_sensor(fault);
+        let set = members(self.isolation.set()).filter(of_components).fold(0, |set, fault| set | 1 << fault);
+        let found = self.case.without_others(&self.isolation.best.theta, set);
+        let mut starts = vec![(mean.clone(), 0), (found, set)];
+        let weights = rough(full.model, record, full.drive, &full.measured);
+        let unfollowed = Case::new(full.model, record, full.drive, full.measured.clone(), weights);
+        let places = search::places(&unfollowed, depth);
+        starts.extend(places.iter().map(|place| (place.theta(&unfollowed), place.set())));
         starts.dedup_by_key(|(_, set)| *set);
-        let samples = case.full.weights.all_samples() as f64;
-        let roughly = model.clone().with_tolerance(search::ROUGH);
+        let samples = unfollowed.full.weights.all_samples() as f64;
         let fitted = starts.par_iter().filter_map(|(start, set)| {
-            let fit = quick(&roughly, record, drive, (start, *set), FIRST_FORMS).ok()?;
+            let fit = quick(&roughly, record, full.drive, (start, *set), FIRST_FORMS).ok()?;
             Some((fit.theta, *set, priced(fit.cost, *set, samples)))
         });
         let fitted: Vec<_> = fitted.collect();
-        let Some((theta, set, _)) = fitted.into_iter().min_by(|a, b| a.2.total_cmp(&b.2)) else { return Ok(self) };
-        let theta = quick(&roughly, record, drive, (&theta, set), forms)?.theta;
-        let failed = |error| unsolvable(model, record, error);
-        let form = renewed(case, &theta).map_err(failed)?;
-        self.isolation = held(case, form, set).map_err(failed)?;
-        Ok(self)
+        let best = fitted.into_iter().min_by(|a, b| a.2.total_cmp(&b.2));
+        let (theta, set) = best.map_or_else(|| (mean.clone(), 0), |(theta, set, _)| (theta, set));
+        self.held_at(&roughly, (&theta, set), forms)
     }
 
     /// The record as the rig without faults explains it best, the form renewed so many times.
@@ -275,11 +271,20 @@ impl Estimate<'_> {
     /// # Errors
     /// The model cannot be solved there.
     pub fn without_faults(&self, forms: usize) -> Result<Self, Complaint> {
+        self.held_at(&self.roughly(), (&self.case.mean, 0), forms)
+    }
+
+    /// The model, solved as roughly as fits on the way need it.
+    fn roughly(&self) -> Model {
+        self.case.full.model.clone().with_tolerance(search::ROUGH)
+    }
+
+    /// The record as the faults of a set explain it best, fitted from there with the form renewed so many times.
+    fn held_at(&self, roughly: &Model, (start, set): (&[f64], Set), forms: usize) -> Result<Self, Complaint> {
         let (full, record) = (&self.case.full, self.case.record);
-        let roughly = full.model.clone().with_tolerance(search::ROUGH);
-        let theta = quick(&roughly, record, full.drive, (&self.case.mean, 0), forms)?.theta;
+        let theta = quick(roughly, record, full.drive, (start, set), forms)?.theta;
         let (case, form) = case_at(full.model, record, full.drive, &theta)?;
-        let isolation = held(&case, form, 0).map_err(|error| unsolvable(full.model, record, error))?;
+        let isolation = held(&case, form, set).map_err(|error| unsolvable(full.model, record, error))?;
         Ok(Self { case, isolation })
     }
 

@@ -61,6 +61,41 @@ impl Score {
     }
 }
 
+/// A point at which further changes of the misfits are scored.
+pub struct Scoring<'a> {
+    form: &'a Quadratic,
+    free: Vec<usize>,
+    /// Of what record and prior say of the free parameters, per scales.
+    factor: Cholesky<f64, Dyn>,
+    /// Half the derivative of the cost by them: next to nothing at the optimum.
+    slope: DVector<f64>,
+    weights: Vec<f64>,
+    /// Misfits as the robust loss weighs them.
+    pull: Vec<f64>,
+}
+
+impl Scoring<'_> {
+    /// The score test of a `change` of the misfits.
+    pub fn of(&self, change: &[f64]) -> Score {
+        let weighted = DVector::from_iterator(change.len(), change.iter().zip(&self.weights).map(|(s, w)| s * w));
+        let across = self.form.jacobian.tr_mul(&weighted);
+        let across = DVector::from_fn(self.free.len(), |a, _| across[self.free[a]]);
+        let follow = self.factor.solve(&across);
+        let total: f64 = change.iter().zip(weighted.iter()).map(|(s, weighted)| s * weighted).sum();
+        let information = (total - across.dot(&follow)).max(0.0);
+        // What follows takes its own pull along, that of what is known of it before too.
+        let pull = change.iter().zip(&self.pull).map(|(s, pull)| s * pull).sum::<f64>() - follow.dot(&self.slope);
+        let taken = |a: usize| (follow[a] * across[a]).abs();
+        let most = (0..self.free.len()).max_by(|&a, &b| taken(a).total_cmp(&taken(b)));
+        Score {
+            factor: if information > 0.0 { -pull / information } else { 0.0 },
+            information,
+            own: if total > 0.0 { (information / total).sqrt() } else { 0.0 },
+            absorbed_by: most.map(|a| self.free[a]),
+        }
+    }
+}
+
 impl Quadratic {
     /// # Errors
     /// The model cannot be solved at `theta`.
@@ -153,38 +188,17 @@ impl Quadratic {
         if white > 0.0 { (coloured / white).max(1.0) } else { 1.0 }
     }
 
-    /// The score test of a `change` of the misfits at values of all estimated parameters (SI) and the misfits there, by what is
-    /// estimated while the faults of `set` are present. `None` where the information cannot be inverted.
-    pub fn score(&self, case: &Case<'_>, set: Set, (theta, misfit): (&[f64], &[f64]), change: &[f64]) -> Option<Score> {
+    /// What the score test needs of values of all estimated parameters (SI) and the misfits there, while the faults of `set`
+    /// are estimated too. `None` where the information cannot be inverted.
+    pub fn scoring(&self, case: &Case<'_>, set: Set, (theta, misfit): (&[f64], &[f64])) -> Option<Scoring<'_>> {
         let free = case.free(set);
         let precision = case.precision(set, &self.scale);
-        let prior = &precision * case.away(theta, &self.scale);
+        let slope = self.gradient(misfit) + &precision * case.away(theta, &self.scale);
         let factor = Cholesky::new(self.information(&precision, &free))?;
+        let slope = DVector::from_fn(free.len(), |a, _| slope[free[a]]);
         let weights: Vec<f64> = misfit.iter().map(|&r| ROBUST.at(r * r).1).collect();
-        let weighted = DVector::from_iterator(change.len(), change.iter().zip(&weights).map(|(s, w)| s * w));
-        let across = self.jacobian.tr_mul(&weighted);
-        let across = DVector::from_fn(free.len(), |a, _| across[free[a]]);
-        let follow = factor.solve(&across);
-        let total: f64 = change.iter().zip(weighted.iter()).map(|(s, weighted)| s * weighted).sum();
-        let information = (total - across.dot(&follow)).max(0.0);
-        let mut perpendicular = change.to_vec();
-        for (a, &index) in free.iter().enumerate() {
-            for (slot, slope) in perpendicular.iter_mut().zip(self.jacobian.column(index).iter()) {
-                *slot -= slope * follow[a];
-            }
-        }
-        let of_record: f64 = perpendicular.iter().zip(misfit).zip(&weights).map(|((s, r), w)| s * r * w).sum();
-        // What follows is pulled back by what is known of it before.
-        let of_prior: f64 = free.iter().enumerate().map(|(a, &index)| follow[a] * prior[index]).sum();
-        let pull = of_record - of_prior;
-        let taken = |a: usize| (follow[a] * across[a]).abs();
-        let most = (0..free.len()).max_by(|&a, &b| taken(a).total_cmp(&taken(b)));
-        Some(Score {
-            factor: if information > 0.0 { -pull / information } else { 0.0 },
-            information,
-            own: if total > 0.0 { (information / total).sqrt() } else { 0.0 },
-            absorbed_by: most.map(|a| free[a]),
-        })
+        let pull = misfit.iter().zip(&weights).map(|(r, weight)| r * weight).collect();
+        Some(Scoring { form: self, free, factor, slope, weights, pull })
     }
 
     /// The form over the faults with everything uncertain left to follow.

@@ -29,10 +29,6 @@ const NOTHING_LEFT: f64 = 0.8;
 const LEVELS: [f64; 3] = [0.2, 0.5, 0.75];
 /// The same for each of a pair.
 const PAIRED: [f64; 1] = [0.45];
-/// How many of those are fitted.
-const FITTED: usize = 6;
-/// How many of the fitted ones are grown.
-const GROWN: usize = 2;
 /// Most faults of a grown place.
 const MOST: usize = 3;
 /// How many further faults are fitted at each growth, the most promising ones.
@@ -45,6 +41,22 @@ pub(crate) const ROUGH: Tolerance = Tolerance { relative: 1e-5, absolute: 1e-5 }
 const NEIGHBOURHOOD: f64 = 1e-2;
 /// Iterations after which a fit that has not found a neighbourhood is given up.
 const ITERATIONS: u64 = 12;
+
+/// How far a search goes.
+#[derive(Debug, Clone, Copy)]
+pub struct Depth {
+    /// Whether pairs are simulated too.
+    paired: bool,
+    /// How many of what is simulated are fitted.
+    fitted: usize,
+    /// How many of the fitted ones are grown.
+    grown: usize,
+}
+
+/// Single faults, as far as they go.
+pub const SINGLE: Depth = Depth { paired: false, fitted: 2, grown: 0 };
+/// Several faults at once, where they are not found from the healthy rig.
+pub const SEVERAL: Depth = Depth { paired: true, fitted: 6, grown: 2 };
 
 /// Few faults of components with their values, SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,16 +89,19 @@ impl Place {
 }
 
 /// Places that few faults explain best, the best first.
-pub fn places(case: &Case<'_>) -> Vec<Place> {
+pub fn places(case: &Case<'_>, depth: Depth) -> Vec<Place> {
     let search = Search { case, model: case.full.model.clone().with_tolerance(ROUGH) };
-    let mut screened: Vec<Place> =
-        search.sparse().into_par_iter().filter_map(|faults| search.simulated(faults)).collect();
+    let sparse = search.sparse(depth.paired);
+    let mut screened: Vec<Place> = sparse.into_par_iter().filter_map(|faults| search.simulated(faults)).collect();
     sort(&mut screened);
-    screened.truncate(FITTED);
+    screened.truncate(depth.fitted);
     let mut fitted: Vec<Place> = screened.par_iter().filter_map(|place| search.fitted(&place.faults)).collect();
     sort(&mut fitted);
+    if depth.grown == 0 {
+        return fitted;
+    }
     let mut grown: Vec<Place> = Vec::new();
-    for place in fitted.into_iter().take(GROWN) {
+    for place in fitted.into_iter().take(depth.grown) {
         let place = search.grown(place);
         if place.left <= EXPLAINED.1 {
             return vec![place];
@@ -200,13 +215,13 @@ impl Search<'_> {
         (0..self.case.faults()).filter(|&fault| !has(set, fault) && !self.case.is_of_sensor(fault)).collect()
     }
 
-    /// Nothing, single faults and pairs, each at a few levels towards each of its bounds.
-    fn sparse(&self) -> Vec<Vec<(usize, f64)>> {
+    /// Nothing, single faults and, if asked for, pairs, each at a few levels towards each of its bounds.
+    fn sparse(&self, paired: bool) -> Vec<Vec<(usize, f64)>> {
         let components: Vec<usize> = (0..self.case.faults()).filter(|&fault| !self.case.is_of_sensor(fault)).collect();
         let mut all = vec![Vec::new()];
         for (place, &a) in components.iter().enumerate() {
             all.extend(self.case.levels(a, &LEVELS).map(|at| vec![(a, at)]));
-            for at in self.case.levels(a, &PAIRED) {
+            for at in self.case.levels(a, &PAIRED).filter(|_| paired) {
                 for &b in &components[..place] {
                     all.extend(self.case.levels(b, &PAIRED).map(|other| vec![(a, at), (b, other)]));
                 }

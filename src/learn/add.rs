@@ -5,7 +5,7 @@ use std::path::Path;
 use toml_edit::{InlineTable, Item, Table};
 
 use super::candidate::candidate;
-use super::suggest::{refitted_alone, rough_base};
+use super::suggest::{is_adequate, refitted_alone, rough_base};
 use super::trial::Trial;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::record::Record;
@@ -41,10 +41,15 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<S
             .help("delete it from `[effects]` first"));
     }
     if let Some(record) = record {
-        let trial = rough_base(rig, record, |estimate, base| {
-            let candidate = candidate(estimate, &placed);
-            refitted_alone(&base, record, candidate)
-        })?;
+        let trial = rough_base(
+            rig,
+            record,
+            |trial: &Trial| is_adequate(&trial.fit),
+            |estimate, base| {
+                let candidate = candidate(estimate, &placed);
+                refitted_alone(&base, record, candidate)
+            },
+        )?;
         return with_effects(&rig.path, text, rig, &trial);
     }
     let mut parameters = Vec::new();

@@ -8,6 +8,8 @@
 use rayon::prelude::*;
 
 use crate::diagnosis::estimate::Estimate;
+use crate::diagnosis::quadratic::Scoring;
+use crate::diagnosis::search::ROUGH;
 use crate::model::{Drive, Model};
 use crate::physics::effect::{self, First, Form, Free};
 use crate::progress::Count;
@@ -62,9 +64,9 @@ pub fn candidates(estimate: &Estimate<'_>, stand: usize) -> Vec<Candidate> {
         .filter(|placed| !(matches!(placed.effect.form, Form::Bent) && bends_a_fault(rig, placed)))
         .collect();
     let count = Count::new("effects scored", places.len());
-    let plain = plain(estimate);
+    let Some(here) = Here::of(estimate) else { return Vec::new() };
     let one = |placed: &Placed| {
-        let tried = best_try(estimate, &plain, placed);
+        let tried = best_try(&here, placed);
         count.one();
         tried
     };
@@ -82,14 +84,27 @@ pub fn candidate(estimate: &Estimate<'_>, placed: &Placed) -> Option<Candidate> 
         let id = estimate.case.rig().effect_id(placed);
         return empirical(estimate.case.rig()).into_iter().find(|candidate| candidate.id == id);
     }
-    best_try(estimate, &plain(estimate), placed)
+    best_try(&Here::of(estimate)?, placed)
 }
 
-/// What the sensors show at the estimate, `[sensor][row]`, SI; nothing where it cannot be solved.
-fn plain(estimate: &Estimate<'_>) -> Vec<Vec<f64>> {
-    let full = &estimate.case.full;
-    let outputs = full.model.simulate(&full.parameters(&estimate.isolation.best.theta), full.drive, full.times);
-    outputs.map(|outputs| outputs.values).unwrap_or_default()
+/// Where candidates are scored.
+struct Here<'a, 'e> {
+    estimate: &'a Estimate<'e>,
+    scoring: Scoring<'a>,
+    /// What the sensors show there, `[sensor][row]`, SI, solved as roughly as what it is compared with.
+    plain: Vec<Vec<f64>>,
+}
+
+impl<'a, 'e> Here<'a, 'e> {
+    /// `None` where the model cannot be solved.
+    fn of(estimate: &'a Estimate<'e>) -> Option<Self> {
+        let (case, isolation) = (&estimate.case, &estimate.isolation);
+        let (full, best) = (&case.full, &isolation.best);
+        let model = full.model.clone().with_tolerance(ROUGH);
+        let plain = model.simulate(&full.parameters(&best.theta), full.drive, full.times).ok()?.values;
+        let scoring = isolation.quadratic.scoring(case, isolation.set(), (&best.theta, &best.misfit))?;
+        Some(Self { estimate, scoring, plain })
+    }
 }
 
 /// Curves without a formula at every place, as if tried at their typical size.
@@ -124,11 +139,12 @@ fn bends_a_fault(rig: &Rig, placed: &Placed) -> bool {
 }
 
 /// The try of an effect that promises most.
-fn best_try(estimate: &Estimate<'_>, plain: &[Vec<f64>], placed: &Placed) -> Option<Candidate> {
+fn best_try(here: &Here<'_, '_>, placed: &Placed) -> Option<Candidate> {
+    let estimate = here.estimate;
     let (typical, all) = tries(estimate, placed);
     let mut tried: Vec<Candidate> = Vec::new();
     for (place, one) in all.into_iter().enumerate() {
-        let Some(one) = scored(estimate, plain, placed, one) else { continue };
+        let Some(one) = scored(here, placed, one) else { continue };
         if Some(place) == typical.or(Some(0)) && !one.excited {
             return Some(one);
         }
@@ -231,7 +247,8 @@ fn highest_level(estimate: &Estimate<'_>, spot: Spot) -> f64 {
     levels.ok().flatten().map_or(0.0, |levels| ends(&levels).1)
 }
 
-fn scored(estimate: &Estimate<'_>, plain: &[Vec<f64>], placed: &Placed, tried: Vec<Given>) -> Option<Candidate> {
+fn scored(here: &Here<'_, '_>, placed: &Placed, tried: Vec<Given>) -> Option<Candidate> {
+    let Here { estimate, scoring, plain } = here;
     let (case, isolation) = (&estimate.case, &estimate.isolation);
     let full = &case.full;
     let mut rig = full.model.rig.clone();
@@ -244,21 +261,16 @@ fn scored(estimate: &Estimate<'_>, plain: &[Vec<f64>], placed: &Placed, tried: V
     }
     let with = if let (Form::Reading { card }, Spot::Sensor(sensor)) = (placed.effect.form, placed.spot) {
         // What a sensor does to its readings changes nothing else.
-        let (does, mut with) = (rig.readings.last()?, plain.to_vec());
-        effect::read(card.kind, &values[does.first_parameter..], full.times, with.get_mut(sensor)?);
+        let (does, mut with) = (rig.readings.last()?, plain.clone());
+        effect::read(card, &values[does.first_parameter..][..card.parameters.len()], full.times, with.get_mut(sensor)?);
         with
     } else {
         let drive = Drive::from_record(&rig, case.record).ok()?;
-        Model::new(rig).simulate(&values, &drive, full.times).ok()?.values
+        Model::new(rig).with_tolerance(ROUGH).simulate(&values, &drive, full.times).ok()?.values
     };
-    let mut change: Vec<f64> = with.concat();
-    for (slot, y) in change.iter_mut().zip(full.measured.iter().flat_map(|measured| measured.iter())) {
-        *slot -= y;
-    }
+    let mut change: Vec<f64> =
+        with.iter().flatten().zip(plain.iter().flatten()).map(|(with, plain)| with - plain).collect();
     full.weights.apply(&mut change);
-    for (slot, before) in change.iter_mut().zip(&isolation.best.misfit) {
-        *slot -= before;
-    }
     let size = change.iter().map(|c| c * c).sum::<f64>().sqrt();
     let mut candidate = Candidate {
         id,
@@ -275,8 +287,7 @@ fn scored(estimate: &Estimate<'_>, plain: &[Vec<f64>], placed: &Placed, tried: V
     if !candidate.excited {
         return Some(candidate);
     }
-    let at = (&isolation.best.theta[..], &isolation.best.misfit[..]);
-    let score = isolation.quadratic.score(case, isolation.set(), at, &change)?;
+    let score = scoring.of(&change);
     candidate.own = score.own;
     candidate.smallest = if score.information > 0.0 { 3.0 / score.information.sqrt() } else { f64::INFINITY };
     if score.own < ABSORBED {

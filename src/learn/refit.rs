@@ -13,7 +13,8 @@ use crate::rig::{Given, Rig};
 
 /// Forms of a fit that goes on to its end.
 pub(super) const FORMS: usize = 12;
-/// Standard uncertainty of an effect before the record, in tried sizes: next to nothing is known.
+/// Standard uncertainty of an effect before the record, in typical sizes, or in tried ones if those are larger: next to nothing
+/// is known.
 const WIDE: f64 = 10.0;
 /// The same of what only shapes it.
 const SHAPE: f64 = 1.0;
@@ -65,7 +66,10 @@ pub(super) fn refitted(base: &Trial, stands: &[Stand], record: &Record, effects:
             .map(|(free, tried)| {
                 let unit = rig.effect_unit(&effect.placed, free.name);
                 let neutral = free.neutral.map(|neutral| unit.difference_to_si(neutral));
-                let size = (tried.value - neutral.unwrap_or(0.0)).abs();
+                let from = |value: f64| (value - neutral.unwrap_or(0.0)).abs();
+                // What was tried may be far smaller than what such an effect often is.
+                let typical = rig.first_size(&effect.placed, free).map_or(0.0, from);
+                let size = from(tried.value).max(typical);
                 let absolute = matches!(free.first, First::Range(_));
                 let sigma = match neutral {
                     Some(_) => WIDE * size,

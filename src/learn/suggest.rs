@@ -9,6 +9,7 @@ use super::verdict::{conclude, conclude_near, explains};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::case::{members, priced};
 use crate::diagnosis::estimate::{self, Estimate};
+use crate::diagnosis::search;
 use crate::diagnosis::{adequate, mean_squares};
 use crate::model::{Drive, Model};
 use crate::progress;
@@ -102,22 +103,32 @@ pub struct Suggestion {
     pub experiment: Option<Experiment>,
 }
 
+impl Suggestion {
+    /// Whether the best explanation leaves nothing to explain, on the check record too.
+    fn explains_all(&self) -> bool {
+        let all = |best: &Judged| is_adequate(&best.trial.fit) && best.check.as_ref().is_none_or(is_adequate);
+        self.judged.first().is_some_and(|best| best.supported && all(best))
+    }
+}
+
 /// Looks for the effect that a model lacks.
 ///
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
 pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Suggestion, Complaint> {
-    rough_base(rig, fit, |estimate, base| suggest_from(estimate, base, check))
+    rough_base(rig, fit, Suggestion::explains_all, |estimate, base| suggest_from(estimate, base, check))
 }
 
-/// Fits a rig to a record as it is, and hands it on.
+/// Fits a rig to a record as it is, with none or one of its components faulty, and hands it on; where what that gives is not
+/// enough, with several.
 ///
 /// # Errors
 /// Those of the fit, and what `then` gives.
 pub(super) fn rough_base<T>(
     rig: &Rig,
     fit: &Record,
-    then: impl FnOnce(&Estimate<'_>, Trial) -> Result<T, Complaint>,
+    enough: impl Fn(&T) -> bool,
+    then: impl Fn(&Estimate<'_>, Trial) -> Result<T, Complaint>,
 ) -> Result<T, Complaint> {
     let model = Model::new(rig.clone());
     let drive = Drive::from_record(&model.rig, fit)?;
@@ -127,9 +138,15 @@ pub(super) fn rough_base<T>(
     if is_adequate(&base.fit) {
         return then(&near, base);
     }
-    let estimate = near.by_components_alone(FORMS)?;
-    let base = Trial::of(&estimate)?;
-    then(&estimate, base)
+    let simple = near.by_components_alone(search::SINGLE, FORMS)?;
+    let set = simple.isolation.set();
+    let given = then(&simple, Trial::of(&simple)?)?;
+    if enough(&given) {
+        return Ok(given);
+    }
+    progress::stage("fit with several faults");
+    let deep = near.by_components_alone(search::SEVERAL, FORMS)?;
+    if deep.isolation.set() == set { Ok(given) } else { then(&deep, Trial::of(&deep)?) }
 }
 
 /// The model with one effect more, everything fitted jointly.
@@ -158,8 +175,11 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let near = is_adequate(&base.fit) && base_check.as_ref().is_none_or(is_adequate);
     // Faults bend to what is missing: what they hide shows where there are none.
     let of_components = members(base.set).any(|fault| !estimate.case.is_of_sensor(fault));
-    let without = (of_components || (base.set != 0 && !near)).then(|| estimate.without_faults(FORMS)).transpose()?;
-    let mut lists = vec![candidates(estimate, 0)];
+    let bent = of_components || (base.set != 0 && !near);
+    let healthy = || bent.then(|| estimate.without_faults(FORMS)).transpose();
+    let (list, without) = rayon::join(|| candidates(estimate, 0), healthy);
+    let without = without?;
+    let mut lists = vec![list];
     lists.extend(without.as_ref().map(|without| candidates(without, 1)));
     let samples = base.fit.weights.all_samples() as f64;
     let mut costs = vec![priced(estimate.isolation.best.cost, base.set, samples)];

@@ -1,8 +1,9 @@
 //! The equations of a circuit over one number type, as the integrator sees them.
 
+use super::drive::Piece;
 use super::layout::{Layout, Raw, Slot, Variable};
 use crate::numeric::{Dual, Real, Scalar, System};
-use crate::physics::component::{Answers, AnyLaw, INPUTS, Seen, VARIABLES};
+use crate::physics::component::{Answers, AnyLaw, Seen, VARIABLES};
 use crate::physics::fluid::{self, Fluid};
 use crate::physics::{ATMOSPHERE, GRAVITY};
 use crate::rig::Rig;
@@ -23,6 +24,20 @@ pub struct Inputs {
 }
 
 impl Inputs {
+    /// Those of a piece of a run that began at `begun`, s; the last is the time since then.
+    pub fn of(piece: &Piece, begun: f64) -> Self {
+        let slope = |(from, to): (&f64, &f64)| (to - from) / (piece.end - piece.start);
+        let slope = piece.from.iter().zip(&piece.to).map(slope).chain([1.0]).collect();
+        let from = piece.from.iter().copied().chain([piece.start - begun]).collect();
+        Self { start: piece.start, from, slope }
+    }
+
+    /// How easily a fluid flows at `t` for its temperature and its age, with the derivatives of its parameters.
+    pub fn fluidity<T: Real>(&self, fluid: &Fluid<T>, layout: &Layout, t: f64) -> T {
+        let warmer = layout.temperature.map_or(0.0, |input| self.at(input, t));
+        fluid.fluidity(T::constant(warmer), T::constant(self.at(layout.clock, t)))
+    }
+
     #[inline]
     pub fn at(&self, input: usize, t: f64) -> f64 {
         self.from[input] + self.slope[input] * (t - self.start)
@@ -37,6 +52,7 @@ pub fn level_per_pressure<S: Real>(density: S) -> S {
 /// The equations of one rig for one set of parameters.
 pub struct Assembly<'a, S> {
     layout: &'a Layout,
+    fluid: Fluid<S>,
     laws: Vec<AnyLaw<S>>,
     local_laws: Vec<AnyLaw<Local<S>>>,
     held: Vec<S>,
@@ -59,9 +75,11 @@ impl<'a, S: Scalar> Assembly<'a, S> {
             rig.components.iter().filter_map(law).collect()
         }
         let lifted: Vec<Local<S>> = parameters.iter().map(|&value| Local::lift(value)).collect();
+        let of_fluid = fluid::CARD.parameters.len();
         let held = parameters.iter().map(|&value| value + ATMOSPHERE).collect();
         Self {
             layout,
+            fluid: Fluid::new(&parameters[..of_fluid]),
             laws: build(rig, parameters),
             local_laws: build(rig, &lifted),
             held,
@@ -73,8 +91,8 @@ impl<'a, S: Scalar> Assembly<'a, S> {
     }
 
     #[inline]
-    fn seen(&self, slot: &Slot, t: f64, y: &[S]) -> Seen<S> {
-        let mut seen = Seen { z: [S::zero(); VARIABLES], u: [S::zero(); INPUTS] };
+    fn seen(&self, slot: &Slot, fluidity: S, t: f64, y: &[S]) -> Seen<S> {
+        let mut seen = Seen { fluidity, ..Seen::default() };
         for (value, variable) in seen.z.iter_mut().zip(&slot.variables) {
             match *variable {
                 Variable::Unused => break,
@@ -91,8 +109,8 @@ impl<'a, S: Scalar> Assembly<'a, S> {
     }
 
     #[inline]
-    fn seen_locally(&self, slot: &Slot, t: f64, y: &[S]) -> Seen<Local<S>> {
-        let mut seen = Seen { z: [Local::zero(); VARIABLES], u: [Local::zero(); INPUTS] };
+    fn seen_locally(&self, slot: &Slot, fluidity: Local<S>, t: f64, y: &[S]) -> Seen<Local<S>> {
+        let mut seen = Seen { fluidity, ..Seen::default() };
         for (index, (value, variable)) in seen.z.iter_mut().zip(&slot.variables).enumerate() {
             match *variable {
                 Variable::Unused => break,
@@ -112,17 +130,31 @@ impl<'a, S: Scalar> Assembly<'a, S> {
         seen
     }
 
+    fn fluidity(&self, t: f64) -> S {
+        self.inputs.fluidity(&self.fluid, self.layout, t)
+    }
+
+    /// With its slope over time.
+    fn fluidity_locally(&self, t: f64) -> Local<S> {
+        let mut fluidity = Local::lift(self.fluidity(t));
+        let warming = self.layout.temperature.map_or(0.0, |input| self.inputs.slope[input]);
+        fluidity.eps[TIME] = fluidity.re * self.fluid.thinning(warming);
+        fluidity
+    }
+
     fn evaluate(&mut self, t: f64, y: &[S]) {
+        let fluidity = self.fluidity(t);
         for (index, (slot, law)) in self.layout.slots.iter().zip(&self.laws).enumerate() {
-            let seen = self.seen(slot, t, y);
+            let seen = self.seen(slot, fluidity, t, y);
             // A law answers the same entries every time, so what it leaves stays zero from the start.
             law.evaluate(&seen, &mut self.answers[index]);
         }
     }
 
     fn evaluate_locally(&mut self, t: f64, y: &[S]) {
+        let fluidity = self.fluidity_locally(t);
         for (index, (slot, law)) in self.layout.slots.iter().zip(&self.local_laws).enumerate() {
-            let seen = self.seen_locally(slot, t, y);
+            let seen = self.seen_locally(slot, fluidity, t, y);
             law.evaluate(&seen, &mut self.local[index]);
         }
     }
@@ -156,7 +188,7 @@ impl<'a, S: Scalar> Assembly<'a, S> {
     /// Rate of a component's state and its slope by that state, for the search of a state that rests.
     pub fn own_rate(&mut self, component: usize, state: usize, t: f64, y: &[S]) -> (S, S) {
         let slot = &self.layout.slots[component];
-        let seen = self.seen_locally(slot, t, y);
+        let seen = self.seen_locally(slot, self.fluidity_locally(t), t, y);
         let mut answers = Answers::default();
         self.local_laws[component].evaluate(&seen, &mut answers);
         let rate = answers.rate[state];
@@ -271,9 +303,7 @@ impl<S: Scalar, const N: usize> System<S, N> for Assembly<'_, S> {
                         j[balance.state][*column] += by(direction);
                     }
                 }
-                if slot.inputs[0].is_some() {
-                    dfdt[balance.state] += by(TIME);
-                }
+                dfdt[balance.state] += by(TIME);
             }
             for state in 0..slot.states {
                 let row = slot.first_state + state;

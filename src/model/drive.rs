@@ -2,8 +2,8 @@
 
 use super::readings::readings;
 use crate::complaint::{Complaint, Kind, Place};
-use crate::record::{Record, Sampling};
-use crate::rig::{Cycle, Hold, Input, Rig, Target};
+use crate::record::{Channel, Record, Sampling};
+use crate::rig::{Cycle, Hold, Input, Rig, Target, Temperature};
 
 /// Inputs that run straight over an interval.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,9 +12,10 @@ pub struct Piece {
     pub start: f64,
     /// s.
     pub end: f64,
-    /// Value of each input at the start, SI.
+    /// Value of each input at the start, SI; behind them how much warmer the fluid is than its temperature of reference, K, where
+    /// the rig measures that.
     pub from: Vec<f64>,
-    /// Value of each input at the end, SI.
+    /// The same at the end.
     pub to: Vec<f64>,
     /// Whether an input jumps at the start.
     pub jump: bool,
@@ -121,6 +122,7 @@ impl Drive {
             }
             lines.push(line);
         }
+        lines.extend(rig.temperature.as_ref().map(|temperature| warmth(temperature, record, interval)).transpose()?);
         let (Some(&first), Some(&last)) = (record.time.first(), record.time.last()) else {
             return Err(Complaint::new(Kind::Empty, "the record has no rows").at(Place::file(&record.path)));
         };
@@ -143,10 +145,12 @@ impl Drive {
         let mut start = 0.0;
         let mut pieces: Vec<Piece> = Vec::new();
         for phase in &cycle.phases {
-            let from: Vec<f64> = phase.inputs.iter().map(|profile| profile.from).collect();
+            let warmer = rig.temperature.iter().map(|_| 0.0);
+            let from: Vec<f64> = phase.inputs.iter().map(|profile| profile.from).chain(warmer.clone()).collect();
+            let to = phase.inputs.iter().map(|profile| profile.to).chain(warmer).collect();
             let jump = pieces.last().is_none_or(|last| last.to != from);
             let end = start + phase.duration;
-            pieces.push(Piece { start, end, from, to: phase.inputs.iter().map(|profile| profile.to).collect(), jump });
+            pieces.push(Piece { start, end, from, to, jump });
             start = end;
         }
         Self {
@@ -156,6 +160,11 @@ impl Drive {
             onset: None,
             shown: Vec::new(),
         }
+    }
+
+    /// When it begins, s.
+    pub fn begins(&self) -> f64 {
+        self.pieces.first().map_or(0.0, |piece| piece.start)
     }
 
     /// Parameters (all of the rig's, SI) as they are until the moment at which some change, and that moment; they never
@@ -202,6 +211,20 @@ impl Drive {
         let share = ((t - piece.start) / (piece.end - piece.start)).clamp(0.0, 1.0);
         piece.from[input] + share * (piece.to[input] - piece.from[input])
     }
+}
+
+/// How much warmer the fluid is than its temperature of reference, K; not at all in a record that does not say.
+fn warmth(temperature: &Temperature, record: &Record, interval: f64) -> Result<Vec<Stretch>, Complaint> {
+    let Temperature { input, reference } = temperature;
+    if record.channel(&input.column).is_none_or(Channel::is_empty) {
+        let ends =
+            (record.time.first().map_or(0.0, |t| t - interval), record.time.last().map_or(0.0, |t| t + interval));
+        return Ok(vec![Stretch { start: ends.0, end: ends.1, from: 0.0, to: 0.0 }]);
+    }
+    let channel = record.require(&input.column, input.unit.dimension, input.place.clone())?;
+    let (time, values) = present(&record.time, &channel.values);
+    let warmer: Vec<f64> = values.iter().map(|value| value - reference).collect();
+    Ok(broken_line(input, &time, &warmer, interval))
 }
 
 /// The times at which a channel has a value, and the values.

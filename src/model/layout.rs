@@ -69,6 +69,10 @@ pub struct Layout {
     pub node_state: Vec<Option<usize>>,
     pub filters: Vec<Filter>,
     pub raw: Vec<Raw>,
+    /// Index among the inputs of how much warmer the fluid is than its temperature of reference, K, where that is measured.
+    pub temperature: Option<usize>,
+    /// Index among the inputs of the time since the run began, s: the last.
+    pub clock: usize,
     /// State that each sensor reads, where it has a lag.
     pub filtered: Vec<Option<usize>>,
 }
@@ -92,6 +96,8 @@ impl Layout {
             node_state: Vec::new(),
             filters: Vec::new(),
             raw: Vec::new(),
+            temperature: rig.temperature.as_ref().map(|_| rig.inputs.len()),
+            clock: rig.inputs.len() + usize::from(rig.temperature.is_some()),
             filtered: Vec::new(),
         };
         let mut node_balance = Vec::new();
@@ -141,7 +147,8 @@ impl Layout {
                 ));
             }
             slot.variables[..seen.len()].copy_from_slice(&seen);
-            for (own, &input) in slot.inputs.iter_mut().zip(&component.inputs) {
+            let clock = component.card.sees_time.then_some(layout.clock);
+            for (own, input) in slot.inputs.iter_mut().zip(component.inputs.iter().copied().chain(clock)) {
                 *own = Some(input);
             }
             layout.slots.push(slot);
@@ -200,7 +207,7 @@ pub fn has_capacity(rig: &Rig, node: usize) -> bool {
         let parameters = &nominal[component.first_parameter..][..component.card.parameters.len()];
         let Some(law) = AnyLaw::new(component.card, parameters, &fluid) else { continue };
         // At rest under atmospheric pressure; capacities are positive everywhere or nowhere.
-        let mut seen = Seen { z: [0.0; VARIABLES], u: [0.0; INPUTS] };
+        let mut seen = Seen::default();
         let mut next = 0;
         for port in component.card.ports {
             if port.kind == PortKind::Hydraulic {

@@ -183,7 +183,7 @@ impl Model {
         let Readings(mut readings) = readings;
         for does in &self.rig.readings {
             let own = &parameters[does.first_parameter..][..does.card.parameters.len()];
-            effect::read(does.card.kind, own, times, &mut readings[does.sensor]);
+            effect::read(does.card, own, times, &mut readings[does.sensor]);
         }
         Ok((readings, effort))
     }
@@ -213,17 +213,12 @@ impl Model {
         // The samples of a step are written after it: the integrator holds the assembly while it runs.
         let mut samples: Vec<(usize, [f64; N])> = Vec::new();
         for (index, piece) in drive.pieces.iter().enumerate() {
-            let length = piece.end - piece.start;
             let begins = begun(piece.start) && !std::ptr::eq(parameters, after);
             if begins {
                 parameters = after;
                 assembly = Assembly::new(&self.rig, &self.layout, parameters);
             }
-            assembly.inputs = Inputs {
-                start: piece.start,
-                from: piece.from.clone(),
-                slope: piece.from.iter().zip(&piece.to).map(|(from, to)| (to - from) / length).collect(),
-            };
+            assembly.inputs = Inputs::of(piece, drive.begins());
             if index == 0 {
                 start::start(&self.rig, &self.layout, &mut assembly, parameters, drive, piece.start, &mut y);
                 watch.start(parameters, if begins { &[] } else { changed }, &assembly.inputs, piece.start);

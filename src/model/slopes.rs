@@ -4,7 +4,7 @@ use super::assembly::{Inputs, level_per_pressure};
 use super::layout::{Balance, Layout, Raw, Variable};
 use crate::numeric::{Curved, Dual, Entry, Real};
 use crate::physics::ATMOSPHERE;
-use crate::physics::component::{Answers, AnyLaw, INPUTS, Seen, VARIABLES};
+use crate::physics::component::{Answers, AnyLaw, Seen, VARIABLES};
 use crate::physics::fluid::{self, Fluid};
 use crate::rig::Rig;
 
@@ -28,6 +28,7 @@ struct Pass {
     component: usize,
     /// Whether it is the one that counts where values are summed: further ones hold further parameters.
     first: bool,
+    fluid: Fluid<First>,
     law: AnyLaw<First>,
     lanes: Vec<Lane>,
     /// Lane of each variable.
@@ -94,7 +95,8 @@ impl<'a> Slopes<'a> {
     fn evaluate(&mut self, t: f64, y: &[f64]) {
         for pass in &mut self.passes {
             let slot = &self.layout.slots[pass.component];
-            let mut seen = Seen { z: [First::zero(); VARIABLES], u: [First::zero(); INPUTS] };
+            let fluidity = self.inputs.fluidity(&pass.fluid, self.layout, t);
+            let mut seen = Seen { fluidity, ..Seen::default() };
             for (index, variable) in slot.variables.iter().enumerate() {
                 seen.z[index] = pass.variable(index, *variable, y, &self.held);
             }
@@ -199,8 +201,9 @@ fn passes_of(
         };
         let of = |range: std::ops::Range<usize>| -> Vec<First> { range.map(seed).collect() };
         let (fluid, given) = (of(of_fluid.clone()), of(of_component.clone()));
-        if let Some(law) = AnyLaw::new(own.card, &given, &Fluid::new(&fluid)) {
-            passes.push(Pass { component, first, law, lanes, of_variable, answers: Answers::default() });
+        let fluid = Fluid::new(&fluid);
+        if let Some(law) = AnyLaw::new(own.card, &given, &fluid) {
+            passes.push(Pass { component, first, fluid, law, lanes, of_variable, answers: Answers::default() });
         }
         first = false;
     }

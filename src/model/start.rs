@@ -167,8 +167,8 @@ mod tests {
         let layout = Layout::of(&rig);
         let parameters = rig.nominal();
         let mut assembly = Assembly::new(&rig, &layout, &parameters);
-        let inputs = vec![0.0; rig.inputs.len()];
-        assembly.inputs = Inputs { start: 0.0, from: inputs.clone(), slope: inputs };
+        let inputs = vec![0.0; layout.clock + 1];
+        assembly.inputs = Inputs { from: inputs.clone(), slope: inputs, start: 0.0 };
         let mut drive = Drive::from_cycle(&rig, rig.cycle.as_ref().unwrap());
         let sensor = |name: &str| rig.sensors.iter().position(|sensor| sensor.name == name).unwrap();
         drive.shown = SHOWN.map(|(name, value)| Shown { sensor: sensor(name), value, sigma: 0.0, rate: 0.0 }).to_vec();

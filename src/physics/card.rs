@@ -190,6 +190,8 @@ pub struct Card {
     pub worked: &'static [Worked],
     /// The law of an effect that a user has written; see [`Formula`](super::formula::Formula).
     pub formula: Option<&'static Expression>,
+    /// Whether it sees, behind its inputs, the seconds since the run began.
+    pub sees_time: bool,
 }
 
 impl Card {
@@ -208,6 +210,7 @@ impl Card {
         pressure_scale: 1e7,
         worked: &[],
         formula: None,
+        sees_time: false,
     };
 
     /// Number of variables that the ports and states bring to one evaluation.

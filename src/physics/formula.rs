@@ -2,7 +2,7 @@
 
 use super::ATMOSPHERE;
 use super::card::{Card, PortKind};
-use super::component::{Answers, Seen, VARIABLES};
+use super::component::{Answers, INPUTS, Seen, VARIABLES};
 use crate::expression::Expression;
 use crate::numeric::Real;
 
@@ -12,7 +12,7 @@ pub const MOST_PARAMETERS: usize = 8;
 /// A formula with values for its parameters.
 ///
 /// Its names are the variables of the card's ports, in their order (gauge pressure of a hydraulic port, Pa; position, m, and
-/// speed, m/s, of a mechanical one), then the parameters of the card. The value is the flow out of the node at the first port
+/// speed, m/s, of a mechanical one), then the inputs of the card and, where it sees it, the time since the run began, s, then its parameters. The value is the flow out of the node at the first port
 /// into the second (m³/s), or the force on the body at the first port (N). Worked: `G * A.p` with 1e-12 m³/s/Pa takes
 /// 5e-6 m³/s at 50 bar.
 #[derive(Debug, Clone)]
@@ -33,7 +33,7 @@ impl<T: Real> Formula<T> {
 
     #[inline(never)]
     pub fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
-        let mut values = [T::zero(); VARIABLES + MOST_PARAMETERS];
+        let mut values = [T::zero(); VARIABLES + INPUTS + MOST_PARAMETERS];
         let mut count = 0;
         for port in self.card.ports {
             for _ in 0..port.kind.variables() {
@@ -42,11 +42,26 @@ impl<T: Real> Formula<T> {
                 count += 1;
             }
         }
+        let inputs = self.card.inputs.len() + usize::from(self.card.sees_time);
+        values[count..count + inputs].copy_from_slice(&seen.u[..inputs]);
+        count += inputs;
         values[count..count + MOST_PARAMETERS].copy_from_slice(&self.parameters);
         let value = self.expression.evaluate(&values);
         answers.through[0] = value;
         if self.card.ports.first().is_some_and(|port| port.kind == PortKind::Hydraulic) {
             answers.through[1] = -value;
         }
+    }
+}
+
+/// What a formula makes of the readings of a sensor, in place: its names are the reading, the time since the first of them (s) and
+/// the parameters, SI.
+pub fn read<T: Real>(expression: &Expression, parameters: &[T], times: &[f64], readings: &mut [T]) {
+    let first = times.first().copied().unwrap_or(0.0);
+    let mut values = vec![T::zero(); 2 + parameters.len()];
+    values[2..].copy_from_slice(parameters);
+    for (reading, t) in readings.iter_mut().zip(times) {
+        (values[0], values[1]) = (*reading, T::constant(t - first));
+        *reading = expression.evaluate(&values);
     }
 }

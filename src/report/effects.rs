@@ -69,11 +69,13 @@ impl EffectReport {
     pub fn new(effect: &Effect) -> Self {
         let (at, place) = match effect.at {
             At::Fluid => ("the fluid".to_owned(), ""),
+            At::Warmth => ("the fluid, where `temperature` in `[fluid]` names its column".to_owned(), ""),
             At::Node => ("a node with a volume".to_owned(), "@NODE"),
             At::Actuator => ("a node where a cylinder stands".to_owned(), "@NODE"),
             At::Component { kind, named } => (format!("a `{kind}`"), if named { "@COMPONENT" } else { "" }),
             At::Sensor => ("a sensor".to_owned(), "@SENSOR"),
             At::Named(node) => (format!("the node `{node}`"), ""),
+            At::NamedSensor(sensor) => (format!("the sensor `{sensor}`"), ""),
         };
         Self {
             name: effect.name,
@@ -92,7 +94,7 @@ impl EffectReport {
 pub fn entry(effect: &Effect, name: &str) -> Option<&'static Parameter> {
     let parameters = match (effect.form, effect.at) {
         (Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card }, _) => card.parameters,
-        (Form::Bent, At::Fluid) => fluid::CARD.parameters,
+        (Form::Bent, At::Fluid | At::Warmth) => fluid::CARD.parameters,
         (Form::Bent, At::Component { kind, .. }) => CARDS.iter().find(|card| card.kind == kind)?.parameters,
         (Form::Bent, _) => return None,
     };

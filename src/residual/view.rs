@@ -54,7 +54,8 @@ impl View {
                 }
             }
         }
-        if this.card.states.len() > 1 {
+        // No residual knows when the record began.
+        if this.card.states.len() > 1 || this.card.sees_time {
             return None;
         }
         z.extend(this.card.states.iter().map(|_| Variable::Settled));
@@ -95,7 +96,7 @@ impl View {
 
     /// What the law answers at the readings `x` with the rig's parameters `p`, all SI.
     pub fn answers<T: Real>(&self, rig: &Rig, p: &[T], x: &[T]) -> Answers<T> {
-        let mut seen = Seen { z: [T::zero(); VARIABLES], u: [T::zero(); INPUTS] };
+        let mut seen = Seen::default();
         let mut settled = None;
         for (index, variable) in self.z.iter().enumerate() {
             seen.z[index] = match *variable {
@@ -124,7 +125,7 @@ impl View {
     /// The value of the state at which its rate is zero, with the derivatives that follow from it implicitly.
     fn settle<T: Real>(&self, rig: &Rig, p: &[T], seen: &Seen<T>, index: usize) -> T {
         // The search needs no derivatives but the one by the state.
-        let plain = Seen { z: seen.z.map(|value| value.re()), u: seen.u.map(|value| value.re()) };
+        let plain = Seen { z: seen.z.map(|value| value.re()), u: seen.u.map(|value| value.re()), ..Seen::default() };
         let state = search(&Rate::of(rig, self.component, p, &plain, index, |value| Dual::lift(value.re())));
         // Two steps more carry first and second derivatives of everything else into the state.
         let rate = Rate::of(rig, self.component, p, seen, index, Dual::lift);
@@ -148,7 +149,7 @@ impl<N: Real> Rate<N> {
         index: usize,
         lift: impl Fn(T) -> Dual<N, 1>,
     ) -> Self {
-        let seen = Seen { z: seen.z.map(Dual::lift), u: seen.u.map(Dual::lift) };
+        let seen = Seen { z: seen.z.map(Dual::lift), u: seen.u.map(Dual::lift), ..Seen::default() };
         Self { law: law(rig, component, p, lift), seen, index }
     }
 

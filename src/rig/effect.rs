@@ -59,6 +59,7 @@ impl Rig {
     fn spots(&self, effect: &Effect) -> Vec<Spot> {
         match effect.at {
             At::Fluid => vec![Spot::Fluid],
+            At::Warmth => self.temperature.iter().map(|_| Spot::Fluid).collect(),
             At::Node => {
                 let volume = |&node: &usize| matches!(self.nodes[node].kind, NodeKind::Volume { .. });
                 (0..self.nodes.len()).filter(volume).map(Spot::Node).collect()
@@ -74,6 +75,9 @@ impl Rig {
                 .map(Spot::Component)
                 .collect(),
             At::Sensor => (0..self.sensors.len()).map(Spot::Sensor).collect(),
+            At::NamedSensor(name) => {
+                self.sensors.iter().position(|sensor| sensor.name == name).map(Spot::Sensor).into_iter().collect()
+            }
             At::Named(name) => self.node(name).map(Spot::Node).into_iter().collect(),
         }
     }
@@ -158,7 +162,7 @@ impl Rig {
         };
         match (card.parameters.iter().find(|own| own.name == name).map(|own| own.unit), placed.spot) {
             // A reading's own limits are in the unit of the sensor.
-            (Some("-"), Spot::Sensor(sensor)) => self.sensor_unit(&self.sensors[sensor]),
+            (Some("-"), Spot::Sensor(sensor)) if card.formula.is_none() => self.sensor_unit(&self.sensors[sensor]),
             (Some(unit), _) => Unit::parse(unit).unwrap_or_else(|_| Unit::dimensionless()),
             (None, _) => Unit::dimensionless(),
         }
@@ -265,7 +269,11 @@ impl Rig {
                         return refuse(Kind::MissingEntry, format!("the effect `{id}` has no `{}`", own.name));
                     };
                     // A limit in the unit of a sensor may have either sign.
-                    let low = if own.unit == "-" { f64::NEG_INFINITY } else { unit.difference_to_si(own.bounds.0) };
+                    let low = if own.unit == "-" && card.formula.is_none() {
+                        f64::NEG_INFINITY
+                    } else {
+                        unit.difference_to_si(own.bounds.0)
+                    };
                     self.parameters.push(Parameter {
                         id: format!("{id}.{}", own.name),
                         bounds: (low, unit.difference_to_si(own.bounds.1)),
@@ -346,10 +354,12 @@ fn free_indices(card: &Card, effect: &Effect, first: usize) -> Vec<usize> {
 fn needs(at: At) -> String {
     match at {
         At::Fluid => "a fluid".to_owned(),
+        At::Warmth => "the column of a temperature: `temperature` in `[fluid]`".to_owned(),
         At::Node => "a node with a volume".to_owned(),
         At::Actuator => "a node where a cylinder stands".to_owned(),
         At::Component { kind, .. } => format!("a `{kind}`"),
         At::Sensor => "a sensor".to_owned(),
         At::Named(node) => format!("the node `{node}`"),
+        At::NamedSensor(sensor) => format!("the sensor `{sensor}`"),
     }
 }

@@ -11,7 +11,7 @@ impl Rig {
     /// The component's parameters are taken as exact.
     ///
     /// # Errors
-    /// A name that is taken; ports that do not fit the card; a card with inputs, or one that keeps the pressure of a node;
+    /// A name that is taken; ports that do not fit the card; a card with inputs that is no formula, or that keeps the pressure of a node;
     /// a value that is missing or outside its bounds.
     pub fn join(
         &mut self,
@@ -36,9 +36,13 @@ impl Rig {
         if ports.len() != card.ports.len() || !card.ports.iter().map(|port| port.kind).zip(ports).all(fits) {
             return refuse(Kind::Shape, format!("its nodes are not what the ports of a `{}` meet", card.kind));
         }
-        if !card.inputs.is_empty() || card.fixes_pressure.is_some() {
+        let inputs: Option<Vec<usize>> =
+            card.inputs.iter().map(|input| self.inputs.iter().position(|own| own.name == input.name)).collect();
+        let Some(inputs) =
+            inputs.filter(|inputs| card.fixes_pressure.is_none() && (inputs.is_empty() || card.formula.is_some()))
+        else {
             return refuse(Kind::Contradiction, format!("a `{}` drives the circuit", card.kind));
-        }
+        };
         if let Some((unknown, _)) = values.iter().find(|(key, _)| card.parameters.iter().all(|own| own.name != *key)) {
             return refuse(Kind::UnknownName, format!("a `{}` has no `{unknown}`", card.kind));
         }
@@ -69,7 +73,7 @@ impl Rig {
             name: name.to_owned(),
             card,
             ports: ports.to_vec(),
-            inputs: Vec::new(),
+            inputs,
             first_parameter: self.parameters.len(),
             initial: vec![None; card.states.len()],
             margin: false,

@@ -27,7 +27,7 @@ pub use effect::{Given, Placed, Present, Readings, Spot};
 pub use mapping::Proposal;
 pub use margin::NEVER_KNOWN;
 pub use scaling::Scaling;
-pub use sensor::{Hold, Input, Quantity, Sensor, TOLERANCE, Target};
+pub use sensor::{Hold, Input, Quantity, Sensor, TOLERANCE, Target, Temperature};
 pub(crate) use source::document;
 
 /// Physical limits, SI, in words.
@@ -51,6 +51,8 @@ pub struct Rig {
     pub components: Vec<Component>,
     pub sensors: Vec<Sensor>,
     pub inputs: Vec<Input>,
+    /// Where records tell the temperature of the fluid.
+    pub temperature: Option<Temperature>,
     /// Every parameter there is: the fluid's, then each component's in the order of its card, then each sensor's offset
     /// and gain, then those of components that were joined later ([`Rig::join`]).
     pub parameters: Vec<Parameter>,

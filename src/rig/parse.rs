@@ -44,6 +44,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         components: Vec::new(),
         sensors: Vec::new(),
         inputs: Vec::new(),
+        temperature: None,
         parameters: Vec::new(),
         faults: Vec::new(),
         effects: Vec::new(),
@@ -56,6 +57,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
     let fluid_table =
         root.require("fluid", "add `[fluid]` with density, viscosity and bulk_modulus")?.table("`[fluid]`")?;
     component::read_parameters(&mut rig, "fluid", &fluid::CARD, &fluid_table)?;
+    rig.temperature = fluid_table.get("temperature").map(|value| input::read_temperature(&value)).transpose()?;
     fluid_table.finish()?;
     input::read_inputs(&mut rig, root.get("inputs"))?;
     let nodes = root.require("nodes", "add `[nodes]` with one line per node, such as `pump_line = {}`")?;

@@ -56,10 +56,11 @@ impl Scaling {
 }
 
 impl Rig {
-    /// Whether a sensor or an input reads this column.
+    /// Whether a sensor, an input or the fluid's temperature reads this column.
     pub fn reads(&self, column: &str) -> bool {
         let sensors = self.sensors.iter().map(|sensor| &sensor.column);
-        sensors.chain(self.inputs.iter().map(|input| &input.column)).any(|own| own == column)
+        let temperature = self.temperature.iter().map(|temperature| &temperature.input.column);
+        sensors.chain(self.inputs.iter().map(|input| &input.column)).chain(temperature).any(|own| own == column)
     }
 
     /// What the rig asks of a record: its columns, with the units that its file tells.

@@ -130,6 +130,14 @@ impl Hold {
     pub const NAMED: &[(&str, Hold)] = &[("before", Hold::Before), ("after", Hold::After), ("linear", Hold::Linear)];
 }
 
+/// Where records tell the temperature of the fluid; one that does not has it at the reference.
+#[derive(Debug, Clone)]
+pub struct Temperature {
+    pub input: Input,
+    /// At which the fluid has the viscosity of the rig file, K.
+    pub reference: f64,
+}
+
 /// A recorded signal that drives components.
 #[derive(Debug, Clone)]
 pub struct Input {

@@ -41,11 +41,12 @@ pub fn validate(rig: &Rig) -> Result<(), Complaint> {
 /// Most faults of one rig.
 const MOST_FAULTS: usize = 40;
 
-/// One column belongs to one sensor or input.
+/// One column belongs to one sensor or input, or to the temperature of the fluid.
 fn columns(rig: &Rig) -> Result<(), Complaint> {
     let sensors = rig.sensors.iter().map(|sensor| (&sensor.column, &sensor.place));
     let inputs = rig.inputs.iter().map(|input| (&input.column, &input.place));
-    let all: Vec<_> = inputs.chain(sensors).collect();
+    let temperature = rig.temperature.iter().map(|temperature| (&temperature.input.column, &temperature.input.place));
+    let all: Vec<_> = inputs.chain(sensors).chain(temperature).collect();
     for (index, (column, place)) in all.iter().enumerate() {
         if *column == "time" {
             return Err(Complaint::new(Kind::Contradiction, "the column `time` is the time of the record")

@@ -113,7 +113,7 @@ fn point(component: &Component, random: &mut Random) -> Seen<Number> {
         let scale = state.scale * Unit::parse(state.unit).map_or(1.0, |unit| unit.factor);
         values.push(scale * random.signed(-3.0, 1.0));
     }
-    let mut seen = Seen { z: [Number::zero(); VARIABLES], u: [Number::zero(); INPUTS] };
+    let mut seen: Seen<Number> = Seen::default();
     seen.z.iter_mut().zip(values).for_each(|(place, value)| *place = Number::constant(value));
     seen.u.iter_mut().for_each(|place| *place = Number::constant(random.signed(-3.0, 4.0)));
     seen

@@ -2,7 +2,7 @@
 
 use approx::assert_relative_eq;
 use borescope::physics::card::{Answer, Card};
-use borescope::physics::component::{Answers, INPUTS, Seen, VARIABLES};
+use borescope::physics::component::{Answers, Seen};
 use borescope::physics::fluid::{self, Fluid};
 use borescope::units::Unit;
 
@@ -28,7 +28,7 @@ pub fn worked_numbers_come_out(card: &Card, law: impl Fn(&[f64], &Fluid<f64>, &S
                 unit(p.unit).difference_to_si(given.or(p.default).unwrap_or(1.0))
             })
             .collect();
-        let mut seen = Seen { z: [0.0; VARIABLES], u: [0.0; INPUTS] };
+        let mut seen = Seen::default();
         seen.z[..worked.at.len()].copy_from_slice(worked.at);
         seen.u[..worked.inputs.len()].copy_from_slice(worked.inputs);
         let mut answers = Answers::default();

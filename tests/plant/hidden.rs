@@ -15,6 +15,8 @@ pub enum Sheet {
     Plain,
     /// With a throttle of 1.6 mm, so that the reducing valve regulates.
     Throttled,
+    /// With a worn seal, so that the viscosity matters.
+    Leaking,
     /// Without sensors' faults, which would be the same as what is hidden.
     TrueSensors,
 }
@@ -41,6 +43,10 @@ const fn hidden(id: &'static str, typical: f64, put: fn(&mut Plant, f64)) -> Hid
 
 const fn throttled(id: &'static str, typical: f64, put: fn(&mut Plant, f64)) -> Hidden {
     Hidden { id, alike: &[], sheet: Sheet::Throttled, typical, put }
+}
+
+const fn leaking(id: &'static str, typical: f64, put: fn(&mut Plant, f64)) -> Hidden {
+    Hidden { id, alike: &[], sheet: Sheet::Leaking, typical, put }
 }
 
 const fn sensor(id: &'static str, typical: f64, put: fn(&mut Plant, f64)) -> Hidden {
@@ -86,6 +92,12 @@ pub const HIDDEN: &[Hidden] = &[
     sensor("sensor-lag@p_B", 15.0, |plant, size| plant.readings[3].lag = size * 1e-3),
     sensor("sensor-saturation@p_A", 25.0, |plant, size| plant.readings[2].limit = size * 1e5),
     hidden("external-leakage@B", 0.008, |plant, size| plant.external_leak[B] = size * PER_BAR),
+    leaking("viscosity-temperature", 0.03, |plant, size| (plant.thinning, plant.warming) = (size, 8.0)),
+    leaking("viscosity-drift", 0.02, |plant, size| {
+        // Nothing tells that it warms up, nearly straight.
+        (plant.thinning, plant.warming_up, plant.logs_temperature) = (0.04, 40.0, false);
+        plant.warming = size * plant.warming_up / plant.thinning;
+    }),
     of_pump("external-leakage@pump_line", 0.004, |plant, size| plant.external_leak[PUMP_LINE] = size * PER_BAR),
 ];
 
@@ -103,6 +115,9 @@ pub fn healthy(kind: Sheet, random: &mut Stream) -> Plant {
     let mut sheet = Plant::default();
     if kind == Sheet::Throttled {
         sheet.throttle = 1.6e-3;
+    }
+    if kind == Sheet::Leaking {
+        sheet.clearance = 0.2e-3;
     }
     let mut near = |value: f64, relative: f64| value * (1.0 + relative * random.normal().clamp(-2.0, 2.0));
     Plant {
@@ -126,6 +141,9 @@ pub fn rig(sheet: Sheet) -> Rig {
     let text = match sheet {
         Sheet::Plain => text,
         Sheet::Throttled => text.replace("\"5 mm\"", "\"1.6 mm\""),
+        Sheet::Leaking => text
+            .replace("clearance = \"0 mm\"", "clearance = \"0.2 mm\"")
+            .replace("healthy = \"0 mm\"", "healthy = \"0.2 mm\""),
         Sheet::TrueSensors => {
             text.lines().filter(|line| !line.starts_with("\"sensor.")).map(|line| format!("{line}\n")).collect()
         }

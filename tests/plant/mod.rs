@@ -42,6 +42,12 @@ pub struct Line {
 #[derive(Debug, Clone)]
 pub struct Plant {
     pub viscosity: f64,
+    /// Relative loss of viscosity per kelvin at 40 degC, where the rest is Vogel's law, and by how much the oil gets warmer in the end, K.
+    pub thinning: f64,
+    pub warming: f64,
+    /// s.
+    pub warming_up: f64,
+    pub logs_temperature: bool,
     pub bulk_modulus: f64,
     pub pump_flow: f64,
     pub set_pressure: f64,
@@ -93,6 +99,10 @@ impl Default for Plant {
         }
         Self {
             viscosity: 45.5e-3,
+            thinning: 0.0,
+            warming: 0.0,
+            warming_up: 6.0,
+            logs_temperature: true,
             bulk_modulus: 1.4e9,
             pump_flow: 5.5e-3 / 60.0,
             set_pressure: 100e5,
@@ -168,6 +178,18 @@ pub type Acting = [f64; 2];
 pub type Flows = [f64; 3];
 
 impl Plant {
+    /// Temperature of the oil so many seconds after the start, degC.
+    pub fn temperature(&self, t: f64) -> f64 {
+        40.0 + self.warming * (1.0 - (-t / self.warming_up).exp())
+    }
+
+    /// The plant with its oil as warm as it is then: Vogel's law, with 95 K below 0 degC as where oil would not flow.
+    pub fn warm(&self, t: f64) -> Self {
+        let b = self.thinning * 135.0 * 135.0;
+        let viscosity = self.viscosity * (b / (95.0 + self.temperature(t)) - b / 135.0).exp();
+        Self { viscosity, ..self.clone() }
+    }
+
     /// The state at rest in front of a load, the pump flow going over the relief valve.
     pub fn start(&self, load: f64) -> [f64; STATES] {
         let mut y = [0.0; STATES];

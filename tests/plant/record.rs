@@ -73,6 +73,7 @@ fn run(plant: &Plant, phases: &[Phase]) -> (Vec<Vec<f64>>, Vec<Acting>) {
     let mut acted = Vec::new();
     for &(duration, acting) in phases {
         for _ in 0..(duration / INTERVAL).round() as usize {
+            let plant = &plant.warm((acted.len() as f64 + 0.5) * INTERVAL);
             let mut stepper = Rk4::new(Running { plant, acting }, 0.0, y.into(), INTERVAL, STEP);
             stepper.integrate().expect("fixed steps");
             for state in stepper.y_out().iter().skip(FINE).step_by(FINE) {
@@ -118,6 +119,10 @@ pub fn record(name: &str, plant: &Plant, phases: &[Phase], random: &mut Stream) 
             read.push((shown / resolution).round() * resolution);
         }
         channels.push(column(name, symbol, 3, read));
+    }
+    if plant.logs_temperature {
+        let shown = |t: &f64| ((plant.temperature(*t) + 0.1 * random.normal()) * 10.0).round() / 10.0;
+        channels.push(column("T_oil", "degC", 1, time.iter().map(shown).collect()));
     }
     Record::new(name, time, channels)
 }

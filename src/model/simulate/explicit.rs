@@ -76,12 +76,7 @@ impl Model {
             }
         };
         for (index, piece) in drive.pieces.iter().enumerate() {
-            let slope = |(from, to): (&f64, &f64)| (to - from) / (piece.end - piece.start);
-            assembly.borrow_mut().inputs = Inputs {
-                start: piece.start,
-                from: piece.from.clone(),
-                slope: piece.from.iter().zip(&piece.to).map(slope).collect(),
-            };
+            assembly.borrow_mut().inputs = Inputs::of(piece, drive.begins());
             if index == 0 {
                 let mut assembly = assembly.borrow_mut();
                 start::start(&self.rig, &self.layout, &mut assembly, parameters, drive, piece.start, &mut y);

@@ -68,6 +68,7 @@ pub struct Cylinder<T> {
     dead_b: T,
     mass: T,
     friction: T,
+    /// At the temperature of reference.
     leak_conductance: T,
     /// Half the cross-section of the gap, m²: what the moving wall drags along per speed.
     drag_area: T,
@@ -100,7 +101,7 @@ impl<T: Real> Law<T> for Cylinder<T> {
     #[inline]
     fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
         let [p_a, p_b, x, v, ..] = seen.z;
-        let leak = self.leak_conductance * (p_a - p_b) - self.drag_area * v;
+        let leak = self.leak_conductance * seen.fluidity * (p_a - p_b) - self.drag_area * v;
         answers.through[0] = self.area_a * v + leak;
         answers.through[1] = -(self.area_b * v) - leak;
         let zero = T::zero();

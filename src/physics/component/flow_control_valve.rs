@@ -153,7 +153,7 @@ impl FlowControlValve<f64> {
     pub fn steady_flow(&self, p_in: f64, p_out: f64) -> f64 {
         let at = |opening: f64| {
             let mut answers = Answers::default();
-            let mut seen = Seen { z: [0.0; super::VARIABLES], u: [0.0; super::INPUTS] };
+            let mut seen = Seen::default();
             (seen.z[0], seen.z[1], seen.z[2]) = (p_in, p_out, opening);
             self.evaluate(&seen, &mut answers);
             (answers.through[0], answers.rate[0])

@@ -12,14 +12,23 @@ pub const VARIABLES: usize = 5;
 pub const PORTS: usize = 4;
 /// The largest number of states of one component.
 pub const STATES: usize = 2;
-/// The largest number of inputs of one component.
-pub const INPUTS: usize = 1;
+/// The largest number of inputs of one component, the time among them.
+pub const INPUTS: usize = 2;
 
-/// What a component sees: port variables in the order of its card, then its states; and its inputs.
+/// What a component sees: port variables in the order of its card, then its states; its inputs; and how easily the fluid flows,
+/// as [`Fluid::fluidity`] says.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen<T> {
     pub z: [T; VARIABLES],
     pub u: [T; INPUTS],
+    pub fluidity: T,
+}
+
+impl<T: Real> Default for Seen<T> {
+    /// Zeros, and the fluid as it is at its temperature of reference.
+    fn default() -> Self {
+        Self { z: [T::zero(); VARIABLES], u: [T::zero(); INPUTS], fluidity: T::one() }
+    }
 }
 
 /// What a component answers.

@@ -9,6 +9,7 @@ pub(crate) mod spline;
 use super::card::Card;
 use super::component::{Answers, Law, Seen};
 use super::fluid::Fluid;
+use super::formula;
 use crate::numeric::Real;
 
 /// Where an effect may sit.
@@ -16,6 +17,8 @@ use crate::numeric::Real;
 pub enum At {
     /// The fluid, and so the whole rig.
     Fluid,
+    /// The fluid, where records tell its temperature.
+    Warmth,
     /// A node with a volume; written `@node`.
     Node,
     /// A node with a volume where a cylinder or motor stands; written `@node`.
@@ -26,6 +29,8 @@ pub enum At {
     Sensor,
     /// The node of this name, whatever stands there.
     Named(&'static str),
+    /// The sensor of this name; written `@name`.
+    NamedSensor(&'static str),
 }
 
 /// Which node a port of a joined component meets.
@@ -143,8 +148,12 @@ macro_rules! effects {
             }
         }
 
-        /// Does to the readings of a sensor what the effect whose card is `kind` does.
-        pub fn read<T: Real>(kind: &str, parameters: &[T], times: &[f64], readings: &mut [T]) {
+        /// Does to the readings of a sensor what the effect of this card does; `parameters` in its order, SI.
+        pub fn read<T: Real>(card: &'static Card, parameters: &[T], times: &[f64], readings: &mut [T]) {
+            if let Some(expression) = card.formula {
+                formula::read(expression, parameters, times, readings);
+            }
+            let kind = card.kind;
             $(if kind == $reading::CARD.kind {
                 $reading::$does::apply(parameters, times, readings);
             })+
@@ -192,6 +201,8 @@ effects! {
         spool_dead_band,
         spool_flow_force,
         spool_lag,
+        viscosity_drift,
+        viscosity_temperature,
         viscous_friction,
     }
 }

@@ -3,8 +3,8 @@
 use super::{difference, named};
 use crate::complaint::{Complaint, Kind};
 use crate::rig::source::Value;
-use crate::rig::{Hold, Input, Rig, Scaling};
-use crate::units::Unit;
+use crate::rig::{Hold, Input, Rig, Scaling, Temperature};
+use crate::units::{Dimension, Unit};
 
 pub(super) fn read_inputs(rig: &mut Rig, inputs: Option<Value<'_>>) -> Result<(), Complaint> {
     let Some(inputs) = inputs else { return Ok(()) };
@@ -34,4 +34,19 @@ pub(super) fn read_inputs(rig: &mut Rig, inputs: Option<Value<'_>>) -> Result<()
         rig.inputs.push(Input { name: name.to_owned(), column, unit, scale, hold, noise, place: value.place() });
     }
     Ok(())
+}
+
+/// Where records tell the temperature of the fluid: `{ column = "T_oil", reference = "40 degC", noise = "0.1 degC" }`.
+pub(super) fn read_temperature(value: &Value<'_>) -> Result<Temperature, Complaint> {
+    let table = value.table("`temperature` of the fluid")?;
+    let column =
+        table.require("column", "add the column of the record, such as `column = \"T_oil\"`")?.text()?.to_owned();
+    let reference =
+        table.require("reference", "add the temperature of the viscosity, such as `reference = \"40 degC\"`")?;
+    let reference = reference.quantity(Dimension::TEMPERATURE)?;
+    let noise = table.get("noise").map(|noise| difference(&noise, Dimension::TEMPERATURE)).transpose()?.unwrap_or(0.0);
+    table.finish()?;
+    let (name, unit, place) = (column.clone(), reference.unit.clone(), value.place());
+    let input = Input { name, column, unit, scale: None, hold: Hold::Linear, noise, place };
+    Ok(Temperature { input, reference: reference.value })
 }

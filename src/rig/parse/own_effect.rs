@@ -3,8 +3,8 @@
 use super::Value;
 use crate::complaint::{Complaint, Kind, help_with_names};
 use crate::expression::{Expression, Name};
-use crate::physics::card::{Card, Parameter, Port, PortKind};
-use crate::physics::component::{PORTS, VARIABLES};
+use crate::physics::card::{ANY, Card, Input, Parameter, Port, PortKind};
+use crate::physics::component::{INPUTS, PORTS, VARIABLES};
 use crate::physics::effect::{At, Effect, First, Form, Free, Joint, effect};
 use crate::physics::formula::MOST_PARAMETERS;
 use crate::rig::source::Table;
@@ -29,29 +29,32 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
             .help("the library has one of this name, or it holds an `@`: take another"));
     }
     let table = value.table(format!("effect `{name}`"))?;
-    let at = table.require("at", "add the node where it acts, such as `at = \"A\"`")?;
-    let node = node(rig, &at)?;
-    let kind = kind(rig, node);
-    let (key, dimension) = match kind {
-        PortKind::Hydraulic => ("flow", Dimension::FLOW),
-        PortKind::Mechanical => ("force", Dimension::FORCE),
+    let at = table.require("at", "add the node or the sensor where it acts, such as `at = \"A\"`")?;
+    let acts = acts(rig, &at)?;
+    let (key, dimension) = match acts {
+        Acts::Flow(_) => ("flow", Dimension::FLOW),
+        Acts::Force(_) => ("force", Dimension::FORCE),
+        Acts::Reading(sensor) => ("reading", rig.sensors[sensor].quantity.dimension()),
     };
-    let formula = table.require(key, "add the formula: `flow` out of a node with a volume, `force` on a body")?;
+    let formula = table.require(
+        key,
+        "add the formula: `flow` out of a node with a volume, `force` on a body, `reading` of a sensor",
+    )?;
     let meaning = table.get("meaning").map(|text| text.text()).transpose()?.unwrap_or("An effect of the rig file.");
     let parameters = table.require("parameters", "add its parameters, the size first")?;
     let own = read_parameters(&parameters)?;
     table.finish()?;
 
-    let joints = joints(rig, node, kind, &formula)?;
-    let ports: Vec<PortKind> = joints.iter().map(|&node| self::kind(rig, node)).collect();
-    let mut names = variables(rig, &joints);
+    let sees = Sees::of(rig, acts, &own, &formula)?;
+    let mut names = sees.names(rig, acts);
     names.extend(own.iter().map(|own| Name::new(own.name.clone(), own.unit.dimension)));
     let expression = Expression::parse_as(formula.text()?, &names, dimension).map_err(|error| {
         Complaint::new(Kind::Syntax, error.to_string()).at(formula.place()).help(error.help.clone())
     })?;
-    check_neutral(&expression, &own, &ports, &formula)?;
+    let ports: Vec<PortKind> = sees.nodes.iter().map(|&node| kind(rig, node)).collect();
+    check_neutral(&expression, &own, acts, &names[..names.len() - own.len()], &formula)?;
 
-    let joints: Vec<Joint> = joints.iter().map(|&node| Joint::Named(kept(&rig.nodes[node].name))).collect();
+    let input = |&input: &usize| Input { name: kept(&rig.inputs[input].name), unit: "", meaning: "", range: ANY };
     let card = Card {
         kind: kept(&format!("own:{name}")),
         meaning: kept(meaning),
@@ -60,22 +63,55 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
         validity: "As its author meant it.",
         parameters: kept_list(own.iter().map(parameter).collect()),
         ports: kept_list(ports.iter().map(|&kind| Port { name: "", kind, meaning: "" }).collect()),
+        inputs: kept_list(sees.inputs.iter().map(input).collect()),
+        sees_time: sees.time,
         formula: Some(Box::leak(Box::new(expression))),
         ..Card::EMPTY
     };
     let card: &'static Card = Box::leak(Box::new(card));
+    let joints = sees.nodes.iter().map(|&node| Joint::Named(kept(&rig.nodes[node].name))).collect();
+    let (at, form) = match acts {
+        Acts::Flow(node) | Acts::Force(node) => {
+            (At::Named(kept(&rig.nodes[node].name)), Form::Joined { card, joints: kept_list(joints), shared: &[] })
+        }
+        Acts::Reading(sensor) => (At::NamedSensor(kept(&rig.sensors[sensor].name)), Form::Reading { card }),
+    };
     rig.own_effects.push(Box::leak(Box::new(Effect {
         name: kept(name),
         meaning: card.meaning,
         law: card.law,
         source: card.source,
         validity: card.validity,
-        at: At::Named(kept(&rig.nodes[node].name)),
-        form: Form::Joined { card, joints: kept_list(joints), shared: &[] },
+        at,
+        form,
         parameters: kept_list(own.iter().map(free).collect()),
     })));
     Ok(())
 }
+
+/// Where an effect acts, and on what.
+#[derive(Debug, Clone, Copy)]
+enum Acts {
+    /// The flow out of this node.
+    Flow(usize),
+    /// The force on this body.
+    Force(usize),
+    /// What this sensor shows.
+    Reading(usize),
+}
+
+/// What a formula sees.
+struct Sees {
+    /// Those that its ports meet: where it acts, the tank behind a flow, and what else it names.
+    nodes: Vec<usize>,
+    inputs: Vec<usize>,
+    time: bool,
+}
+
+/// How a formula calls the time since the run began.
+const TIME: &str = "t";
+/// And what a sensor would show.
+const READING: &str = "reading";
 
 /// Cards are constants everywhere else; those of a rig file live as long as the program, which reads few of them.
 fn kept(text: &str) -> &'static str {
@@ -86,14 +122,19 @@ fn kept_list<T>(list: Vec<T>) -> &'static [T] {
     Box::leak(list.into_boxed_slice())
 }
 
-fn node(rig: &Rig, value: &Value<'_>) -> Result<usize, Complaint> {
+fn acts(rig: &Rig, value: &Value<'_>) -> Result<Acts, Complaint> {
     let name = value.text()?;
-    let acts = rig.node(name).filter(|&node| !matches!(rig.nodes[node].kind, NodeKind::Held { .. }));
-    acts.ok_or_else(|| {
+    match rig.node(name).map(|node| (node, &rig.nodes[node].kind)) {
+        Some((node, NodeKind::Volume { .. })) => return Ok(Acts::Flow(node)),
+        Some((node, NodeKind::Body { .. })) => return Ok(Acts::Force(node)),
+        Some((_, NodeKind::Held { .. })) | None => {}
+    }
+    rig.sensors.iter().position(|sensor| sensor.name == name).map(Acts::Reading).ok_or_else(|| {
         let free = rig.nodes.iter().filter(|node| !matches!(node.kind, NodeKind::Held { .. }));
+        let places = free.map(|node| &node.name).chain(rig.sensors.iter().map(|sensor| &sensor.name));
         Complaint::new(Kind::UnknownName, format!("nothing can act at `{name}`"))
             .at(value.place())
-            .help(help_with_names(name, "nodes", free.map(|node| node.name.as_str())))
+            .help(help_with_names(name, "nodes and sensors", places.map(String::as_str)))
     })
 }
 
@@ -101,46 +142,75 @@ fn kind(rig: &Rig, node: usize) -> PortKind {
     if matches!(rig.nodes[node].kind, NodeKind::Body { .. }) { PortKind::Mechanical } else { PortKind::Hydraulic }
 }
 
-/// What the ports see, by name.
-fn variables(rig: &Rig, joints: &[usize]) -> Vec<Name> {
-    let of = |&node: &usize| {
-        let name = &rig.nodes[node].name;
-        match kind(rig, node) {
-            PortKind::Hydraulic => vec![Name::new(format!("{name}.p"), Dimension::PRESSURE)],
-            PortKind::Mechanical => vec![
-                Name::new(format!("{name}.x"), Dimension::LENGTH),
-                Name::new(format!("{name}.v"), Dimension::VELOCITY),
-            ],
+impl Sees {
+    fn of(rig: &Rig, acts: Acts, own: &[Own], formula: &Value<'_>) -> Result<Self, Complaint> {
+        let mut nodes: Vec<usize> = match acts {
+            Acts::Flow(node) => vec![node, tank(rig, formula)?],
+            Acts::Force(body) => vec![body],
+            // Of a sample nothing else is known when it is read.
+            Acts::Reading(_) => return Ok(Self { nodes: Vec::new(), inputs: Vec::new(), time: true }),
+        };
+        let (mut inputs, mut time) = (Vec::new(), false);
+        let part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.');
+        for word in formula.text()?.split(|c: char| !part(c)) {
+            if own.iter().any(|own| own.name == word) {
+                continue;
+            }
+            time |= word == TIME;
+            let input = rig.inputs.iter().position(|input| input.name == word);
+            inputs.extend(input.filter(|input| !inputs.contains(input)));
+            let node = word.rsplit_once('.').and_then(|(name, _)| rig.node(name));
+            nodes.extend(node.filter(|node| !nodes.contains(node)));
         }
-    };
-    joints.iter().flat_map(of).collect()
+        let too_many = |what: &str, help: String| {
+            Err(Complaint::new(Kind::Bounds, format!("the formula looks at too many {what}"))
+                .at(formula.place())
+                .help(help))
+        };
+        let variables: usize = nodes.iter().map(|&node| kind(rig, node).variables()).sum();
+        if nodes.len() > PORTS || variables > VARIABLES {
+            return too_many(
+                "nodes",
+                format!("it may meet {PORTS} nodes with {VARIABLES} variables, the tank among them"),
+            );
+        }
+        if inputs.len() + usize::from(time) > INPUTS {
+            return too_many("inputs", format!("it may see {INPUTS}, the time `{TIME}` among them"));
+        }
+        Ok(Self { nodes, inputs, time })
+    }
+
+    /// The names of what it sees, in the order in which a formula is given it.
+    fn names(&self, rig: &Rig, acts: Acts) -> Vec<Name> {
+        let of = |&node: &usize| {
+            let name = &rig.nodes[node].name;
+            match kind(rig, node) {
+                PortKind::Hydraulic => vec![Name::new(format!("{name}.p"), Dimension::PRESSURE)],
+                PortKind::Mechanical => vec![
+                    Name::new(format!("{name}.x"), Dimension::LENGTH),
+                    Name::new(format!("{name}.v"), Dimension::VELOCITY),
+                ],
+            }
+        };
+        let mut names: Vec<Name> = self.nodes.iter().flat_map(of).collect();
+        if let Acts::Reading(sensor) = acts {
+            names.push(Name::new(READING.to_owned(), rig.sensors[sensor].quantity.dimension()));
+        }
+        let input = |&input: &usize| Name::new(rig.inputs[input].name.clone(), rig.inputs[input].unit.dimension);
+        names.extend(self.inputs.iter().map(input));
+        names.extend(self.time.then(|| Name::new(TIME.to_owned(), Dimension::TIME)));
+        names
+    }
 }
 
-/// The nodes that the effect meets: where it acts, the tank behind a flow, and what else the formula names.
-fn joints(rig: &Rig, node: usize, acts: PortKind, formula: &Value<'_>) -> Result<Vec<usize>, Complaint> {
-    let mut joints = vec![node];
-    if acts == PortKind::Hydraulic {
-        let tank = rig.components.iter().find(|component| component.card.fixes_pressure.is_some());
-        let Some(tank) = tank else {
-            return Err(Complaint::new(Kind::MissingEntry, "a flow needs a tank to go to, and this rig has none")
-                .at(formula.place())
-                .help("add a component of kind `tank`"));
-        };
-        joints.push(tank.ports[0]);
-    }
-    let text = formula.text()?;
-    let part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.');
-    for word in text.split(|c: char| !part(c)) {
-        let Some((name, _)) = word.rsplit_once('.') else { continue };
-        joints.extend(rig.node(name).filter(|node| !joints.contains(node)));
-    }
-    let variables: usize = joints.iter().map(|&node| kind(rig, node).variables()).sum();
-    if joints.len() > PORTS || variables > VARIABLES {
-        return Err(Complaint::new(Kind::Bounds, "the formula looks at too many nodes")
+/// The node of the tank, behind a flow.
+fn tank(rig: &Rig, formula: &Value<'_>) -> Result<usize, Complaint> {
+    let tank = rig.components.iter().find(|component| component.card.fixes_pressure.is_some());
+    tank.map(|tank| tank.ports[0]).ok_or_else(|| {
+        Complaint::new(Kind::MissingEntry, "a flow needs a tank to go to, and this rig has none")
             .at(formula.place())
-            .help(format!("it may meet {PORTS} nodes with {VARIABLES} variables, the tank among them")));
-    }
-    Ok(joints)
+            .help("add a component of kind `tank`")
+    })
 }
 
 fn read_parameters(value: &Value<'_>) -> Result<Vec<Own>, Complaint> {
@@ -188,11 +258,13 @@ fn read_parameter(name: &str, value: &Value<'_>) -> Result<Own, Complaint> {
     })
 }
 
-/// At its neutral value the size has to switch the effect off.
+/// At its neutral value the size has to switch the effect off: no flow, no force, a reading as it is. `seen` are the names of what
+/// the formula sees.
 fn check_neutral(
     expression: &Expression,
     own: &[Own],
-    ports: &[PortKind],
+    acts: Acts,
+    seen: &[Name],
     formula: &Value<'_>,
 ) -> Result<(), Complaint> {
     let wrong =
@@ -203,27 +275,37 @@ fn check_neutral(
             "add `neutral`, at which the effect does nothing",
         );
     };
-    // Ordinary states: pressures up to 100 bar, positions and speeds of a cylinder.
     for share in [0.0, 0.1, 0.37, 1.0] {
-        let of_port = |kind: &PortKind| match kind {
-            PortKind::Hydraulic => vec![1e7 * share],
-            PortKind::Mechanical => vec![0.1 * share, 0.2 * share - 0.1],
-        };
-        let mut values: Vec<f64> = ports.iter().flat_map(of_port).collect();
+        let mut values: Vec<f64> = seen.iter().map(|name| ordinary(name.dimension, share)).collect();
+        let nothing = if let Acts::Reading(_) = acts { values[0] } else { 0.0 };
         values.push(neutral);
         values.extend(own[1..].iter().map(|own| own.first));
         let value = expression.evaluate(&values);
-        if value != 0.0 {
+        if value != nothing {
             return wrong(
                 format!(
-                    "with `{}` at its neutral value the effect is not nothing but {value:.3e} in SI units",
-                    own[0].name
+                    "with `{}` at its neutral value the effect is not nothing but {:.3e} in SI units",
+                    own[0].name,
+                    value - nothing
                 ),
-                "make the formula vanish there, or state another neutral value",
+                "make the formula do nothing there, or state another neutral value",
             );
         }
     }
     Ok(())
+}
+
+/// What something of a dimension may be in a circuit, SI, `share` of the way through: pressures up to 100 bar, positions and speeds
+/// of a cylinder, forces up to 1 kN.
+fn ordinary(dimension: Dimension, share: f64) -> f64 {
+    match dimension {
+        Dimension::PRESSURE => 1e7 * share,
+        Dimension::LENGTH => 0.1 * share,
+        Dimension::VELOCITY => 0.2 * share - 0.1,
+        Dimension::FLOW => 1e-4 * share,
+        Dimension::FORCE => 1e3 * share,
+        _ => share,
+    }
 }
 
 impl Own {
