@@ -88,3 +88,38 @@ fn derivatives_are_those_of_the_simulation() {
         assert_relative_eq!(slope[last], difference, max_relative = 1e-4);
     }
 }
+
+#[test]
+fn a_window_goes_on_where_the_record_began() {
+    let model = leaking();
+    let record = stroke(None);
+    let last = |late: f64, drift: f64| {
+        let drive = Drive::from_record(&model.rig, &record).unwrap();
+        let drive = Drive { begun: drive.begun - late, ..drive };
+        let mut values = model.rig.nominal();
+        values[model.rig.parameter("fluid.viscosity_drift").unwrap()] = drift;
+        let x = model.rig.sensors.iter().position(|sensor| sensor.name == "x").unwrap();
+        *model.simulate(&values, &drive, &record.time).unwrap().values[x].last().unwrap()
+    };
+    assert_eq!(last(100.0, 0.0), last(0.0, 0.0));
+    // A hundred seconds later the oil is 22 % thinner.
+    assert!(last(100.0, 0.002) < last(0.0, 0.002) - 5e-3);
+}
+
+#[test]
+fn a_temperature_that_is_needed_and_missing_is_told() {
+    let text = std::fs::read_to_string(RIG).unwrap();
+    let warm = "\n[effects]\n\"viscosity-temperature\" = { temperature_coefficient = \"0.03 1/K\" }\n";
+    let needed = Rig::parse(RIG, text.clone() + warm).unwrap();
+    let told = |rig: &Rig, warming| rig.at_odds(&stroke(warming)).iter().any(|odd| odd.contains("no `T_oil`"));
+    assert!(told(&needed, None));
+    assert!(!told(&needed, Some(5.0)));
+    assert!(!told(&Rig::parse(RIG, text.clone()).unwrap(), None));
+    // Without it nothing may be known of a temperature.
+    let without: String =
+        text.lines().filter(|line| !line.starts_with("temperature")).map(|line| format!("{line}\n")).collect();
+    let complaint = Rig::parse(RIG, without + warm).unwrap_err();
+    assert!(complaint.to_string().contains("cannot have the effect `viscosity-temperature`"), "{complaint}");
+    let complaint = Rig::parse(RIG, text.replace(", noise = \"0.1 degC\"", "")).unwrap_err();
+    assert!(complaint.to_string().contains("noise"), "{complaint}");
+}

@@ -94,7 +94,8 @@ pub fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<Complai
         } else if rig.inputs.iter().any(|input| input.column == channel.name) {
             Some("input")
         } else {
-            rig.reads(&channel.name).then_some("temperature")
+            let temperature = rig.temperature.as_ref();
+            temperature.filter(|temperature| temperature.input.column == channel.name).map(|_| "temperature")
         }
     };
     let channels = record.channels.iter().map(|channel| {

@@ -229,5 +229,9 @@ fn recorded_inputs(rig: &Rig, record: &Record, drive: &Drive) -> Result<Vec<Vec<
         let pairs = channel.values.iter().zip(held);
         Ok(pairs.map(|(value, held)| if value.is_nan() { held } else { *value }).collect())
     };
-    rig.inputs.iter().zip(held).map(column).collect()
+    let kept = rig.inputs.len();
+    let mut columns: Vec<Vec<f64>> =
+        rig.inputs.iter().zip(held.iter().cloned()).map(column).collect::<Result<_, _>>()?;
+    columns.extend(held.into_iter().skip(kept));
+    Ok(columns)
 }

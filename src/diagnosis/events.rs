@@ -91,7 +91,7 @@ fn events_along(
     if late > 0.0
         && let Ok(drive) = Drive::from_late_record(rig, record, late)
     {
-        let drive = Drive { shown: problem.drive.shown.clone(), ..drive };
+        let drive = Drive { shown: problem.drive.shown.clone(), begun: problem.drive.begun, ..drive };
         let drive = match &problem.drive.onset {
             Some(onset) => drive.with_onset(onset.clone()),
             None => drive,

@@ -81,7 +81,7 @@ const WORTH_RESTARTING: f64 = 1.0;
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
 pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Diagnosed, Complaint> {
-    diagnose_from(model, record, &[], options)
+    diagnose_from(model, record, (&[], None), options)
 }
 
 /// The same for a record that begins in the middle of a run, with what sensors show of their nodes there.
@@ -91,7 +91,7 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
 pub fn diagnose_from(
     model: &Model,
     record: &Record,
-    shown: &[Shown],
+    (shown, begun): (&[Shown], Option<f64>),
     options: &Options,
 ) -> Result<Diagnosed, Complaint> {
     let rig = &model.rig;
@@ -102,7 +102,8 @@ pub fn diagnose_from(
     }
     let (cleared, left_out) = doubtful::set_aside(rig, record);
     let record = cleared.as_ref().unwrap_or(record);
-    let drive = Drive { shown: shown.to_vec(), ..Drive::from_record(rig, record)? };
+    let drive = Drive::from_record(rig, record)?;
+    let drive = Drive { shown: shown.to_vec(), begun: begun.unwrap_or(drive.begun), ..drive };
     estimate::measured(rig, record)?;
     progress::stage("residuals and fit");
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;

@@ -94,6 +94,16 @@ pub fn places(case: &Case<'_>, depth: Depth) -> Vec<Place> {
     let sparse = search.sparse(depth.paired);
     let mut screened: Vec<Place> = sparse.into_par_iter().filter_map(|faults| search.simulated(faults)).collect();
     sort(&mut screened);
+    if depth.grown == 0 {
+        // Of each fault its best level: where nothing is grown, several of one would take the place of others.
+        let mut known: Vec<Set> = Vec::new();
+        screened.retain(|place| {
+            !known.contains(&place.set()) && {
+                known.push(place.set());
+                true
+            }
+        });
+    }
     screened.truncate(depth.fitted);
     let mut fitted: Vec<Place> = screened.par_iter().filter_map(|place| search.fitted(&place.faults)).collect();
     sort(&mut fitted);

@@ -45,10 +45,20 @@ const EXCITED: f64 = 0.1;
 const ABSORBED: f64 = 0.05;
 /// Factors on the tried size beyond which the form is not believed.
 const FAR: f64 = 20.0;
-/// Sizes that are tried, in typical ones. An effect that is not straight shows itself only near its own; but what shifts the
-/// time at which the piston arrives is straight only where the shift is less than a row.
+/// Sizes that are tried, in typical ones. What shifts the time at which the piston arrives is straight only where the shift is less
+/// than a row.
 const SIZES: &[f64] = &[0.1, 1.0, 5.0, 25.0];
+/// The same of an effect that is not straight: it shows itself only near its own size.
+const BENT_SIZES: &[f64] = &[0.1, 1.0, 1.8, 3.0, 5.0, 9.0, 15.0, 25.0];
+/// Cosine between the changes by two neighbouring sizes below which one between them is tried too: what rings is in step with its own ringing only
+/// near its own size.
+const NEIGHBOURS: f64 = 0.7;
+/// Most sizes that are tried of one effect.
+const MOST_SIZES: usize = 24;
+/// Where both have the typical one.
 const TYPICAL: usize = 1;
+/// Cosine between the changes by two sizes above which they lie on a straight line. What rings or shifts in time does not.
+const STRAIGHT: f64 = 0.9;
 /// Larger ones are tried where the one before is too small by this factor.
 const BEYOND: f64 = 1.5;
 
@@ -141,20 +151,24 @@ fn bends_a_fault(rig: &Rig, placed: &Placed) -> bool {
 /// The try of an effect that promises most.
 fn best_try(here: &Here<'_, '_>, placed: &Placed) -> Option<Candidate> {
     let estimate = here.estimate;
-    let (typical, all) = tries(estimate, placed);
-    let mut tried: Vec<Candidate> = Vec::new();
-    for (place, one) in all.into_iter().enumerate() {
-        let Some(one) = scored(here, placed, one) else { continue };
-        if Some(place) == typical.or(Some(0)) && !one.excited {
-            return Some(one);
+    let tried: Vec<Candidate> = match levels(placed) {
+        Some(levels) => {
+            let mut tried = levels.iter().filter_map(|&level| Try::at(here, placed, level, true));
+            let first = tried.next()?.candidate;
+            if !first.excited {
+                return Some(first);
+            }
+            std::iter::once(first).chain(tried.map(|one| one.candidate)).collect()
         }
-        // A size that asks for no larger one has none that promises more.
-        let enough = typical.is_some_and(|typical| place >= typical && !asks_for_more(&one, place == typical));
-        tried.push(one);
-        if enough {
-            break;
+        None => {
+            let sizes = sizes(here, placed);
+            if let Some(typical) = sizes.iter().position(|one| one.step == SIZES[TYPICAL] && !one.candidate.excited) {
+                return sizes.into_iter().nth(typical).map(|one| one.candidate);
+            }
+            sizes.into_iter().map(|one| one.candidate).collect()
         }
-    }
+    };
+    let mut tried = tried;
     // What the record could show is told by the least try: nearest to a straight line.
     let rig = estimate.case.rig();
     let sized = |one: &Candidate| Some((distance(rig, one)?, one.smallest));
@@ -165,6 +179,57 @@ fn best_try(here: &Here<'_, '_>, placed: &Placed) -> Option<Candidate> {
         best.smallest = smallest * unit / own;
     }
     Some(best)
+}
+
+/// A size or level that is tried.
+struct Try {
+    step: f64,
+    /// Of the weighted misfits.
+    change: Vec<f64>,
+    candidate: Candidate,
+}
+
+impl Try {
+    /// `None` where the model cannot be solved with it.
+    fn at(here: &Here<'_, '_>, placed: &Placed, step: f64, where_it_lies: bool) -> Option<Self> {
+        let attempt = attempt(here.estimate, placed, step);
+        let change = change(here, placed, &attempt)?;
+        let candidate = scored(here, placed, attempt, &change, where_it_lies);
+        Some(Self { step, change, candidate })
+    }
+}
+
+/// Sizes of an effect, as many as it takes to see whether one of them explains what is missed.
+fn sizes(here: &Here<'_, '_>, placed: &Placed) -> Vec<Try> {
+    let mut tried: Vec<Try> = Vec::new();
+    for (place, &step) in SIZES.iter().enumerate() {
+        let Some(one) = Try::at(here, placed, step, false) else { continue };
+        let bent = place == TYPICAL
+            && tried.first().is_some_and(|least| cosine(&least.change, &one.change) < STRAIGHT)
+            && one.candidate.excited;
+        if bent {
+            break;
+        }
+        // A size on a straight line that asks for no larger one has none that promises more.
+        let enough = place >= TYPICAL && !asks_for_more(&one.candidate, place == TYPICAL);
+        tried.push(one);
+        if enough || (place == TYPICAL && !tried[tried.len() - 1].candidate.excited) {
+            return tried;
+        }
+    }
+    if tried.len() > TYPICAL {
+        return tried;
+    }
+    tried.extend(BENT_SIZES[TYPICAL..].iter().filter_map(|&step| Try::at(here, placed, step, true)));
+    while tried.len() < MOST_SIZES {
+        // The small ones first: they are likelier.
+        let mut pairs = tried.windows(2).map(|pair| cosine(&pair[0].change, &pair[1].change));
+        let Some(place) = pairs.position(|alike| alike < NEIGHBOURS) else { break };
+        let step = (tried[place].step * tried[place + 1].step).sqrt();
+        let Some(between) = Try::at(here, placed, step, true) else { break };
+        tried.insert(place + 1, between);
+    }
+    tried
 }
 
 /// How far the tried size is from doing nothing, SI; `None` of a level, which is where it is.
@@ -181,22 +246,35 @@ fn nothing(rig: &Rig, placed: &Placed, free: &Free) -> Option<f64> {
     }
 }
 
+/// Cosine between two changes of the misfits; 0 where one is none.
+fn cosine(a: &[f64], b: &[f64]) -> f64 {
+    let (mut along, mut of_a, mut of_b) = (0.0, 0.0, 0.0);
+    for (a, b) in a.iter().zip(b) {
+        (along, of_a, of_b) = (along + a * b, of_a + a * a, of_b + b * b);
+    }
+    if of_a > 0.0 && of_b > 0.0 { along / (of_a * of_b).sqrt() } else { 0.0 }
+}
+
 /// Whether the best size lies beyond the one that was tried. A typical one of the wrong sign does not say that.
 fn asks_for_more(tried: &Candidate, typical: bool) -> bool {
     if tried.score > 0.0 { tried.factor.abs() > BEYOND } else { typical }
 }
 
-/// What is tried of each parameter, SI: several levels where a level has to be found, else several sizes, one of them typical.
-fn tries(estimate: &Estimate<'_>, placed: &Placed) -> (Option<usize>, Vec<Vec<Given>>) {
-    let rig = estimate.case.rig();
+/// Shares or distances at which a level is tried, where an effect has one that has to be found.
+fn levels(placed: &Placed) -> Option<&'static [f64]> {
     let of_level = placed.effect.parameters.iter().any(|free| matches!(free.first, First::Range(_)));
-    let steps: &[f64] = match placed.spot {
+    of_level.then_some(match placed.spot {
         // Readings pile up at a limit, noise above it.
-        Spot::Sensor(_) if of_level => &[0.0, 2.0],
-        _ if of_level => &[0.6, 0.75, 0.85, 0.95],
-        _ => SIZES,
-    };
-    let one = |free: &Free, step: f64| {
+        Spot::Sensor(_) => &[0.0, 2.0],
+        _ => &[0.6, 0.75, 0.85, 0.95],
+    })
+}
+
+/// What is tried of each parameter at a step, SI: a level, or so many typical sizes.
+fn attempt(estimate: &Estimate<'_>, placed: &Placed, step: f64) -> Vec<Given> {
+    let rig = estimate.case.rig();
+    let of_level = levels(placed).is_some();
+    let one = |free: &Free| {
         let value = match (rig.first_size(placed, free), placed.spot) {
             (Some(first), _) if of_level => first,
             // What only shapes the effect stays.
@@ -208,8 +286,7 @@ fn tries(estimate: &Estimate<'_>, placed: &Placed) -> (Option<usize>, Vec<Vec<Gi
         };
         Given { name: free.name.to_owned(), value, sigma: 0.0 }
     };
-    let all = steps.iter().map(|&step| placed.effect.parameters.iter().map(|free| one(free, step)).collect());
-    ((!of_level).then_some(TYPICAL), all.collect())
+    placed.effect.parameters.iter().map(one).collect()
 }
 
 fn ends(values: &[f64]) -> (f64, f64) {
@@ -247,13 +324,13 @@ fn highest_level(estimate: &Estimate<'_>, spot: Spot) -> f64 {
     levels.ok().flatten().map_or(0.0, |levels| ends(&levels).1)
 }
 
-fn scored(here: &Here<'_, '_>, placed: &Placed, tried: Vec<Given>) -> Option<Candidate> {
-    let Here { estimate, scoring, plain } = here;
+/// By how much a try changes the weighted misfits; `None` where the model cannot be solved with it.
+fn change(here: &Here<'_, '_>, placed: &Placed, tried: &[Given]) -> Option<Vec<f64>> {
+    let Here { estimate, plain, .. } = here;
     let (case, isolation) = (&estimate.case, &estimate.isolation);
     let full = &case.full;
     let mut rig = full.model.rig.clone();
-    let id = rig.effect_id(placed);
-    let indices = rig.give_effect(placed, &tried).ok()?;
+    let indices = rig.give_effect(placed, tried).ok()?;
     let mut values = full.parameters(&isolation.best.theta);
     values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
     for (given, &index) in tried.iter().zip(&indices) {
@@ -262,7 +339,13 @@ fn scored(here: &Here<'_, '_>, placed: &Placed, tried: Vec<Given>) -> Option<Can
     let with = if let (Form::Reading { card }, Spot::Sensor(sensor)) = (placed.effect.form, placed.spot) {
         // What a sensor does to its readings changes nothing else.
         let (does, mut with) = (rig.readings.last()?, plain.clone());
-        effect::read(card, &values[does.first_parameter..][..card.parameters.len()], full.times, with.get_mut(sensor)?);
+        effect::read(
+            card,
+            &values[does.first_parameter..][..card.parameters.len()],
+            full.drive.begun,
+            full.times,
+            with.get_mut(sensor)?,
+        );
         with
     } else {
         let drive = Drive::from_record(&rig, case.record).ok()?;
@@ -271,9 +354,15 @@ fn scored(here: &Here<'_, '_>, placed: &Placed, tried: Vec<Given>) -> Option<Can
     let mut change: Vec<f64> =
         with.iter().flatten().zip(plain.iter().flatten()).map(|(with, plain)| with - plain).collect();
     full.weights.apply(&mut change);
+    Some(change)
+}
+
+/// A try with the score of its change; believed where it lies, or along a straight line through it.
+fn scored(here: &Here<'_, '_>, placed: &Placed, tried: Vec<Given>, change: &[f64], where_it_lies: bool) -> Candidate {
+    let full = &here.estimate.case.full;
     let size = change.iter().map(|c| c * c).sum::<f64>().sqrt();
     let mut candidate = Candidate {
-        id,
+        id: full.model.rig.effect_id(placed),
         placed: *placed,
         tried,
         score: 0.0,
@@ -285,9 +374,9 @@ fn scored(here: &Here<'_, '_>, placed: &Placed, tried: Vec<Given>) -> Option<Can
         excited: size > EXCITED,
     };
     if !candidate.excited {
-        return Some(candidate);
+        return candidate;
     }
-    let score = scoring.of(&change);
+    let score = here.scoring.of(change);
     candidate.own = score.own;
     candidate.smallest = if score.information > 0.0 { 3.0 / score.information.sqrt() } else { f64::INFINITY };
     if score.own < ABSORBED {
@@ -299,13 +388,7 @@ fn scored(here: &Here<'_, '_>, placed: &Placed, tried: Vec<Given>) -> Option<Can
     // A size of the wrong sign has no sense, one far beyond what was tried no straight line to it.
     let one_sided = placed.effect.parameters.first().is_none_or(|free| free.plausible.0 >= free.neutral.unwrap_or(0.0));
     let sign_fits = score.factor > 0.0 || !one_sided;
-    let absolute = matches!(placed.effect.parameters.first().map(|free| free.first), Some(First::Range(_)));
-    candidate.factor = if absolute { 1.0 } else { score.factor.clamp(-FAR, FAR) };
-    candidate.score = match (sign_fits, absolute) {
-        (false, _) => 0.0,
-        // A level is where it is: nothing lies on a straight line towards it.
-        (true, true) => score.fall_at(1.0),
-        (true, false) => score.fall_at(candidate.factor),
-    };
-    Some(candidate)
+    candidate.factor = if where_it_lies { 1.0 } else { score.factor.clamp(-FAR, FAR) };
+    candidate.score = if sign_fits { score.fall_at(candidate.factor) } else { 0.0 };
+    candidate
 }

@@ -162,7 +162,10 @@ fn candidate(suggestion: &Suggestion, judged: &Judged) -> CandidateReport {
 /// The equation into which an effect enters.
 fn equation(rig: &Rig, candidate: &Candidate) -> String {
     let spot = match candidate.placed.spot {
-        Spot::Fluid => return "compressibility of the fluid".to_owned(),
+        Spot::Fluid if candidate.placed.effect.parameters[0].name == "air_fraction" => {
+            return "compressibility of the fluid".to_owned();
+        }
+        Spot::Fluid => return "viscosity of the fluid".to_owned(),
         Spot::Sensor(sensor) => return format!("reading of {}", rig.sensors[sensor].name),
         Spot::Node(node) => &rig.nodes[node].name,
         Spot::Component(component) => &rig.components[component].name,

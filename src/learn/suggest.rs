@@ -107,7 +107,7 @@ impl Suggestion {
     /// Whether the best explanation leaves nothing to explain, on the check record too.
     fn explains_all(&self) -> bool {
         let all = |best: &Judged| is_adequate(&best.trial.fit) && best.check.as_ref().is_none_or(is_adequate);
-        self.judged.first().is_some_and(|best| best.supported && all(best))
+        self.conclusion == Conclusion::Adequate || self.judged.first().is_some_and(|best| best.supported && all(best))
     }
 }
 
@@ -139,14 +139,20 @@ pub(super) fn rough_base<T>(
         return then(&near, base);
     }
     let simple = near.by_components_alone(search::SINGLE, FORMS)?;
-    let set = simple.isolation.set();
     let given = then(&simple, Trial::of(&simple)?)?;
     if enough(&given) {
         return Ok(given);
     }
     progress::stage("fit with several faults");
-    let deep = near.by_components_alone(search::SEVERAL, FORMS)?;
-    if deep.isolation.set() == set { Ok(given) } else { then(&deep, Trial::of(&deep)?) }
+    let deep = simple.by_components_alone(search::SEVERAL, FORMS)?;
+    let samples = base.fit.weights.all_samples() as f64;
+    let cost = |estimate: &Estimate<'_>| priced(estimate.isolation.best.cost, estimate.isolation.set(), samples);
+    if cost(&deep) < cost(&simple) && deep.isolation.set() != simple.isolation.set() {
+        if let Ok(found) = then(&deep, Trial::of(&deep)?) {
+            return Ok(found);
+        }
+    }
+    Ok(given)
 }
 
 /// The model with one effect more, everything fitted jointly.

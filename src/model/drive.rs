@@ -33,6 +33,8 @@ pub struct Drive {
     pub onset: Option<Onset>,
     /// What sensors show at the start, which nodes then start with whatever the rig file says.
     pub shown: Vec<Shown>,
+    /// When the run began of which this is a part, s: from there on time counts for what changes with it.
+    pub begun: f64,
 }
 
 /// What a sensor shows of its node where a record begins in the middle of a run.
@@ -91,7 +93,7 @@ impl Drive {
         Self::from_late_record(rig, record, 0.0)
     }
 
-    /// The same, had everything that is measured (not commanded) acted later by `late` seconds.
+    /// The same, had every input that is measured (not commanded) acted later by `late` seconds.
     ///
     /// # Errors
     /// As [`Drive::from_record`].
@@ -132,7 +134,8 @@ impl Drive {
         // 0.004 - 0.004 is 0, whatever the rounding of the intervals says.
         let start = if start.abs() < 1e-6 * interval { 0.0 } else { start };
         Ok(Self {
-            pieces: merge(&lines, start, last),
+            pieces: merge(&lines, rig.inputs.len(), start, last),
+            begun: start,
             readings: vec![0.0; rig.nodes.len()],
             nudges: vec![0.0; rig.nodes.len()],
             onset: None,
@@ -154,17 +157,13 @@ impl Drive {
             start = end;
         }
         Self {
+            begun: 0.0,
             pieces,
             readings: vec![0.0; rig.nodes.len()],
             nudges: vec![0.0; rig.nodes.len()],
             onset: None,
             shown: Vec::new(),
         }
-    }
-
-    /// When it begins, s.
-    pub fn begins(&self) -> f64 {
-        self.pieces.first().map_or(0.0, |piece| piece.start)
     }
 
     /// Parameters (all of the rig's, SI) as they are until the moment at which some change, and that moment; they never
@@ -224,7 +223,9 @@ fn warmth(temperature: &Temperature, record: &Record, interval: f64) -> Result<V
     let channel = record.require(&input.column, input.unit.dimension, input.place.clone())?;
     let (time, values) = present(&record.time, &channel.values);
     let warmer: Vec<f64> = values.iter().map(|value| value - reference).collect();
-    Ok(broken_line(input, &time, &warmer, interval))
+    // Oil warms up slowly: steps are those of the logger.
+    let (first, last) = (time[0] - interval, time[time.len() - 1] + interval);
+    Ok(fit_line(&time, &warmer, first, last, input.noise))
 }
 
 /// The times at which a channel has a value, and the values.
@@ -358,7 +359,8 @@ fn fit_heights(time: &[f64], values: &[f64], knots: &[f64]) -> Vec<f64> {
 }
 
 /// Joins the broken lines of all inputs into pieces that end wherever one of them bends or jumps.
-fn merge(lines: &[Vec<Stretch>], start: f64, end: f64) -> Vec<Piece> {
+/// Only what the first `inputs` of them leap by is a jump.
+fn merge(lines: &[Vec<Stretch>], inputs: usize, start: f64, end: f64) -> Vec<Piece> {
     let mut knots: Vec<f64> = lines.iter().flatten().map(|stretch| stretch.start).collect();
     knots.push(start);
     knots.push(end);
@@ -383,8 +385,9 @@ fn merge(lines: &[Vec<Stretch>], start: f64, end: f64) -> Vec<Piece> {
             from.push(value(pair[0]));
             to.push(value(pair[1]));
         }
-        let continuous =
-            |last: &Piece| last.to.iter().zip(&from).all(|(a, b)| (a - b).abs() <= 1e-9 * (a.abs() + b.abs()));
+        let continuous = |last: &Piece| {
+            last.to.iter().zip(&from).take(inputs).all(|(a, b)| (a - b).abs() <= 1e-9 * (a.abs() + b.abs()))
+        };
         let jump = !pieces.last().is_some_and(continuous);
         pieces.push(Piece { start: pair[0], end: pair[1], from, to, jump });
     }

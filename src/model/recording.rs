@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::{Drive, Outputs};
+use super::{Drive, Outputs, Piece};
 use crate::record::{Channel, Record};
 use crate::rig::{Cycle, Hold, Rig};
 
@@ -33,7 +33,8 @@ pub fn cycle_times(rig: &Rig, cycle: &Cycle) -> Vec<f64> {
     times
 }
 
-/// What each input's column says at `times`, SI: `[input][row]`.
+/// What each input's column says at `times`, SI: `[input][row]`; behind them that of the temperature of the fluid, where it is
+/// not at its reference throughout.
 ///
 /// A held value is the one in the middle of its interval, as long as the one before (at the first and last row: after and
 /// before) the row.
@@ -52,12 +53,20 @@ pub fn input_columns(rig: &Rig, drive: &Drive, times: &[f64]) -> Vec<Vec<f64>> {
         };
         times.iter().enumerate().map(value).collect()
     };
-    rig.inputs.iter().map(|input| input.hold).enumerate().map(column).collect()
+    let mut columns: Vec<Vec<f64>> = rig.inputs.iter().map(|input| input.hold).enumerate().map(column).collect();
+    let place = rig.inputs.len();
+    let warms = |piece: &Piece| piece.from.get(place).is_some_and(|from| *from != 0.0);
+    let temperature = rig.temperature.as_ref().filter(|_| drive.pieces.iter().any(warms));
+    columns.extend(
+        temperature
+            .map(|temperature| times.iter().map(|&time| temperature.reference + drive.value(place, time)).collect()),
+    );
+    columns
 }
 
 /// A record of every sensor and input, each in the unit that the rig file writes it in.
 ///
-/// `inputs` are the input columns in SI, `[input][row]`. Without `seed` the values are exact. With it every sensor has its
+/// `inputs` are the input columns in SI, `[input][row]`, as [`input_columns`] gives them. Without `seed` the values are exact. With it every sensor has its
 /// noise and is rounded to its resolution, and every input has its noise; the same seed gives the same record.
 pub fn recording(
     rig: &Rig,
@@ -68,7 +77,8 @@ pub fn recording(
     seed: Option<u64>,
 ) -> Record {
     let mut channels = Vec::new();
-    for (index, (input, mut values)) in rig.inputs.iter().zip(inputs).enumerate() {
+    let temperature = rig.temperature.iter().map(|temperature| &temperature.input);
+    for (index, (input, mut values)) in rig.inputs.iter().chain(temperature).zip(inputs).enumerate() {
         let unit = input.scale.as_ref().map_or(&input.unit, |scale| &scale.unit);
         let mut decimals = None;
         if let Some(seed) = seed.filter(|_| input.noise > 0.0) {

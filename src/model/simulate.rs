@@ -181,11 +181,16 @@ impl Model {
         let mut readings = Readings(vec![vec![0.0; times.len()]; self.rig.sensors.len()]);
         let effort = self.run::<N>(parameters, drive, times, &mut readings)?;
         let Readings(mut readings) = readings;
+        self.read_by_effects(parameters, drive, times, &mut readings);
+        Ok((readings, effort))
+    }
+
+    /// What effects do to the readings of sensors.
+    fn read_by_effects(&self, parameters: &[f64], drive: &Drive, times: &[f64], readings: &mut [Vec<f64>]) {
         for does in &self.rig.readings {
             let own = &parameters[does.first_parameter..][..does.card.parameters.len()];
-            effect::read(does.card, own, times, &mut readings[does.sensor]);
+            effect::read(does.card, own, drive.begun, times, &mut readings[does.sensor]);
         }
-        Ok((readings, effort))
     }
 
     fn run<const N: usize>(
@@ -218,7 +223,7 @@ impl Model {
                 parameters = after;
                 assembly = Assembly::new(&self.rig, &self.layout, parameters);
             }
-            assembly.inputs = Inputs::of(piece, drive.begins());
+            assembly.inputs = Inputs::of(piece, drive.begun);
             if index == 0 {
                 start::start(&self.rig, &self.layout, &mut assembly, parameters, drive, piece.start, &mut y);
                 watch.start(parameters, if begins { &[] } else { changed }, &assembly.inputs, piece.start);

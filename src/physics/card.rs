@@ -192,6 +192,8 @@ pub struct Card {
     pub formula: Option<&'static Expression>,
     /// Whether it sees, behind its inputs, the seconds since the run began.
     pub sees_time: bool,
+    /// Whether its law has the viscosity of the fluid.
+    pub sees_viscosity: bool,
 }
 
 impl Card {
@@ -211,6 +213,7 @@ impl Card {
         worked: &[],
         formula: None,
         sees_time: false,
+        sees_viscosity: false,
     };
 
     /// Number of variables that the ports and states bring to one evaluation.

@@ -54,14 +54,13 @@ impl<T: Real> Formula<T> {
     }
 }
 
-/// What a formula makes of the readings of a sensor, in place: its names are the reading, the time since the first of them (s) and
+/// What a formula makes of the readings of a sensor, in place: its names are the reading, the time since the run began (at `begun`, s) and
 /// the parameters, SI.
-pub fn read<T: Real>(expression: &Expression, parameters: &[T], times: &[f64], readings: &mut [T]) {
-    let first = times.first().copied().unwrap_or(0.0);
+pub fn read<T: Real>(expression: &Expression, parameters: &[T], begun: f64, times: &[f64], readings: &mut [T]) {
     let mut values = vec![T::zero(); 2 + parameters.len()];
     values[2..].copy_from_slice(parameters);
     for (reading, t) in readings.iter_mut().zip(times) {
-        (values[0], values[1]) = (*reading, T::constant(t - first));
+        (values[0], values[1]) = (*reading, T::constant(t - begun));
         *reading = expression.evaluate(&values);
     }
 }

@@ -1,5 +1,6 @@
 //! Flows that nobody measures at their port but that follow from the mass balance of its node.
 
+use super::known::Parameters;
 use super::reading::Readings;
 use super::view::View;
 use crate::numeric::Real;
@@ -104,11 +105,11 @@ impl Balance {
     }
 
     /// The flow in m³/s, positive into the port.
-    pub fn flow<T: Real>(&self, rig: &Rig, p: &[T], x: &[T]) -> T {
+    pub fn flow<T: Real>(&self, p: &Parameters<T>, x: &[T]) -> T {
         self.terms.iter().fold(T::zero(), |sum, term| {
             sum + match term {
                 Term::Measured { reading, sign } => x[*reading] * *sign,
-                Term::Stored { view, port, rate, sign } => view.answers(rig, p, x).capacity[*port] * x[*rate] * *sign,
+                Term::Stored { view, port, rate, sign } => view.answers(p, x).capacity[*port] * x[*rate] * *sign,
             }
         })
     }

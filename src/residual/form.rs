@@ -1,6 +1,7 @@
 //! The residuals as formulas over measured readings, each written once for every number type.
 
 use super::balance::Balance;
+use super::known::Parameters;
 use super::view::View;
 use crate::numeric::Real;
 use crate::physics::law::orifice_conductance;
@@ -42,7 +43,7 @@ const B: usize = 3;
 
 impl Form {
     /// The residual, SI; `None` where it is not defined, such as an edge of a valve that stands closed.
-    pub fn value<N: Real>(&self, rig: &Rig, p: &[N], x: &[N]) -> Option<N> {
+    pub fn value<N: Real>(&self, rig: &Rig, p: &Parameters<N>, x: &[N]) -> Option<N> {
         Some(match self {
             Form::CylinderLeakage { view, a, b, printed } => {
                 let area = |diameter: N| diameter * diameter * (PI / 4.0);
@@ -53,25 +54,25 @@ impl Form {
                     return Some((area_a * q2 - area_b * q1) / (area_a + area_b));
                 }
                 // The balances take off what the chambers store, so that only speed and leakage are left.
-                let (q1, q2) = (a.flow(rig, p, x), -b.flow(rig, p, x));
+                let (q1, q2) = (a.flow(p, x), -b.flow(p, x));
                 let leak = (area_a * q2 - area_b * q1) / (area_a - area_b);
                 // The healthy leak at the measured pressures and speed belongs to the healthy cylinder.
-                let law = view.answers(rig, p, x);
+                let law = view.answers(p, x);
                 let speed = view.reading(3).map_or(N::zero(), |reading| x[reading]);
                 leak - (law.through[0] - area_a * speed)
             }
             Form::Through { laws, flow, sign } => {
-                let law = laws.iter().fold(N::zero(), |sum, (view, port)| sum + view.answers(rig, p, x).through[*port]);
-                (law - flow.flow(rig, p, x)) * *sign
+                let law = laws.iter().fold(N::zero(), |sum, (view, port)| sum + view.answers(p, x).through[*port]);
+                (law - flow.flow(p, x)) * *sign
             }
             Form::ConstantFlow { view, flow } => {
                 let own = |index: usize| view.parameter(rig, index, p);
-                let throttle = orifice_conductance(own(1), own(0), p[0]);
+                let throttle = orifice_conductance(own(1), own(0), p.values[0]);
                 throttle * (own(5) * own(6) / own(7)).sqrt() + flow.measured(x)
             }
             Form::Valve { view, flows, edge, printed } => return valve(rig, view, flows, *edge, *printed, p, x),
             Form::Force { laws, acceleration } => laws.iter().fold(N::zero(), |sum, (view, port)| {
-                let law = view.answers(rig, p, x);
+                let law = view.answers(p, x);
                 sum + law.through[*port] - law.capacity[*port] * x[*acceleration]
             }),
         })
@@ -117,7 +118,7 @@ fn valve<N: Real>(
     flows: &[Option<Balance>; 4],
     edge: Edge,
     printed: bool,
-    p: &[N],
+    p: &Parameters<N>,
     x: &[N],
 ) -> Option<N> {
     let command = view.command(x).re();
@@ -125,7 +126,7 @@ fn valve<N: Real>(
         return None;
     }
     let (consumer, back) = if command > 0.0 { (A, B) } else { (B, A) };
-    let measured = |port: usize| flows[port].as_ref().map(|flow| flow.flow(rig, p, x));
+    let measured = |port: usize| flows[port].as_ref().map(|flow| flow.flow(p, x));
     if printed {
         // (13) as printed, the bracket outside the root: a number without physical unit.
         let conductance = view.parameter(rig, 2, p) * view.parameter(rig, 0, p) / view.parameter(rig, 1, p).sqrt();
@@ -137,7 +138,7 @@ fn valve<N: Real>(
             Edge::Return => conductance * drop(back, T) - measured(back)?,
         });
     }
-    let law = view.answers(rig, p, x).through;
+    let law = view.answers(p, x).through;
     Some(match edge {
         Edge::Leakage => measured(P)? + measured(consumer)? - law[P] - law[consumer],
         Edge::Consumer => measured(consumer)? - law[consumer],

@@ -2,7 +2,7 @@
 
 use super::form::Form;
 use super::frame::{self, Frame};
-use super::known::{BENDS, Known, LANES, Lanes, Second, Unknown};
+use super::known::{BENDS, Known, LANES, Lanes, Parameters, Second, Unknown};
 use super::reading::{Reading, Source};
 use crate::complaint::Complaint;
 use crate::model::Drive;
@@ -143,9 +143,9 @@ impl Generator {
     }
 
     /// The residual for these parameters of the rig and readings, SI.
-    pub(super) fn residual<T: Real>(&self, rig: &Rig, p: &[T], shown: &[T]) -> Option<T> {
+    pub(super) fn residual<T: Real>(&self, rig: &Rig, p: &Parameters<T>, shown: &[T]) -> Option<T> {
         let x: Vec<T> =
-            self.readings.iter().zip(shown).map(|(reading, &shown)| reading.corrected(rig, p, shown)).collect();
+            self.readings.iter().zip(shown).map(|(reading, &shown)| reading.corrected(rig, &p.values, shown)).collect();
         self.form.value(rig, p, &x)
     }
 
@@ -219,7 +219,7 @@ impl Generator {
         }
     }
 
-    fn expand(&self, rig: &Rig, p: &[Second], shown: &[f64], variances: &[f64]) -> Option<Expansion> {
+    fn expand(&self, rig: &Rig, p: &Parameters<Second>, shown: &[f64], variances: &[f64]) -> Option<Expansion> {
         let mut x: Vec<Second> = shown.iter().map(|&value| Dual::constant(value)).collect();
         let noisy: Vec<usize> = (0..shown.len()).filter(|&index| variances[index] != 0.0).collect();
         let mut expansion = Expansion { value: f64::NAN, bias: 0.0, variance: (0.0, 0.0) };
@@ -244,7 +244,14 @@ impl Generator {
     }
 
     /// Whether the formula holds at the readings of a frame.
-    fn validity(&self, rig: &Rig, p: &[f64], frame: &Frame, shown: &[f64], expansion: Option<&Expansion>) -> Gate {
+    fn validity(
+        &self,
+        rig: &Rig,
+        p: &Parameters<f64>,
+        frame: &Frame,
+        shown: &[f64],
+        expansion: Option<&Expansion>,
+    ) -> Gate {
         let Some(expansion) = expansion else { return Gate::Undefined };
         let variances = self.variances(frame);
         let spread =
@@ -280,8 +287,8 @@ impl Generator {
         let roundings = self.readings.iter().enumerate().map(|(index, reading)| (index, reading.systematic(rig)));
         let roundings = roundings.filter(|(_, size)| *size > 0.0).map(|(index, size)| Unknown::Reading(index, size));
         let unknowns: Vec<Unknown> = parameters.chain(roundings).collect();
-        let lanes = unknowns.chunks(LANES).map(|unknowns| Lanes::new(&nominal, unknowns)).collect();
-        Known { nominal, second, lanes }
+        let lanes = unknowns.chunks(LANES).map(|unknowns| Lanes::new(rig, &nominal, unknowns)).collect();
+        Known { nominal: Parameters::new(rig, nominal), second: Parameters::new(rig, second), lanes }
     }
 
     /// Parameters of the formula with a stated uncertainty, with that.

@@ -4,6 +4,7 @@ use super::detect::{phase, phases, weighted};
 use super::find::generators;
 use super::frame;
 use super::generator::{Gate, Generator, Series, Variant, along};
+use super::known::Parameters;
 use crate::complaint::Complaint;
 use crate::model::Drive;
 use crate::numeric::Dual;
@@ -110,9 +111,10 @@ impl Generator {
             .flat_map(|sensor| [(sensor.first_parameter, sensor.noise), (sensor.first_parameter + 1, 0.01)])
             .filter(|(parameter, _)| !rig.is_fault(*parameter));
         let answer = |(parameter, step): (usize, f64)| {
-            let dual = along(&nominal, parameter);
+            let dual = Parameters::new(rig, along(&nominal, parameter));
             let mut moved = nominal.clone();
             moved[parameter] += step;
+            let moved = Parameters::new(rig, moved);
             let (mut slope, mut at_limit, mut total) = (0.0, 0.0, 0.0_f64);
             for &at in open {
                 let shown = &points[at];

@@ -1,11 +1,11 @@
 //! A component as measured channels show it: its law evaluated at readings instead of states.
 
+use super::known::{Laws, Parameters};
 use super::reading::{Readings, Source};
 use crate::numeric::{Dual, Real};
 use crate::physics::ATMOSPHERE;
 use crate::physics::card::PortKind;
 use crate::physics::component::{Answers, AnyLaw, INPUTS, Seen, VARIABLES};
-use crate::physics::fluid::{self, Fluid};
 use crate::rig::{NodeKind, Quantity, Rig};
 
 /// Where a variable of a component's law comes from.
@@ -54,8 +54,9 @@ impl View {
                 }
             }
         }
-        // No residual knows when the record began.
-        if this.card.states.len() > 1 || this.card.sees_time {
+        // No residual knows when the record began, nor how warm the fluid is.
+        let unknown = this.card.sees_time || (this.card.sees_viscosity && rig.viscosity_varies());
+        if this.card.states.len() > 1 || unknown {
             return None;
         }
         z.extend(this.card.states.iter().map(|_| Variable::Settled));
@@ -68,10 +69,10 @@ impl View {
     }
 
     /// Gauge pressure at the variable with this index, Pa.
-    pub fn pressure<T: Real>(&self, variable: usize, p: &[T], x: &[T]) -> T {
+    pub fn pressure<T: Real>(&self, variable: usize, p: &Parameters<T>, x: &[T]) -> T {
         match self.z[variable] {
             Variable::Pressure(reading) | Variable::Motion(reading) => x[reading],
-            Variable::Held(parameter) => p[parameter],
+            Variable::Held(parameter) => p.values[parameter],
             Variable::Unused | Variable::Settled => T::zero(),
         }
     }
@@ -90,12 +91,14 @@ impl View {
     }
 
     /// A parameter of the component by its place in the card, SI.
-    pub fn parameter<T: Real>(&self, rig: &Rig, index: usize, p: &[T]) -> T {
-        p[rig.components[self.component].first_parameter + index]
+    pub fn parameter<T: Real>(&self, rig: &Rig, index: usize, p: &Parameters<T>) -> T {
+        p.values[rig.components[self.component].first_parameter + index]
     }
 
     /// What the law answers at the readings `x` with the rig's parameters `p`, all SI.
-    pub fn answers<T: Real>(&self, rig: &Rig, p: &[T], x: &[T]) -> Answers<T> {
+    pub fn answers<T: Real>(&self, p: &Parameters<T>, x: &[T]) -> Answers<T> {
+        let mut answers = Answers::default();
+        let Some(laws) = p.laws.get(self.component).and_then(Option::as_ref) else { return answers };
         let mut seen = Seen::default();
         let mut settled = None;
         for (index, variable) in self.z.iter().enumerate() {
@@ -113,44 +116,34 @@ impl View {
             *value = reading.map_or(T::zero(), |reading| x[reading]);
         }
         if let Some(index) = settled {
-            seen.z[index] = self.settle(rig, p, &seen, index);
+            seen.z[index] = settle(laws, &seen, index);
         }
-        let mut answers = Answers::default();
-        if let Some(law) = law(rig, self.component, p, |value| value) {
-            law.evaluate(&seen, &mut answers);
-        }
+        laws.own.evaluate(&seen, &mut answers);
         answers
-    }
-
-    /// The value of the state at which its rate is zero, with the derivatives that follow from it implicitly.
-    fn settle<T: Real>(&self, rig: &Rig, p: &[T], seen: &Seen<T>, index: usize) -> T {
-        // The search needs no derivatives but the one by the state.
-        let plain = Seen { z: seen.z.map(|value| value.re()), u: seen.u.map(|value| value.re()), ..Seen::default() };
-        let state = search(&Rate::of(rig, self.component, p, &plain, index, |value| Dual::lift(value.re())));
-        // Two steps more carry first and second derivatives of everything else into the state.
-        let rate = Rate::of(rig, self.component, p, seen, index, Dual::lift);
-        rate.newton(rate.newton(T::constant(state)))
     }
 }
 
+/// The value of the state at which its rate is zero, with the derivatives that follow from it implicitly.
+fn settle<T: Real>(laws: &Laws<T>, seen: &Seen<T>, index: usize) -> T {
+    // The search needs no derivatives but the one by the state.
+    let plain = Seen { z: seen.z.map(|value| value.re()), u: seen.u.map(|value| value.re()), ..Seen::default() };
+    let state = search(&Rate::of(&laws.plain, &plain, index));
+    // Two steps more carry first and second derivatives of everything else into the state.
+    let rate = Rate::of(&laws.lifted, seen, index);
+    rate.newton(rate.newton(T::constant(state)))
+}
+
 /// Rate of a component's state over the state, everything else given.
-struct Rate<N> {
-    law: Option<AnyLaw<Dual<N, 1>>>,
+struct Rate<'a, N> {
+    law: &'a AnyLaw<Dual<N, 1>>,
     seen: Seen<Dual<N, 1>>,
     index: usize,
 }
 
-impl<N: Real> Rate<N> {
-    fn of<T: Real>(
-        rig: &Rig,
-        component: usize,
-        p: &[T],
-        seen: &Seen<N>,
-        index: usize,
-        lift: impl Fn(T) -> Dual<N, 1>,
-    ) -> Self {
+impl<'a, N: Real> Rate<'a, N> {
+    fn of(law: &'a AnyLaw<Dual<N, 1>>, seen: &Seen<N>, index: usize) -> Self {
         let seen = Seen { z: seen.z.map(Dual::lift), u: seen.u.map(Dual::lift), ..Seen::default() };
-        Self { law: law(rig, component, p, lift), seen, index }
+        Self { law, seen, index }
     }
 
     /// Rate and its slope.
@@ -158,9 +151,7 @@ impl<N: Real> Rate<N> {
         let mut seen = self.seen;
         seen.z[self.index] = Dual::variable(state, 0);
         let mut answers = Answers::default();
-        if let Some(law) = &self.law {
-            law.evaluate(&seen, &mut answers);
-        }
+        self.law.evaluate(&seen, &mut answers);
         (answers.rate[0].re, answers.rate[0].eps[0])
     }
 
@@ -171,7 +162,7 @@ impl<N: Real> Rate<N> {
 }
 
 /// The zero of a rate.
-fn search(rate: &Rate<f64>) -> f64 {
+fn search(rate: &Rate<'_, f64>) -> f64 {
     // The rates fall with their state, so a sign tells the side; Newton alone may hop between an end and the slope.
     let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
     let mut state = 0.0;
@@ -190,12 +181,4 @@ fn search(rate: &Rate<f64>) -> f64 {
         state = if next <= low || next >= high { f64::midpoint(low, high) } else { next };
     }
     state
-}
-
-/// The law of a component for the rig's parameters, each as another number.
-fn law<T: Real, N: Real>(rig: &Rig, component: usize, p: &[T], lift: impl Fn(T) -> N) -> Option<AnyLaw<N>> {
-    let this = &rig.components[component];
-    let lifted = |values: &[T]| values.iter().map(|&value| lift(value)).collect::<Vec<N>>();
-    let own = lifted(p.get(this.first_parameter..)?.get(..this.card.parameters.len())?);
-    AnyLaw::new(this.card, &own, &Fluid::new(&lifted(p.get(..fluid::CARD.parameters.len())?)))
 }

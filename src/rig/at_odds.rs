@@ -32,7 +32,7 @@ impl Rig {
                 said(start.given)
             )
         });
-        starts.chain(self.commands(record)).chain(self.another_clock(record)).collect()
+        starts.chain(self.commands(record)).chain(self.another_clock(record)).chain(self.coldness(record)).collect()
     }
 
     /// Whether a body begins away from where the rig file starts it.
@@ -52,6 +52,18 @@ impl Rig {
             let offset = offset.map_or(0.0, |fault| fault.bounds.0.abs().max(fault.bounds.1.abs()));
             let elsewhere = (shown - given).abs() > offset + ELSEWHERE * sensor.noise;
             elsewhere.then_some(Start { node, channel, shown, given })
+        })
+    }
+
+    /// A viscosity over the temperature, and none measured.
+    fn coldness(&self, record: &Record) -> Option<String> {
+        let input = self.temperature.as_ref().map(|temperature| &temperature.input)?;
+        let missing = record.channel(&input.column).is_none_or(Channel::is_empty);
+        (missing && self.viscosity_varies()).then(|| {
+            format!(
+                "there is no `{}`, so the fluid is taken at the temperature of its viscosity throughout",
+                input.column
+            )
         })
     }
 

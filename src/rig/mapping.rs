@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Input, Rig, Sensor};
+use super::{Input, Rig, Sensor, Temperature};
 use crate::complaint::{Complaint, Kind, help_with_near};
 use crate::record::{Channel, Record};
 use crate::units::{Dimension, Unit};
@@ -14,7 +14,7 @@ use crate::units::{Dimension, Unit};
 pub struct Proposal {
     /// The column that the rig file names.
     pub wanted: String,
-    /// `sensor` or `input`.
+    /// `sensor`, `input` or `temperature`.
     pub role: &'static str,
     /// The column of the record; `None` where none has its unit.
     pub column: Option<String>,
@@ -77,7 +77,11 @@ impl Rig {
         let inputs = self.inputs.iter().map(|input| {
             ("input", &input.column, input.scale.as_ref().map_or(&input.unit, |scale| &scale.raw).dimension)
         });
-        let named: Vec<(&str, &String, Dimension)> = sensors.chain(inputs).collect();
+        let temperature = self
+            .temperature
+            .iter()
+            .map(|Temperature { input, .. }| ("temperature", &input.column, input.unit.dimension));
+        let named: Vec<(&str, &String, Dimension)> = sensors.chain(inputs).chain(temperature).collect();
         let lacking: Vec<_> = named.iter().filter(|(_, column, _)| record.channel(column).is_none()).collect();
         let free: Vec<(&str, &Unit)> = record
             .channels

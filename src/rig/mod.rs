@@ -232,6 +232,13 @@ impl Rig {
         self.parameters.iter().map(|parameter| parameter.value).collect()
     }
 
+    /// Whether the viscosity of the fluid is another as it warms up, or may be.
+    pub fn viscosity_varies(&self) -> bool {
+        let of = |id: &str| self.parameter(id).map(|index| &self.parameters[index]);
+        let ids = ["fluid.temperature_coefficient", "fluid.viscosity_drift"];
+        ids.into_iter().filter_map(of).any(|parameter| parameter.value != 0.0 || parameter.sigma > 0.0)
+    }
+
     /// The same with every fault at its healthy value.
     pub fn healthy(&self) -> Vec<f64> {
         let mut values = self.nominal();

@@ -56,11 +56,10 @@ impl Scaling {
 }
 
 impl Rig {
-    /// Whether a sensor, an input or the fluid's temperature reads this column.
+    /// Whether a sensor or an input reads this column.
     pub fn reads(&self, column: &str) -> bool {
         let sensors = self.sensors.iter().map(|sensor| &sensor.column);
-        let temperature = self.temperature.iter().map(|temperature| &temperature.input.column);
-        sensors.chain(self.inputs.iter().map(|input| &input.column)).chain(temperature).any(|own| own == column)
+        sensors.chain(self.inputs.iter().map(|input| &input.column)).any(|own| own == column)
     }
 
     /// What the rig asks of a record: its columns, with the units that its file tells.
@@ -73,7 +72,11 @@ impl Rig {
             let unit = input.scale.as_ref().map_or(&input.unit, |scale| &scale.raw);
             (input.column.clone(), Some(unit.clone()))
         });
-        Asked::new(sensors.chain(inputs))
+        let temperature = self
+            .temperature
+            .iter()
+            .map(|temperature| (temperature.input.column.clone(), Some(temperature.input.unit.clone())));
+        Asked::new(sensors.chain(inputs).chain(temperature))
     }
 
     /// The record with the columns of scaled sensors and inputs as what they stand for.

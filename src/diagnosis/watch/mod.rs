@@ -142,7 +142,7 @@ impl<'a> Watch<'a> {
                 let window = self.kept.iter().find(|window| window.number == number);
                 window.map_or_else(
                     || Err("the window has no rows".to_owned()),
-                    |window| diagnosed(self.model, window, self.options),
+                    |window| diagnosed(self.model, window, self.start, self.options),
                 )
             };
             match outcome {
@@ -175,8 +175,8 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// The diagnosis of a window, and the stretch that it is of; or why there is none.
-fn diagnosed(model: &Model, window: &Window, options: &Options) -> Result<([f64; 2], Diagnosis), String> {
+/// The diagnosis of a window of a record that starts at `start`, s, and the stretch that it is of; or why there is none.
+fn diagnosed(model: &Model, window: &Window, start: f64, options: &Options) -> Result<([f64; 2], Diagnosis), String> {
     // A dead sensor stands still, and shows nothing of where the circuit is.
     let (cleared, _) = set_aside(&model.rig, &window.record);
     let cleared = cleared.as_ref().unwrap_or(&window.record);
@@ -195,7 +195,8 @@ fn diagnosed(model: &Model, window: &Window, options: &Options) -> Result<([f64;
             .to_owned());
     };
     let span = span(&record);
-    let diagnosed = diagnose_from(model, &record, &shown, options).map_err(|complaint| complaint.what)?;
+    let diagnosed =
+        diagnose_from(model, &record, (&shown, Some(start)), options).map_err(|complaint| complaint.what)?;
     Ok((span, diagnosed.diagnosis))
 }
 

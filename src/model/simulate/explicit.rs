@@ -76,7 +76,7 @@ impl Model {
             }
         };
         for (index, piece) in drive.pieces.iter().enumerate() {
-            assembly.borrow_mut().inputs = Inputs::of(piece, drive.begins());
+            assembly.borrow_mut().inputs = Inputs::of(piece, drive.begun);
             if index == 0 {
                 let mut assembly = assembly.borrow_mut();
                 start::start(&self.rig, &self.layout, &mut assembly, parameters, drive, piece.start, &mut y);
@@ -94,6 +94,7 @@ impl Model {
             }
             y = system(&y, t, piece.end, &mut effort)?;
         }
+        self.read_by_effects(parameters, drive, times, &mut values);
         Ok(Outputs { values, effort })
     }
 

@@ -120,7 +120,7 @@ impl<const N: usize> Derivatives<'_, N> {
                         reading.eps[lane] = *slope;
                     }
                 }
-                effect::read(does.card, &own, times, &mut readings);
+                effect::read(does.card, &own, self.drive.begun, times, &mut readings);
                 for (lane, values) in chunk.iter_mut().enumerate() {
                     for (slope, reading) in values[does.sensor].iter_mut().zip(&readings) {
                         *slope = reading.eps[lane];
@@ -128,7 +128,7 @@ impl<const N: usize> Derivatives<'_, N> {
                 }
             }
             let own = &self.parameters[first..][..count];
-            effect::read(does.card, own, times, &mut self.readings[does.sensor]);
+            effect::read(does.card, own, self.drive.begun, times, &mut self.readings[does.sensor]);
         }
     }
 }

@@ -53,6 +53,7 @@ pub const CARD: Card = Card {
             expect: 1256.637,
         },
     ],
+    sees_viscosity: true,
     ..Card::EMPTY
 };
 

@@ -148,10 +148,11 @@ macro_rules! effects {
             }
         }
 
-        /// Does to the readings of a sensor what the effect of this card does; `parameters` in its order, SI.
-        pub fn read<T: Real>(card: &'static Card, parameters: &[T], times: &[f64], readings: &mut [T]) {
+        /// Does to the readings of a sensor at `times` what the effect of this card does; `parameters` in its order, SI. The run
+        /// began at `begun`, s.
+        pub fn read<T: Real>(card: &'static Card, parameters: &[T], begun: f64, times: &[f64], readings: &mut [T]) {
             if let Some(expression) = card.formula {
-                formula::read(expression, parameters, times, readings);
+                formula::read(expression, parameters, begun, times, readings);
             }
             let kind = card.kind;
             $(if kind == $reading::CARD.kind {

@@ -44,7 +44,13 @@ pub(super) fn read_temperature(value: &Value<'_>) -> Result<Temperature, Complai
     let reference =
         table.require("reference", "add the temperature of the viscosity, such as `reference = \"40 degC\"`")?;
     let reference = reference.quantity(Dimension::TEMPERATURE)?;
-    let noise = table.get("noise").map(|noise| difference(&noise, Dimension::TEMPERATURE)).transpose()?.unwrap_or(0.0);
+    let noise = table.require("noise", "add one standard deviation of a reading, such as `noise = \"0.1 degC\"`")?;
+    let (place, noise) = (noise.place(), difference(&noise, Dimension::TEMPERATURE)?);
+    if noise == 0.0 {
+        return Err(Complaint::new(Kind::Bounds, "a thermometer without noise")
+            .at(place)
+            .help("write a standard deviation above 0, half a digit of the logger at least"));
+    }
     table.finish()?;
     let (name, unit, place) = (column.clone(), reference.unit.clone(), value.place());
     let input = Input { name, column, unit, scale: None, hold: Hold::Linear, noise, place };
