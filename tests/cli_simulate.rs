@@ -105,7 +105,7 @@ fn settings_reach_the_circuit_and_wrong_ones_are_told() {
         ),
         (
             "directional_valve.opening=7",
-            "error: fixtures/telescopic/rig.toml:62: `--set directional_valve.opening=7`: 7 is outside the physical \
+            "error: fixtures/telescopic/rig.toml:63: `--set directional_valve.opening=7`: 7 is outside the physical \
              bounds\n  help: opening coefficient common to all paths: from 0 to 1.5\n",
         ),
         (
@@ -115,12 +115,12 @@ fn settings_reach_the_circuit_and_wrong_ones_are_told() {
         ),
         (
             "pump_line.volume=0cm3",
-            "error: fixtures/telescopic/rig.toml:15: with `--set pump_line.volume=0cm3` node `pump_line` has neither volume \
+            "error: fixtures/telescopic/rig.toml:16: with `--set pump_line.volume=0cm3` node `pump_line` has neither volume \
              nor mass\n  help: set values above 0\n",
         ),
         (
             "relief.lag=0s",
-            "error: fixtures/telescopic/rig.toml:42: `--set relief.lag=0s`: 0 s is outside the physical bounds\n  help: time \
+            "error: fixtures/telescopic/rig.toml:43: `--set relief.lag=0s`: 0 s is outside the physical bounds\n  help: time \
              constant of the opening: above 0\n",
         ),
     ] {

@@ -147,10 +147,11 @@ pub(super) fn rough_base<T>(
     let deep = simple.by_components_alone(search::SEVERAL, FORMS)?;
     let samples = base.fit.weights.all_samples() as f64;
     let cost = |estimate: &Estimate<'_>| priced(estimate.isolation.best.cost, estimate.isolation.set(), samples);
-    if cost(&deep) < cost(&simple) && deep.isolation.set() != simple.isolation.set() {
-        if let Ok(found) = then(&deep, Trial::of(&deep)?) {
-            return Ok(found);
-        }
+    if cost(&deep) < cost(&simple)
+        && deep.isolation.set() != simple.isolation.set()
+        && let Ok(found) = then(&deep, Trial::of(&deep)?)
+    {
+        return Ok(found);
     }
     Ok(given)
 }

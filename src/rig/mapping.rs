@@ -80,6 +80,7 @@ impl Rig {
         let temperature = self
             .temperature
             .iter()
+            .filter(|_| self.viscosity_varies())
             .map(|Temperature { input, .. }| ("temperature", &input.column, input.unit.dimension));
         let named: Vec<(&str, &String, Dimension)> = sensors.chain(inputs).chain(temperature).collect();
         let lacking: Vec<_> = named.iter().filter(|(_, column, _)| record.channel(column).is_none()).collect();

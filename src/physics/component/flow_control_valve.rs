@@ -179,7 +179,7 @@ mod tests {
             let unit = crate::units::Unit::parse(parameter.unit).unwrap();
             unit.to_si(given.or(parameter.default).unwrap())
         };
-        FlowControlValve::new(&CARD.parameters.iter().map(value).collect::<Vec<_>>(), &Fluid::new(&[870.0, 0.0455, 1.4e9, 0.0]))
+        FlowControlValve::new(&CARD.parameters.iter().map(value).collect::<Vec<_>>(), &Fluid::new(&[870.0, 0.0455, 1.4e9, 0.0, 0.0, 0.0]))
     }
 
     #[test]
