@@ -69,7 +69,7 @@ fn class(suggestion: &Suggestion) -> Vec<String> {
     [vec![best.id()], best.confounded_with.clone()].concat()
 }
 
-fn outcome(hidden: &Hidden, size: f64, suggestion: &Suggestion) -> Outcome {
+fn outcome(hidden: &Hidden, size: f64, suggestion: &Suggestion, [fit, check]: &[Record; 2]) -> Outcome {
     let is_it = |id: &String| id == hidden.id || hidden.alike.contains(&id.as_str());
     match suggestion.conclusion {
         Conclusion::EffectFound if is_it(&class(suggestion)[0]) => Outcome::Named,
@@ -78,11 +78,9 @@ fn outcome(hidden: &Hidden, size: f64, suggestion: &Suggestion) -> Outcome {
         Conclusion::UnknownEffect => Outcome::Unknown,
         Conclusion::Adequate if suggestion.base.set != 0 => Outcome::Fault,
         Conclusion::Adequate => {
-            let report = SuggestionReport::new(suggestion, &Record::new("", Vec::new(), Vec::new()), None);
-            let smallest = report.ok().and_then(|report| {
-                let scored = report.scored().into_iter().find(|scored| scored.id == hidden.id).cloned();
-                scored.and_then(|scored| scored.smallest_detectable)
-            });
+            let report = SuggestionReport::new(suggestion, fit, Some(check)).unwrap();
+            let scored = report.scored().into_iter().find(|scored| scored.id == hidden.id).cloned();
+            let smallest = scored.and_then(|scored| scored.smallest_detectable);
             // Six standard errors would have been seen.
             let seen = smallest.is_some_and(|smallest| 2.0 * smallest < size);
             if seen { Outcome::Missed } else { Outcome::Invisible }
@@ -137,7 +135,7 @@ fn rates() {
             }
             let suggestion = suggestion(hidden.sheet, &records);
             tell(hidden.id, size, seed, &suggestion, clock.elapsed().as_secs_f64());
-            *outcomes.entry(outcome(hidden, size, &suggestion)).or_default() += 1;
+            *outcomes.entry(outcome(hidden, size, &suggestion, &records)).or_default() += 1;
         }
         println!("| `{}` | {outcomes:?} |", hidden.id);
     }
@@ -196,7 +194,7 @@ fn a_leak_is_named() {
     let (size, records) = case(hidden, 1);
     let suggestion = suggestion(hidden.sheet, &records);
     tell(hidden.id, size, 1, &suggestion, f64::NAN);
-    assert_eq!(outcome(hidden, size, &suggestion), Outcome::Named);
+    assert_eq!(outcome(hidden, size, &suggestion, &records), Outcome::Named);
     let best = &suggestion.judged[0];
     let index = best.trial.rig.parameter("external-leakage@A.conductance").unwrap();
     let found = best.trial.rig.parameters[index].unit.from_si(best.trial.values[index]);
