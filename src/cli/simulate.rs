@@ -223,15 +223,12 @@ pub(super) fn drive(rig: &Rig, source: Option<&Record>) -> Result<(Drive, Vec<f6
 
 /// The input columns of a record; where one has no value, what it does there by its way to hold.
 fn recorded_inputs(rig: &Rig, record: &Record, drive: &Drive) -> Result<Vec<Vec<f64>>, Complaint> {
-    let held = model::input_columns(rig, drive, &record.time);
-    let column = |(input, held): (&crate::rig::Input, Vec<f64>)| {
+    let mut columns = model::input_columns(rig, drive, &record.time);
+    for (input, column) in rig.inputs.iter().zip(&mut columns) {
         let channel = rig.input_column(record, input)?;
-        let pairs = channel.values.iter().zip(held);
-        Ok(pairs.map(|(value, held)| if value.is_nan() { held } else { *value }).collect())
-    };
-    let kept = rig.inputs.len();
-    let mut columns: Vec<Vec<f64>> =
-        rig.inputs.iter().zip(held.iter().cloned()).map(column).collect::<Result<_, _>>()?;
-    columns.extend(held.into_iter().skip(kept));
+        for (held, &value) in column.iter_mut().zip(&channel.values).filter(|(_, value)| !value.is_nan()) {
+            *held = value;
+        }
+    }
     Ok(columns)
 }

@@ -50,8 +50,8 @@ const FAR: f64 = 20.0;
 const SIZES: &[f64] = &[0.1, 1.0, 5.0, 25.0];
 /// The same of an effect that is not straight: it shows itself only near its own size.
 const BENT_SIZES: &[f64] = &[0.1, 1.0, 1.8, 3.0, 5.0, 9.0, 15.0, 25.0];
-/// Cosine between the changes by two neighbouring sizes below which one between them is tried too: what rings is in step with its own ringing only
-/// near its own size.
+/// Cosine between the changes by two neighbouring sizes below which one between them is tried too: what rings is in step with
+/// its own ringing only near its own size.
 const NEIGHBOURS: f64 = 0.7;
 /// Most sizes that are tried of one effect.
 const MOST_SIZES: usize = 24;
@@ -151,7 +151,7 @@ fn bends_a_fault(rig: &Rig, placed: &Placed) -> bool {
 /// The try of an effect that promises most.
 fn best_try(here: &Here<'_, '_>, placed: &Placed) -> Option<Candidate> {
     let estimate = here.estimate;
-    let tried: Vec<Candidate> = match levels(placed) {
+    let mut tried: Vec<Candidate> = match levels(placed) {
         Some(levels) => {
             let mut tried = levels.iter().filter_map(|&level| Try::at(here, placed, level, true));
             let first = tried.next()?.candidate;
@@ -168,7 +168,6 @@ fn best_try(here: &Here<'_, '_>, placed: &Placed) -> Option<Candidate> {
             sizes.into_iter().map(|one| one.candidate).collect()
         }
     };
-    let mut tried = tried;
     // What the record could show is told by the least try: nearest to a straight line.
     let rig = estimate.case.rig();
     let sized = |one: &Candidate| Some((distance(rig, one)?, one.smallest));

@@ -66,8 +66,9 @@ pub fn input_columns(rig: &Rig, drive: &Drive, times: &[f64]) -> Vec<Vec<f64>> {
 
 /// A record of every sensor and input, each in the unit that the rig file writes it in.
 ///
-/// `inputs` are the input columns in SI, `[input][row]`, as [`input_columns`] gives them. Without `seed` the values are exact. With it every sensor has its
-/// noise and is rounded to its resolution, and every input has its noise; the same seed gives the same record.
+/// `inputs` are the input columns in SI, `[input][row]`, as [`input_columns`] gives them. Without `seed` the values are exact.
+/// With it every sensor has its noise and is rounded to its resolution, and every input has its noise; the same seed gives the
+/// same record.
 pub fn recording(
     rig: &Rig,
     path: impl Into<PathBuf>,

@@ -12,8 +12,8 @@ pub const MOST_PARAMETERS: usize = 8;
 /// A formula with values for its parameters.
 ///
 /// Its names are the variables of the card's ports, in their order (gauge pressure of a hydraulic port, Pa; position, m, and
-/// speed, m/s, of a mechanical one), then the inputs of the card and, where it sees it, the time since the run began, s, then its parameters. The value is the flow out of the node at the first port
-/// into the second (m³/s), or the force on the body at the first port (N). Worked: `G * A.p` with 1e-12 m³/s/Pa takes
+/// speed, m/s, of a mechanical one), then the inputs of the card and, where it sees it, the time since the run began, s, then
+/// its parameters. The value is the flow out of the node at the first port into the second (m³/s), or the force on the body at the first port (N). Worked: `G * A.p` with 1e-12 m³/s/Pa takes
 /// 5e-6 m³/s at 50 bar.
 #[derive(Debug, Clone)]
 pub struct Formula<T> {

@@ -283,13 +283,15 @@ fn check_neutral(
     };
     for share in [0.0, 0.1, 0.37, 1.0] {
         let mut values: Vec<f64> = seen.iter().map(|name| ordinary(name.dimension, share)).collect();
-        let nothing = if let Acts::Reading(_) = acts { values[0] } else { 0.0 };
+        let (nothing, rounding) = match acts {
+            // A reading is put together from terms of its size, and may miss itself by their rounding.
+            Acts::Reading(_) => (values[0], 1e-12 * ordinary(seen[0].dimension, 1.0)),
+            Acts::Flow(_) | Acts::Force(_) => (0.0, 0.0),
+        };
         values.push(neutral);
         values.extend(own[1..].iter().map(|own| own.first));
         let value = expression.evaluate(&values);
-        // A reading is put together from terms of its size, and may miss itself by their rounding.
-        let rounding = 1e-12 * seen.first().map_or(0.0, |reading| ordinary(reading.dimension, 1.0));
-        if (value - nothing).abs() > if matches!(acts, Acts::Reading(_)) { rounding } else { 0.0 } {
+        if (value - nothing).abs() > rounding {
             return wrong(
                 format!(
                     "with `{}` at its neutral value the effect is not nothing but {:.3e} in SI units",
