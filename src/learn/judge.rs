@@ -20,6 +20,9 @@ const CLOSE: f64 = 0.05;
 const CLOSE_ISOLATED: f64 = 0.01;
 /// What a fit may still fall by, in falls of its last form: the next ones would have to lose no more than a sixth each.
 const HOPE: f64 = 5.0;
+/// Share of what its score promised that a rough fit has to keep: one that keeps less may have begun at a bad place, and
+/// where it promises this share of what the best does, it begins anew at the data sheet.
+const KEPT: f64 = 0.5;
 /// Most effects that are isolated anew, faults and all.
 const ISOLATED: usize = 2;
 /// Most effects that go on to their end.
@@ -49,6 +52,11 @@ impl Bar {
     fn is_beyond(&self, rough: &Rough, samples: f64) -> bool {
         !rough.cost.is_finite() || rough.priced(samples) - HOPE * rough.gained > self.cost + self.room
     }
+}
+
+/// What an effect promises to cost where it was scored.
+pub(super) fn promised(candidate: &Candidate, stands: &[Stand]) -> Option<f64> {
+    Some(stands.get(candidate.stand?)?.cost - candidate.score)
 }
 
 impl Looking<'_> {
@@ -116,16 +124,28 @@ impl Looking<'_> {
     /// Rough refits with each set of effects, the best first.
     fn roughly(&self, chosen: Vec<Vec<Candidate>>) -> Vec<(Vec<Candidate>, Rough)> {
         let Self { record, base, ref stands, .. } = *self;
-        let count = Count::new("effects fitted", chosen.len());
-        let mut rough: Vec<(Vec<Candidate>, Rough)> = chosen
-            .into_par_iter()
-            .filter_map(|effects| {
-                let rough = refitted(base, stands, record, &effects);
-                count.one();
-                Some((effects, rough?))
-            })
-            .collect();
         let samples = self.samples();
+        let count = Count::new("effects fitted", chosen.len());
+        let fitted = |effects: Vec<Candidate>| {
+            let rough = refitted(base, stands, record, &effects);
+            count.one();
+            (effects, rough)
+        };
+        let mut rough: Vec<(Vec<Candidate>, Option<Rough>)> = chosen.into_par_iter().map(fitted).collect();
+        let cost = |rough: &Option<Rough>| rough.as_ref().map_or(f64::INFINITY, |rough| rough.priced(samples));
+        let most = rough.iter().flat_map(|(effects, _)| effects).map(|effect| effect.score).fold(0.0, f64::max);
+        rough.par_iter_mut().for_each(|(effects, rough)| {
+            let [effect] = effects.as_slice() else { return };
+            let Some(promised) = promised(effect, stands) else { return };
+            if effect.score > KEPT * most && cost(rough) > promised + (1.0 - KEPT) * effect.score {
+                let again = refitted(base, &[Stand::healthy(&base.rig)], record, &[effect.as_typical(&base.rig)]);
+                if cost(&again) < cost(rough) {
+                    *rough = again;
+                }
+            }
+        });
+        let mut rough: Vec<(Vec<Candidate>, Rough)> =
+            rough.into_iter().filter_map(|(effects, rough)| Some((effects, rough?))).collect();
         rough.sort_by(|a, b| a.1.priced(samples).total_cmp(&b.1.priced(samples)));
         // From several stands the same effect comes twice.
         let mut known: Vec<String> = Vec::new();

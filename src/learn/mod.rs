@@ -5,6 +5,7 @@
 //! | [`compare`] | where, when and at which states does the model miss the record |
 //! | [`phase`] | what the circuit does over each stretch of a record |
 //! | [`candidate`] | which effects might be missing, and how much of the misfit could each explain (score test) |
+//! | `tries` | at which sizes and levels each is tried |
 //! | [`trial`] | what a record says once an effect is in the model, everything else fitted along |
 //! | [`suggest`] | which effect is missing, judged on a second record |
 //! | `judge` | effects fitted and judged, as far as they could still win |
@@ -27,4 +28,5 @@ pub mod result;
 pub mod separate;
 pub mod suggest;
 pub mod trial;
+mod tries;
 mod verdict;

@@ -49,8 +49,22 @@ pub(super) fn effect_parameters(rig: &Rig) -> usize {
     rig.effects.iter().flat_map(|effect| &effect.parameters).filter(fitted).count()
 }
 
-/// Where a model without the effects stands: all of its parameters, SI, and the faults that are present.
-pub(super) type Stand = (Vec<f64>, Set);
+/// Where a model without the effects stands.
+pub(super) struct Stand {
+    /// All of its parameters, SI.
+    pub values: Vec<f64>,
+    /// Faults that are present.
+    pub set: Set,
+    /// What it costs there, faults and effects priced.
+    pub cost: f64,
+}
+
+impl Stand {
+    /// The data sheet, which was not fitted.
+    pub fn healthy(rig: &Rig) -> Self {
+        Self { values: rig.healthy(), set: 0, cost: f64::INFINITY }
+    }
+}
 
 /// Everything fitted jointly with some effects, from the stands where they were scored; from all where they were not.
 pub(super) fn refitted(base: &Trial, stands: &[Stand], record: &Record, effects: &[Candidate]) -> Option<Rough> {
@@ -96,13 +110,13 @@ pub(super) fn refitted(base: &Trial, stands: &[Stand], record: &Record, effects:
             starts.push((index, start.clamp(low, high)));
         }
     }
-    let from = |(values, set): &Stand| {
-        let mut values = values.clone();
+    let from = |stand: &Stand| {
+        let mut values = stand.values.clone();
         values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
         for &(index, start) in &starts {
             values[index] = start;
         }
-        quick(&rig, record, &values, (*set, FIRST_FORMS), Some(ROUGH))
+        quick(&rig, record, &values, (stand.set, FIRST_FORMS), Some(ROUGH))
     };
     let asked = |stand: usize| effects.iter().any(|effect| effect.stand.is_none_or(|own| own == stand));
     let tried = stands.iter().enumerate().filter(|(stand, _)| asked(*stand)).filter_map(|(_, stand)| from(stand));

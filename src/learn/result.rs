@@ -2,11 +2,12 @@
 
 use serde::Serialize;
 
-use super::candidate::{Candidate, distance};
+use super::candidate::Candidate;
 use super::compare::{Comparison, Where};
 use super::separate::Experiment;
 use super::suggest::{Conclusion, Judged, Suggestion};
 use super::trial::{Run, Trial};
+use super::tries::distance;
 use crate::complaint::Complaint;
 use crate::diagnosis::interval::QUANTILE;
 use crate::model::Model;

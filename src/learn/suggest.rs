@@ -1,8 +1,8 @@
 //! Which effect is missing: candidates by score, joint refits of the best, one verdict.
 
-use super::candidate::{Candidate, candidates, empirical};
-use super::judge::Looking;
-use super::refit::{FORMS, refitted};
+use super::candidate::{Candidate, candidates, empirical, tolerated, worth};
+use super::judge::{Looking, promised};
+use super::refit::{FORMS, Stand, refitted};
 use super::separate::{Experiment, separating};
 use super::trial::{Run, Trial};
 use super::verdict::{conclude, conclude_near, explains};
@@ -22,8 +22,6 @@ const FITTED: usize = 8;
 const FITTED_NEAR: usize = 4;
 /// Share of the best one's score that a candidate has to promise to be fitted.
 const PROMISING: f64 = 0.03;
-/// Share of the noise that an effect has to explain where the model is within its tolerance: what is less is tolerance.
-const NEAR: f64 = 0.03;
 /// Candidates of which pairs are fitted where none explains the record alone.
 const PAIRED: usize = 5;
 /// Share of what is missed that two have to gain one by one for their pair to be fitted: together they may gain more.
@@ -161,7 +159,8 @@ pub(super) fn rough_base<T>(
 /// # Errors
 /// The model cannot be solved with it.
 pub(super) fn refitted_alone(base: &Trial, record: &Record, candidate: Option<Candidate>) -> Result<Trial, Complaint> {
-    let stands = [(base.values.clone(), base.set), (base.rig.healthy(), 0)];
+    let given = Stand { values: base.values.clone(), set: base.set, cost: f64::INFINITY };
+    let stands = [given, Stand::healthy(&base.rig)];
     // It was scored at the first; the other is tried too.
     let rough =
         candidate.and_then(|candidate| refitted(base, &stands, record, &[Candidate { stand: None, ..candidate }]));
@@ -184,23 +183,27 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let of_components = members(base.set).any(|fault| !estimate.case.is_of_sensor(fault));
     let bent = of_components || (base.set != 0 && !near);
     let healthy = || bent.then(|| estimate.without_faults(FORMS)).transpose();
-    let (list, without) = rayon::join(|| candidates(estimate, 0), healthy);
+    let samples = base.fit.weights.all_samples() as f64;
+    let tolerance = if near { tolerated(samples) } else { 0.0 };
+    let (list, without) = rayon::join(|| candidates(estimate, 0, tolerance), healthy);
     let without = without?;
     let mut lists = vec![list];
-    lists.extend(without.as_ref().map(|without| candidates(without, 1)));
-    let samples = base.fit.weights.all_samples() as f64;
-    let mut costs = vec![priced(estimate.isolation.best.cost, base.set, samples)];
-    costs.extend(without.as_ref().map(|without| without.isolation.best.cost));
-    let mut stands = vec![(base.values.clone(), base.set)];
-    stands.extend(without.map(|without| (without.case.full.parameters(&without.isolation.best.theta), 0)));
+    lists.extend(without.as_ref().map(|without| candidates(without, 1, tolerance)));
+    let cost = priced(estimate.isolation.best.cost, base.set, samples);
+    let mut stands = vec![Stand { values: base.values.clone(), set: base.set, cost }];
+    stands.extend(without.map(|without| Stand {
+        values: without.case.full.parameters(&without.isolation.best.theta),
+        set: 0,
+        cost: without.isolation.best.cost,
+    }));
     let looking = Looking { record: estimate.case.record, base: &base, base_check: &base_check, check, stands };
-    let worth = significant(lists[0].len()) + if near { NEAR * base.fit.weights.all_samples() as f64 } else { 0.0 };
+    let worth = worth(lists[0].len(), tolerance);
     let most = [if near { FITTED_NEAR } else { FITTED }, FITTED_NEAR];
     let promising = lists.iter().zip(most).flat_map(|(list, most)| {
         let least = list.first().map_or(worth, |best| worth.max(PROMISING * best.score));
         list.iter().filter(move |candidate| candidate.score > least).take(most)
     });
-    let promising = once_each(promising.collect(), &costs);
+    let promising = once_each(promising.collect(), &looking.stands);
     let mut judged = looking.judge(promising.into_iter().map(|candidate| vec![candidate.clone()]).collect(), &[])?;
     let more = alike(&judged, &lists);
     looking.join(&mut judged, more)?;
@@ -222,9 +225,9 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     Ok(Suggestion { conclusion, base, base_check, judged, scored, experiment })
 }
 
-/// Of each effect that is promising at several stands, the one that promises to cost least; `costs` are those of the stands.
-fn once_each<'a>(promising: Vec<&'a Candidate>, costs: &[f64]) -> Vec<&'a Candidate> {
-    let cost = |one: &Candidate| one.stand.and_then(|stand| costs.get(stand)).map_or(0.0, |cost| cost - one.score);
+/// Of each effect that is promising at several stands, the one that promises to cost least.
+fn once_each<'a>(promising: Vec<&'a Candidate>, stands: &[Stand]) -> Vec<&'a Candidate> {
+    let cost = |one: &Candidate| promised(one, stands).unwrap_or(0.0);
     let beaten = |one: &Candidate| promising.iter().any(|other| other.id == one.id && cost(other) < cost(one));
     promising.iter().copied().filter(|one| !beaten(one)).collect()
 }
@@ -258,11 +261,6 @@ fn apart(judged: &[Judged], base: &Trial) -> Option<Experiment> {
     let rival = best.confounded_with.first()?;
     let other = judged.iter().find(|other| other.id() == *rival).map_or(base, |other| &other.trial);
     separating([best.id(), rival.clone()], &best.trial, other)
-}
-
-/// Fall of chi-square that the best of so many candidates reaches by chance in one of 1,000 records (Bonferroni).
-fn significant(candidates: usize) -> f64 {
-    2.0 * (1000.0 * candidates.max(1) as f64).ln()
 }
 
 /// Whether a run is within noise and tolerance in every channel.

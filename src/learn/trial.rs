@@ -64,8 +64,7 @@ impl Trial {
                 sigmas.insert(estimated.parameter, variance.sqrt() * isolation.quadratic.scale[index]);
             }
             let (low, high) = case.full.bounds()[index];
-            let of_effect = rig.effects.iter().any(|effect| effect.parameters.contains(&estimated.parameter));
-            if of_effect && (theta[index] <= low || theta[index] >= high) {
+            if rig.is_of_effect(estimated.parameter) && (theta[index] <= low || theta[index] >= high) {
                 at_bound.push(estimated.parameter);
             }
         }

@@ -33,8 +33,8 @@ pub(super) fn warnings(trial: &Trial, base: &Trial) -> Vec<String> {
             && !parameter.anew
             && !base.rig.is_fault(index)
             && moved > 4.0 * parameter.sigma
-            && base.rig.effects.iter().all(|effect| !effect.parameters.contains(&index))
-            && trial.rig.effects.iter().all(|effect| !effect.parameters.contains(&index))
+            && !base.rig.is_of_effect(index)
+            && !trial.rig.is_of_effect(index)
         {
             warnings.push(format!("moved: {} by {:.1} standard uncertainties", parameter.id, moved / parameter.sigma));
         }

@@ -172,7 +172,7 @@ impl Rig {
     pub fn first_size(&self, placed: &Placed, free: &Free) -> Option<f64> {
         let unit = || self.effect_unit(placed, free.name);
         match (free.first, placed.spot) {
-            (First::Value(value), _) => Some(unit().difference_to_si(value)),
+            (First::Value(value) | First::Onset(value), _) => Some(unit().difference_to_si(value)),
             (First::Noise(factor), Spot::Sensor(sensor)) => Some(factor * self.sensors[sensor].noise),
             (First::Noise(_), _) => Some(unit().difference_to_si(1.0)),
             (First::Range(_), _) => None,

@@ -212,6 +212,11 @@ impl Rig {
         self.sensors.iter().any(|sensor| sensor.owns(parameter))
     }
 
+    /// Whether a parameter is one of an effect.
+    pub fn is_of_effect(&self, parameter: usize) -> bool {
+        self.effects.iter().any(|effect| effect.parameters.contains(&parameter))
+    }
+
     /// Index of the node with this name.
     pub fn node(&self, name: &str) -> Option<usize> {
         self.nodes.iter().position(|node| node.name == name)

@@ -13,12 +13,27 @@ const PER_BAR: f64 = 1e-3 / 60.0 / 1e5;
 pub enum Sheet {
     /// The telescopic rig as it is.
     Plain,
-    /// With a throttle of 1.6 mm, so that the reducing valve regulates.
+    /// With a throttle of 1.6 mm, so that the reducing valve regulates and what is left of the pump flow goes over the relief valve.
     Throttled,
+    /// As it is, under loads that bring the pump line near the set pressure.
+    Heavy,
+    /// Both.
+    ThrottledHeavy,
     /// With a worn seal, so that the viscosity matters.
     Leaking,
     /// Without sensors' faults, which would be the same as what is hidden.
     TrueSensors,
+}
+
+impl Sheet {
+    fn is_throttled(self) -> bool {
+        matches!(self, Self::Throttled | Self::ThrottledHeavy)
+    }
+
+    /// Loads, in usual ones.
+    pub fn loads(self) -> f64 {
+        if matches!(self, Self::Heavy | Self::ThrottledHeavy) { 1.9 } else { 1.0 }
+    }
 }
 
 /// An effect that the telescopic plant can hide.
@@ -43,6 +58,14 @@ const fn hidden(id: &'static str, typical: f64, put: fn(&mut Plant, f64)) -> Hid
 
 const fn throttled(id: &'static str, typical: f64, put: fn(&mut Plant, f64)) -> Hidden {
     Hidden { id, alike: &[], sheet: Sheet::Throttled, typical, put }
+}
+
+const fn heavy(id: &'static str, typical: f64, put: fn(&mut Plant, f64)) -> Hidden {
+    Hidden { id, alike: &[], sheet: Sheet::Heavy, typical, put }
+}
+
+const fn throttled_heavy(id: &'static str, typical: f64, put: fn(&mut Plant, f64)) -> Hidden {
+    Hidden { id, alike: &[], sheet: Sheet::ThrottledHeavy, typical, put }
 }
 
 const fn leaking(id: &'static str, typical: f64, put: fn(&mut Plant, f64)) -> Hidden {
@@ -75,17 +98,17 @@ pub const HIDDEN: &[Hidden] = &[
     hidden("pressure-friction@cylinder", 6.0, |plant, size| plant.friction_per_pressure = size / 1e5),
     hidden("progressive-load", 0.04, |plant, size| plant.progressive_load = size * 1e6),
     of_pump("pump-slip", 0.004, |plant, size| plant.slip = size * PER_BAR),
-    hidden("relief-weeping", 0.03, |plant, size| plant.weeping = size * PER_BAR),
+    heavy("relief-weeping", 0.03, |plant, size| (plant.weeping, plant.weeping_from) = (size * PER_BAR, 60e5)),
     hidden("seal-friction@cylinder", 350.0, |plant, size| (plant.coulomb, plant.breakaway) = (size, 0.6 * size)),
     throttled("compensator-lag", 20.0, |plant, size| plant.compensator_lag = size * 1e-3),
     hidden("end-cushioning@cylinder", 2e5, |plant, size| (plant.cushion, plant.cushion_length) = (size, 25e-3)),
     hidden("entrained-air", 1.0, |plant, size| plant.air = size * 1e-2),
     of_pump("pump-droop", 0.0008, |plant, size| plant.droop = size / 1e5),
-    hidden("relief-knee", 8.0, |plant, size| plant.knee = size * 1e5),
+    throttled("relief-knee", 8.0, |plant, size| plant.knee = size * 1e5),
     sensor("sensor-gain@q_A", 1.05, |plant, size| plant.readings[5].gain = size),
     sensor("sensor-offset@p_A", 1.5, |plant, size| plant.readings[2].offset = size * 1e5),
-    hidden("spool-dead-band", 0.1, |plant, size| plant.dead_band = size),
-    throttled("spool-flow-force", 0.3, |plant, size| plant.flow_force = size),
+    hidden("spool-dead-band", 0.25, |plant, size| plant.dead_band = size),
+    throttled_heavy("spool-flow-force", 0.6, |plant, size| plant.flow_force = size),
     hidden("spool-lag", 30.0, |plant, size| plant.spool_lags = [0.8e-3 * size, 0.2e-3 * size]),
     hidden("viscous-friction@cylinder", 4000.0, |plant, size| plant.viscous = size),
     sensor("sensor-delay@x", 12.0, |plant, size| plant.readings[7].delay = size * 1e-3),
@@ -113,7 +136,7 @@ pub fn size(hidden: &Hidden, random: &mut Stream) -> f64 {
 /// A plant within the tolerance of its data sheet.
 pub fn healthy(kind: Sheet, random: &mut Stream) -> Plant {
     let mut sheet = Plant::default();
-    if kind == Sheet::Throttled {
+    if kind.is_throttled() {
         sheet.throttle = 1.6e-3;
     }
     if kind == Sheet::Leaking {
@@ -139,8 +162,8 @@ pub fn rig(sheet: Sheet) -> Rig {
     let path = "fixtures/telescopic/rig.toml";
     let text = std::fs::read_to_string(path).expect("the rig file");
     let text = match sheet {
-        Sheet::Plain => text,
-        Sheet::Throttled => text.replace("\"5 mm\"", "\"1.6 mm\""),
+        Sheet::Plain | Sheet::Heavy => text,
+        Sheet::Throttled | Sheet::ThrottledHeavy => text.replace("\"5 mm\"", "\"1.6 mm\""),
         Sheet::Leaking => text
             .replace("clearance = \"0 mm\"", "clearance = \"0.2 mm\"")
             .replace("healthy = \"0 mm\"", "healthy = \"0.2 mm\""),

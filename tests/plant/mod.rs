@@ -240,14 +240,14 @@ impl Plant {
         let spool = if self.spool_lags[1] > 0.0 { second } else { first };
         f[6] = (command - first) / self.spool_lags[0];
         f[7] = if self.spool_lags[1] > 0.0 { (first - second) / self.spool_lags[1] } else { 0.0 };
-        // Overlap with a chamfer: the edge begins softly.
+        // Overlap with a chamfer: the edge begins softly, and is shut in the middle.
         let beyond = |s: f64| {
             if self.dead_band == 0.0 {
                 return s.max(0.0);
             }
             let soft = 0.01;
             let open = |s: f64| 0.5 * (s - self.dead_band + ((s - self.dead_band).powi(2) + soft * soft).sqrt());
-            open(s.max(0.0)) / open(1.0)
+            (open(s.max(0.0)) - open(0.0)) / (open(1.0) - open(0.0))
         };
         let edge = 8e-3 / 60.0 / self.rated_drop.sqrt() * self.opening;
         let (at_a, at_b) =

@@ -28,9 +28,9 @@ const LOGGED: [(&str, &str, f64, f64); SENSORS] = [
 /// A command and a load for so many seconds.
 pub type Phase = (f64, Acting);
 
-/// One full stroke out and back, and a short one, under loads of their own.
-pub fn cycle(random: &mut Stream) -> Vec<Phase> {
-    let mut load = |low: f64, high: f64| random.uniform(low, high);
+/// One full stroke out and back, and a short one, under loads of their own, so many times the usual.
+pub fn cycle(random: &mut Stream, loads: f64) -> Vec<Phase> {
+    let mut load = |low: f64, high: f64| loads * random.uniform(low, high);
     let [rest, out, hold, pull, again] =
         [load(1000.0, 2000.0), load(1500.0, 4500.0), load(1500.0, 3000.0), load(-800.0, -200.0), load(2000.0, 5000.0)];
     vec![

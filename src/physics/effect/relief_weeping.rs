@@ -14,7 +14,7 @@ pub const EFFECT: Effect = Effect {
     validity: CARD.validity,
     at: At::Component { kind: "relief-valve", named: false },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("P"), Joint::Port("T")], shared: &[] },
-    parameters: &[Free { name: "conductance", neutral: Some(0.0), first: First::Value(0.01), plausible: (0.0, 0.5) }, Free { name: "from", neutral: None, first: First::Value(80.0), plausible: (0.0, 400.0) }],
+    parameters: &[Free { name: "conductance", neutral: Some(0.0), first: First::Value(0.01), plausible: (0.0, 0.5) }, Free { name: "from", neutral: None, first: First::Onset(80.0), plausible: (0.0, 400.0) }],
 };
 
 pub const CARD: Card = Card {

@@ -1,0 +1,339 @@
+//! Sizes and levels at which an effect is tried, and what the score test says of each.
+
+use super::candidate::Candidate;
+use crate::diagnosis::estimate::Estimate;
+use crate::diagnosis::quadratic::Scoring;
+use crate::diagnosis::search::ROUGH;
+use crate::model::{Drive, Model};
+use crate::physics::effect::{self, First, Form, Free};
+use crate::rig::{Given, NodeKind, Placed, Quantity, Rig, Sensor, Spot, Target};
+
+/// Change of the weighted misfits below which a candidate is not excited, root sum of squares.
+const EXCITED: f64 = 0.1;
+/// Share of the influence below which a candidate counts as absorbed.
+const ABSORBED: f64 = 0.05;
+/// Factors on the tried size beyond which the form is not believed.
+const FAR: f64 = 20.0;
+/// Sizes that are tried, in typical ones. What shifts the time at which the piston arrives is straight only where the shift is less
+/// than a row.
+const SIZES: &[f64] = &[0.1, 1.0, 5.0, 25.0];
+/// The same of an effect that is not straight: it shows itself only near its own size.
+const BENT_SIZES: &[f64] = &[0.1, 1.0, 1.8, 3.0, 5.0, 9.0, 15.0, 25.0];
+/// Cosine between the changes by two neighbouring sizes below which one between them is tried too: what rings is in step with
+/// its own ringing only near its own size.
+const NEIGHBOURS: f64 = 0.7;
+/// Most sizes that are tried of one effect.
+const MOST_SIZES: usize = 64;
+/// Shares of the highest pressure from which on an effect is tried, where it has one that has to be found.
+const ONSETS: &[f64] = &[0.8, 0.6, 0.4];
+/// A change of the misfits that is longer than the misfits by this factor raises the cost, however it points.
+const HOPELESS: f64 = 2.0;
+/// Where both have the typical one.
+const TYPICAL: usize = 1;
+/// Cosine between the changes by two sizes above which they lie on a straight line. What rings or shifts in time does not.
+const STRAIGHT: f64 = 0.9;
+/// Larger ones are tried where the one before is too small by this factor.
+const BEYOND: f64 = 1.5;
+
+/// Where candidates are scored.
+pub(super) struct Here<'a, 'e> {
+    estimate: &'a Estimate<'e>,
+    scoring: Scoring<'a>,
+    /// What the sensors show there, `[sensor][row]`, SI, solved as roughly as what it is compared with.
+    plain: Vec<Vec<f64>>,
+    /// Fall of chi-square from which on an effect is looked at.
+    worth: f64,
+}
+
+impl<'a, 'e> Here<'a, 'e> {
+    /// `None` where the model cannot be solved.
+    pub fn of(estimate: &'a Estimate<'e>, worth: f64) -> Option<Self> {
+        let (case, isolation) = (&estimate.case, &estimate.isolation);
+        let (full, best) = (&case.full, &isolation.best);
+        let model = full.model.clone().with_tolerance(ROUGH);
+        let plain = model.simulate(&full.parameters(&best.theta), full.drive, full.times).ok()?.values;
+        let scoring = isolation.quadratic.scoring(case, isolation.set(), (&best.theta, &best.misfit))?;
+        Some(Self { estimate, scoring, plain, worth })
+    }
+
+    /// Whether a try changes the misfits so much that it raises the cost, however it points.
+    fn is_hopeless(&self, tried: &Try) -> bool {
+        tried.information > HOPELESS * HOPELESS * self.estimate.isolation.best.cost
+    }
+}
+
+/// The try of an effect that promises most.
+pub(super) fn best_try(here: &Here<'_, '_>, placed: &Placed) -> Option<Candidate> {
+    let highest = |quantity| highest(here.estimate, placed.spot, quantity);
+    let groups: Vec<Vec<Try>> = if let Some(levels) = levels(placed) {
+        let top = highest(Quantity::Level);
+        let mut tried = levels.iter().filter_map(|&level| Try::at(here, placed, (level, level * top), true));
+        let first = tried.next()?;
+        if !first.candidate.excited {
+            return Some(first.candidate);
+        }
+        vec![std::iter::once(first).chain(tried).collect()]
+    } else if placed.effect.parameters.iter().any(|free| matches!(free.first, First::Onset(_))) {
+        let top = highest(Quantity::Pressure);
+        ONSETS.iter().map(|share| sizes(here, placed, share * top)).collect()
+    } else {
+        vec![sizes(here, placed, 0.0)]
+    };
+    let best = groups.into_iter().filter_map(|group| best_of(here.estimate.case.rig(), group));
+    best.max_by(|a, b| a.score.total_cmp(&b.score))
+}
+
+/// Of tries in the order of their sizes the one that promises most, with the smallest size that the record could show.
+fn best_of(rig: &Rig, tried: Vec<Try>) -> Option<Candidate> {
+    if let Some(typical) = tried.iter().position(|one| one.step == SIZES[TYPICAL] && !one.candidate.excited) {
+        return tried.into_iter().nth(typical).map(|one| one.candidate);
+    }
+    let mut tried: Vec<Candidate> = tried.into_iter().map(|one| one.candidate).collect();
+    let smallest = smallest(rig, &tried);
+    let best = (0..tried.len()).max_by(|&a, &b| tried[a].score.total_cmp(&tried[b].score))?;
+    let mut best = tried.swap_remove(best);
+    if let (Some(smallest), Some(own)) = (smallest, distance(rig, &best)) {
+        best.smallest = smallest / own;
+    }
+    Some(best)
+}
+
+/// The smallest distance from doing nothing that the record could show, SI, by tries in the order of their sizes: from the
+/// first that is large enough down along a straight line, but not to one that is too small. `None` of levels.
+fn smallest(rig: &Rig, tried: &[Candidate]) -> Option<f64> {
+    let mut least = None;
+    let mut too_small = 0.0_f64;
+    for one in tried {
+        let own = distance(rig, one)?;
+        least = Some((one.smallest * own).max(too_small));
+        if one.smallest <= 1.0 {
+            break;
+        }
+        too_small = own;
+    }
+    least
+}
+
+/// A size or level that is tried.
+struct Try {
+    step: f64,
+    /// Of the weighted misfits.
+    change: Vec<f64>,
+    /// Squares of what of it nothing fitted can take over.
+    information: f64,
+    candidate: Candidate,
+}
+
+impl Try {
+    /// `None` where the model cannot be solved with it.
+    fn at(here: &Here<'_, '_>, placed: &Placed, (step, onset): (f64, f64), where_it_lies: bool) -> Option<Self> {
+        let attempt = attempt(here.estimate, placed, (step, onset));
+        let change = change(here, placed, &attempt)?;
+        let (candidate, information) = scored(here, placed, attempt, &change, where_it_lies);
+        Some(Self { step, change, information, candidate })
+    }
+}
+
+/// Sizes of an effect, as many as it takes to see whether one of them explains what is missed.
+fn sizes(here: &Here<'_, '_>, placed: &Placed, onset: f64) -> Vec<Try> {
+    let mut tried: Vec<Try> = Vec::new();
+    for (place, &step) in SIZES.iter().enumerate() {
+        let Some(one) = Try::at(here, placed, (step, onset), false) else { continue };
+        let bent = place == TYPICAL
+            && tried.first().is_some_and(|least| cosine(&least.change, &one.change) < STRAIGHT)
+            && one.candidate.excited;
+        if bent {
+            break;
+        }
+        // A size on a straight line that asks for no larger one has none that promises more.
+        let enough = place >= TYPICAL && !asks_for_more(&one.candidate, place == TYPICAL);
+        tried.push(one);
+        if enough || (place == TYPICAL && !tried[tried.len() - 1].candidate.excited) {
+            return tried;
+        }
+    }
+    if tried.len() > TYPICAL {
+        return tried;
+    }
+    for &step in &BENT_SIZES[TYPICAL..] {
+        let Some(one) = Try::at(here, placed, (step, onset), true) else { continue };
+        let hopeless = here.is_hopeless(&one);
+        tried.push(one);
+        // Larger ones change more still.
+        if hopeless {
+            break;
+        }
+    }
+    while tried.len() < MOST_SIZES {
+        // The small ones first: they are likelier.
+        let mut pairs = tried.windows(2).map(|pair| cosine(&pair[0].change, &pair[1].change));
+        let Some(place) = pairs.position(|alike| alike < NEIGHBOURS) else { break };
+        let step = (tried[place].step * tried[place + 1].step).sqrt();
+        let Some(between) = Try::at(here, placed, (step, onset), true) else { break };
+        tried.insert(place + 1, between);
+    }
+    tried
+}
+
+/// How far the tried size is from doing nothing, SI; `None` of a level, which is where it is.
+pub(super) fn distance(rig: &Rig, candidate: &Candidate) -> Option<f64> {
+    let (free, tried) = candidate.placed.effect.parameters.first().zip(candidate.tried.first())?;
+    Some((tried.value - nothing(rig, &candidate.placed, free)?).abs()).filter(|distance| *distance > 0.0)
+}
+
+/// The value, SI, at which a parameter of an effect does nothing: its neutral one, or that which the rig has.
+fn nothing(rig: &Rig, placed: &Placed, free: &Free) -> Option<f64> {
+    match free.neutral {
+        Some(neutral) => Some(rig.effect_unit(placed, free.name).difference_to_si(neutral)),
+        None => Some(rig.parameters[rig.bent(placed, free.name)?].value),
+    }
+}
+
+/// Cosine between two changes of the misfits; 0 where one is none.
+fn cosine(a: &[f64], b: &[f64]) -> f64 {
+    let (mut along, mut of_a, mut of_b) = (0.0, 0.0, 0.0);
+    for (a, b) in a.iter().zip(b) {
+        (along, of_a, of_b) = (along + a * b, of_a + a * a, of_b + b * b);
+    }
+    if of_a > 0.0 && of_b > 0.0 { along / (of_a * of_b).sqrt() } else { 0.0 }
+}
+
+/// Whether the best size lies beyond the one that was tried. A typical one of the wrong sign does not say that.
+fn asks_for_more(tried: &Candidate, typical: bool) -> bool {
+    if tried.score > 0.0 { tried.factor.abs() > BEYOND } else { typical }
+}
+
+/// Shares or distances at which a level is tried, where an effect has one that has to be found.
+fn levels(placed: &Placed) -> Option<&'static [f64]> {
+    let of_level = placed.effect.parameters.iter().any(|free| matches!(free.first, First::Range(_)));
+    of_level.then_some(match placed.spot {
+        // Readings pile up at a limit, noise above it.
+        Spot::Sensor(_) => &[0.0, 2.0],
+        _ => &[0.6, 0.75, 0.85, 0.95],
+    })
+}
+
+/// What is tried of each parameter at a step, SI: so many typical sizes, from a level or pressure on where it has one.
+fn attempt(estimate: &Estimate<'_>, placed: &Placed, (step, onset): (f64, f64)) -> Vec<Given> {
+    let rig = estimate.case.rig();
+    let of_level = levels(placed).is_some();
+    let one = |free: &Free| {
+        let value = match (rig.first_size(placed, free), placed.spot) {
+            (Some(_), _) if matches!(free.first, First::Onset(_)) => onset,
+            (Some(first), _) if of_level => first,
+            // What only shapes the effect stays.
+            (Some(first), _) => nothing(rig, placed, free).map_or(first, |from| from + step * (first - from)),
+            (None, Spot::Sensor(sensor)) => {
+                ends(estimate.case.full.measured[sensor]).1 - step * rig.sensors[sensor].noise
+            }
+            (None, _) => onset,
+        };
+        Given { name: free.name.to_owned(), value, sigma: 0.0 }
+    };
+    placed.effect.parameters.iter().map(one).collect()
+}
+
+fn ends(values: &[f64]) -> (f64, f64) {
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
+}
+
+/// The highest level, m, or pressure, Pa, at the node of the first port of a component, in the fitted model.
+fn highest(estimate: &Estimate<'_>, spot: Spot, quantity: Quantity) -> f64 {
+    let Spot::Component(component) = spot else { return 0.0 };
+    let full = &estimate.case.full;
+    let mut rig = full.model.rig.clone();
+    let node = rig.components[component].ports[0];
+    if !matches!(rig.nodes[node].kind, NodeKind::Volume { .. }) {
+        return 0.0;
+    }
+    // A sensor of the mind.
+    let Some(template) = rig.sensors.first().cloned() else { return 0.0 };
+    let first_parameter = rig.parameters.len();
+    for value in [0.0, 1.0] {
+        let mut parameter = rig.parameters[template.first_parameter].clone();
+        (parameter.value, parameter.sigma) = (value, 0.0);
+        rig.parameters.push(parameter);
+    }
+    rig.sensors.push(Sensor { quantity, target: Target::Node(node), lag: 0.0, first_parameter, ..template });
+    let mut values = full.parameters(&estimate.isolation.best.theta);
+    values.extend([0.0, 1.0]);
+    let model = Model::new(rig);
+    let shown = model.simulate(&values, full.drive, full.times).map(|mut outputs| outputs.values.pop());
+    shown.ok().flatten().map_or(0.0, |shown| ends(&shown).1)
+}
+
+/// By how much a try changes the weighted misfits; `None` where the model cannot be solved with it.
+fn change(here: &Here<'_, '_>, placed: &Placed, tried: &[Given]) -> Option<Vec<f64>> {
+    let Here { estimate, plain, .. } = here;
+    let (case, isolation) = (&estimate.case, &estimate.isolation);
+    let full = &case.full;
+    let mut rig = full.model.rig.clone();
+    let indices = rig.give_effect(placed, tried).ok()?;
+    let mut values = full.parameters(&isolation.best.theta);
+    values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
+    for (given, &index) in tried.iter().zip(&indices) {
+        values[index] = given.value;
+    }
+    let with = if let (Form::Reading { card }, Spot::Sensor(sensor)) = (placed.effect.form, placed.spot) {
+        // What a sensor does to its readings changes nothing else.
+        let (does, mut with) = (rig.readings.last()?, plain.clone());
+        effect::read(
+            card,
+            &values[does.first_parameter..][..card.parameters.len()],
+            full.drive.begun,
+            full.times,
+            with.get_mut(sensor)?,
+        );
+        with
+    } else {
+        let drive = Drive::from_record(&rig, case.record).ok()?;
+        Model::new(rig).with_tolerance(ROUGH).simulate(&values, &drive, full.times).ok()?.values
+    };
+    let mut change: Vec<f64> =
+        with.iter().flatten().zip(plain.iter().flatten()).map(|(with, plain)| with - plain).collect();
+    full.weights.apply(&mut change);
+    Some(change)
+}
+
+/// A try with the score of its change; believed where it lies, or along a straight line through it.
+/// Also the squares of what of it nothing fitted can take over.
+fn scored(
+    here: &Here<'_, '_>,
+    placed: &Placed,
+    tried: Vec<Given>,
+    change: &[f64],
+    where_it_lies: bool,
+) -> (Candidate, f64) {
+    let full = &here.estimate.case.full;
+    let size = change.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let mut candidate = Candidate {
+        id: full.model.rig.effect_id(placed),
+        placed: *placed,
+        tried,
+        score: 0.0,
+        stand: None,
+        factor: 0.0,
+        smallest: f64::INFINITY,
+        own: 0.0,
+        absorbed_by: None,
+        excited: size > EXCITED,
+    };
+    if !candidate.excited {
+        return (candidate, 0.0);
+    }
+    let score = here.scoring.of(change);
+    candidate.own = score.own;
+    candidate.smallest = if score.information > 0.0 { (here.worth / score.information).sqrt() } else { f64::INFINITY };
+    if score.own < ABSORBED {
+        candidate.absorbed_by = score.absorbed_by.map(|index| {
+            let parameter = full.estimated[index].parameter;
+            full.model.rig.parameters[parameter].id.clone()
+        });
+    }
+    // A size of the wrong sign has no sense, one far beyond what was tried no straight line to it.
+    let one_sided = placed.effect.parameters.first().is_none_or(|free| free.plausible.0 >= free.neutral.unwrap_or(0.0));
+    let sign_fits = score.factor > 0.0 || !one_sided;
+    candidate.factor = if where_it_lies { 1.0 } else { score.factor.clamp(-FAR, FAR) };
+    candidate.score = if sign_fits { score.fall_at(candidate.factor) } else { 0.0 };
+    (candidate, score.information)
+}
