@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use borescope::campaign::random::Stream;
-use borescope::learn::result::SuggestionReport;
+use borescope::learn::result::{ScoredReport, SuggestionReport};
 use borescope::learn::suggest::{Conclusion, Suggestion, suggest};
 use borescope::record::Record;
 use borescope::rig::Rig;
@@ -15,7 +15,7 @@ use plant::record::{cycle, record};
 use plant::tanks::{Tanks, voltage};
 use plant::{A, Plant};
 
-/// What became of a case.
+/// What became of a case, by what `suggest` itself says that the record could show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Outcome {
     /// Named alone.
@@ -80,12 +80,23 @@ fn outcome((id, alike): (&str, &[&str]), size: f64, suggestion: &Suggestion, [fi
         Conclusion::Adequate => {
             let report = SuggestionReport::new(suggestion, fit, Some(check)).unwrap();
             let scored = report.scored().into_iter().find(|scored| scored.id == id).cloned();
-            let smallest = scored.and_then(|scored| scored.smallest_detectable);
-            // Twice the smallest that it is said to show would have been seen.
-            let seen = smallest.is_some_and(|smallest| 2.0 * smallest < size);
+            let departure = scored.as_ref().map(|scored| (size - neutral(suggestion, scored)).abs());
+            let smallest = scored.as_ref().and_then(|scored| scored.smallest_detectable);
+            println!("    {departure:?} of {smallest:?}");
+            // Of a level nobody says how small it may be.
+            let seen = departure.zip(smallest).is_none_or(|(departure, smallest)| departure > smallest);
             if seen { Outcome::Missed } else { Outcome::Invisible }
         }
     }
+}
+
+/// The value at which an effect does nothing, in the unit of its size.
+fn neutral(suggestion: &Suggestion, scored: &ScoredReport) -> f64 {
+    let rig = &suggestion.base.rig;
+    let placed = rig.placed(&scored.id).unwrap();
+    let free = &placed.effect.parameters[0];
+    let own = || rig.bent(&placed, free.name).map(|index| rig.parameters[index].value);
+    free.neutral.or_else(|| Some(rig.effect_unit(&placed, free.name).difference_from_si(own()?))).unwrap_or(0.0)
 }
 
 fn tell(id: &str, size: f64, seed: u64, suggestion: &Suggestion, seconds: f64) {
@@ -201,6 +212,15 @@ fn a_leak_is_named() {
     let found = best.trial.rig.parameters[index].unit.from_si(best.trial.values[index]);
     // The plant's seal gives a little less at high pressure.
     assert!((found / size - 1.0).abs() < 0.05, "{found} {size}");
+}
+
+#[test]
+fn a_valve_that_weeps_from_some_pressure_on_is_named() {
+    let hidden = HIDDEN.iter().find(|hidden| hidden.id == "relief-weeping").unwrap();
+    let (size, records) = case(hidden, 2);
+    let suggestion = suggestion(hidden.sheet, &records);
+    tell(hidden.id, size, 2, &suggestion, f64::NAN);
+    assert_eq!(outcome((hidden.id, hidden.alike), size, &suggestion, &records), Outcome::Named);
 }
 
 #[test]

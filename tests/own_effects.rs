@@ -180,7 +180,11 @@ fn mistakes_are_told() {
         ("neutral = \"0 L/min/bar\", ", "", "no neutral value"),
         ("own_effects.weeping-joint", "own_effects.pump-slip", "cannot be called `pump-slip`"),
         ("bounds = [\"0 L/min/bar\", \"0.2 L/min/bar\"]", "bounds = [\"0 L/min/bar\"]", "is no pair"),
-        ("flow =", "force =", "has no `flow`"),
+        ("flow =", "force =", "no `force` acts at `A`"),
+        ("flow =", "flux =", "has no `flow`"),
+        // What it might see is named, not only what it sees.
+        ("G * A.p", "G * A.p * F_laod", "did you mean `F_load`?"),
+        ("G * A.p", "G * A.p * time", "`piston.v`, `valve_command`, `F_load`, `t`, `G`"),
     ] {
         told(LEAK, from, to, message);
     }

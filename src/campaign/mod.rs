@@ -54,6 +54,14 @@ impl Options {
     }
 }
 
+/// What a thread takes next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Work {
+    /// This rig is drawn and calibrated.
+    Rig(usize),
+    Case(usize),
+}
+
 /// A campaign that is laid out.
 pub struct Campaign {
     pub rig: Rig,
@@ -130,6 +138,24 @@ impl Campaign {
         Ok(self.case(case, count))
     }
 
+    /// Cases in their order, and in front of those of each rig the calibration of the one that comes so many rigs later: a
+    /// thread that met a rig that another calibrates would wait.
+    fn work(&self, cases: &[usize], ahead: usize) -> Vec<Work> {
+        let mut rigs: Vec<usize> = cases.iter().map(|&case| self.rig_of(case)).collect();
+        rigs.dedup();
+        let mut later = rigs.iter().copied().map(Work::Rig);
+        let mut work: Vec<Work> = later.by_ref().take(ahead).collect();
+        let mut last = None;
+        for &case in cases {
+            let rig = self.rig_of(case);
+            if last.replace(rig) != Some(rig) {
+                work.extend(later.next());
+            }
+            work.push(Work::Case(case));
+        }
+        work
+    }
+
     /// Runs cases on so many threads; `done` gets each row as it comes, and may end the campaign by an error.
     ///
     /// # Errors
@@ -142,12 +168,22 @@ impl Campaign {
     ) -> Result<(), Complaint> {
         let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
         let (give, take) = mpsc::channel();
+        let threads = threads.clamp(1, cases.len().max(1));
+        let work = self.work(cases, threads);
         std::thread::scope(|scope| {
-            for _ in 0..threads.clamp(1, cases.len().max(1)) {
-                let (give, next, stop) = (give.clone(), &next, &stop);
+            for _ in 0..threads {
+                let (give, next, stop, work) = (give.clone(), &next, &stop, &work);
                 scope.spawn(move || {
                     while !stop.load(Ordering::Relaxed) {
-                        let Some(&case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) else { return };
+                        let case = match work.get(next.fetch_add(1, Ordering::Relaxed)) {
+                            None => return,
+                            Some(&Work::Rig(rig)) => {
+                                // What went wrong is told by its cases.
+                                let _ = self.prepared(rig);
+                                continue;
+                            }
+                            Some(&Work::Case(case)) => case,
+                        };
                         let Some(&count) = self.plan.get(case) else { continue };
                         if give.send(self.case(case, count).row).is_err() {
                             return;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::tries::{Here, best_try};
 use crate::diagnosis::estimate::Estimate;
-use crate::physics::effect::{Form, Free};
+use crate::physics::effect::{First, Form, Free};
 use crate::progress::Count;
 use crate::rig::{Given, Placed, Rig};
 
@@ -40,9 +40,10 @@ pub struct Candidate {
 impl Candidate {
     /// In its typical size, to be fitted from anywhere.
     pub(super) fn as_typical(&self, rig: &Rig) -> Self {
-        let typical = |(free, tried): (&Free, &Given)| Given {
-            value: rig.first_size(&self.placed, free).unwrap_or(tried.value),
-            ..tried.clone()
+        let typical = |(free, tried): (&Free, &Given)| match free.first {
+            // Where it begins was found.
+            First::Onset(_) => tried.clone(),
+            _ => Given { value: rig.first_size(&self.placed, free).unwrap_or(tried.value), ..tried.clone() },
         };
         let tried = self.placed.effect.parameters.iter().zip(&self.tried).map(typical).collect();
         Self { tried, factor: 1.0, stand: None, ..self.clone() }

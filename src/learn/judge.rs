@@ -21,7 +21,7 @@ const CLOSE_ISOLATED: f64 = 0.01;
 /// What a fit may still fall by, in falls of its last form: the next ones would have to lose no more than a sixth each.
 const HOPE: f64 = 5.0;
 /// Share of what its score promised that a rough fit has to keep: one that keeps less may have begun at a bad place, and
-/// where it promises this share of what the best does, it begins anew at the data sheet.
+/// where it promises this share of what the best there does, it begins anew at the data sheet.
 const KEPT: f64 = 0.5;
 /// Most effects that are isolated anew, faults and all.
 const ISOLATED: usize = 2;
@@ -131,13 +131,22 @@ impl Looking<'_> {
             count.one();
             (effects, rough)
         };
+        // Scores know nothing of what an effect's parameters are charged.
+        let price_of_effects = |rough: &Option<Rough>| {
+            let more = |rough: &Rough| effect_parameters(&rough.rig) - effect_parameters(&base.rig);
+            rough.as_ref().map_or(0.0, |rough| more(rough) as f64 * samples.ln())
+        };
         let mut rough: Vec<(Vec<Candidate>, Option<Rough>)> = chosen.into_par_iter().map(fitted).collect();
         let cost = |rough: &Option<Rough>| rough.as_ref().map_or(f64::INFINITY, |rough| rough.priced(samples));
-        let most = rough.iter().flat_map(|(effects, _)| effects).map(|effect| effect.score).fold(0.0, f64::max);
+        // Scores of one stand are compared with each other.
+        let scores: Vec<(Option<usize>, f64)> =
+            rough.iter().flat_map(|(effects, _)| effects).map(|effect| (effect.stand, effect.score)).collect();
+        let most = |stand| scores.iter().filter(|one| one.0 == stand).map(|one| one.1).fold(0.0, f64::max);
         rough.par_iter_mut().for_each(|(effects, rough)| {
             let [effect] = effects.as_slice() else { return };
             let Some(promised) = promised(effect, stands) else { return };
-            if effect.score > KEPT * most && cost(rough) > promised + (1.0 - KEPT) * effect.score {
+            let kept = cost(rough) - price_of_effects(rough) <= promised + (1.0 - KEPT) * effect.score;
+            if !kept && effect.score > KEPT * most(effect.stand) {
                 let again = refitted(base, &[Stand::healthy(&base.rig)], record, &[effect.as_typical(&base.rig)]);
                 if cost(&again) < cost(rough) {
                     *rough = again;

@@ -39,8 +39,8 @@ pub struct ScoredReport {
     pub id: String,
     /// The parameter that is its size.
     pub parameter: String,
-    /// Smallest size (departure from doing nothing) that this record could show beside everything that is fitted, three
-    /// standard errors, in `unit`; `None` where it shows none, and of levels.
+    /// Smallest size (departure from doing nothing) that this record could show beside everything that is fitted, beyond chance
+    /// and the model's tolerance, in `unit`; `None` where it shows none, and of levels.
     pub smallest_detectable: Option<f64>,
     pub unit: String,
     /// The fitted parameter that takes over what the effect does.

@@ -2,7 +2,7 @@
 
 use super::candidate::{Candidate, candidates, empirical, tolerated, worth};
 use super::judge::{Looking, promised};
-use super::refit::{FORMS, Stand, refitted};
+use super::refit::{FORMS, Stand, charged, refitted};
 use super::separate::{Experiment, separating};
 use super::trial::{Run, Trial};
 use super::verdict::{conclude, conclude_near, explains};
@@ -189,12 +189,12 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let without = without?;
     let mut lists = vec![list];
     lists.extend(without.as_ref().map(|without| candidates(without, 1, tolerance)));
-    let cost = priced(estimate.isolation.best.cost, base.set, samples);
+    let cost = charged(&base.rig, estimate.isolation.best.cost, base.set, samples);
     let mut stands = vec![Stand { values: base.values.clone(), set: base.set, cost }];
     stands.extend(without.map(|without| Stand {
         values: without.case.full.parameters(&without.isolation.best.theta),
         set: 0,
-        cost: without.isolation.best.cost,
+        cost: charged(&base.rig, without.isolation.best.cost, 0, samples),
     }));
     let looking = Looking { record: estimate.case.record, base: &base, base_check: &base_check, check, stands };
     let worth = worth(lists[0].len(), tolerance);

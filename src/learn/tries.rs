@@ -22,6 +22,8 @@ const BENT_SIZES: &[f64] = &[0.1, 1.0, 1.8, 3.0, 5.0, 9.0, 15.0, 25.0];
 /// Cosine between the changes by two neighbouring sizes below which one between them is tried too: what rings is in step with
 /// its own ringing only near its own size.
 const NEIGHBOURS: f64 = 0.7;
+/// Ratio of two sizes between which none is tried.
+const FINEST: f64 = 1.03;
 /// Most sizes that are tried of one effect.
 const MOST_SIZES: usize = 64;
 /// Shares of the highest pressure from which on an effect is tried, where it has one that has to be found.
@@ -67,20 +69,25 @@ pub(super) fn best_try(here: &Here<'_, '_>, placed: &Placed) -> Option<Candidate
     let highest = |quantity| highest(here.estimate, placed.spot, quantity);
     let groups: Vec<Vec<Try>> = if let Some(levels) = levels(placed) {
         let top = highest(Quantity::Level);
-        let mut tried = levels.iter().filter_map(|&level| Try::at(here, placed, (level, level * top), true));
+        let mut tried = levels.iter().filter_map(|&level| Try::at(here, placed, (level, level * top), None));
         let first = tried.next()?;
         if !first.candidate.excited {
             return Some(first.candidate);
         }
         vec![std::iter::once(first).chain(tried).collect()]
-    } else if placed.effect.parameters.iter().any(|free| matches!(free.first, First::Onset(_))) {
+    } else if let Some(onset) = placed.effect.parameters.iter().find(|free| matches!(free.first, First::Onset(_))) {
         let top = highest(Quantity::Pressure);
-        ONSETS.iter().map(|share| sizes(here, placed, share * top)).collect()
+        if top > 0.0 {
+            ONSETS.iter().map(|share| sizes(here, placed, share * top)).collect()
+        } else {
+            vec![sizes(here, placed, here.estimate.case.rig().first_size(placed, onset)?)]
+        }
     } else {
         vec![sizes(here, placed, 0.0)]
     };
     let best = groups.into_iter().filter_map(|group| best_of(here.estimate.case.rig(), group));
-    best.max_by(|a, b| a.score.total_cmp(&b.score))
+    // Of those that promise as much the first.
+    best.reduce(|best, other| if other.score > best.score { other } else { best })
 }
 
 /// Of tries in the order of their sizes the one that promises most, with the smallest size that the record could show.
@@ -89,8 +96,9 @@ fn best_of(rig: &Rig, tried: Vec<Try>) -> Option<Candidate> {
         return tried.into_iter().nth(typical).map(|one| one.candidate);
     }
     let mut tried: Vec<Candidate> = tried.into_iter().map(|one| one.candidate).collect();
-    let smallest = smallest(rig, &tried);
-    let best = (0..tried.len()).max_by(|&a, &b| tried[a].score.total_cmp(&tried[b].score))?;
+    let smallest = smallest(tried.iter().filter_map(|one| Some((distance(rig, one)?, one.smallest))));
+    let best =
+        (0..tried.len()).reduce(|best, other| if tried[other].score > tried[best].score { other } else { best })?;
     let mut best = tried.swap_remove(best);
     if let (Some(smallest), Some(own)) = (smallest, distance(rig, &best)) {
         best.smallest = smallest / own;
@@ -98,18 +106,18 @@ fn best_of(rig: &Rig, tried: Vec<Try>) -> Option<Candidate> {
     Some(best)
 }
 
-/// The smallest distance from doing nothing that the record could show, SI, by tries in the order of their sizes: from the
-/// first that is large enough down along a straight line, but not to one that is too small. `None` of levels.
-fn smallest(rig: &Rig, tried: &[Candidate]) -> Option<f64> {
+/// The smallest distance from doing nothing that the record could show, by tries in the order of their sizes, each with its
+/// distance and the factor on that which could be shown: from the first that is large enough down along a straight line, but not to
+/// one that is too small.
+fn smallest(tried: impl IntoIterator<Item = (f64, f64)>) -> Option<f64> {
     let mut least = None;
     let mut too_small = 0.0_f64;
-    for one in tried {
-        let own = distance(rig, one)?;
-        least = Some((one.smallest * own).max(too_small));
-        if one.smallest <= 1.0 {
+    for (distance, factor) in tried {
+        least = Some((factor * distance).max(too_small));
+        if factor <= 1.0 {
             break;
         }
-        too_small = own;
+        too_small = distance;
     }
     least
 }
@@ -126,10 +134,10 @@ struct Try {
 
 impl Try {
     /// `None` where the model cannot be solved with it.
-    fn at(here: &Here<'_, '_>, placed: &Placed, (step, onset): (f64, f64), where_it_lies: bool) -> Option<Self> {
+    fn at(here: &Here<'_, '_>, placed: &Placed, (step, onset): (f64, f64), reach: Option<f64>) -> Option<Self> {
         let attempt = attempt(here.estimate, placed, (step, onset));
         let change = change(here, placed, &attempt)?;
-        let (candidate, information) = scored(here, placed, attempt, &change, where_it_lies);
+        let (candidate, information) = scored(here, placed, attempt, &change, reach);
         Some(Self { step, change, information, candidate })
     }
 }
@@ -138,11 +146,13 @@ impl Try {
 fn sizes(here: &Here<'_, '_>, placed: &Placed, onset: f64) -> Vec<Try> {
     let mut tried: Vec<Try> = Vec::new();
     for (place, &step) in SIZES.iter().enumerate() {
-        let Some(one) = Try::at(here, placed, (step, onset), false) else { continue };
+        let Some(one) = Try::at(here, placed, (step, onset), Some(FAR)) else { continue };
         let bent = place == TYPICAL
             && tried.first().is_some_and(|least| cosine(&least.change, &one.change) < STRAIGHT)
             && one.candidate.excited;
         if bent {
+            // The least is near enough to nothing to be straight, but not far beyond itself.
+            tried = Try::at(here, placed, (SIZES[0], onset), Some(BEYOND)).into_iter().collect();
             break;
         }
         // A size on a straight line that asks for no larger one has none that promises more.
@@ -156,7 +166,7 @@ fn sizes(here: &Here<'_, '_>, placed: &Placed, onset: f64) -> Vec<Try> {
         return tried;
     }
     for &step in &BENT_SIZES[TYPICAL..] {
-        let Some(one) = Try::at(here, placed, (step, onset), true) else { continue };
+        let Some(one) = Try::at(here, placed, (step, onset), None) else { continue };
         let hopeless = here.is_hopeless(&one);
         tried.push(one);
         // Larger ones change more still.
@@ -164,12 +174,15 @@ fn sizes(here: &Here<'_, '_>, placed: &Placed, onset: f64) -> Vec<Try> {
             break;
         }
     }
+    let unlike = |pair: &[Try]| {
+        let between = !here.is_hopeless(&pair[0]) && pair.iter().all(|one| one.candidate.excited);
+        between && pair[1].step > FINEST * pair[0].step && cosine(&pair[0].change, &pair[1].change) < NEIGHBOURS
+    };
     while tried.len() < MOST_SIZES {
         // The small ones first: they are likelier.
-        let mut pairs = tried.windows(2).map(|pair| cosine(&pair[0].change, &pair[1].change));
-        let Some(place) = pairs.position(|alike| alike < NEIGHBOURS) else { break };
+        let Some(place) = tried.windows(2).position(unlike) else { break };
         let step = (tried[place].step * tried[place + 1].step).sqrt();
-        let Some(between) = Try::at(here, placed, (step, onset), true) else { break };
+        let Some(between) = Try::at(here, placed, (step, onset), None) else { break };
         tried.insert(place + 1, between);
     }
     tried
@@ -295,14 +308,14 @@ fn change(here: &Here<'_, '_>, placed: &Placed, tried: &[Given]) -> Option<Vec<f
     Some(change)
 }
 
-/// A try with the score of its change; believed where it lies, or along a straight line through it.
+/// A try with the score of its change; believed where it lies, or along a straight line through it as far as `reach` times its size.
 /// Also the squares of what of it nothing fitted can take over.
 fn scored(
     here: &Here<'_, '_>,
     placed: &Placed,
     tried: Vec<Given>,
     change: &[f64],
-    where_it_lies: bool,
+    reach: Option<f64>,
 ) -> (Candidate, f64) {
     let full = &here.estimate.case.full;
     let size = change.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -333,7 +346,24 @@ fn scored(
     // A size of the wrong sign has no sense, one far beyond what was tried no straight line to it.
     let one_sided = placed.effect.parameters.first().is_none_or(|free| free.plausible.0 >= free.neutral.unwrap_or(0.0));
     let sign_fits = score.factor > 0.0 || !one_sided;
-    candidate.factor = if where_it_lies { 1.0 } else { score.factor.clamp(-FAR, FAR) };
+    candidate.factor = reach.map_or(1.0, |reach| score.factor.clamp(-reach, reach));
     candidate.score = if sign_fits { score.fall_at(candidate.factor) } else { 0.0 };
     (candidate, score.information)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::smallest;
+
+    #[test]
+    fn the_smallest_size_lies_between_one_too_small_and_one_large_enough() {
+        // A straight line: all say the same, and the first is large enough.
+        assert_eq!(smallest([(2.0, 0.25), (20.0, 0.025)]), Some(0.5));
+        // What is felt late: a line from 20 would say 4, but 5 is seen to be too small.
+        assert_eq!(smallest([(1.0, 90.0), (5.0, 3.0), (20.0, 0.2)]), Some(5.0));
+        assert_eq!(smallest([(1.0, 90.0), (5.0, 3.0), (20.0, 0.5)]), Some(10.0));
+        // Nothing is large enough: along a line from the largest.
+        assert_eq!(smallest([(1.0, 90.0), (5.0, 3.0)]), Some(15.0));
+        assert_eq!(smallest([]), None);
+    }
 }

@@ -98,7 +98,10 @@ pub const HIDDEN: &[Hidden] = &[
     hidden("pressure-friction@cylinder", 6.0, |plant, size| plant.friction_per_pressure = size / 1e5),
     hidden("progressive-load", 0.04, |plant, size| plant.progressive_load = size * 1e6),
     of_pump("pump-slip", 0.004, |plant, size| plant.slip = size * PER_BAR),
-    heavy("relief-weeping", 0.03, |plant, size| (plant.weeping, plant.weeping_from) = (size * PER_BAR, 60e5)),
+    heavy("relief-weeping", 0.03, |plant, size| {
+        // From 45 to 85 bar on, another pressure for every size.
+        (plant.weeping, plant.weeping_from) = (size * PER_BAR, 45e5 + 40e5 * (1e4 * size).fract());
+    }),
     hidden("seal-friction@cylinder", 350.0, |plant, size| (plant.coulomb, plant.breakaway) = (size, 0.6 * size)),
     throttled("compensator-lag", 20.0, |plant, size| plant.compensator_lag = size * 1e-3),
     hidden("end-cushioning@cylinder", 2e5, |plant, size| (plant.cushion, plant.cushion_length) = (size, 25e-3)),
@@ -107,8 +110,8 @@ pub const HIDDEN: &[Hidden] = &[
     throttled("relief-knee", 8.0, |plant, size| plant.knee = size * 1e5),
     sensor("sensor-gain@q_A", 1.05, |plant, size| plant.readings[5].gain = size),
     sensor("sensor-offset@p_A", 1.5, |plant, size| plant.readings[2].offset = size * 1e5),
-    hidden("spool-dead-band", 0.25, |plant, size| plant.dead_band = size),
-    throttled_heavy("spool-flow-force", 0.6, |plant, size| plant.flow_force = size),
+    hidden("spool-dead-band", 0.2, |plant, size| plant.dead_band = size),
+    throttled_heavy("spool-flow-force", 0.36, |plant, size| plant.flow_force = size),
     hidden("spool-lag", 30.0, |plant, size| plant.spool_lags = [0.8e-3 * size, 0.2e-3 * size]),
     hidden("viscous-friction@cylinder", 4000.0, |plant, size| plant.viscous = size),
     sensor("sensor-delay@x", 12.0, |plant, size| plant.readings[7].delay = size * 1e-3),

@@ -36,6 +36,16 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
         Acts::Force(_) => ("force", Dimension::FORCE),
         Acts::Reading(sensor) => ("reading", rig.sensors[sensor].quantity.dimension()),
     };
+    let (other, what) = match acts {
+        Acts::Flow(_) => (["force", "reading"], "a node with a volume"),
+        Acts::Force(_) => (["flow", "reading"], "a body"),
+        Acts::Reading(_) => (["flow", "force"], "a sensor"),
+    };
+    if let Some((other, value)) = other.into_iter().find_map(|key| Some((key, table.get(key)?))) {
+        return Err(Complaint::new(Kind::Contradiction, format!("no `{other}` acts at `{}`", at.text()?))
+            .at(value.place())
+            .help(format!("that is {what}: write `{key} = ...`, or another `at`")));
+    }
     let formula = table.require(
         key,
         "add the formula: `flow` out of a node with a volume, `force` on a body, `reading` of a sensor",
@@ -47,8 +57,14 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
 
     let sees = Sees::of(rig, acts, &own, &formula)?;
     let mut names = sees.names(rig, acts);
-    names.extend(own.iter().map(|own| Name::new(own.name.clone(), own.unit.dimension)));
-    let expression = Expression::parse_as(formula.text()?, &names, dimension).map_err(|error| {
+    let parameter_names = || own.iter().map(|own| Name::new(own.name.clone(), own.unit.dimension));
+    names.extend(parameter_names());
+    let text = formula.text()?;
+    let expression = Expression::parse_as(text, &names, dimension).map_err(|error| {
+        // The help names what it might have seen, not only what it does see.
+        let mut all = Sees::everything(rig, acts).names(rig, acts);
+        all.extend(parameter_names());
+        let error = Expression::parse_as(text, &all, dimension).err().unwrap_or(error);
         Complaint::new(Kind::Syntax, error.to_string()).at(formula.place()).help(error.help.clone())
     })?;
     let ports: Vec<PortKind> = sees.nodes.iter().map(|&node| kind(rig, node)).collect();
@@ -58,7 +74,7 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
     let card = Card {
         kind: kept(&format!("own:{name}")),
         meaning: kept(meaning),
-        law: kept(&format!("{key} = {}", formula.text()?)),
+        law: kept(&format!("{key} = {text}")),
         source: "the rig file",
         validity: "As its author meant it.",
         parameters: kept_list(own.iter().map(parameter).collect()),
@@ -184,6 +200,16 @@ impl Sees {
             return too_many("inputs", format!("it may see {INPUTS}, the time `{TIME}` among them"));
         }
         Ok(Self { nodes, inputs, time })
+    }
+
+    /// All that a formula that acts there might see.
+    fn everything(rig: &Rig, acts: Acts) -> Self {
+        if matches!(acts, Acts::Reading(_)) {
+            return Self { nodes: Vec::new(), inputs: Vec::new(), time: true };
+        }
+        let free = |&node: &usize| !matches!(rig.nodes[node].kind, NodeKind::Held { .. });
+        let nodes = (0..rig.nodes.len()).filter(free).collect();
+        Self { nodes, inputs: (0..rig.inputs.len()).collect(), time: true }
     }
 
     /// The names of what it sees, in the order in which a formula is given it.
