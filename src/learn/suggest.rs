@@ -20,6 +20,8 @@ use crate::rig::Rig;
 const FITTED: usize = 8;
 /// The same of those that show where no fault has bent to what is missing, and where the model is within its tolerance.
 const FITTED_NEAR: usize = 4;
+/// Candidates that are fitted though they promise no more than the tolerance of a model that is within it.
+const ANYWAY: usize = 2;
 /// Share of the best one's score that a candidate has to promise to be fitted.
 const PROMISING: f64 = 0.03;
 /// Candidates of which pairs are fitted where none explains the record alone.
@@ -197,11 +199,14 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
         cost: charged(&base.rig, without.isolation.best.cost, 0, samples),
     }));
     let looking = Looking { record: estimate.case.record, base: &base, base_check: &base_check, check, stands };
-    let worth = worth(lists[0].len(), tolerance);
+    let [chance, worth] = [0.0, tolerance].map(|tolerance| worth(lists[0].len(), tolerance));
     let most = [if near { FITTED_NEAR } else { FITTED }, FITTED_NEAR];
     let promising = lists.iter().zip(most).flat_map(|(list, most)| {
         let least = list.first().map_or(worth, |best| worth.max(PROMISING * best.score));
-        list.iter().filter(move |candidate| candidate.score > least).take(most)
+        // What a fit has bent to promises less than it has to give: the first few are fitted whatever they promise beyond chance.
+        let looked_at =
+            move |(place, one): &(usize, &Candidate)| one.score > if *place < ANYWAY { chance } else { least };
+        list.iter().enumerate().filter(looked_at).map(|(_, one)| one).take(most)
     });
     let promising = once_each(promising.collect(), &looking.stands);
     let mut judged = looking.judge(promising.into_iter().map(|candidate| vec![candidate.clone()]).collect(), &[])?;
@@ -214,8 +219,11 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
         looking.join(&mut judged, more)?;
     }
     looking.settle(&mut judged)?;
-    let conclusion =
-        if near { conclude_near(&mut judged, &base, &base_check) } else { conclude(&mut judged, &base, &base_check) };
+    let conclusion = if near {
+        conclude_near(&mut judged, &base, &base_check, tolerance)
+    } else {
+        conclude(&mut judged, &base, &base_check)
+    };
     if conclusion == Conclusion::UnknownEffect {
         // What no law explains, a curve may at least describe.
         looking.join(&mut judged, empirical(&base.rig).into_iter().map(|curve| vec![curve]).collect())?;

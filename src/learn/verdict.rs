@@ -63,12 +63,17 @@ pub(super) fn explains(judged: &Judged, base: &Trial, base_check: &Option<Run>) 
 }
 
 /// What a model that is within its tolerance lacks nevertheless: an effect that explains both records better, with sense, or
-/// what several faults would have to stand in for.
-pub(super) fn conclude_near(judged: &mut Vec<Judged>, base: &Trial, base_check: &Option<Run>) -> Conclusion {
+/// what several faults would have to stand in for. A fall of chi-square within `tolerance` says nothing.
+pub(super) fn conclude_near(
+    judged: &mut Vec<Judged>,
+    base: &Trial,
+    base_check: &Option<Run>,
+    tolerance: f64,
+) -> Conclusion {
     let fall = |before: &Run, after: &Run| (before.chi2 - after.chi2) * after.weights.all_samples() as f64;
     judged.retain_mut(|one| {
         let on_check = base_check.as_ref().zip(one.check.as_ref()).map(|(before, after)| fall(before, after));
-        let better = one.delta_bic > RIVAL && on_check.is_none_or(|fall| fall > RIVAL);
+        let better = one.delta_bic > RIVAL.max(tolerance) && on_check.is_none_or(|fall| fall > RIVAL);
         // Fewer faults with an effect in their place may explain the records as well.
         let alike = one.trial.set.count_ones() < base.set.count_ones() && one.delta_bic > -RIVAL;
         one.supported = better;
