@@ -24,9 +24,9 @@ enum Outcome {
     InClass,
     /// Faults of the rig explain the records.
     Fault,
-    /// Nothing found, and the record could not have shown it.
+    /// Nothing found, and the record to which the model is fitted could not have shown it.
     Invisible,
-    /// Nothing found.
+    /// Nothing found where it could.
     Missed,
     /// Seen, but not named.
     Unknown,
@@ -75,9 +75,8 @@ fn outcome((id, alike): (&str, &[&str]), size: f64, suggestion: &Suggestion, [fi
         Conclusion::EffectFound if is_it(&class(suggestion)[0]) => Outcome::Named,
         Conclusion::Confounded if class(suggestion).iter().any(is_it) => Outcome::InClass,
         Conclusion::EffectFound | Conclusion::Confounded => Outcome::Wrong,
-        Conclusion::UnknownEffect => Outcome::Unknown,
         Conclusion::Adequate if suggestion.base.set != 0 => Outcome::Fault,
-        Conclusion::Adequate => {
+        conclusion => {
             let report = SuggestionReport::new(suggestion, fit, Some(check)).unwrap();
             let scored = report.scored().into_iter().find(|scored| scored.id == id).cloned();
             let departure = scored.as_ref().map(|scored| (size - neutral(suggestion, scored)).abs());
@@ -85,7 +84,11 @@ fn outcome((id, alike): (&str, &[&str]), size: f64, suggestion: &Suggestion, [fi
             println!("    {departure:?} of {smallest:?}");
             // Of a level nobody says how small it may be.
             let seen = departure.zip(smallest).is_none_or(|(departure, smallest)| departure > smallest);
-            if seen { Outcome::Missed } else { Outcome::Invisible }
+            match conclusion {
+                _ if !seen => Outcome::Invisible,
+                Conclusion::UnknownEffect => Outcome::Unknown,
+                _ => Outcome::Missed,
+            }
         }
     }
 }

@@ -168,7 +168,7 @@ fn mistakes_are_told() {
         (HEAVIER, "-k * F_load", "-k * F_lod", "F_lod"),
         (BENT, "d * t", "d * p_A", "p_A"),
         (BENT, "reading * (1", "reading * (2", "neutral value the effect is not nothing"),
-        (BENT, "reading =", "flow =", "has no `reading`"),
+        (BENT, "reading =", "flow =", "no `flow` acts at `q_A`"),
     ] {
         told(more, from, to, message);
     }
