@@ -3,7 +3,8 @@
 //! With the misfits `r` at the optimum, the weighted sensitivities `J` of everything that is fitted, and `s` the change of
 //! the misfits by the candidate, what nothing fitted can do is `s_perp = s - J H⁻¹ J' s`. Then `T = (s_perp' r)²/(s_perp' s_perp)`
 //! estimates how far chi-square would fall (Rao's score test; Kristensen, Madsen and Jorgensen 2004), and `sqrt(T0)/||s_perp||` is
-//! the smallest size that the record could show if a fall of `T0` is asked for. `s` is taken at a typical size, not at zero, where friction has no slope.
+//! the smallest size that the record could show if a fall of `T0` is asked for. `s` is taken at a typical size, not at zero,
+//! where friction has no slope.
 
 use rayon::prelude::*;
 
