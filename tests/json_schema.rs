@@ -107,6 +107,7 @@ fn every_verb_keeps_to_its_schema() {
         check(&["history", RIG, "--store", &store, "--by", "run"]),
         check(&["compare", RIG, &faulty]),
         check(&["suggest", RIG, &faulty]),
+        check(&["suggest", RIG, &faulty, "--check", &other]),
         check(&["improve", RIG, "--fit", &faulty, "--check", &faulty, "-o", &path("improved.toml")]),
         check(&["calibrate", RIG, &healthy, &other, "-o", &path("calibrated.toml")]),
         check(&["add", RIG, "external-leakage@lower", "-o", &path("leaking.toml")]),
