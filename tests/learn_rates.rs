@@ -10,7 +10,7 @@ use borescope::learn::result::{ScoredReport, SuggestionReport};
 use borescope::learn::suggest::{Conclusion, Suggestion, suggest};
 use borescope::record::Record;
 use borescope::rig::Rig;
-use plant::hidden::{HIDDEN, Hidden, Sheet, healthy, rig, size};
+use plant::hidden::{HIDDEN, Hidden, Sheet, begins, healthy, rig, size};
 use plant::record::{cycle, record};
 use plant::tanks::{Tanks, voltage};
 use plant::{A, Plant};
@@ -80,7 +80,7 @@ fn outcome((id, alike): (&str, &[&str]), size: f64, suggestion: &Suggestion, [fi
             let report = SuggestionReport::new(suggestion, fit, Some(check)).unwrap();
             let scored = report.scored().into_iter().find(|scored| scored.id == id).cloned();
             let departure = scored.as_ref().map(|scored| (size - neutral(suggestion, scored)).abs());
-            let smallest = scored.as_ref().and_then(|scored| scored.smallest_detectable);
+            let smallest = scored.as_ref().and_then(|scored| smallest(scored, begins(id, size)));
             println!("    {departure:?} of {smallest:?}");
             // Of a level nobody says how small it may be.
             let seen = departure.zip(smallest).is_none_or(|(departure, smallest)| departure > smallest);
@@ -91,6 +91,13 @@ fn outcome((id, alike): (&str, &[&str]), size: f64, suggestion: &Suggestion, [fi
             }
         }
     }
+}
+
+/// The smallest size that the record could show, of what begins somewhere that from the next higher place that was tried.
+fn smallest(scored: &ScoredReport, from: Option<f64>) -> Option<f64> {
+    let Some(from) = from else { return scored.smallest_detectable };
+    let beyond = scored.onsets.iter().filter(|onset| onset.from >= from);
+    beyond.min_by(|a, b| a.from.total_cmp(&b.from)).and_then(|onset| onset.smallest_detectable)
 }
 
 /// The value at which an effect does nothing, in the unit of its size.

@@ -131,6 +131,13 @@ impl<'a> Case<'a> {
         theta
     }
 
+    /// All estimated parameters, SI, with what is uncertain as it is expected; faults and what effects have stay.
+    pub fn as_expected(&self, theta: &[f64]) -> Vec<f64> {
+        let stays =
+            |index: usize| index < self.faults() || self.rig().is_of_effect(self.full.estimated[index].parameter);
+        theta.iter().enumerate().map(|(index, &value)| if stays(index) { value } else { self.mean[index] }).collect()
+    }
+
     /// Parameters that are free while the faults of `set` are present.
     pub fn free(&self, set: Set) -> Vec<usize> {
         (0..self.count()).filter(|&index| !self.is_held(set, index)).collect()

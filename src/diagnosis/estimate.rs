@@ -9,7 +9,7 @@ use super::hypotheses::{Isolation, MOST_ROUNDS, Stopped, held, isolate, isolate_
 use super::noise::{self, Weights};
 use super::quadratic::Quadratic;
 use super::search;
-use super::unseen::{simpler, unseen};
+use super::unseen::{in_step, simpler, unseen};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::fit::FitError;
 use crate::model::{Drive, Model, SimulationError};
@@ -152,7 +152,8 @@ pub(crate) struct Quick {
 }
 
 /// Fits a record with the faults of `set` present, from values of all estimated parameters.
-/// Weights are those of the start; the form is taken so many times.
+/// Weights are those of the start; the form is taken so many times, and as often again from what is expected of everything uncertain
+/// where the fit is to go to its end.
 ///
 /// # Errors
 /// A model that cannot be solved there.
@@ -163,11 +164,27 @@ pub(crate) fn quick(
     (start, set): (&[f64], Set),
     forms: usize,
 ) -> Result<Quick, Complaint> {
-    let (case, mut form) = case_at(model, record, drive, start)?;
+    let (case, form) = case_at(model, record, drive, start)?;
+    let fit = walked(&case, form, (start, set), forms).map_err(|error| unsolvable(model, record, error))?;
+    if forms <= FIRST_FORMS {
+        return Ok(fit);
+    }
+    let fresh = case.as_expected(&fit.theta);
+    let again = Quadratic::at(&case, &fresh).and_then(|form| walked(&case, form, (&fresh, set), forms));
+    Ok(again.ok().filter(|again| again.cost < fit.cost).unwrap_or(fit))
+}
+
+/// A fit from a form and where it was taken, the form taken so many times.
+fn walked(
+    case: &Case<'_>,
+    mut form: Quadratic,
+    (start, set): (&[f64], Set),
+    forms: usize,
+) -> Result<Quick, SimulationError> {
     let mut fit = Quick { theta: start.to_vec(), cost: f64::INFINITY, gained: f64::INFINITY };
     let mut damping = 0.0;
     for left in (0..forms).rev() {
-        let Some(point) = descend(&case, &form, set, &[], &fit.theta, damping, (QUICK, ROUGH)) else { break };
+        let Some(point) = descend(case, &form, set, &[], &fit.theta, damping, (QUICK, ROUGH)) else { break };
         let before = if fit.cost.is_finite() { fit.cost } else { case.cost(set, &form.misfit, &form.theta) };
         damping = point.damping;
         fit = Quick { theta: point.theta, cost: point.cost, gained: before - point.cost };
@@ -175,7 +192,7 @@ pub(crate) fn quick(
         if left == 0 || (again && fit.gained < 1e-3 * fit.cost) {
             break;
         }
-        form = Quadratic::at(&case, &fit.theta).map_err(|error| unsolvable(model, record, error))?;
+        form = Quadratic::at(case, &fit.theta)?;
     }
     Ok(fit)
 }
@@ -330,7 +347,9 @@ fn settle(case: &mut Case<'_>, guess: &[f64], set: Set, most_rounds: u64) -> Res
             continue;
         }
         // What the form cannot see from here may explain the record better.
-        let Some((set, point)) = unseen(case, &isolation).or_else(|| simpler(case, &isolation)) else { break };
+        let better =
+            in_step(case, &isolation).or_else(|| unseen(case, &isolation)).or_else(|| simpler(case, &isolation));
+        let Some((set, point)) = better else { break };
         isolation = isolate(case, &point.theta, set, most_rounds)?;
     }
     // Few rounds are for looking whether a start leads anywhere; one that does is walked to its end.

@@ -158,14 +158,15 @@ impl Quadratic {
         self.jacobian.tr_mul(&pull)
     }
 
-    /// Whether the Jacobian foresees what moving one parameter by `step` (SI) does to the misfits, up to a share of the
-    /// squared change.
-    pub fn foresees(&self, parameter: usize, step: f64, before: &[f64], after: &[f64], share: f64) -> bool {
-        let column = self.jacobian.column(parameter);
+    /// Whether the Jacobian foresees what moving from values of all parameters to others (SI) does to the misfits, up to a
+    /// share of the squared change.
+    pub fn foresees(&self, before: (&[f64], &[f64]), after: (&[f64], &[f64]), share: f64) -> bool {
+        let step = (0..self.scale.len()).map(|index| (after.0[index] - before.0[index]) / self.scale[index]);
+        let expected = &self.jacobian * DVector::from_iterator(self.scale.len(), step);
         let (mut missed, mut change) = (0.0, 0.0);
-        for ((slope, before), after) in column.iter().zip(before).zip(after) {
+        for ((expected, before), after) in expected.iter().zip(before.1).zip(after.1) {
             let moved = after - before;
-            missed += (moved - slope * step / self.scale[parameter]).powi(2);
+            missed += (moved - expected).powi(2);
             change += moved * moved;
         }
         missed <= share * change

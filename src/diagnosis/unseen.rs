@@ -22,6 +22,8 @@ const LEVELS: [f64; 4] = [0.1, 0.25, 0.45, 0.7];
 const FITTED: usize = 3;
 /// Forms, and steps with each, of such a fit.
 const STEPS: usize = 3;
+/// Least fall of the cost for which a fit goes on from elsewhere.
+const IN_STEP: f64 = 1.0;
 
 /// A fault of a component that explains the record better than several of the best set do, or one of two that are of the same
 /// sensor.
@@ -78,6 +80,27 @@ fn replaceable(case: &Case<'_>, set: Set) -> Vec<Set> {
     parts
 }
 
+/// The same set, explained better from what is expected of everything uncertain: oil that rings is in step with the record at several
+/// bulk moduli, and a fit ends at the nearest.
+pub fn in_step(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
+    let Isolation { quadratic, best: point, .. } = isolation;
+    let mut theta = case.as_expected(&point.theta);
+    let misfit = case.full.misfit(&theta).ok()?;
+    if quadratic.foresees((&point.theta, &point.misfit), (&theta, &misfit), UNSEEN) {
+        return None;
+    }
+    let set = isolation.set();
+    for _ in 0..STEPS {
+        let form = Quadratic::at(case, &theta).ok()?;
+        let fit = descend(case, &form, set, &[], &theta, 0.0, (STEPS, ROUGH))?;
+        if fit.cost < point.cost - IN_STEP {
+            return Some((set, fit));
+        }
+        theta = fit.theta;
+    }
+    None
+}
+
 /// A better set than the best so far, with one fault more, that its quadratic form does not promise.
 pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
     let odds = prior_odds(case.faults());
@@ -89,7 +112,7 @@ pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
             let mut theta = point.theta.clone();
             theta[fault] = at;
             let Ok(misfit) = case.full.misfit(&theta) else { continue };
-            if quadratic.foresees(fault, at - point.theta[fault], &point.misfit, &misfit, UNSEEN) {
+            if quadratic.foresees((&point.theta, &point.misfit), (&theta, &misfit), UNSEEN) {
                 continue;
             }
             let more = set | 1 << fault;

@@ -36,6 +36,8 @@ pub struct Candidate {
     pub absorbed_by: Option<String>,
     /// Whether the record responds to it at all.
     pub excited: bool,
+    /// The same from other pressures on, where it begins at one.
+    pub others: Vec<Self>,
 }
 
 impl Candidate {
@@ -121,6 +123,7 @@ pub fn empirical(rig: &Rig) -> Vec<Candidate> {
                 own: 1.0,
                 absorbed_by: None,
                 excited: true,
+                others: Vec::new(),
             }
         })
         .collect()

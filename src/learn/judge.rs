@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::candidate::Candidate;
 use super::refit::{FORMS, Rough, Stand, charged, effect_parameters, quick, refitted};
 use super::suggest::{Judged, RIVAL, ROUNDS, joined};
-use super::trial::{Run, Trial};
+use super::trial::{Run, Trial, run_under};
 use super::verdict::warnings;
 use crate::complaint::Complaint;
 use crate::diagnosis::adequate;
@@ -127,7 +127,12 @@ impl Looking<'_> {
         let samples = self.samples();
         let count = Count::new("effects fitted", chosen.len());
         let fitted = |effects: Vec<Candidate>| {
-            let rough = refitted(base, stands, record, &effects);
+            let others = effects.first().filter(|_| effects.len() == 1).map_or(&[][..], |effect| &effect.others);
+            let rough = if others.is_empty() {
+                refitted(base, stands, record, &effects)
+            } else {
+                self.best_of_starts(std::iter::once(&effects[..]).chain(others.chunks(1)))
+            };
             count.one();
             (effects, rough)
         };
@@ -165,6 +170,24 @@ impl Looking<'_> {
             new
         });
         rough
+    }
+
+    /// Of refits from several starts the one that explains both records best: where a law begins may be anywhere between two
+    /// pressures at which the fit record stands.
+    fn best_of_starts<'s>(&self, starts: impl Iterator<Item = &'s [Candidate]>) -> Option<Rough> {
+        let samples = self.samples();
+        // Which start leads furthest shows at the ends.
+        let ends = starts.filter_map(|start| {
+            let rough = refitted(self.base, &self.stands, self.record, start)?;
+            let further = quick(&rough.rig, self.record, &rough.values, (rough.set, FORMS), Some(ROUGH));
+            let end = further.unwrap_or(rough);
+            let on_check = self.check.map_or(Some(0.0), |record| {
+                let run = run_under(&end.rig, record, &end.values, None).ok()?;
+                Some(run.chi2 * run.weights.all_samples() as f64)
+            });
+            Some((end.priced(samples) + on_check?, end))
+        });
+        ends.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, end)| end)
     }
 
     /// One refit on both records, with faults isolated anew or as it is, under its own weights or given ones of each.

@@ -12,7 +12,7 @@ use crate::complaint::Complaint;
 use crate::diagnosis::interval::QUANTILE;
 use crate::model::Model;
 use crate::physics::card::{Answer, Card, PortKind};
-use crate::physics::effect::Form;
+use crate::physics::effect::{First, Form};
 use crate::record::Record;
 use crate::report::number::rounded;
 use crate::rig::{NodeKind, Rig, Spot};
@@ -42,6 +42,8 @@ pub struct ScoredReport {
     /// Smallest size (departure from doing nothing) that this record could show beside everything that is fitted, beyond chance
     /// and the model's tolerance, in `unit`; `None` where it shows none, and of levels.
     pub smallest_detectable: Option<f64>,
+    /// The same from each pressure on from which it was tried, the most promising first; empty where it does not begin at one.
+    pub onsets: Vec<OnsetReport>,
     pub unit: String,
     /// The fitted parameter that takes over what the effect does.
     pub absorbed_by: Option<String>,
@@ -49,6 +51,15 @@ pub struct ScoredReport {
     pub excited: bool,
     /// Fall of chi-square that the score test expects of it.
     pub score: f64,
+}
+
+/// What the record could show of an effect that begins somewhere.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OnsetReport {
+    /// Where it begins, in `unit`.
+    pub from: f64,
+    pub unit: String,
+    pub smallest_detectable: Option<f64>,
 }
 
 /// An effect, or a pair, that was fitted.
@@ -214,18 +225,31 @@ fn parameters(trial: &Trial, id: &str) -> Vec<ParameterReport> {
     indices.into_iter().flatten().map(one).collect()
 }
 
+/// The smallest size of a candidate that the record could show, in the unit of its size.
+fn smallest_detectable(base: &Trial, candidate: &Candidate) -> Option<f64> {
+    let free = candidate.placed.effect.parameters.first()?;
+    let size = candidate.smallest * distance(&base.rig, candidate)?;
+    let unit = base.rig.effect_unit(&candidate.placed, free.name);
+    (candidate.excited && size.is_finite()).then(|| rounded(unit.difference_from_si(size), DIGITS))
+}
+
+fn onset(base: &Trial, candidate: &Candidate) -> Option<OnsetReport> {
+    let mut tried = candidate.placed.effect.parameters.iter().zip(&candidate.tried);
+    let (free, from) = tried.find(|(free, _)| matches!(free.first, First::Onset(_)))?;
+    let unit = base.rig.effect_unit(&candidate.placed, free.name);
+    let from = rounded(unit.from_si(from.value), DIGITS);
+    Some(OnsetReport { from, unit: unit.symbol, smallest_detectable: smallest_detectable(base, candidate) })
+}
+
 fn scored(base: &Trial, candidate: &Candidate) -> ScoredReport {
     let placed = &candidate.placed;
     let free = placed.effect.parameters.first();
     let unit = free.map(|free| base.rig.effect_unit(placed, free.name));
-    let smallest = distance(&base.rig, candidate).map(|size| candidate.smallest * size).filter(|size| size.is_finite());
     ScoredReport {
         id: candidate.id.clone(),
         parameter: free.map_or("", |free| free.name).to_owned(),
-        smallest_detectable: smallest
-            .filter(|_| candidate.excited)
-            .zip(unit.as_ref())
-            .map(|(size, unit)| rounded(unit.difference_from_si(size), DIGITS)),
+        smallest_detectable: smallest_detectable(base, candidate),
+        onsets: std::iter::once(candidate).chain(&candidate.others).filter_map(|one| onset(base, one)).collect(),
         unit: unit.map_or("-".to_owned(), |unit| unit.symbol),
         absorbed_by: candidate.absorbed_by.clone(),
         excited: candidate.excited,

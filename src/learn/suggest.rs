@@ -2,7 +2,7 @@
 
 use super::candidate::{Candidate, candidates, empirical, tolerated, worth};
 use super::judge::{Looking, promised};
-use super::refit::{FORMS, Stand, charged, refitted};
+use super::refit::{FORMS, Stand, charged, quick, refitted};
 use super::separate::{Experiment, separating};
 use super::trial::{Run, Trial};
 use super::verdict::{conclude, conclude_near, explains};
@@ -219,6 +219,9 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
         looking.join(&mut judged, more)?;
     }
     looking.settle(&mut judged)?;
+    if let Some(better) = anew(estimate, &base, judged.first())? {
+        return suggest_from(&better, Trial::of(&better)?, check);
+    }
     let conclusion = if near {
         conclude_near(&mut judged, &base, &base_check, tolerance)
     } else {
@@ -231,6 +234,25 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let experiment = apart(&judged, &base);
     let scored = lists.swap_remove(0);
     Ok(Suggestion { conclusion, base, base_check, judged, scored, experiment })
+}
+
+/// The model as given, fitted from where the best explanation left what both have, if it is better there: a fit that only had
+/// to be helped over a ridge lacks nothing.
+fn anew<'a>(estimate: &Estimate<'a>, base: &Trial, best: Option<&Judged>) -> Result<Option<Estimate<'a>>, Complaint> {
+    let Some(Judged { trial: best, .. }) = best.filter(|best| best.delta_bic > RIVAL) else { return Ok(None) };
+    // What an effect bends is as it was.
+    let of_effects: Vec<usize> = best.rig.effects.iter().flat_map(|effect| effect.parameters.clone()).collect();
+    let kept = |(index, was): (usize, &f64)| if of_effects.contains(&index) { *was } else { best.values[index] };
+    let values: Vec<f64> = base.values.iter().enumerate().map(kept).collect();
+    let (full, record) = (&estimate.case.full, estimate.case.record);
+    let samples = base.fit.weights.all_samples() as f64;
+    let least = charged(&base.rig, base.cost, base.set, samples) - RIVAL;
+    let fitted = quick(&base.rig, record, &values, (best.set, FORMS), Some(search::ROUGH));
+    let Some(rough) = fitted.filter(|rough| rough.priced(samples) < least) else { return Ok(None) };
+    let start = estimate::picked(&base.rig, &rough.values);
+    let better = estimate::isolated(full.model, record, full.drive, (&start, rough.set), ROUNDS)?;
+    let cost = charged(&base.rig, better.isolation.best.cost, better.isolation.set(), samples);
+    Ok((cost < least).then_some(better))
 }
 
 /// Of each effect that is promising at several stands, the one that promises to cost least.

@@ -137,7 +137,16 @@ pub fn run_with(model: &Model, record: &Record, drive: &Drive, values: &[f64]) -
     run_of(&model.rig, record, outputs, weights)
 }
 
-fn run_under(rig: &Rig, record: &Record, values: &[f64], weights: Option<&Weights>) -> Result<Run, Complaint> {
+/// The same of a record with what drives it, under its own weights or given ones.
+///
+/// # Errors
+/// As [`run_with`].
+pub(super) fn run_under(
+    rig: &Rig,
+    record: &Record,
+    values: &[f64],
+    weights: Option<&Weights>,
+) -> Result<Run, Complaint> {
     let model = Model::new(rig.clone());
     let drive = Drive::from_record(rig, record)?;
     let Some(weights) = weights else { return run_with(&model, record, &drive, values) };

@@ -26,8 +26,9 @@ const NEIGHBOURS: f64 = 0.7;
 const FINEST: f64 = 1.03;
 /// Most sizes that are tried of one effect.
 const MOST_SIZES: usize = 64;
-/// Shares of the highest pressure from which on an effect is tried, where it has one that has to be found.
-const ONSETS: &[f64] = &[0.8, 0.6, 0.4];
+/// Shares of the highest pressure from which on an effect is tried, where it has one that has to be found: a valve stands at few
+/// pressures, and from each place between two of them another one is found.
+const ONSETS: &[f64] = &[0.8, 0.65, 0.5, 0.35];
 /// A change of the misfits that is longer than the misfits by this factor raises the cost, however it points.
 const HOPELESS: f64 = 2.0;
 /// Where both have the typical one.
@@ -85,9 +86,12 @@ pub(super) fn best_try(here: &Here<'_, '_>, placed: &Placed) -> Option<Candidate
     } else {
         vec![sizes(here, placed, 0.0)]
     };
-    let best = groups.into_iter().filter_map(|group| best_of(here.estimate.case.rig(), group));
+    let mut best: Vec<Candidate> =
+        groups.into_iter().filter_map(|group| best_of(here.estimate.case.rig(), group)).collect();
     // Of those that promise as much the first.
-    best.reduce(|best, other| if other.score > best.score { other } else { best })
+    best.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let others = best.split_off(best.len().min(1));
+    Some(Candidate { others, ..best.pop()? })
 }
 
 /// Of tries in the order of their sizes the one that promises most, with the smallest size that the record could show.
@@ -330,6 +334,7 @@ fn scored(
         own: 0.0,
         absorbed_by: None,
         excited: size > EXCITED,
+        others: Vec::new(),
     };
     if !candidate.excited {
         return (candidate, 0.0);

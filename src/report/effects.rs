@@ -113,7 +113,7 @@ fn parameter(effect: &Effect, free: &Free) -> FreeReport {
     };
     let first = match free.first {
         First::Value(value) => with_unit(value, unit),
-        First::Onset(_) => "0.4 to 0.8 of the highest pressure".to_owned(),
+        First::Onset(_) => "0.35 to 0.8 of the highest pressure".to_owned(),
         First::Noise(factor) => format!("{factor} of the sensor's noise"),
         First::Range(_) => "0.6 to 0.95 of the highest reading or level".to_owned(),
     };

@@ -227,10 +227,11 @@ pub(super) const SCORED_HEADS: [Head; 5] =
     [("effect", false), ("size", false), ("smallest", true), ("unit", false), ("remark", false)];
 
 pub(super) fn scored_row(scored: &ScoredReport) -> Vec<String> {
-    let remark = match (&scored.absorbed_by, scored.excited) {
-        (_, false) => "not excited".to_owned(),
-        (Some(parameter), true) => format!("absorbed by {parameter}"),
-        (None, true) => String::new(),
+    let remark = match (&scored.absorbed_by, scored.onsets.first()) {
+        _ if !scored.excited => "not excited".to_owned(),
+        (Some(parameter), _) => format!("absorbed by {parameter}"),
+        (None, Some(onset)) => format!("from {} {} on", text(rounded(onset.from, 3)), onset.unit),
+        (None, None) => String::new(),
     };
     vec![
         scored.id.clone(),

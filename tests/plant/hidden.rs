@@ -36,6 +36,18 @@ impl Sheet {
     }
 }
 
+const WEEPING: &str = "relief-weeping";
+
+/// From 45 to 85 bar on, another pressure for every size.
+fn weeps_from(size: f64) -> f64 {
+    45.0 + 40.0 * (1e4 * size).fract()
+}
+
+/// Where a hidden effect of this size begins, in the unit of the card, if anywhere.
+pub fn begins(id: &str, size: f64) -> Option<f64> {
+    (id == WEEPING).then(|| weeps_from(size))
+}
+
 /// An effect that the telescopic plant can hide.
 pub struct Hidden {
     /// `kind@place` as the library calls it.
@@ -98,9 +110,8 @@ pub const HIDDEN: &[Hidden] = &[
     hidden("pressure-friction@cylinder", 6.0, |plant, size| plant.friction_per_pressure = size / 1e5),
     hidden("progressive-load", 0.04, |plant, size| plant.progressive_load = size * 1e6),
     of_pump("pump-slip", 0.004, |plant, size| plant.slip = size * PER_BAR),
-    heavy("relief-weeping", 0.03, |plant, size| {
-        // From 45 to 85 bar on, another pressure for every size.
-        (plant.weeping, plant.weeping_from) = (size * PER_BAR, 45e5 + 40e5 * (1e4 * size).fract());
+    heavy(WEEPING, 0.03, |plant, size| {
+        (plant.weeping, plant.weeping_from) = (size * PER_BAR, 1e5 * weeps_from(size));
     }),
     hidden("seal-friction@cylinder", 350.0, |plant, size| (plant.coulomb, plant.breakaway) = (size, 0.6 * size)),
     throttled("compensator-lag", 20.0, |plant, size| plant.compensator_lag = size * 1e-3),
