@@ -13,7 +13,9 @@ use cards::unit;
 /// The card that holds the parameters of an effect that are its own.
 fn own_card(form: Form) -> Option<&'static Card> {
     match form {
-        Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card } => Some(card),
+        Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card } | Form::Dropped { card } => {
+            Some(card)
+        }
         Form::Bent => None,
     }
 }

@@ -48,6 +48,14 @@ parameters.a = { neutral = 0, first = 0.02 }
 parameters.d = { first = "0 L/min/s" }
 "#;
 
+/// Pressure that is lost ahead of the flow control valve, by the square of its flow.
+const LOSS: &str = r#"
+[own_effects.narrow-line]
+at = "flow_control"
+drop = "K * q * abs(q)"
+parameters.K = { neutral = "0 bar.min2/L2", first = "0.05 bar.min2/L2" }
+"#;
+
 fn rig(more: &str) -> Rig {
     let text = std::fs::read_to_string(RIG).unwrap();
     Rig::parse(RIG, text + more).unwrap_or_else(|complaint| panic!("{complaint}"))
@@ -84,7 +92,8 @@ fn a_formula_acts_like_the_law_of_the_library() {
 #[test]
 fn at_its_neutral_value_a_formula_does_nothing() {
     let plain = outputs(&rig(""));
-    for (more, id, size) in [(LEAK, "weeping-joint", "G"), (BUMP, "tight-spot@piston", "F")] {
+    for (more, id, size) in [(LEAK, "weeping-joint", "G"), (BUMP, "tight-spot@piston", "F"), (LOSS, "narrow-line", "K")]
+    {
         let mut with = rig(more);
         given(&mut with, id, size, 0.0);
         for (a, b) in outputs(&with).iter().flatten().zip(plain.iter().flatten()) {
@@ -133,6 +142,47 @@ fn a_flow_over_time_has_exact_slopes() {
 }
 
 #[test]
+fn a_loss_of_pressure_is_a_smaller_throttle() {
+    // With the reducing valve saturated both are orifices in a row: 1/g² of the valve, and K.
+    let mut own = rig(LOSS);
+    let loss = 2.0 * 1e5 * 6e4 * 6e4;
+    given(&mut own, "narrow-line@flow_control", "K", loss);
+    let both = outputs(&own);
+    let row = 249;
+    let (pump, valve, flow) = (both[0][row], both[1][row], both[4][row]);
+    let conductance = |cd: f64, area: f64| cd * area * (2.0 / 870.0_f64).sqrt();
+    let reducing = conductance(0.7, 10e-3 * 1.5e-3);
+    let throttle = conductance(0.7, std::f64::consts::FRAC_PI_4 * 5e-3 * 5e-3);
+    let expected = flow * flow * (1.0 / (reducing * reducing) + 1.0 / (throttle * throttle) + loss);
+    assert!(flow > 4e-3 / 60.0, "{flow}");
+    // The root of the valve is smoothed at 0.05 bar.
+    assert_relative_eq!(pump - valve, expected, max_relative = 5e-3);
+}
+
+#[test]
+fn a_loss_of_pressure_has_exact_slopes() {
+    let mut own = rig(LOSS);
+    let size = 2.0 * 1e5 * 6e4 * 6e4;
+    given(&mut own, "narrow-line@flow_control", "K", size);
+    let asked = ["narrow-line@flow_control.K", "flow_control.orifice_diameter"].map(|id| own.parameter(id).unwrap());
+    let drive = Drive::from_cycle(&own, own.cycle.as_ref().unwrap());
+    let times: Vec<f64> = (0..250).map(|row| 0.004 * f64::from(row)).collect();
+    let model = Model::new(own).with_tolerance(Tolerance { relative: 1e-8, absolute: 1e-8 });
+    let nominal = model.rig.nominal();
+    let here = model.sensitivities(&nominal, &asked, &drive, &times).unwrap();
+    for (place, &index) in asked.iter().enumerate() {
+        let at = |factor: f64| {
+            let mut values = nominal.clone();
+            values[index] *= factor;
+            model.simulate(&values, &drive, &times).unwrap().values[0][249]
+        };
+        let difference = (at(1.001) - at(0.999)) / (0.002 * nominal[index]);
+        assert!((difference * nominal[index]).abs() > 500.0, "{difference}");
+        assert_relative_eq!(here.derivatives[place][0][249], difference, max_relative = 1e-3);
+    }
+}
+
+#[test]
 fn a_formula_of_a_sensor_bends_its_reading() {
     let mut own = rig(BENT);
     let placed = own.placed("bent@q_A").unwrap();
@@ -169,6 +219,18 @@ fn mistakes_are_told() {
         (BENT, "d * t", "d * p_A", "p_A"),
         (BENT, "reading * (1", "reading * (2", "neutral value the effect is not nothing"),
         (BENT, "reading =", "flow =", "no `flow` acts at `q_A`"),
+        (LOSS, "drop =", "flow =", "no `flow` acts at `flow_control`"),
+        (LOSS, "abs(q)", "abs(piston.v)", "piston.v"),
+        (LOSS, "\"flow_control\"", "\"directional_valve\"", "nothing can act at `directional_valve`"),
+        (
+            BUMP,
+            "[\"1 mm\", \"100 mm\"]",
+            "[\"100 mm\", \"1 mm\"]",
+            "the first of the bounds of `w` is not below the second",
+        ),
+        (BUMP, "first = \"10 mm\"", "first = \"200 mm\"", "`first` of `w` is outside its bounds"),
+        (BUMP, " / w)", " / [10 mm])", "the formula does not use `w`"),
+        (WARMING, "parameters.r", "parameters.t", "a parameter cannot be called `t`"),
     ] {
         told(more, from, to, message);
     }

@@ -13,7 +13,7 @@ use crate::complaint::Complaint;
 use crate::diagnosis::expected::expected;
 use crate::diagnosis::{self, Diagnosed, diagnose};
 use crate::model::{Model, Outputs};
-use crate::physics::component::{Answers, AnyLaw, Seen, cylinder};
+use crate::physics::component::{Answers, Seen, cylinder};
 use crate::physics::fluid::{self, Fluid};
 use crate::physics::{ATMOSPHERE, card::PortKind};
 use crate::record::Record;
@@ -222,9 +222,7 @@ fn tell_beforehand(
 fn leakage(disturbed: &Disturbed, parameters: &[f64], fault: usize, outputs: &Outputs) -> Option<f64> {
     let rig = &disturbed.rig;
     let parameter = rig.faults[fault].parameter;
-    let component = rig.components.iter().find(|component| {
-        (component.first_parameter..component.first_parameter + component.card.parameters.len()).contains(&parameter)
-    })?;
+    let component = rig.components.iter().find(|component| component.parameters().any(|own| own == parameter))?;
     let own = parameter - component.first_parameter;
     if component.card.kind != cylinder::CARD.kind || component.card.parameters[own].name != "clearance" {
         return None;
@@ -234,15 +232,15 @@ fn leakage(disturbed: &Disturbed, parameters: &[f64], fault: usize, outputs: &Ou
     differences.sort_by(f64::total_cmp);
     let difference = *differences.get((PRESSED * differences.len() as f64) as usize)?;
     let flow = |clearance: f64| {
-        let mut own_values = parameters[component.first_parameter..][..component.card.parameters.len()].to_vec();
-        own_values[own] = clearance;
         let fluid = Fluid::new(&parameters[..fluid::CARD.parameters.len()]);
         let mut seen = Seen::default();
         let hydraulic = component.card.ports.iter().filter(|port| port.kind == PortKind::Hydraulic).count();
         seen.z[..hydraulic].fill(ATMOSPHERE);
         seen.z[0] += difference;
         let mut answers = Answers::default();
-        AnyLaw::new(component.card, &own_values, &fluid)?.evaluate(&seen, &mut answers);
+        component
+            .law(|index| if index == parameter { clearance } else { parameters[index] }, &fluid)?
+            .evaluate(&seen, &mut answers);
         Some(answers.through[0])
     };
     const L_PER_MIN: f64 = 60e3;

@@ -185,6 +185,7 @@ fn equation(rig: &Rig, candidate: &Candidate) -> String {
     match candidate.placed.effect.form {
         Form::Joined { card, .. } => joined(rig, &candidate.id, card).unwrap_or_else(|| format!("balance at {spot}")),
         Form::Spliced { .. } => format!("pressure drop of the line at {spot}"),
+        Form::Dropped { .. } => format!("pressure drop over {spot}"),
         Form::Bent | Form::Reading { .. } => format!("law of {spot}"),
     }
 }

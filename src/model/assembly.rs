@@ -68,11 +68,7 @@ impl<'a, S: Scalar> Assembly<'a, S> {
     pub fn new(rig: &Rig, layout: &'a Layout, parameters: &[S]) -> Self {
         fn build<T: Real>(rig: &Rig, parameters: &[T]) -> Vec<AnyLaw<T>> {
             let fluid = Fluid::new(&parameters[..fluid::CARD.parameters.len()]);
-            let law = |component: &crate::rig::Component| {
-                let own = &parameters[component.first_parameter..][..component.card.parameters.len()];
-                AnyLaw::new(component.card, own, &fluid)
-            };
-            rig.components.iter().filter_map(law).collect()
+            rig.components.iter().filter_map(|component| component.law(|index| parameters[index], &fluid)).collect()
         }
         let lifted: Vec<Local<S>> = parameters.iter().map(|&value| Local::lift(value)).collect();
         let of_fluid = fluid::CARD.parameters.len();

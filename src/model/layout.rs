@@ -2,7 +2,7 @@
 
 use crate::numeric::Real;
 use crate::physics::card::PortKind;
-use crate::physics::component::{Answers, AnyLaw, INPUTS, PORTS, Seen, VARIABLES};
+use crate::physics::component::{Answers, INPUTS, PORTS, Seen, VARIABLES};
 use crate::physics::fluid::{self, Fluid};
 use crate::rig::{NodeKind, Quantity, Rig, Target};
 
@@ -204,8 +204,7 @@ pub fn has_capacity(rig: &Rig, node: usize) -> bool {
     let fluid = Fluid::new(&nominal[..fluid::CARD.parameters.len()]);
     let mut capacity = 0.0;
     for component in &rig.components {
-        let parameters = &nominal[component.first_parameter..][..component.card.parameters.len()];
-        let Some(law) = AnyLaw::new(component.card, parameters, &fluid) else { continue };
+        let Some(law) = component.law(|index| nominal[index], &fluid) else { continue };
         // At rest under atmospheric pressure; capacities are positive everywhere or nowhere.
         let mut seen = Seen::default();
         let mut next = 0;

@@ -157,14 +157,13 @@ fn passes_of(
     let own = &rig.components[component];
     let slot = &layout.slots[component];
     let of_fluid = 0..fluid::CARD.parameters.len();
-    let of_component = own.first_parameter..own.first_parameter + own.card.parameters.len();
     let held = slot.variables.iter().filter_map(|variable| match variable {
         Variable::Held(parameter) => Some(*parameter),
         _ => None,
     });
     let mut reach: Vec<usize> = of_fluid
         .clone()
-        .chain(of_component.clone())
+        .chain(own.parameters())
         .chain(held)
         .filter(|&parameter| columns[parameter].is_some())
         .collect();
@@ -199,10 +198,9 @@ fn passes_of(
             }
             value
         };
-        let of = |range: std::ops::Range<usize>| -> Vec<First> { range.map(seed).collect() };
-        let (fluid, given) = (of(of_fluid.clone()), of(of_component.clone()));
+        let fluid: Vec<First> = of_fluid.clone().map(seed).collect();
         let fluid = Fluid::new(&fluid);
-        if let Some(law) = AnyLaw::new(own.card, &given, &fluid) {
+        if let Some(law) = own.law(seed, &fluid) {
             passes.push(Pass { component, first, fluid, law, lanes, of_variable, answers: Answers::default() });
         }
         first = false;

@@ -194,6 +194,8 @@ pub struct Card {
     pub sees_time: bool,
     /// Whether its law has the viscosity of the fluid.
     pub sees_viscosity: bool,
+    /// Whether one flow passes from port 0 to port 1, which a difference of their pressures drives: pressure may be lost ahead of it.
+    pub throttles: bool,
 }
 
 impl Card {
@@ -214,6 +216,7 @@ impl Card {
         formula: None,
         sees_time: false,
         sees_viscosity: false,
+        throttles: false,
     };
 
     /// Number of variables that the ports and states bring to one evaluation.

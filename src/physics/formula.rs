@@ -31,9 +31,17 @@ impl<T: Real> Formula<T> {
         Some(Self { card, expression, parameters: own })
     }
 
+    /// What the formula gives where what it sees has these values, SI; at most as many as a component sees.
+    pub fn at(&self, seen: &[T]) -> T {
+        let mut values = [T::zero(); VARIABLES + INPUTS + MOST_PARAMETERS];
+        values[..seen.len()].copy_from_slice(seen);
+        values[seen.len()..][..MOST_PARAMETERS].copy_from_slice(&self.parameters);
+        self.expression.evaluate(&values)
+    }
+
     #[inline(never)]
     pub fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
-        let mut values = [T::zero(); VARIABLES + INPUTS + MOST_PARAMETERS];
+        let mut values = [T::zero(); VARIABLES + INPUTS];
         let mut count = 0;
         for port in self.card.ports {
             for _ in 0..port.kind.variables() {
@@ -44,9 +52,7 @@ impl<T: Real> Formula<T> {
         }
         let inputs = self.card.inputs.len() + usize::from(self.card.sees_time);
         values[count..count + inputs].copy_from_slice(&seen.u[..inputs]);
-        count += inputs;
-        values[count..count + MOST_PARAMETERS].copy_from_slice(&self.parameters);
-        let value = self.expression.evaluate(&values);
+        let value = self.at(&values[..count + inputs]);
         answers.through[0] = value;
         if self.card.ports.first().is_some_and(|port| port.kind == PortKind::Hydraulic) {
             answers.through[1] = -value;

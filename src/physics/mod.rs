@@ -5,6 +5,7 @@
 
 pub mod card;
 pub mod component;
+pub mod drop;
 pub mod effect;
 pub mod fluid;
 pub mod formula;

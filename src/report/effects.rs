@@ -76,6 +76,7 @@ impl EffectReport {
             At::Sensor => ("a sensor".to_owned(), "@SENSOR"),
             At::Named(node) => (format!("the node `{node}`"), ""),
             At::NamedSensor(sensor) => (format!("the sensor `{sensor}`"), ""),
+            At::NamedComponent(component) => (format!("the component `{component}`"), ""),
         };
         Self {
             name: effect.name,
@@ -93,7 +94,9 @@ impl EffectReport {
 /// The entry of a card behind a parameter of an effect; of what a sensor has already there is none.
 pub fn entry(effect: &Effect, name: &str) -> Option<&'static Parameter> {
     let parameters = match (effect.form, effect.at) {
-        (Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card }, _) => card.parameters,
+        (Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card } | Form::Dropped { card }, _) => {
+            card.parameters
+        }
         (Form::Bent, At::Fluid | At::Warmth) => fluid::CARD.parameters,
         (Form::Bent, At::Component { kind, .. }) => CARDS.iter().find(|card| card.kind == kind)?.parameters,
         (Form::Bent, _) => return None,

@@ -293,20 +293,22 @@ impl Generator {
 
     /// Parameters of the formula with a stated uncertainty, with that.
     fn uncertain(&self, rig: &Rig) -> Vec<(usize, f64)> {
-        let components = self.form.components().into_iter().map(|component| {
-            let component = &rig.components[component];
-            component.first_parameter..component.first_parameter + component.card.parameters.len()
-        });
+        let components = self
+            .form
+            .components()
+            .into_iter()
+            .map(|component| rig.components[component].parameters().collect::<Vec<_>>());
         let sensors = self.readings.iter().filter_map(|reading| match reading.source {
             Source::Sensor(sensor) => {
-                Some(rig.sensors[sensor].first_parameter..rig.sensors[sensor].first_parameter + 2)
+                let first = rig.sensors[sensor].first_parameter;
+                Some(vec![first, first + 1])
             }
             Source::Input(_) => None,
         });
-        let fluid = std::iter::once(0..fluid::CARD.parameters.len());
-        let own: Vec<std::ops::Range<usize>> = fluid.chain(components).chain(sensors).collect();
+        let fluid = 0..fluid::CARD.parameters.len();
+        let own: Vec<usize> = fluid.chain(components.flatten()).chain(sensors.flatten()).collect();
         let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0);
-        let held = stated.filter(|(index, _)| own.iter().any(|range| range.contains(index)));
+        let held = stated.filter(|(index, _)| own.contains(index));
         held.map(|(index, parameter)| (index, parameter.sigma)).collect()
     }
 

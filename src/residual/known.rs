@@ -78,6 +78,5 @@ impl<T: Real> Parameters<T> {
 fn law<T: Real, N: Real>(rig: &Rig, component: usize, p: &[T], lift: impl Fn(T) -> N) -> Option<AnyLaw<N>> {
     let this = &rig.components[component];
     let lifted = |values: &[T]| values.iter().map(|&value| lift(value)).collect::<Vec<N>>();
-    let own = lifted(p.get(this.first_parameter..)?.get(..this.card.parameters.len())?);
-    AnyLaw::new(this.card, &own, &Fluid::new(&lifted(p.get(..fluid::CARD.parameters.len())?)))
+    this.law(|index| lift(p[index]), &Fluid::new(&lifted(p.get(..fluid::CARD.parameters.len())?)))
 }

@@ -1,6 +1,6 @@
 //! Effects in a rig: where they may sit, and what they become there.
 
-use super::{Component, InitialPressure, Node, NodeKind, Parameter, Rig};
+use super::{Component, Drop, InitialPressure, Node, NodeKind, Parameter, Rig};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
 use crate::physics::card::{Card, PortKind};
 use crate::physics::effect::{At, EFFECTS, Effect, First, Form, Free, Joint};
@@ -79,6 +79,10 @@ impl Rig {
                 self.sensors.iter().position(|sensor| sensor.name == name).map(Spot::Sensor).into_iter().collect()
             }
             At::Named(name) => self.node(name).map(Spot::Node).into_iter().collect(),
+            At::NamedComponent(name) => {
+                let own = self.components.iter().position(|component| component.name == name);
+                own.map(Spot::Component).into_iter().collect()
+            }
         }
     }
 
@@ -106,7 +110,8 @@ impl Rig {
             Spot::Node(node) => Some(&self.nodes[node].name),
             Spot::Sensor(sensor) => Some(&self.sensors[sensor].name),
             Spot::Component(component) => {
-                let said = matches!(effect.at, At::Component { named: true, .. }) || self.spots(effect).len() > 1;
+                let said = matches!(effect.at, At::Component { named: true, .. } | At::NamedComponent(_))
+                    || self.spots(effect).len() > 1;
                 said.then(|| &self.components[component].name)
             }
         };
@@ -154,7 +159,9 @@ impl Rig {
     /// Unit of a parameter of an effect at its place, as the rig file writes it.
     pub fn effect_unit(&self, placed: &Placed, name: &str) -> Unit {
         let card = match placed.effect.form {
-            Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card } => card,
+            Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card } | Form::Dropped { card } => {
+                card
+            }
             Form::Bent => {
                 let index = self.bent(placed, name);
                 return index.map_or_else(Unit::dimensionless, |index| self.parameters[index].unit.clone());
@@ -260,34 +267,25 @@ impl Rig {
                     return refuse(Kind::Contradiction, format!("`{id}` needs a sensor"));
                 };
                 let first = self.parameters.len();
-                for own in card.parameters {
-                    let unit = self.effect_unit(placed, own.name);
-                    let default = own.default.map(|default| unit.difference_to_si(default));
-                    let Some(value) =
-                        given.iter().find(|given| given.name == own.name).map(|given| given.value).or(default)
-                    else {
-                        return refuse(Kind::MissingEntry, format!("the effect `{id}` has no `{}`", own.name));
-                    };
-                    // A limit in the unit of a sensor may have either sign.
-                    let low = if own.unit == "-" && card.formula.is_none() {
-                        f64::NEG_INFINITY
-                    } else {
-                        unit.difference_to_si(own.bounds.0)
-                    };
-                    self.parameters.push(Parameter {
-                        id: format!("{id}.{}", own.name),
-                        bounds: (low, unit.difference_to_si(own.bounds.1)),
-                        unit,
-                        value,
-                        sigma: 0.0,
-                        anew: false,
-                        spread: 0.0,
-                        meaning: own.meaning.to_owned(),
-                        place: Place::file(&self.path),
-                    });
-                }
+                self.give_parameters(placed, card, id, given)?;
                 self.readings.push(Readings { card, sensor, first_parameter: first });
                 free_indices(card, placed.effect, first)
+            }
+            Form::Dropped { card } => {
+                let Spot::Component(component) = placed.spot else {
+                    return refuse(Kind::Contradiction, format!("`{id}` needs a component"));
+                };
+                if self.components[component].drop.is_some() {
+                    let name = &self.components[component].name;
+                    return refuse(
+                        Kind::Duplicate,
+                        format!("`{name}` loses pressure to another effect than `{id}` already"),
+                    );
+                }
+                let first_parameter = self.parameters.len();
+                self.give_parameters(placed, card, id, given)?;
+                self.components[component].drop = Some(Drop { card, first_parameter });
+                free_indices(card, placed.effect, first_parameter)
             }
         };
         for given in given {
@@ -305,6 +303,37 @@ impl Rig {
             (parameter.value, parameter.sigma, parameter.anew) = (given.value, given.sigma, false);
         }
         Ok(indices)
+    }
+
+    /// The parameters of an effect's card behind all others, as given or else at their defaults.
+    fn give_parameters(&mut self, placed: &Placed, card: &Card, id: &str, given: &[Given]) -> Result<(), Complaint> {
+        for own in card.parameters {
+            let unit = self.effect_unit(placed, own.name);
+            let default = own.default.map(|default| unit.difference_to_si(default));
+            let Some(value) = given.iter().find(|given| given.name == own.name).map(|given| given.value).or(default)
+            else {
+                return Err(Complaint::new(Kind::MissingEntry, format!("the effect `{id}` has no `{}`", own.name))
+                    .at(Place::file(&self.path)));
+            };
+            // A limit in the unit of a sensor may have either sign.
+            let low = if own.unit == "-" && card.formula.is_none() {
+                f64::NEG_INFINITY
+            } else {
+                unit.difference_to_si(own.bounds.0)
+            };
+            self.parameters.push(Parameter {
+                id: format!("{id}.{}", own.name),
+                bounds: (low, unit.difference_to_si(own.bounds.1)),
+                unit,
+                value,
+                sigma: 0.0,
+                anew: false,
+                spread: 0.0,
+                meaning: own.meaning.to_owned(),
+                place: Place::file(&self.path),
+            });
+        }
+        Ok(())
     }
 
     /// The nodes that the ports of a joined effect meet; `None` without a tank where one is needed.
@@ -361,5 +390,6 @@ fn needs(at: At) -> String {
         At::Sensor => "a sensor".to_owned(),
         At::Named(node) => format!("the node `{node}`"),
         At::NamedSensor(sensor) => format!("the sensor `{sensor}`"),
+        At::NamedComponent(component) => format!("the component `{component}`"),
     }
 }

@@ -77,6 +77,7 @@ impl Rig {
             first_parameter: self.parameters.len(),
             initial: vec![None; card.states.len()],
             margin: false,
+            drop: None,
             place,
         });
         self.parameters.extend(parameters);

@@ -61,10 +61,7 @@ impl Rig {
 
     /// Whether a parameter belongs to a margin.
     pub fn is_margin(&self, parameter: usize) -> bool {
-        let of = |component: &Component| {
-            let first = component.first_parameter;
-            component.margin && (first..first + component.card.parameters.len()).contains(&parameter)
-        };
+        let of = |component: &Component| component.margin && component.parameters().any(|own| own == parameter);
         self.components.iter().any(of)
     }
 

@@ -17,8 +17,12 @@ mod validate;
 use std::path::{Path, PathBuf};
 
 use crate::complaint::{Complaint, Place, did_you_mean, help_with_names};
+use crate::numeric::Real;
 use crate::physics::card::Card;
+use crate::physics::component::AnyLaw;
+use crate::physics::drop::Dropped;
 use crate::physics::effect::Effect;
+use crate::physics::fluid::Fluid;
 use crate::units::Unit;
 
 pub use calibration::Calibration;
@@ -117,7 +121,38 @@ pub struct Component {
     pub initial: Vec<Option<f64>>,
     /// Whether it is a margin: see [`Rig::give_margin`].
     pub margin: bool,
+    /// What is lost ahead of it.
+    pub drop: Option<Drop>,
     pub place: Place,
+}
+
+/// Pressure that an effect takes away ahead of a component.
+#[derive(Debug, Clone, Copy)]
+pub struct Drop {
+    /// The card has the formula; see [`Dropped`].
+    pub card: &'static Card,
+    /// Index of its first parameter.
+    pub first_parameter: usize,
+}
+
+impl Component {
+    /// Indices of its parameters among the rig's, in the order of its card; behind them those of what is lost ahead of it.
+    pub fn parameters(&self) -> impl Iterator<Item = usize> + Clone + use<> {
+        let lost =
+            self.drop.map_or(0..0, |drop| drop.first_parameter..drop.first_parameter + drop.card.parameters.len());
+        (self.first_parameter..self.first_parameter + self.card.parameters.len()).chain(lost)
+    }
+
+    /// Its law, from the rig's parameters by index, SI; `None` of a card that has none.
+    pub fn law<T: Real>(&self, parameter: impl Fn(usize) -> T, fluid: &Fluid<T>) -> Option<AnyLaw<T>> {
+        let given: Vec<T> = self.parameters().map(parameter).collect();
+        let (own, lost) = given.split_at(self.card.parameters.len());
+        let law = AnyLaw::new(self.card, own, fluid)?;
+        match self.drop {
+            None => Some(law),
+            Some(drop) => Some(AnyLaw::Dropped(Box::new(Dropped::new(law, drop.card, lost)?))),
+        }
+    }
 }
 
 /// One number of the rig, with what is known about it.

@@ -5,7 +5,7 @@
 
 use crate::numeric::{Dual, Real};
 use crate::physics::card::PortKind;
-use crate::physics::component::{Answers, AnyLaw, INPUTS, PORTS, STATES, Seen, VARIABLES};
+use crate::physics::component::{Answers, INPUTS, PORTS, STATES, Seen, VARIABLES};
 use crate::physics::fluid::{self, Fluid};
 use crate::rig::{Component, Rig};
 use crate::units::Unit;
@@ -50,7 +50,7 @@ impl Dependences {
 pub fn probe(rig: &Rig, component: &Component, asked: &[(usize, (f64, f64))]) -> Dependences {
     let mut found = Dependences::default();
     let mut random = Random(0x5eed);
-    let own = component.first_parameter..component.first_parameter + component.card.parameters.len();
+    let own: Vec<usize> = component.parameters().collect();
     let shared = fluid::CARD.parameters.len();
     let relevant: Vec<usize> =
         (0..asked.len()).filter(|&index| own.contains(&asked[index].0) || asked[index].0 < shared).collect();
@@ -64,7 +64,7 @@ pub fn probe(rig: &Rig, component: &Component, asked: &[(usize, (f64, f64))]) ->
         let seen = point(component, &mut random);
         let mut evaluate = |parameters: &[Number], seen: &Seen<Number>, note: &dyn Fn(&mut Dependence, usize)| {
             let fluid = Fluid::new(&parameters[..shared]);
-            let Some(law) = AnyLaw::new(component.card, &parameters[own.clone()], &fluid) else { return };
+            let Some(law) = component.law(|index| parameters[index], &fluid) else { return };
             let mut answers = Answers::default();
             law.evaluate(seen, &mut answers);
             for (dependence, answer) in found.each(&answers) {

@@ -24,6 +24,7 @@ pub const CARD: Card = Card {
         answer: Answer::Through(0),
         expect: 12e-3 / 60.0,
     }],
+    throttles: true,
     ..Card::EMPTY
 };
 

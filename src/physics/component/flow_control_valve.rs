@@ -65,6 +65,7 @@ pub const CARD: Card = Card {
             expect: -8.18e-3,
         },
     ],
+    throttles: true,
     ..Card::EMPTY
 };
 

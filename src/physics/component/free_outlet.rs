@@ -23,6 +23,7 @@ pub const CARD: Card = Card {
         answer: Answer::Through(0),
         expect: 1.687_03e-4,
     }],
+    throttles: true,
     ..Card::EMPTY
 };
 

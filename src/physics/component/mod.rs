@@ -1,6 +1,7 @@
 //! The components, one file each. A new one is its file and its line in `components!`.
 
 use super::card::Card;
+use super::drop::Dropped;
 use super::effect::EffectLaw;
 use super::fluid::Fluid;
 use super::formula::Formula;
@@ -74,6 +75,8 @@ macro_rules! components {
             Effect(EffectLaw<T>),
             /// What a user's effect has joined to it.
             Formula(Formula<T>),
+            /// A component in whose line a user's effect loses pressure.
+            Dropped(Box<Dropped<T>>),
         }
 
         impl<T: Real> AnyLaw<T> {
@@ -95,6 +98,7 @@ macro_rules! components {
                     $(AnyLaw::$name(law) => law.evaluate(seen, answers),)+
                     AnyLaw::Effect(law) => law.evaluate(seen, answers),
                     AnyLaw::Formula(law) => law.evaluate(seen, answers),
+                    AnyLaw::Dropped(law) => law.evaluate(seen, answers),
                 }
             }
         }

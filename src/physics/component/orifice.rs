@@ -40,6 +40,7 @@ pub const CARD: Card = Card {
         answer: Answer::Through(0),
         expect: 9.0702e-5,
     }],
+    throttles: true,
     ..Card::EMPTY
 };
 

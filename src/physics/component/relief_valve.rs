@@ -37,6 +37,7 @@ pub const CARD: Card = Card {
         answer: Answer::Through(0),
         expect: 5.5e-3 / 60.0,
     }],
+    throttles: true,
     ..Card::EMPTY
 };
 

@@ -28,6 +28,7 @@ pub const CARD: Card = Card {
         answer: Answer::Through(0),
         expect: 4e-3 / 60.0,
     }],
+    throttles: true,
     ..Card::EMPTY
 };
 

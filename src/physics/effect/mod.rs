@@ -1,8 +1,8 @@
 //! Effects: physics that a model may have left out, one file each. A new one is its file and its line in `effects!`.
 //!
 //! At its neutral value an effect contributes exactly nothing, so the model without it is the model with it at that value.
-//! An effect comes in one of three forms ([`Form`]): a further component that is joined to the circuit, a parameter that a
-//! law has already, or something that a sensor does to what it reads.
+//! An effect comes in one of a few forms ([`Form`]): a further component that is joined to the circuit, a parameter that a
+//! law has already, something that a sensor does to what it reads, or a loss of pressure ahead of a component.
 
 pub(crate) mod spline;
 
@@ -31,6 +31,8 @@ pub enum At {
     Named(&'static str),
     /// The sensor of this name; written `@name`.
     NamedSensor(&'static str),
+    /// The component of this name; written `@name`.
+    NamedComponent(&'static str),
 }
 
 /// Which node a port of a joined component meets.
@@ -62,6 +64,8 @@ pub enum Form {
     Spliced { card: &'static Card },
     /// Parameters that fluid, component or sensor have already.
     Bent,
+    /// Pressure that is lost ahead of a component, by the formula of the card over its flow.
+    Dropped { card: &'static Card },
     /// What the sensor does to its readings; the card holds its parameters.
     Reading { card: &'static Card },
 }

@@ -92,6 +92,7 @@ pub(super) fn read_component(rig: &mut Rig, name: &str, value: &Value<'_>) -> Re
         first_parameter,
         initial,
         margin: false,
+        drop: None,
         place: value.place(),
     });
     Ok(())

@@ -13,7 +13,7 @@ pub(super) fn read_effect(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<
     let placed = rig.placed(id).map_err(here)?;
     let table = value.table(format!("effect `{id}`"))?;
     let names: Vec<&str> = match placed.effect.form {
-        Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card } => {
+        Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card } | Form::Dropped { card } => {
             card.parameters.iter().map(|own| own.name).collect()
         }
         Form::Bent => placed.effect.parameters.iter().map(|free| free.name).collect(),

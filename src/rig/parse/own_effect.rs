@@ -8,7 +8,7 @@ use crate::physics::component::{INPUTS, PORTS, VARIABLES};
 use crate::physics::effect::{At, Effect, First, Form, Free, Joint, effect};
 use crate::physics::formula::MOST_PARAMETERS;
 use crate::rig::source::Table;
-use crate::rig::{NodeKind, Rig};
+use crate::rig::{Component, NodeKind, Rig};
 use crate::units::{Dimension, Unit};
 
 /// A parameter as its line has it.
@@ -29,31 +29,30 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
             .help("the library has one of this name, or it holds an `@`: take another"));
     }
     let table = value.table(format!("effect `{name}`"))?;
-    let at = table.require("at", "add the node or the sensor where it acts, such as `at = \"A\"`")?;
+    let at = table.require("at", "add the node, sensor or component where it acts, such as `at = \"A\"`")?;
     let acts = acts(rig, &at)?;
-    let (key, dimension) = match acts {
-        Acts::Flow(_) => ("flow", Dimension::FLOW),
-        Acts::Force(_) => ("force", Dimension::FORCE),
-        Acts::Reading(sensor) => ("reading", rig.sensors[sensor].quantity.dimension()),
+    let (key, dimension, what) = match acts {
+        Acts::Flow(_) => ("flow", Dimension::FLOW, "a node with a volume"),
+        Acts::Force(_) => ("force", Dimension::FORCE, "a body"),
+        Acts::Reading(sensor) => ("reading", rig.sensors[sensor].quantity.dimension(), "a sensor"),
+        Acts::Drop(_) => ("drop", Dimension::PRESSURE, "a component that throttles"),
     };
-    let (other, what) = match acts {
-        Acts::Flow(_) => (["force", "reading"], "a node with a volume"),
-        Acts::Force(_) => (["flow", "reading"], "a body"),
-        Acts::Reading(_) => (["flow", "force"], "a sensor"),
-    };
-    if let Some((other, value)) = other.into_iter().find_map(|key| Some((key, table.get(key)?))) {
+    let others = ["flow", "force", "reading", "drop"].into_iter().filter(|other| *other != key);
+    if let Some((other, value)) = others.into_iter().find_map(|key| Some((key, table.get(key)?))) {
         return Err(Complaint::new(Kind::Contradiction, format!("no `{other}` acts at `{}`", at.text()?))
             .at(value.place())
             .help(format!("that is {what}: write `{key} = ...`, or another `at`")));
     }
     let formula = table.require(
         key,
-        "add the formula: `flow` out of a node with a volume, `force` on a body, `reading` of a sensor",
+        "add the formula: `flow` out of a node with a volume, `force` on a body, `reading` of a sensor, `drop` of pressure ahead of an \
+         orifice",
     )?;
     let meaning = table.get("meaning").map(|text| text.text()).transpose()?.unwrap_or("An effect of the rig file.");
     let parameters = table.require("parameters", "add its parameters, the size first")?;
     let own = read_parameters(&parameters)?;
     table.finish()?;
+    check_names(rig, acts, &own, &formula)?;
 
     let sees = Sees::of(rig, acts, &own, &formula)?;
     let mut names = sees.names(rig, acts);
@@ -91,6 +90,7 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
             (At::Named(kept(&rig.nodes[node].name)), Form::Joined { card, joints: kept_list(joints), shared: &[] })
         }
         Acts::Reading(sensor) => (At::NamedSensor(kept(&rig.sensors[sensor].name)), Form::Reading { card }),
+        Acts::Drop(component) => (At::NamedComponent(kept(&rig.components[component].name)), Form::Dropped { card }),
     };
     rig.own_effects.push(Box::leak(Box::new(Effect {
         name: kept(name),
@@ -114,6 +114,8 @@ enum Acts {
     Force(usize),
     /// What this sensor shows.
     Reading(usize),
+    /// Pressure ahead of this component.
+    Drop(usize),
 }
 
 /// What a formula sees.
@@ -128,6 +130,8 @@ struct Sees {
 const TIME: &str = "t";
 /// And what a sensor would show.
 const READING: &str = "reading";
+/// And the flow into the first port of a component.
+const THROUGH: &str = "q";
 
 /// Cards are constants everywhere else; those of a rig file live as long as the program, which reads few of them.
 fn kept(text: &str) -> &'static str {
@@ -138,6 +142,15 @@ fn kept_list<T>(list: Vec<T>) -> &'static [T] {
     Box::leak(list.into_boxed_slice())
 }
 
+/// The names and numbers of a formula; what stands in brackets are units.
+fn words(formula: &str) -> impl Iterator<Item = &str> {
+    let part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.');
+    let outside = |(place, text): (usize, _)| {
+        if place == 0 { Some(text) } else { str::split_once(text, ']').map(|(_, rest)| rest) }
+    };
+    formula.split('[').enumerate().filter_map(outside).flat_map(move |text| text.split(move |c: char| !part(c)))
+}
+
 fn acts(rig: &Rig, value: &Value<'_>) -> Result<Acts, Complaint> {
     let name = value.text()?;
     match rig.node(name).map(|node| (node, &rig.nodes[node].kind)) {
@@ -145,12 +158,16 @@ fn acts(rig: &Rig, value: &Value<'_>) -> Result<Acts, Complaint> {
         Some((node, NodeKind::Body { .. })) => return Ok(Acts::Force(node)),
         Some((_, NodeKind::Held { .. })) | None => {}
     }
-    rig.sensors.iter().position(|sensor| sensor.name == name).map(Acts::Reading).ok_or_else(|| {
+    let sensor = rig.sensors.iter().position(|sensor| sensor.name == name).map(Acts::Reading);
+    let throttles = |component: &&Component| component.card.throttles;
+    let throttle = || rig.components.iter().position(|one| throttles(&one) && one.name == name).map(Acts::Drop);
+    sensor.or_else(throttle).ok_or_else(|| {
         let free = rig.nodes.iter().filter(|node| !matches!(node.kind, NodeKind::Held { .. }));
-        let places = free.map(|node| &node.name).chain(rig.sensors.iter().map(|sensor| &sensor.name));
+        let components = rig.components.iter().filter(throttles).map(|component| &component.name);
+        let places = free.map(|node| &node.name).chain(rig.sensors.iter().map(|sensor| &sensor.name)).chain(components);
         Complaint::new(Kind::UnknownName, format!("nothing can act at `{name}`"))
             .at(value.place())
-            .help(help_with_names(name, "nodes and sensors", places.map(String::as_str)))
+            .help(help_with_names(name, "nodes, sensors and throttles", places.map(String::as_str)))
     })
 }
 
@@ -163,18 +180,11 @@ impl Sees {
         let mut nodes: Vec<usize> = match acts {
             Acts::Flow(node) => vec![node, tank(rig, formula)?],
             Acts::Force(body) => vec![body],
-            // Of a sample nothing else is known when it is read.
-            Acts::Reading(_) => return Ok(Self { nodes: Vec::new(), inputs: Vec::new(), time: true }),
+            // Of a sample nothing else is known when it is read, of a throttle nothing but what passes it.
+            Acts::Reading(_) | Acts::Drop(_) => return Ok(Self::alone(rig, acts)),
         };
         let (mut inputs, mut time) = (Vec::new(), false);
-        let part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.');
-        // What stands in brackets are units.
-        let outside = formula.text()?.split('[').enumerate();
-        let outside =
-            outside.filter_map(
-                |(place, text)| if place == 0 { Some(text) } else { text.split_once(']').map(|(_, rest)| rest) },
-            );
-        for word in outside.flat_map(|text| text.split(|c: char| !part(c))) {
+        for word in words(formula.text()?) {
             if own.iter().any(|own| own.name == word) {
                 continue;
             }
@@ -202,10 +212,16 @@ impl Sees {
         Ok(Self { nodes, inputs, time })
     }
 
+    /// What a formula sees that does not look around: the time at a sensor, the nodes at both ends of a throttle.
+    fn alone(rig: &Rig, acts: Acts) -> Self {
+        let nodes = if let Acts::Drop(component) = acts { rig.components[component].ports.clone() } else { Vec::new() };
+        Self { nodes, inputs: Vec::new(), time: matches!(acts, Acts::Reading(_)) }
+    }
+
     /// All that a formula that acts there might see.
     fn everything(rig: &Rig, acts: Acts) -> Self {
-        if matches!(acts, Acts::Reading(_)) {
-            return Self { nodes: Vec::new(), inputs: Vec::new(), time: true };
+        if matches!(acts, Acts::Reading(_) | Acts::Drop(_)) {
+            return Self::alone(rig, acts);
         }
         let free = |&node: &usize| !matches!(rig.nodes[node].kind, NodeKind::Held { .. });
         let nodes = (0..rig.nodes.len()).filter(free).collect();
@@ -227,6 +243,9 @@ impl Sees {
         let mut names: Vec<Name> = self.nodes.iter().flat_map(of).collect();
         if let Acts::Reading(sensor) = acts {
             names.push(Name::new(READING.to_owned(), rig.sensors[sensor].quantity.dimension()));
+        }
+        if let Acts::Drop(_) = acts {
+            names.push(Name::new(THROUGH.to_owned(), Dimension::FLOW));
         }
         let input = |&input: &usize| Name::new(rig.inputs[input].name.clone(), rig.inputs[input].unit.dimension);
         names.extend(self.inputs.iter().map(input));
@@ -260,6 +279,24 @@ fn read_parameters(value: &Value<'_>) -> Result<Vec<Own>, Complaint> {
     Ok(own)
 }
 
+/// Every parameter is used, and none is called as what the formula may see.
+fn check_names(rig: &Rig, acts: Acts, own: &[Own], formula: &Value<'_>) -> Result<(), Complaint> {
+    let seen = Sees::everything(rig, acts).names(rig, acts);
+    for one in own {
+        if seen.iter().any(|name| name.name == one.name) {
+            return Err(Complaint::new(Kind::Duplicate, format!("a parameter cannot be called `{}`", one.name))
+                .at(formula.place())
+                .help("the formula may see something of this name there: take another"));
+        }
+        if words(formula.text()?).all(|word| word != one.name) {
+            return Err(Complaint::new(Kind::Contradiction, format!("the formula does not use `{}`", one.name))
+                .at(formula.place())
+                .help("use it, or leave the parameter out: no record could say what it is"));
+        }
+    }
+    Ok(())
+}
+
 fn read_parameter(name: &str, value: &Value<'_>) -> Result<Own, Complaint> {
     let table: Table<'_> = value.table(format!("parameter `{name}`"))?;
     let first = table.require("first", "add the value that is tried first, such as `first = \"0.002 L/min/bar\"`")?;
@@ -280,6 +317,18 @@ fn read_parameter(name: &str, value: &Value<'_>) -> Result<Own, Complaint> {
     };
     let meaning = table.get("meaning").map(|text| text.text()).transpose()?.unwrap_or(name).to_owned();
     table.finish()?;
+    let between = |value: f64| (bounds.0..=bounds.1).contains(&value);
+    let outside = [("first", Some(first.value)), ("neutral", neutral.as_ref().map(|neutral| neutral.value))];
+    let outside = outside.into_iter().find_map(|(key, value)| value.filter(|value| !between(*value)).map(|_| key));
+    if let Some(what) = if bounds.0 < bounds.1 { outside } else { Some("bounds") } {
+        let said = match what {
+            "bounds" => format!("the first of the bounds of `{name}` is not below the second"),
+            key => format!("`{key}` of `{name}` is outside its bounds"),
+        };
+        return Err(Complaint::new(Kind::Bounds, said)
+            .at(value.place())
+            .help("write the least and the largest value that make sense, and `first` and `neutral` between them"));
+    }
     Ok(Own {
         name: name.to_owned(),
         first: first.value,
@@ -312,7 +361,7 @@ fn check_neutral(
         let (nothing, rounding) = match acts {
             // A reading is put together from terms of its size, and may miss itself by their rounding.
             Acts::Reading(_) => (values[0], 1e-12 * ordinary(seen[0].dimension, 1.0)),
-            Acts::Flow(_) | Acts::Force(_) => (0.0, 0.0),
+            Acts::Flow(_) | Acts::Force(_) | Acts::Drop(_) => (0.0, 0.0),
         };
         values.push(neutral);
         values.extend(own[1..].iter().map(|own| own.first));
