@@ -1,4 +1,5 @@
-//! Times a rig on a record: simulation, sensitivities by ever more parameters, and its cycle beside the same circuit by hand: `cargo bench --bench circuit`.
+//! Times a rig on a record: simulation, sensitivities by ever more parameters, and its cycle beside the same circuit by hand:
+//! `cargo bench --bench circuit`.
 
 #[path = "by_hand/telescopic.rs"]
 mod by_hand;

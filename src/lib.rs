@@ -23,7 +23,8 @@
 //!
 //! Data flows one way, and nothing lower knows anything higher:
 //! [`record`] and [`rig`], then [`model`] (from [`physics`], solved by [`numeric`]), [`residual`] and [`fit`], [`diagnosis`],
-//! [`report`]. [`store`] keeps diagnoses and [`history`] reads its trends. [`structure`] says beforehand what can be told apart, [`campaign`] measures how well it goes.
+//! [`report`]. [`store`] keeps diagnoses and [`history`] reads its trends. [`structure`] says beforehand what can be told
+//! apart, [`campaign`] measures how well it goes.
 
 pub mod calibration;
 pub mod campaign;

@@ -1,4 +1,5 @@
-//! The balance of energy: no passive component gives any, and what pump and load bring into a circuit is stored or dissipated in it.
+//! The balance of energy: no passive component gives any, and what pump and load bring into a circuit is stored or dissipated
+//! in it.
 
 use std::f64::consts::PI;
 use std::fs;

@@ -1,4 +1,5 @@
-//! What must hold whatever the numbers: units there and back, columns as they are mapped, fluid that stays, the order of a rig file.
+//! What must hold whatever the numbers: units there and back, columns as they are mapped, fluid that stays, the order of a rig
+//! file.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,5 @@
-//! The telescopic rig by hand: the same laws, states and numbers as its rig file, without a circuit that is known at run time only.
+//! The telescopic rig by hand: the same laws, states and numbers as its rig file, without a circuit that is known at run time
+//! only.
 
 use std::f64::consts::PI;
 

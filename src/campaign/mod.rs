@@ -141,17 +141,12 @@ impl Campaign {
     /// Cases in their order, and in front of those of each rig the calibration of the one that comes so many rigs later: a
     /// thread that met a rig that another calibrates would wait.
     fn work(&self, cases: &[usize], ahead: usize) -> Vec<Work> {
-        let mut rigs: Vec<usize> = cases.iter().map(|&case| self.rig_of(case)).collect();
-        rigs.dedup();
-        let mut later = rigs.iter().copied().map(Work::Rig);
+        let of_one_rig = || cases.chunk_by(|a, b| self.rig_of(*a) == self.rig_of(*b));
+        let mut later = of_one_rig().map(|cases| Work::Rig(self.rig_of(cases[0])));
         let mut work: Vec<Work> = later.by_ref().take(ahead).collect();
-        let mut last = None;
-        for &case in cases {
-            let rig = self.rig_of(case);
-            if last.replace(rig) != Some(rig) {
-                work.extend(later.next());
-            }
-            work.push(Work::Case(case));
+        for cases in of_one_rig() {
+            work.extend(later.next());
+            work.extend(cases.iter().map(|&case| Work::Case(case)));
         }
         work
     }

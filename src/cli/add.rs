@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::{Failure, Format, Status, read, write_json};
 use crate::files::{check_output, read_text, write_atomically};
 use crate::learn::add::add;
+use crate::learn::suggest::RIVAL;
 use crate::report::digits::plus_minus;
 use crate::report::number::{before_unit, rounded};
 use crate::rig::Rig;
@@ -47,10 +48,10 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let rig = Rig::parse(&arguments.rig, text.clone())?;
     let record = arguments.fit.as_ref().map(|path| read::record(&rig, path)).transpose()?;
     let new = add(&text, &rig, &arguments.effect, record.as_ref())?;
-    write_atomically(&arguments.output, |file| file.write_all(new.as_bytes()))?;
+    write_atomically(&arguments.output, |file| file.write_all(new.text.as_bytes()))?;
     // With `-o /dev/stdout` more would stand in the rig file.
     if arguments.output.is_file() {
-        let summary = Summary::new(arguments, &rig, &Rig::parse(&arguments.output, new)?);
+        let summary = Summary::new(arguments, &rig, &Rig::parse(&arguments.output, new.text)?, new.delta_bic);
         match arguments.format {
             Format::Json => write_json(out, &summary)?,
             Format::Text => write_text(out, &summary)?,
@@ -66,6 +67,8 @@ struct Summary {
     /// The new rig file, as it was called.
     rig: String,
     effects: Vec<Effect>,
+    /// Fall of the information criterion on the record with them.
+    delta_bic: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -85,7 +88,7 @@ struct Parameter {
 
 impl Summary {
     /// The effects of `added` that `before` does not have.
-    fn new(arguments: &Arguments, before: &Rig, added: &Rig) -> Self {
+    fn new(arguments: &Arguments, before: &Rig, added: &Rig, delta_bic: Option<f64>) -> Self {
         let parameter = |&index: &usize| {
             let parameter = &added.parameters[index];
             Parameter {
@@ -102,7 +105,12 @@ impl Summary {
                 parameters: effect.parameters.iter().map(parameter).collect(),
             })
             .collect();
-        Self { schema: "borescope.addition/1", rig: arguments.output.display().to_string(), effects }
+        Self {
+            schema: "borescope.addition/1",
+            rig: arguments.output.display().to_string(),
+            effects,
+            delta_bic: delta_bic.map(|fall| rounded(fall, DIGITS)),
+        }
     }
 }
 
@@ -112,6 +120,14 @@ fn write_text(out: &mut dyn Write, summary: &Summary) -> io::Result<()> {
         for Parameter { id, value, sigma, unit } in &effect.parameters {
             writeln!(out, "  {id} = {} (one standard deviation)", before_unit(plus_minus(*value, *sigma), unit))?;
         }
+    }
+    match summary.delta_bic {
+        Some(fall) if fall < RIVAL => writeln!(
+            out,
+            "  the record does not ask for it: the information criterion falls by {fall:.1}, and has to by {RIVAL:.0}"
+        )?,
+        Some(fall) => writeln!(out, "  the record asks for it: the information criterion falls by {fall:.1}")?,
+        None => {}
     }
     Ok(())
 }

@@ -39,6 +39,9 @@ pub struct RigPage {
     pub name: String,
     pub nodes: Vec<NodeLine>,
     pub components: Vec<ComponentLine>,
+    pub effects: Vec<EffectLine>,
+    /// Formulas of the rig file's own that the model does not have.
+    pub own_effects: Vec<String>,
     pub states: Vec<String>,
     pub parameters: Vec<ParameterLine>,
     pub sensors: Vec<SensorLine>,
@@ -65,6 +68,14 @@ pub struct ComponentLine {
 pub struct PortLine {
     pub port: &'static str,
     pub node: String,
+}
+
+#[derive(Serialize)]
+pub struct EffectLine {
+    pub id: String,
+    pub law: &'static str,
+    /// Ids of its parameters.
+    pub parameters: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -173,6 +184,16 @@ fn rig_page(rig: Rig) -> RigPage {
             unit: parameter.unit.to_string(),
         })
     });
+    let effects = rig.effects.iter().map(|effect| EffectLine {
+        id: effect.id.clone(),
+        law: effect.placed.effect.law,
+        parameters: effect.parameters.iter().map(|&index| rig.parameters[index].id.clone()).collect(),
+    });
+    let own = rig
+        .effect_places()
+        .into_iter()
+        .filter(|placed| rig.own_effects.iter().any(|own| own.name == placed.effect.name));
+    let own = own.map(|placed| rig.effect_id(&placed)).filter(|id| rig.effects.iter().all(|effect| effect.id != *id));
     let inputs = rig.inputs.iter().map(|input| InputLine {
         name: input.name.clone(),
         column: input.column.clone(),
@@ -185,6 +206,8 @@ fn rig_page(rig: Rig) -> RigPage {
         name: rig.name.clone(),
         nodes: rig.nodes.iter().map(|node| node_line(rig, node)).collect(),
         components: components.collect(),
+        effects: effects.collect(),
+        own_effects: own.collect(),
         states: model.states().to_vec(),
         parameters: parameters.collect(),
         sensors: rig.sensors.iter().map(|sensor| sensor_line(rig, sensor)).collect(),

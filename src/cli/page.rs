@@ -35,11 +35,26 @@ fn write_rig(out: &mut dyn Write, rig: &RigPage) -> io::Result<()> {
     writeln!(out, "{}: {name}", rig.file)?;
     let rows = rig.nodes.iter().map(|node| vec![node.name.clone(), node.kind.to_owned(), node.start.clone()]);
     table(out, "nodes", &rows.collect::<Vec<_>>())?;
-    let rows = rig.components.iter().map(|component| {
+    let of_circuit = |name: &str| rig.effects.iter().all(|effect| effect.id != name);
+    let rows = rig.components.iter().filter(|component| of_circuit(&component.name)).map(|component| {
         let ports = component.ports.iter().map(|line| format!("{}={}", line.port, line.node));
         vec![component.name.clone(), component.kind.to_owned(), ports.collect::<Vec<_>>().join(" ")]
     });
     table(out, "components", &rows.collect::<Vec<_>>())?;
+    let shown =
+        |id: &String| rig.parameters.iter().find(|one| one.id == *id).map(|one| with_unit(one.value, &one.unit));
+    let rows = rig.effects.iter().map(|effect| {
+        let values = effect
+            .parameters
+            .iter()
+            .filter_map(|id| Some(format!("{} = {}", id.rsplit('.').next().unwrap_or(id), shown(id)?)));
+        vec![effect.id.clone(), values.collect::<Vec<_>>().join(", "), effect.law.to_owned()]
+    });
+    let mut rows: Vec<Vec<String>> = rows.collect();
+    rows.extend(rig.own_effects.iter().map(|id| vec![id.clone(), "not in the model, tried by `suggest`".to_owned()]));
+    if !rows.is_empty() {
+        table(out, "effects", &rows)?;
+    }
     table(out, "states", &rig.states.iter().map(|state| vec![state.clone()]).collect::<Vec<_>>())?;
     let (fitted, exact): (Vec<_>, Vec<_>) = rig.parameters.iter().partition(|parameter| parameter.fitted);
     let rows = fitted.iter().map(|parameter| {

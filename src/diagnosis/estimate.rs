@@ -152,8 +152,8 @@ pub(crate) struct Quick {
 }
 
 /// Fits a record with the faults of `set` present, from values of all estimated parameters.
-/// Weights are those of the start; the form is taken so many times, and as often again from what is expected of everything uncertain
-/// where the fit is to go to its end.
+/// Weights are those of the start; the form is taken so many times, and as often again from what is expected of everything
+/// uncertain where the fit is to go to its end.
 ///
 /// # Errors
 /// A model that cannot be solved there.

@@ -12,7 +12,8 @@
 //! - *Phases.* Between two events, model and sensor may differ by a constant and by a slope of the size of the sensor's
 //!   tolerance, and by what each uncertain time constant (and valve edge's progression) would have done had it been another in
 //!   this one switching, by what a measured load would have done had it acted later, and at the
-//!   beginning by what another starting pressure would have done. These are random effects: directions of the misfit in which a phase has `1 + (size)²` times the variance of noise.
+//!   beginning by what another starting pressure would have done. These are random effects: directions of the misfit in which
+//!   a phase has `1 + (size)²` times the variance of noise.
 //! - A phase therefore says no more about a constant or a slope than the tolerance allows, however many samples it has.
 
 use std::ops::Range;
@@ -59,8 +60,8 @@ fn timing(rig: &Rig, record: &Record) -> f64 {
     lags.map(|parameter| parameter.sigma.powi(2)).sum::<f64>().mul_add(1.0, hold * hold).sqrt()
 }
 
-/// Variance of each sample, SI squared: `[sensor][row]`, infinite where the record has none. `curves` is what the sensors read, by the model or as measured
-/// (`measured`: then the slope of their noise is not mistaken for an event).
+/// Variance of each sample, SI squared: `[sensor][row]`, infinite where the record has none. `curves` is what the sensors
+/// read, by the model or as measured (`measured`: then the slope of their noise is not mistaken for an event).
 pub fn variances(rig: &Rig, record: &Record, curves: &[&[f64]], measured: bool) -> Vec<Vec<f64>> {
     let tau = timing(rig, record);
     let one = |(sensor, whole): (&crate::rig::Sensor, &&[f64])| {

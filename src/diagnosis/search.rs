@@ -1,8 +1,9 @@
 //! Where to start when the healthy rig is far off: few faults of components, those that explain the record best.
 //!
 //! Far from the truth the cost has many valleys, and with all faults free it is easy to end in one where some stand in for
-//! others. Sets are therefore grown from nothing, as in orthogonal matching pursuit (Pati, Rezaiifar, Krishnaprasad, 1993): single faults and pairs
-//! are simulated at a few levels, the best are fitted, and the best of those takes one fault more at a time.
+//! others. Sets are therefore grown from nothing, as in orthogonal matching pursuit (Pati, Rezaiifar, Krishnaprasad, 1993):
+//! single faults and pairs are simulated at a few levels, the best are fitted, and the best of those takes one fault more at a
+//! time.
 
 use rayon::prelude::*;
 

@@ -80,8 +80,8 @@ fn replaceable(case: &Case<'_>, set: Set) -> Vec<Set> {
     parts
 }
 
-/// The same set, explained better from what is expected of everything uncertain: oil that rings is in step with the record at several
-/// bulk moduli, and a fit ends at the nearest.
+/// The same set, explained better from what is expected of everything uncertain: oil that rings is in step with the record at
+/// several bulk moduli, and a fit ends at the nearest.
 pub fn in_step(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
     let Isolation { quadratic, best: point, .. } = isolation;
     let mut theta = case.as_expected(&point.theta);

@@ -7,6 +7,7 @@ use toml_edit::{InlineTable, Item, Table};
 use super::candidate::candidate;
 use super::suggest::{is_adequate, refitted_alone, rough_base};
 use super::trial::Trial;
+use super::tries::nothing;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::record::Record;
 use crate::report::number::written;
@@ -26,13 +27,20 @@ struct Written {
     unit: Unit,
 }
 
-/// The text of a rig file with one effect more: fitted to a record if there is one, else at its neutral value with an
+/// A rig file with one effect more.
+pub struct Added {
+    pub text: String,
+    /// Fall of the information criterion on the record with it; `None` without a record.
+    pub delta_bic: Option<f64>,
+}
+
+/// A rig file with one effect more: fitted to a record if there is one, else at its neutral value with an
 /// uncertainty that lets later fits estimate it.
 ///
 /// # Errors
 /// An effect that the rig cannot have or has already; without a record, an effect that is nothing at no value; columns that
 /// are missing, or a model that cannot be solved.
-pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<String, Complaint> {
+pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<Added, Complaint> {
     let placed = rig.placed(id)?;
     let id = rig.effect_id(&placed);
     if rig.effects.iter().any(|present| present.id == id) {
@@ -41,16 +49,18 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<S
             .help("delete it from `[effects]` first"));
     }
     if let Some(record) = record {
-        let trial = rough_base(
+        let (trial, gained) = rough_base(
             rig,
             record,
-            |trial: &Trial| is_adequate(&trial.fit),
+            |(trial, _): &(Trial, f64)| is_adequate(&trial.fit),
             |estimate, base| {
                 let candidate = candidate(estimate, &placed);
-                refitted_alone(&base, record, candidate)
+                let trial = refitted_alone(&base, record, candidate)?;
+                let gained = trial.delta_bic(&base, record, (&trial.fit.weights, trial.fit.chi2))?;
+                Ok((trial, gained))
             },
         )?;
-        return with_effects(&rig.path, text, rig, &trial);
+        return Ok(Added { text: with_effects(&rig.path, text, rig, &trial)?, delta_bic: Some(gained) });
     }
     let mut parameters = Vec::new();
     for free in placed.effect.parameters {
@@ -60,11 +70,11 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<S
                 .at(Place::file(&rig.path))
                 .help("give a record with `--fit`"));
         };
-        let neutral = free.neutral.map(|neutral| unit.difference_to_si(neutral));
-        let size = (first - neutral.unwrap_or(0.0)).abs();
-        parameters.push(Written { name: free.name, value: neutral.unwrap_or(first), sigma: WIDE * size, unit });
+        let nothing = nothing(rig, &placed, free);
+        let size = (first - nothing.unwrap_or(0.0)).abs();
+        parameters.push(Written { name: free.name, value: nothing.unwrap_or(first), sigma: WIDE * size, unit });
     }
-    insert(&rig.path, text, &id, &parameters)
+    Ok(Added { text: insert(&rig.path, text, &id, &parameters)?, delta_bic: None })
 }
 
 /// The text of a rig file with the effects that a trial has and the rig has not, as fitted.

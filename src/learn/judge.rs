@@ -255,18 +255,11 @@ impl Looking<'_> {
     fn rank(&self, judged: &mut [Judged]) -> Result<(), Complaint> {
         let Self { record, base, .. } = *self;
         let best = judged.iter().min_by(|a, b| a.trial.fit.chi2.total_cmp(&b.trial.fit.chi2));
-        let Some((weights, scale)) = best.map(|best| (best.trial.fit.weights.clone(), best.trial.fit.chi2.max(1.0)))
-        else {
+        let Some((weights, left)) = best.map(|best| (best.trial.fit.weights.clone(), best.trial.fit.chi2)) else {
             return Ok(());
         };
-        let before = base.cost_under(record, &weights)?;
-        let samples = self.samples();
         for one in judged.iter_mut() {
-            let cost = one.trial.cost_under(record, &weights)?;
-            let more = effect_parameters(&one.trial.rig) as f64 - effect_parameters(&base.rig) as f64
-                + f64::from(one.trial.set.count_ones())
-                - f64::from(base.set.count_ones());
-            one.delta_bic = (before - cost) / scale - more * samples.ln();
+            one.delta_bic = one.trial.delta_bic(base, record, (&weights, left))?;
             let on_check = match (self.base_check, &one.check) {
                 (Some(before), Some(after)) => after.normalised < before.normalised,
                 (None, _) => true,

@@ -68,8 +68,8 @@ pub struct Missing {
     pub found: Vec<(f64, f64)>,
 }
 
-/// What may be missing at every place of a rig, what explains most first: beside the faults and all else as `base` has them, so that
-/// what these have taken over is not in it. `found` is a run of the same record with an effect more.
+/// What may be missing at every place of a rig, what explains most first: beside the faults and all else as `base` has them,
+/// so that what these have taken over is not in it. `found` is a run of the same record with an effect more.
 ///
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.

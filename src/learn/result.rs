@@ -9,6 +9,7 @@ use super::suggest::{Conclusion, Judged, Suggestion};
 use super::trial::{Run, Trial};
 use super::tries::distance;
 use crate::complaint::Complaint;
+use crate::diagnosis::case::members;
 use crate::diagnosis::interval::QUANTILE;
 use crate::model::Model;
 use crate::physics::card::{Answer, Card, PortKind};
@@ -91,6 +92,8 @@ pub struct SuggestionReport {
     pub record: String,
     pub check: Option<String>,
     pub conclusion: Conclusion,
+    /// Faults with which the model as given explains the fit record best.
+    pub faults: Vec<String>,
     /// Where the model with all faults fitted misses; `None` where it is adequate.
     #[serde(rename = "where")]
     pub place: Option<Where>,
@@ -127,6 +130,7 @@ impl SuggestionReport {
             record: record.path.display().to_string(),
             check: check.map(|check| check.path.display().to_string()),
             conclusion: suggestion.conclusion,
+            faults: members(base.set).map(|fault| base.rig.fault_id(fault).to_owned()).collect(),
             place,
             candidates: suggestion.judged.iter().map(|judged| candidate(suggestion, judged)).collect(),
             not_fitted: suggestion
@@ -214,6 +218,8 @@ fn parameters(trial: &Trial, id: &str) -> Vec<ParameterReport> {
         let value = trial.values[index];
         let end = |sign: f64| {
             let sigma = trial.sigmas.get(&index).filter(|_| !trial.at_bound.contains(&index))?;
+            // What is positive may be as good as nothing.
+            let low = if low == f64::MIN_POSITIVE { 0.0 } else { low };
             Some(shown((value + sign * QUANTILE * sigma).clamp(low, high)))
         };
         ParameterReport {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::refit::effect_parameters;
 use crate::complaint::Complaint;
 use crate::diagnosis::case::{ROBUST, Set};
 use crate::diagnosis::estimate::{self, Estimate};
@@ -117,6 +118,18 @@ impl Trial {
     /// As [`Trial::check`].
     pub fn check_under(&self, record: &Record, weights: Option<&Weights>) -> Result<Run, Complaint> {
         run_under(&self.rig, record, &self.values, weights)
+    }
+
+    /// Fall of the information criterion against a model without its effects, under common weights; the noise scaled up to the
+    /// chi-square per sample that the best leaves.
+    ///
+    /// # Errors
+    /// Columns that are missing.
+    pub fn delta_bic(&self, base: &Self, record: &Record, (weights, left): (&Weights, f64)) -> Result<f64, Complaint> {
+        let fall = base.cost_under(record, weights)? - self.cost_under(record, weights)?;
+        let parameters = |one: &Self| effect_parameters(&one.rig) as f64 + f64::from(one.set.count_ones());
+        let samples = base.fit.weights.all_samples() as f64;
+        Ok(fall / left.max(1.0) - (parameters(self) - parameters(base)) * samples.ln())
     }
 
     /// `2 F` of the record alone under common weights.

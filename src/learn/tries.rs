@@ -14,8 +14,8 @@ const EXCITED: f64 = 0.1;
 const ABSORBED: f64 = 0.05;
 /// Factors on the tried size beyond which the form is not believed.
 const FAR: f64 = 20.0;
-/// Sizes that are tried, in typical ones. What shifts the time at which the piston arrives is straight only where the shift is less
-/// than a row.
+/// Sizes that are tried, in typical ones. What shifts the time at which the piston arrives is straight only where the shift is
+/// less than a row.
 const SIZES: &[f64] = &[0.1, 1.0, 5.0, 25.0];
 /// The same of an effect that is not straight: it shows itself only near its own size.
 const BENT_SIZES: &[f64] = &[0.1, 1.0, 1.8, 3.0, 5.0, 9.0, 15.0, 25.0];
@@ -111,8 +111,8 @@ fn best_of(rig: &Rig, tried: Vec<Try>) -> Option<Candidate> {
 }
 
 /// The smallest distance from doing nothing that the record could show, by tries in the order of their sizes, each with its
-/// distance and the factor on that which could be shown: from the first that is large enough down along a straight line, but not to
-/// one that is too small.
+/// distance and the factor on that which could be shown: from the first that is large enough down along a straight line, but
+/// not to one that is too small.
 fn smallest(tried: impl IntoIterator<Item = (f64, f64)>) -> Option<f64> {
     let mut least = None;
     let mut too_small = 0.0_f64;
@@ -156,7 +156,10 @@ fn sizes(here: &Here<'_, '_>, placed: &Placed, onset: f64) -> Vec<Try> {
             && one.candidate.excited;
         if bent {
             // The least is near enough to nothing to be straight, but not far beyond itself.
-            tried = Try::at(here, placed, (SIZES[0], onset), Some(BEYOND)).into_iter().collect();
+            for least in &mut tried {
+                let attempt = std::mem::take(&mut least.candidate.tried);
+                (least.candidate, least.information) = scored(here, placed, attempt, &least.change, Some(BEYOND));
+            }
             break;
         }
         // A size on a straight line that asks for no larger one has none that promises more.
@@ -199,7 +202,7 @@ pub(super) fn distance(rig: &Rig, candidate: &Candidate) -> Option<f64> {
 }
 
 /// The value, SI, at which a parameter of an effect does nothing: its neutral one, or that which the rig has.
-fn nothing(rig: &Rig, placed: &Placed, free: &Free) -> Option<f64> {
+pub(super) fn nothing(rig: &Rig, placed: &Placed, free: &Free) -> Option<f64> {
     match free.neutral {
         Some(neutral) => Some(rig.effect_unit(placed, free.name).difference_to_si(neutral)),
         None => Some(rig.parameters[rig.bent(placed, free.name)?].value),
@@ -312,8 +315,8 @@ fn change(here: &Here<'_, '_>, placed: &Placed, tried: &[Given]) -> Option<Vec<f
     Some(change)
 }
 
-/// A try with the score of its change; believed where it lies, or along a straight line through it as far as `reach` times its size.
-/// Also the squares of what of it nothing fitted can take over.
+/// A try with the score of its change; believed where it lies, or along a straight line through it as far as `reach` times its
+/// size. Also the squares of what of it nothing fitted can take over.
 fn scored(
     here: &Here<'_, '_>,
     placed: &Placed,

@@ -12,8 +12,8 @@ use crate::units::Unit;
 /// Newton steps for a component's own state to come to rest; its rate is piecewise linear or nearly so.
 const REST_STEPS: usize = 30;
 
-/// Fills `y` (states beyond the layout's are left) for all parameters of the rig, SI. The drive holds each node's first measured gauge
-/// pressure, what sensors show at the start, and what to add to it.
+/// Fills `y` (states beyond the layout's are left) for all parameters of the rig, SI. The drive holds each node's first
+/// measured gauge pressure, what sensors show at the start, and what to add to it.
 pub fn start<S: Scalar>(
     rig: &Rig,
     layout: &Layout,

@@ -194,7 +194,8 @@ pub struct Card {
     pub sees_time: bool,
     /// Whether its law has the viscosity of the fluid.
     pub sees_viscosity: bool,
-    /// Whether one flow passes from port 0 to port 1, which a difference of their pressures drives: pressure may be lost ahead of it.
+    /// Whether one flow passes from port 0 to port 1, which a difference of their pressures drives: pressure may be lost ahead
+    /// of it.
     pub throttles: bool,
 }
 

@@ -6,12 +6,12 @@ use super::component::{Answers, AnyLaw, Seen};
 use super::formula::Formula;
 use crate::numeric::Real;
 
-/// The law of a component with two hydraulic ports, ahead of which a part of the pressure is lost: `q = law(p_in - d(p_in, p_out, q),
-/// p_out)`.
+/// The law of a component with two hydraulic ports, ahead of which a part of the pressure is lost: `q = law(p_in - d(p_in,
+/// p_out, q), p_out)`.
 ///
-/// The formula `d` sees the gauge pressures of both ports, Pa, the flow `q` into the first, m³/s, and its parameters, and gives Pa.
-/// One `q` solves this as long as `d` rises with it, as every loss does. Worked: an orifice of 1e-7 m³/s/Pa^½ under 10 bar with
-/// `d = K q²`, K = 1e14 Pa s²/m⁶, passes 1e-7 sqrt(1e6)/sqrt(1 + 1e14 1e-14) = 7.071e-5 m³/s.
+/// The formula `d` sees the gauge pressures of both ports, Pa, the flow `q` into the first, m³/s, and its parameters, and
+/// gives Pa. One `q` solves this as long as `d` rises with it, as every loss does. Worked: an orifice of 1e-7 m³/s/Pa^½ under
+/// 10 bar with `d = K q²`, K = 1e14 Pa s²/m⁶, passes 1e-7 sqrt(1e6)/sqrt(1 + 1e14 1e-14) = 7.071e-5 m³/s.
 #[derive(Debug, Clone)]
 pub struct Dropped<T> {
     own: AnyLaw<T>,

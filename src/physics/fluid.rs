@@ -77,8 +77,8 @@ impl<T: Real> Fluid<T> {
     /// Viscosity at the temperature of reference over that at a temperature which is `warmer` by so many kelvin, `since` seconds
     /// after the beginning of the record.
     ///
-    /// `exp(k (T - T_ref) + r t)`, the exponential law of Reynolds (Merritt, *Hydraulic Control Systems*, 1967, eq. 1-4), good to a few per
-    /// cent within 20 K. Worked: 10 K warmer at 0.03 1/K, the oil flows `exp(0.3) = 1.350` times as easily.
+    /// `exp(k (T - T_ref) + r t)`, the exponential law of Reynolds (Merritt, *Hydraulic Control Systems*, 1967, eq. 1-4), good
+    /// to a few per cent within 20 K. Worked: 10 K warmer at 0.03 1/K, the oil flows `exp(0.3) = 1.350` times as easily.
     #[inline]
     pub fn fluidity(&self, warmer: T, since: T) -> T {
         if self.temperature_coefficient.is_zero() && self.viscosity_drift.is_zero() {

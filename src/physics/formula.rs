@@ -13,8 +13,8 @@ pub const MOST_PARAMETERS: usize = 8;
 ///
 /// Its names are the variables of the card's ports, in their order (gauge pressure of a hydraulic port, Pa; position, m, and
 /// speed, m/s, of a mechanical one), then the inputs of the card and, where it sees it, the time since the run began, s, then
-/// its parameters. The value is the flow out of the node at the first port into the second (m³/s), or the force on the body at the first port (N). Worked: `G * A.p` with 1e-12 m³/s/Pa takes
-/// 5e-6 m³/s at 50 bar.
+/// its parameters. The value is the flow out of the node at the first port into the second (m³/s), or the force on the body at
+/// the first port (N). Worked: `G * A.p` with 1e-12 m³/s/Pa takes 5e-6 m³/s at 50 bar.
 #[derive(Debug, Clone)]
 pub struct Formula<T> {
     card: &'static Card,
@@ -60,8 +60,8 @@ impl<T: Real> Formula<T> {
     }
 }
 
-/// What a formula makes of the readings of a sensor, in place: its names are the reading, the time since the run began (at `begun`, s) and
-/// the parameters, SI.
+/// What a formula makes of the readings of a sensor, in place: its names are the reading, the time since the run began (at
+/// `begun`, s) and the parameters, SI.
 pub fn read<T: Real>(expression: &Expression, parameters: &[T], begun: f64, times: &[f64], readings: &mut [T]) {
     let mut values = vec![T::zero(); 2 + parameters.len()];
     values[2..].copy_from_slice(parameters);

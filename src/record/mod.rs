@@ -110,8 +110,8 @@ impl Record {
     /// Reads a table of columns `name [unit]`, the first of them `time`, separated by commas, semicolons or tabs.
     ///
     /// Lines that start with `#`, blank lines, quoted names, a byte-order mark and any line ends are accepted; so are
-    /// decimal commas where the columns are separated by another sign or the numbers quoted. A column keeps the number of its decimals where all of its
-    /// values have as many, so that writing gives back what was read.
+    /// decimal commas where the columns are separated by another sign or the numbers quoted. A column keeps the number of its
+    /// decimals where all of its values have as many, so that writing gives back what was read.
     ///
     /// # Errors
     /// A file that cannot be read or is no UTF-8 text; a missing time column; a column without name or unit, with an

@@ -144,7 +144,13 @@ pub fn conclusion(suggestion: &SuggestionReport) -> String {
     let best = suggestion.candidates.first();
     let records = if suggestion.check.is_some() { "both records" } else { "the record" };
     match (suggestion.conclusion, best) {
-        (Conclusion::Adequate, _) => format!("ADEQUATE: the model explains {records} within noise and tolerance."),
+        (Conclusion::Adequate, _) if suggestion.faults.is_empty() => {
+            format!("ADEQUATE: the model explains {records} within noise and tolerance.")
+        }
+        (Conclusion::Adequate, _) => format!(
+            "ADEQUATE: the model explains {records} within noise and tolerance, with {}.",
+            count_of_faults(&suggestion.faults)
+        ),
         (Conclusion::EffectFound, Some(best)) => {
             let values: Vec<String> =
                 best.parameters.iter().map(|one| format!("{} = {}", one.id, parameter(one))).collect();
@@ -167,6 +173,11 @@ pub fn conclusion(suggestion: &SuggestionReport) -> String {
             "UNKNOWN EFFECT: the model misses something that no effect of the library explains; none helps.".to_owned()
         }
     }
+}
+
+fn count_of_faults(faults: &[String]) -> String {
+    let word = if faults.len() == 1 { "the fault" } else { "the faults" };
+    format!("{word} {}", faults.join(" and "))
 }
 
 /// What would tell two rivals apart, in a sentence.
@@ -251,6 +262,9 @@ pub fn suggestion(suggestion: &SuggestionReport) -> String {
     lines.push(format!("rig     {}", suggestion.rig));
     lines.push(format!("record  {}", suggestion.record));
     lines.extend(suggestion.check.as_ref().map(|check| format!("check   {check}")));
+    if !suggestion.faults.is_empty() {
+        lines.push(format!("faults  {}, fitted without any effect", suggestion.faults.join(", ")));
+    }
     let mut block = |title: &str, heads: &[Head], rows: &[Vec<String>]| {
         lines.extend([String::new(), title.to_owned()]);
         lines.extend(aligned(heads, rows));

@@ -1,6 +1,6 @@
 //! Components that are joined to a rig in memory.
 
-use super::{Component, NodeKind, Parameter, Rig};
+use super::{Component, NodeKind, Parameter, Rig, range};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::physics::card::{Card, PortKind};
 use crate::units::Unit;
@@ -11,8 +11,8 @@ impl Rig {
     /// The component's parameters are taken as exact.
     ///
     /// # Errors
-    /// A name that is taken; ports that do not fit the card; a card with inputs that is no formula, or that keeps the pressure of a node;
-    /// a value that is missing or outside its bounds.
+    /// A name that is taken; ports that do not fit the card; a card with inputs that is no formula, or that keeps the pressure
+    /// of a node; a value that is missing or outside its bounds.
     pub fn join(
         &mut self,
         name: &str,
@@ -22,8 +22,7 @@ impl Rig {
     ) -> Result<(), Complaint> {
         let place = Place::file(&self.path);
         let refuse = |kind, what: String| {
-            Err(Complaint::new(kind, format!("component `{name}` cannot be joined: {what}"))
-                .at(Place::file(&self.path)))
+            Err(Complaint::new(kind, format!("`{name}` cannot be joined: {what}")).at(Place::file(&self.path)))
         };
         if self.components.iter().any(|component| component.name == name) {
             return refuse(Kind::Duplicate, "there is one of this name".to_owned());
@@ -55,7 +54,8 @@ impl Rig {
                 return refuse(Kind::MissingEntry, format!("its `{}` is not given", own.name));
             };
             if !(bounds.0..=bounds.1).contains(&value) {
-                return refuse(Kind::Bounds, format!("its `{}` is outside the physical bounds", own.name));
+                return refuse(Kind::Bounds, format!("its `{}` is outside the physical bounds", own.name))
+                    .map_err(|complaint| complaint.help(format!("{}: {}", own.meaning, range(bounds, &unit))));
             }
             parameters.push(Parameter {
                 id: format!("{name}.{}", own.name),

@@ -22,9 +22,14 @@ use crate::units::{Dimension, Unit};
 pub fn parse(source: Source) -> Result<Rig, Complaint> {
     let document = DeTable::parse(&source.text).map_err(|error| {
         let place = source.place(error.span().map_or(0, |span| span.start));
+        let help = if error.message().contains("unquoted key") {
+            "put a key with a point or an `@` between quotes: `\"external-leakage@A\" = { ... }`"
+        } else {
+            "the rig file is named before the record; see docs/reference/rig-file.md for one to start from"
+        };
         Complaint::new(Kind::Syntax, format!("this is not TOML: {}", error.message().replace('\n', "; ")))
             .at(place)
-            .help("the rig file is named before the record; see docs/reference/rig-file.md for one to start from")
+            .help(help)
     })?;
     let root = Table::new(&source, "the rig file", 0, document.get_ref());
     version::check(root.get("version"))?;

@@ -13,7 +13,8 @@ const PER_BAR: f64 = 1e-3 / 60.0 / 1e5;
 pub enum Sheet {
     /// The telescopic rig as it is.
     Plain,
-    /// With a throttle of 1.6 mm, so that the reducing valve regulates and what is left of the pump flow goes over the relief valve.
+    /// With a throttle of 1.6 mm, so that the reducing valve regulates and what is left of the pump flow goes over the relief
+    /// valve.
     Throttled,
     /// As it is, under loads that bring the pump line near the set pressure.
     Heavy,

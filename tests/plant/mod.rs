@@ -42,7 +42,8 @@ pub struct Line {
 #[derive(Debug, Clone)]
 pub struct Plant {
     pub viscosity: f64,
-    /// Relative loss of viscosity per kelvin at 40 degC, where the rest is Vogel's law, and by how much the oil gets warmer in the end, K.
+    /// Relative loss of viscosity per kelvin at 40 degC, where the rest is Vogel's law, and by how much the oil gets warmer in
+    /// the end, K.
     pub thinning: f64,
     pub warming: f64,
     /// s.

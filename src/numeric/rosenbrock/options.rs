@@ -7,7 +7,8 @@ pub struct Options<const N: usize> {
     pub rtol: f64,
     /// Absolute tolerance of each state, in its unit; greater than 0 unless the state keeps away from 0.
     pub atol: [f64; N],
-    /// The first step after [`Rosenbrock::restart`](super::Rosenbrock::restart) (s), or `None` to choose it from the first two derivatives.
+    /// The first step after [`Rosenbrock::restart`](super::Rosenbrock::restart) (s), or `None` to choose it from the first two
+    /// derivatives.
     pub h_initial: Option<f64>,
     /// A step that must fall below this (s) is an error. Rounding of `t` sets a floor of its own.
     pub h_min: f64,

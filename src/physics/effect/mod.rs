@@ -89,7 +89,8 @@ pub enum First {
     Value(f64),
     /// This many times the noise of the sensor where the effect sits.
     Noise(f64),
-    /// This value, in the unit of the card; with a record several shares of the highest pressure at the node where the effect sits.
+    /// This value, in the unit of the card; with a record several shares of the highest pressure at the node where the effect
+    /// sits.
     Onset(f64),
     /// This share of the way from the least to the largest reading of the sensor, or level at the node, where it sits.
     Range(f64),

@@ -20,8 +20,8 @@ const RIM: f64 = 0.05;
 /// What an interval should hold.
 const HOLDS: f64 = 0.95;
 
-/// The page: rates, confusion, detection over size, calibration of the probabilities, estimates, wrong cases. Nothing of it depends
-/// on the machine.
+/// The page: rates, confusion, detection over size, calibration of the probabilities, estimates, wrong cases. Nothing of it
+/// depends on the machine.
 pub fn html(finished: &Finished) -> String {
     let (options, scores) = (&finished.options, &finished.scores);
     let mut page = Page::new(

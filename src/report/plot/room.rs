@@ -69,7 +69,8 @@ impl Room {
         [Side::Right, Side::Middle, Side::Left].into_iter().min_by_key(crossed).unwrap_or(Side::Right)
     }
 
-    /// The side of a vertical line at which the label at its top is crossed least and stays in the chart; the right one before the left.
+    /// The side of a vertical line at which the label at its top is crossed least and stays in the chart; the right one before
+    /// the left.
     pub fn beside(&self, at: f64, label: &str) -> Side {
         let (wide, gap) = (self.wide(label), GAP * self.pixel.0);
         let crossed = |side: &Side| {

@@ -10,8 +10,15 @@ pub(super) fn read_effect(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<
         complaint.places = vec![value.place()];
         complaint
     };
-    let placed = rig.placed(id).map_err(here)?;
-    let table = value.table(format!("effect `{id}`"))?;
+    let placed = rig.placed(id).map_err(here);
+    let table = value.table(format!("effect `{id}`"));
+    let placed = placed.map_err(|complaint| match &table {
+        Ok(table) if table.get("at").is_some() => {
+            complaint.help(format!("an effect as a formula of your own stands in `[own_effects.{id}]`"))
+        }
+        _ => complaint,
+    })?;
+    let table = table?;
     let names: Vec<&str> = match placed.effect.form {
         Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card } | Form::Dropped { card } => {
             card.parameters.iter().map(|own| own.name).collect()

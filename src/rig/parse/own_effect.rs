@@ -49,7 +49,7 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
          orifice",
     )?;
     let meaning = table.get("meaning").map(|text| text.text()).transpose()?.unwrap_or("An effect of the rig file.");
-    let parameters = table.require("parameters", "add its parameters, the size first")?;
+    let parameters = table.require("parameters", "add its parameters, the size first, such as `parameters.G = { neutral = \"0 L/min/bar\", first = \"0.002 L/min/bar\" }`")?;
     let own = read_parameters(&parameters)?;
     table.finish()?;
     check_names(rig, acts, &own, &formula)?;
@@ -380,8 +380,8 @@ fn check_neutral(
     Ok(())
 }
 
-/// What something of a dimension may be in a circuit, SI, `share` of the way through: pressures up to 100 bar, positions and speeds
-/// of a cylinder, forces up to 1 kN.
+/// What something of a dimension may be in a circuit, SI, `share` of the way through: pressures up to 100 bar, positions and
+/// speeds of a cylinder, forces up to 1 kN.
 fn ordinary(dimension: Dimension, share: f64) -> f64 {
     match dimension {
         Dimension::PRESSURE => 1e7 * share,
