@@ -23,6 +23,8 @@ const POOR: f64 = 1.0;
 const MOST_RENEWALS: usize = 3;
 /// Rounds of isolation from the healthy rig: what it takes where the faults are small or those of sensors.
 pub const FROM_HEALTHY: u64 = 2;
+/// What a fit may still fall by, in falls of its last form: the next ones would have to lose no more than a sixth each.
+pub(crate) const HOPE: f64 = 5.0;
 /// Forms of a first fit of each of several starts.
 pub(crate) const FIRST_FORMS: usize = 2;
 /// Steps along one form where only a neighbourhood is looked for.
@@ -169,9 +171,13 @@ pub(crate) fn quick(
     if forms <= FIRST_FORMS {
         return Ok(fit);
     }
-    let fresh = case.as_expected(&fit.theta);
-    let again = Quadratic::at(&case, &fresh).and_then(|form| walked(&case, form, (&fresh, set), forms));
-    Ok(again.ok().filter(|again| again.cost < fit.cost).unwrap_or(fit))
+    let again = |start: &[f64], forms: usize| {
+        Quadratic::at(&case, start).and_then(|form| walked(&case, form, (start, set), forms)).ok()
+    };
+    let near = |again: &Quick| again.cost - HOPE * again.gained < fit.cost;
+    let fresh = again(&case.as_expected(&fit.theta), FIRST_FORMS).filter(near);
+    let further = fresh.and_then(|fresh| again(&fresh.theta, forms - FIRST_FORMS));
+    Ok(further.filter(|further| further.cost < fit.cost).unwrap_or(fit))
 }
 
 /// A fit from a form and where it was taken, the form taken so many times.

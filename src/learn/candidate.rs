@@ -89,6 +89,7 @@ pub fn candidates(estimate: &Estimate<'_>, stand: usize, tolerance: f64) -> Vec<
     let mut all: Vec<Candidate> = places.par_iter().flat_map_iter(one).collect();
     for candidate in &mut all {
         candidate.stand = Some(stand);
+        candidate.others.iter_mut().for_each(|other| other.stand = Some(stand));
     }
     all.sort_by(|a, b| b.score.total_cmp(&a.score));
     all

@@ -9,6 +9,7 @@ use super::trial::{Run, Trial, run_under};
 use super::verdict::warnings;
 use crate::complaint::Complaint;
 use crate::diagnosis::adequate;
+use crate::diagnosis::estimate::HOPE;
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::search::ROUGH;
 use crate::progress::Count;
@@ -18,10 +19,9 @@ use crate::record::Record;
 const CLOSE: f64 = 0.05;
 /// The same of those whose faults were isolated anew already.
 const CLOSE_ISOLATED: f64 = 0.01;
-/// What a fit may still fall by, in falls of its last form: the next ones would have to lose no more than a sixth each.
-const HOPE: f64 = 5.0;
 /// Share of what its score promised that a rough fit has to keep: one that keeps less may have begun at a bad place, and
-/// where it promises this share of what the best there does, it begins anew at the data sheet.
+/// where it promises this share of what the best there does, it begins anew at the data sheet. What begins at some pressure is
+/// fitted from others too where it promises as much.
 const KEPT: f64 = 0.5;
 /// Most effects that are isolated anew, faults and all.
 const ISOLATED: usize = 2;
@@ -127,12 +127,7 @@ impl Looking<'_> {
         let samples = self.samples();
         let count = Count::new("effects fitted", chosen.len());
         let fitted = |effects: Vec<Candidate>| {
-            let others = effects.first().filter(|_| effects.len() == 1).map_or(&[][..], |effect| &effect.others);
-            let rough = if others.is_empty() {
-                refitted(base, stands, record, &effects)
-            } else {
-                self.best_of_starts(std::iter::once(&effects[..]).chain(others.chunks(1)))
-            };
+            let rough = refitted(base, stands, record, &effects);
             count.one();
             (effects, rough)
         };
@@ -150,8 +145,16 @@ impl Looking<'_> {
         rough.par_iter_mut().for_each(|(effects, rough)| {
             let [effect] = effects.as_slice() else { return };
             let Some(promised) = promised(effect, stands) else { return };
+            if effect.score <= KEPT * most(effect.stand) {
+                return;
+            }
+            if !effect.others.is_empty() {
+                let starts = std::iter::once(&effects[..]).chain(effect.others.chunks(1));
+                *rough = self.best_of_starts(starts).or_else(|| rough.take());
+                return;
+            }
             let kept = cost(rough) - price_of_effects(rough) <= promised + (1.0 - KEPT) * effect.score;
-            if !kept && effect.score > KEPT * most(effect.stand) {
+            if !kept {
                 let again = refitted(base, &[Stand::healthy(&base.rig)], record, &[effect.as_typical(&base.rig)]);
                 if cost(&again) < cost(rough) {
                     *rough = again;

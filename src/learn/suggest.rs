@@ -35,6 +35,9 @@ pub(super) const ROUNDS: u64 = 4;
 /// Difference of the information criterion within which two explanations are rivals (Kass and Raftery 1995: very strong).
 pub const RIVAL: f64 = 10.0;
 
+/// Share of what an effect gains that the model as given must gain from there for all to begin anew.
+const BY_ITSELF: f64 = 0.3;
+
 /// One word on what the record says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -236,17 +239,19 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     Ok(Suggestion { conclusion, base, base_check, judged, scored, experiment })
 }
 
-/// The model as given, fitted from where the best explanation left what both have, if it is better there: a fit that only had
-/// to be helped over a ridge lacks nothing.
+/// The model as given, fitted from where the best explanation left what both have, if it is nearly as good there: a fit that
+/// only had to be helped over a ridge lacks nothing.
 fn anew<'a>(estimate: &Estimate<'a>, base: &Trial, best: Option<&Judged>) -> Result<Option<Estimate<'a>>, Complaint> {
-    let Some(Judged { trial: best, .. }) = best.filter(|best| best.delta_bic > RIVAL) else { return Ok(None) };
+    let Some(Judged { trial: best, delta_bic: gain, .. }) = best.filter(|best| best.delta_bic > RIVAL) else {
+        return Ok(None);
+    };
     // What an effect bends is as it was.
     let of_effects: Vec<usize> = best.rig.effects.iter().flat_map(|effect| effect.parameters.clone()).collect();
     let kept = |(index, was): (usize, &f64)| if of_effects.contains(&index) { *was } else { best.values[index] };
     let values: Vec<f64> = base.values.iter().enumerate().map(kept).collect();
     let (full, record) = (&estimate.case.full, estimate.case.record);
     let samples = base.fit.weights.all_samples() as f64;
-    let least = charged(&base.rig, base.cost, base.set, samples) - RIVAL;
+    let least = charged(&base.rig, base.cost, base.set, samples) - (BY_ITSELF * gain).max(RIVAL);
     let fitted = quick(&base.rig, record, &values, (best.set, FORMS), Some(search::ROUGH));
     let Some(rough) = fitted.filter(|rough| rough.priced(samples) < least) else { return Ok(None) };
     let start = estimate::picked(&base.rig, &rough.values);
