@@ -6,7 +6,7 @@
 //!   the root of the repository and ends with exit status 0; with 2 where the block is marked ```` ```console fails ````.
 //!   The lines below a command must all occur in what it prints, in this order; a line that ends in `...` stands for
 //!   every one that begins so, blank ones are passed over. What a command writes with `-o` or `--report` goes to a temporary
-//! folder, where later commands of the
+//!   folder, where later commands of the
 //!   same page find it.
 
 mod command;
