@@ -221,6 +221,7 @@ fn mistakes_are_told() {
         (BENT, "reading =", "flow =", "no `flow` acts at `q_A`"),
         (LOSS, "drop =", "flow =", "no `flow` acts at `flow_control`"),
         (LOSS, "abs(q)", "abs(piston.v)", "piston.v"),
+        (LOSS, "q * abs(q)", "q^2", "the drop does not rise with the flow `q`"),
         (LOSS, "\"flow_control\"", "\"directional_valve\"", "nothing can act at `directional_valve`"),
         (
             BUMP,

@@ -175,7 +175,11 @@ pub(crate) fn quick(
         Quadratic::at(&case, start).and_then(|form| walked(&case, form, (start, set), forms)).ok()
     };
     let near = |again: &Quick| again.cost - HOPE * again.gained < fit.cost;
-    let fresh = again(&case.as_expected(&fit.theta), FIRST_FORMS).filter(near);
+    let expected = case.as_expected(&fit.theta);
+    if expected == start {
+        return Ok(fit);
+    }
+    let fresh = again(&expected, FIRST_FORMS).filter(near);
     let further = fresh.and_then(|fresh| again(&fresh.theta, forms - FIRST_FORMS));
     Ok(further.filter(|further| further.cost < fit.cost).unwrap_or(fit))
 }

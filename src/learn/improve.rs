@@ -1,7 +1,7 @@
 //! The whole loop: suggest, add, fit again, until nothing is left to explain or nothing explains the rest.
 
 use super::compare::{Comparison, Where};
-use super::suggest::{Conclusion, Judged, ROUNDS, Suggestion, is_adequate, suggest, suggest_from};
+use super::suggest::{Conclusion, Judged, RIVAL, ROUNDS, Suggestion, is_adequate, suggest, suggest_from};
 use super::trial::{Run, Trial};
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate;
@@ -79,7 +79,16 @@ pub fn improve(rig: &Rig, fit: &Record, check: &Record, mut told: impl FnMut(&St
         let drive = Drive::from_record(&model.rig, fit)?;
         let theta = estimate::picked(&model.rig, &trial.values);
         let again = estimate::isolated(&model, fit, &drive, (&theta, trial.set), ROUNDS)?;
-        last = suggest_from(&again, Trial::of(&again)?, Some(check))?;
+        let stand = Trial::of(&again)?;
+        let cost = stand.cost;
+        last = suggest_from(&again, stand, Some(check))?;
+        // It may have found a better fit of the same model.
+        if last.base.cost < cost - RIVAL
+            && let (Some(reached), Some(on_check)) = (steps.last_mut(), &last.base_check)
+        {
+            trial = last.base.clone();
+            (reached.fit, reached.check) = (trial.fit.clone(), on_check.clone());
+        }
     }
     let conclusion = match (steps.len(), last.conclusion) {
         // Adequate as given, or nothing to add.

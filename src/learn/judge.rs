@@ -149,8 +149,9 @@ impl Looking<'_> {
                 return;
             }
             if !effect.others.is_empty() {
-                let starts = std::iter::once(&effects[..]).chain(effect.others.chunks(1));
-                *rough = self.best_of_starts(starts).or_else(|| rough.take());
+                if let Some((found, start)) = self.best_of_starts(effect.clone()) {
+                    (*rough, *effects) = (Some(found), vec![start]);
+                }
                 return;
             }
             let kept = cost(rough) - price_of_effects(rough) <= promised + (1.0 - KEPT) * effect.score;
@@ -177,20 +178,24 @@ impl Looking<'_> {
 
     /// Of refits from several starts the one that explains both records best: where a law begins may be anywhere between two
     /// pressures at which the fit record stands.
-    fn best_of_starts<'s>(&self, starts: impl Iterator<Item = &'s [Candidate]>) -> Option<Rough> {
+    fn best_of_starts(&self, mut effect: Candidate) -> Option<(Rough, Candidate)> {
         let samples = self.samples();
+        let mut starts = std::mem::take(&mut effect.others);
+        starts.insert(0, effect);
         // Which start leads furthest shows at the ends.
-        let ends = starts.filter_map(|start| {
-            let rough = refitted(self.base, &self.stands, self.record, start)?;
+        let ends = starts.iter().enumerate().filter_map(|(place, start)| {
+            let rough = refitted(self.base, &self.stands, self.record, std::slice::from_ref(start))?;
             let further = quick(&rough.rig, self.record, &rough.values, (rough.set, FORMS), Some(ROUGH));
             let end = further.unwrap_or(rough);
             let on_check = self.check.map_or(Some(0.0), |record| {
                 let run = run_under(&end.rig, record, &end.values, None).ok()?;
                 Some(run.chi2 * run.weights.all_samples() as f64)
             });
-            Some((end.priced(samples) + on_check?, end))
+            Some((end.priced(samples) + on_check?, end, place))
         });
-        ends.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, end)| end)
+        let (_, end, place) = ends.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let start = starts.remove(place);
+        Some((end, Candidate { others: starts, ..start }))
     }
 
     /// One refit on both records, with faults isolated anew or as it is, under its own weights or given ones of each.

@@ -219,7 +219,7 @@ fn parameters(trial: &Trial, id: &str) -> Vec<ParameterReport> {
         let end = |sign: f64| {
             let sigma = trial.sigmas.get(&index).filter(|_| !trial.at_bound.contains(&index))?;
             // What is positive may be as good as nothing.
-            let low = if low == f64::MIN_POSITIVE { 0.0 } else { low };
+            let low = if low > 0.0 && low < 1e-300 { 0.0 } else { low };
             Some(shown((value + sign * QUANTILE * sigma).clamp(low, high)))
         };
         ParameterReport {

@@ -246,12 +246,14 @@ fn anew<'a>(estimate: &Estimate<'a>, base: &Trial, best: Option<&Judged>) -> Res
         return Ok(None);
     };
     // What an effect bends is as it was.
-    let of_effects: Vec<usize> = best.rig.effects.iter().flat_map(|effect| effect.parameters.clone()).collect();
+    let added = best.rig.effects.iter().filter(|effect| base.rig.effects.iter().all(|own| own.id != effect.id));
+    let of_effects: Vec<usize> = added.flat_map(|effect| effect.parameters.clone()).collect();
     let kept = |(index, was): (usize, &f64)| if of_effects.contains(&index) { *was } else { best.values[index] };
     let values: Vec<f64> = base.values.iter().enumerate().map(kept).collect();
     let (full, record) = (&estimate.case.full, estimate.case.record);
     let samples = base.fit.weights.all_samples() as f64;
-    let least = charged(&base.rig, base.cost, base.set, samples) - (BY_ITSELF * gain).max(RIVAL);
+    let least =
+        charged(&base.rig, base.cost, base.set, samples) - (BY_ITSELF * gain).max(RIVAL) * best.fit.chi2.max(1.0);
     let fitted = quick(&base.rig, record, &values, (best.set, FORMS), Some(search::ROUGH));
     let Some(rough) = fitted.filter(|rough| rough.priced(samples) < least) else { return Ok(None) };
     let start = estimate::picked(&base.rig, &rough.values);

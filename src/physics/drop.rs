@@ -20,10 +20,14 @@ pub struct Dropped<T> {
 
 /// Most steps towards the flow; near it each secant gains half as many digits again.
 const STEPS: usize = 60;
-/// Change of the flow, as a share of the largest so far, that is rounding.
-const ROUNDING: f64 = 1e-14;
-/// Steps taken when the flow stays: each brings its derivatives as much nearer as the ones before brought the flow.
-const FOR_DERIVATIVES: usize = 2;
+/// Change of the flow that is rounding (that of pressures among it), as a share of the largest so far, and m³/s.
+const ROUNDING: (f64, f64) = (1e-13, 1e-16);
+/// What may be left after all steps, as a share of the largest flow.
+const LEFT: f64 = 1e-9;
+/// Half the width over which the slope at the flow is taken: m³/s, and as a share of it.
+const WIDTH: (f64, f64) = (1e-9, 1e-6);
+/// Steps with that slope: each brings the derivatives as much nearer as the slope is right.
+const FOR_DERIVATIVES: usize = 3;
 
 impl<T: Real> Dropped<T> {
     /// `card` has the formula, and `parameters` are those of it, SI.
@@ -40,43 +44,51 @@ impl<T: Real> Dropped<T> {
             self.own.evaluate(&within, answers);
             answers.through[0]
         };
-        // The root of h(q) = law(q) - q: secants, kept within what is known to enclose it.
-        let mut flow = flow_at(T::zero());
-        let mut largest = flow.re().abs();
-        let start = flow.re();
-        let (mut low, mut high) = if start < 0.0 { (f64::NEG_INFINITY, 0.0) } else { (0.0, f64::INFINITY) };
-        let (mut slope, mut before) = (-1.0, Some((0.0, start)));
-        let mut left = FOR_DERIVATIVES;
-        for _ in 0..STEPS {
-            let over = flow_at(flow) - flow;
-            let (at, height) = (flow.re(), over.re());
-            if height > 0.0 {
-                low = low.max(at);
-            } else if height < 0.0 {
-                high = high.min(at);
-            }
-            if let Some((then, was)) = before.filter(|(then, _)| at != *then) {
-                let secant: f64 = (height - was) / (at - then);
-                // A loss only makes it steeper than -1.
-                slope = if secant.is_finite() { secant.min(-f64::EPSILON) } else { slope };
-            }
-            before = Some((at, height));
-            let mut next = flow - over / slope;
-            if !(low..=high).contains(&next.re()) && (high - low).is_finite() {
-                next = next + (f64::midpoint(low, high) - next.re());
-            }
-            largest = largest.max(next.re().abs());
-            let still = (next.re() - at).abs() <= ROUNDING * largest;
-            flow = next;
-            if still {
-                left -= 1;
-                if left == 0 {
-                    break;
-                }
-            }
+        let mut over = |flow: f64| flow_at(T::constant(flow)).re() - flow;
+        let root = root(&mut over);
+        let width = WIDTH.0 + WIDTH.1 * root.abs();
+        let slope = (over(root + width) - over(root - width)) / (2.0 * width);
+        let mut flow = T::constant(root);
+        for _ in 0..FOR_DERIVATIVES {
+            flow = flow - (flow_at(flow) - flow) / slope;
         }
+        // Its states are as the pressure behind the loss has them.
         flow_at(flow);
+        answers.through[0] = flow;
+        answers.through[1] = -flow;
     }
+}
+
+/// The root of `law(q) - q`: secants, kept within what is known to enclose it. Not a number where there is none within reach.
+fn root(over: &mut impl FnMut(f64) -> f64) -> f64 {
+    let start = over(0.0);
+    let (mut low, mut high) = if start < 0.0 { (f64::NEG_INFINITY, 0.0) } else { (0.0, f64::INFINITY) };
+    let (mut flow, mut largest) = (start, start.abs());
+    let (mut slope, mut before) = (-1.0, (0.0, start));
+    for _ in 0..STEPS {
+        let height = over(flow);
+        if height > 0.0 {
+            low = low.max(flow);
+        } else if height < 0.0 {
+            high = high.min(flow);
+        }
+        let secant = (height - before.1) / (flow - before.0);
+        // A loss that rises with the flow makes it steeper than -1.
+        if secant.is_finite() && secant < 0.0 {
+            slope = secant.min(-1.0);
+        }
+        before = (flow, height);
+        let mut next = flow - height / slope;
+        if !(low..=high).contains(&next) && (high - low).is_finite() {
+            next = f64::midpoint(low, high);
+        }
+        largest = largest.max(next.abs());
+        if (next - flow).abs() <= ROUNDING.0 * largest + ROUNDING.1 {
+            return next;
+        }
+        flow = next;
+    }
+    if before.1.abs() <= LEFT * largest { before.0 } else { f64::NAN }
 }
 
 #[cfg(test)]
@@ -96,17 +108,24 @@ mod tests {
         let flow = Dimension::FLOW;
         let coefficient = crate::units::Unit::parse("bar.min2/L2").unwrap().dimension;
         let names = [("in.p", Dimension::PRESSURE), ("out.p", Dimension::PRESSURE), ("q", flow), ("K", coefficient)];
-        let names = names.map(|(name, dimension)| Name::new(name.to_owned(), dimension));
-        let expression = Expression::parse_as("K * q * abs(q)", &names, Dimension::PRESSURE).unwrap();
+        through("K * q * abs(q)", &names, (1e5 + drop, 1e5), k, 0.01)
+    }
+
+    /// The flow through the orifice, with `transition` in Pa, behind a loss, between two absolute pressures.
+    fn through(loss: &str, names: &[(&str, Dimension)], (p_in, p_out): (f64, f64), k: One, transition: f64) -> One {
+        let names: Vec<Name> =
+            names.iter().map(|(name, dimension)| Name::new((*name).to_owned(), *dimension)).collect();
+        let expression = Expression::parse_as(loss, &names, Dimension::PRESSURE).unwrap();
         let card = Card { formula: Some(Box::leak(Box::new(expression))), ..Card::EMPTY };
         let fluid: Vec<One> = [870.0, 0.0455, 1.4e9, 0.0, 0.0, 0.0].map(One::constant).to_vec();
         // Cd (pi/4) d² sqrt(2/rho) = 1e-7.
         let diameter = (1e-7 / (0.7 * std::f64::consts::FRAC_PI_4 * (2.0f64 / 870.0).sqrt())).sqrt();
-        let hole = [diameter, 0.7, 0.01].map(One::constant);
+        let hole = [diameter, 0.7, transition].map(One::constant);
         let own = AnyLaw::new(&orifice::CARD, &hole, &Fluid::new(&fluid)).unwrap();
         let law = Dropped::new(own, Box::leak(Box::new(card)), &[k]).unwrap();
         let (mut seen, mut answers) = (Seen::default(), Answers::default());
-        (seen.z[0], seen.z[1]) = (One::constant(1e5 + drop), One::constant(1e5));
+        (seen.z[0], seen.z[1]) = (One::variable(p_in, 0), One::constant(p_out));
+        seen.z[0].eps[0] = if k.eps[0] == 0.0 { 1.0 } else { 0.0 };
         law.evaluate(&seen, &mut answers);
         assert_eq!(answers.through[0].re(), -answers.through[1].re());
         answers.through[0]
@@ -123,5 +142,21 @@ mod tests {
             assert_relative_eq!(flow(-1e6, One::constant(k)).re, -expected(k), max_relative = 1e-9);
         }
         assert_eq!(flow(0.0, One::constant(1e14)).re, 0.0);
+    }
+
+    #[test]
+    fn a_laminar_loss_has_its_slope_at_rest_too() {
+        let flow = Dimension::FLOW;
+        let resistance = crate::units::Unit::parse("bar.min/L").unwrap();
+        let names =
+            [("in.p", Dimension::PRESSURE), ("out.p", Dimension::PRESSURE), ("q", flow), ("R", resistance.dimension)];
+        let r = resistance.to_si(1.0);
+        for (drop, tank) in [(0.0, 1e5), (1e-2, 90e5), (1.0, 90e5), (10.0, 1e5), (-5.0, 1e5)] {
+            let found = through("R * q", &names, (tank + drop, tank), One::constant(r), 5e3);
+            // Far below the transition the orifice is a resistance too, sqrt(dp_t)/g.
+            let expected = 1.0 / (r + 5e3_f64.sqrt() / 1e-7);
+            assert_relative_eq!(found.re, drop * expected, max_relative = 1e-5, epsilon = 1e-17);
+            assert_relative_eq!(found.eps[0], expected, max_relative = 1e-5);
+        }
     }
 }

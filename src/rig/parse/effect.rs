@@ -13,9 +13,10 @@ pub(super) fn read_effect(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<
     let placed = rig.placed(id).map_err(here);
     let table = value.table(format!("effect `{id}`"));
     let placed = placed.map_err(|complaint| match &table {
-        Ok(table) if table.get("at").is_some() => {
-            complaint.help(format!("an effect as a formula of your own stands in `[own_effects.{id}]`"))
-        }
+        Ok(table) if table.get("at").is_some() => complaint.help(format!(
+            "an effect as a formula of your own stands in `[own_effects.{}]`",
+            id.split('@').next().unwrap_or(id)
+        )),
         _ => complaint,
     })?;
     let table = table?;

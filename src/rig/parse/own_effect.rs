@@ -69,6 +69,10 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
     let ports: Vec<PortKind> = sees.nodes.iter().map(|&node| kind(rig, node)).collect();
     check_neutral(&expression, &own, acts, &names[..names.len() - own.len()], &formula)?;
 
+    if matches!(acts, Acts::Drop(_)) {
+        check_rising(&expression, &own, &formula)?;
+    }
+
     let input = |&input: &usize| Input { name: kept(&rig.inputs[input].name), unit: "", meaning: "", range: ANY };
     let card = Card {
         kind: kept(&format!("own:{name}")),
@@ -378,6 +382,23 @@ fn check_neutral(
         }
     }
     Ok(())
+}
+
+/// Of pressure that is lost over a flow more is lost the more flows, in its direction: one flow solves it then.
+fn check_rising(expression: &Expression, own: &[Own], formula: &Value<'_>) -> Result<(), Complaint> {
+    let lost = |flow: f64| {
+        let mut values = vec![1e7, 0.0, flow];
+        values.extend(own.iter().map(|own| own.first));
+        expression.evaluate(&values)
+    };
+    let flows = [-3e-4, -1e-4, -3e-5, -1e-5, 0.0, 1e-5, 3e-5, 1e-4, 3e-4];
+    if flows.windows(2).all(|pair| lost(pair[0]) <= lost(pair[1])) {
+        return Ok(());
+    }
+    let what = format!("the drop does not rise with the flow `{THROUGH}` while its parameters are what is tried first");
+    Err(Complaint::new(Kind::Contradiction, what)
+        .at(formula.place())
+        .help(format!("flow may go either way: write `{THROUGH} * abs({THROUGH})` for a square")))
 }
 
 /// What something of a dimension may be in a circuit, SI, `share` of the way through: pressures up to 100 bar, positions and
