@@ -3,22 +3,11 @@
 mod cards;
 
 use borescope::model::{Drive, Model, cycle_times};
-use borescope::physics::card::Card;
 use borescope::physics::component::{INPUTS, PORTS, STATES, VARIABLES};
 use borescope::physics::effect::{EFFECTS, EffectLaw, Form, LAWS, effect};
 use borescope::report::effects::entry;
 use borescope::rig::{Given, Placed, Rig};
 use cards::unit;
-
-/// The card that holds the parameters of an effect that are its own.
-fn own_card(form: Form) -> Option<&'static Card> {
-    match form {
-        Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card } | Form::Dropped { card } => {
-            Some(card)
-        }
-        Form::Bent => None,
-    }
-}
 
 #[test]
 fn cards_are_complete() {
@@ -34,11 +23,11 @@ fn cards_are_complete() {
             assert!(free.plausible.0 < free.plausible.1, "{}.{}", effect.name, free.name);
             let neutral = free.neutral.unwrap_or(free.plausible.0);
             assert!((free.plausible.0..=free.plausible.1).contains(&neutral), "{}.{}", effect.name, free.name);
-            if own_card(effect.form).is_some() {
+            if effect.form.card().is_some() {
                 assert!(entry(effect, free.name).is_some(), "the card of {} has no {}", effect.name, free.name);
             }
         }
-        for parameter in own_card(effect.form).into_iter().flat_map(|card| card.parameters) {
+        for parameter in effect.form.card().into_iter().flat_map(|card| card.parameters) {
             unit(parameter.unit);
             assert!(parameter.bounds.0 < parameter.bounds.1, "{}.{}", effect.name, parameter.name);
         }

@@ -222,7 +222,7 @@ fn tell_beforehand(
 fn leakage(disturbed: &Disturbed, parameters: &[f64], fault: usize, outputs: &Outputs) -> Option<f64> {
     let rig = &disturbed.rig;
     let parameter = rig.faults[fault].parameter;
-    let component = rig.components.iter().find(|component| component.parameters().any(|own| own == parameter))?;
+    let component = rig.components.iter().find(|component| component.owns(parameter))?;
     let own = parameter - component.first_parameter;
     if component.card.kind != cylinder::CARD.kind || component.card.parameters[own].name != "clearance" {
         return None;

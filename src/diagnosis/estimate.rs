@@ -171,14 +171,14 @@ pub(crate) fn quick(
     if forms <= FIRST_FORMS {
         return Ok(fit);
     }
-    let again = |start: &[f64], forms: usize| {
-        Quadratic::at(&case, start).and_then(|form| walked(&case, form, (start, set), forms)).ok()
-    };
-    let near = |again: &Quick| again.cost - HOPE * again.gained < fit.cost;
     let expected = case.as_expected(&fit.theta);
     if expected == start {
         return Ok(fit);
     }
+    let again = |start: &[f64], forms: usize| {
+        Quadratic::at(&case, start).and_then(|form| walked(&case, form, (start, set), forms)).ok()
+    };
+    let near = |again: &Quick| again.cost - HOPE * again.gained < fit.cost;
     let fresh = again(&expected, FIRST_FORMS).filter(near);
     let further = fresh.and_then(|fresh| again(&fresh.theta, forms - FIRST_FORMS));
     Ok(further.filter(|further| further.cost < fit.cost).unwrap_or(fit))

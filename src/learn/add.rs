@@ -56,7 +56,9 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
             |estimate, base| {
                 let candidate = candidate(estimate, &placed);
                 let trial = refitted_alone(&base, record, candidate)?;
-                let gained = trial.delta_bic(&base, record, (&trial.fit.weights, trial.fit.chi2))?;
+                let weights = &trial.fit.weights;
+                let fall = base.cost_under(record, weights)? - trial.cost_under(record, weights)?;
+                let gained = trial.delta_bic(&base, fall, trial.fit.chi2);
                 Ok((trial, gained))
             },
         )?;

@@ -149,7 +149,7 @@ impl Looking<'_> {
                 return;
             }
             if !effect.others.is_empty() {
-                if let Some((found, start)) = self.best_of_starts(effect.clone()) {
+                if let Some((found, start)) = self.best_of_starts(effect.clone(), rough.as_ref()) {
                     (*rough, *effects) = (Some(found), vec![start]);
                 }
                 return;
@@ -177,14 +177,17 @@ impl Looking<'_> {
     }
 
     /// Of refits from several starts the one that explains both records best: where a law begins may be anywhere between two
-    /// pressures at which the fit record stands.
-    fn best_of_starts(&self, mut effect: Candidate) -> Option<(Rough, Candidate)> {
+    /// pressures at which the fit record stands. `first` is the one from where the effect promises most.
+    fn best_of_starts(&self, mut effect: Candidate, first: Option<&Rough>) -> Option<(Rough, Candidate)> {
         let samples = self.samples();
         let mut starts = std::mem::take(&mut effect.others);
         starts.insert(0, effect);
         // Which start leads furthest shows at the ends.
         let ends = starts.iter().enumerate().filter_map(|(place, start)| {
-            let rough = refitted(self.base, &self.stands, self.record, std::slice::from_ref(start))?;
+            let rough = match place {
+                0 => first.cloned()?,
+                _ => refitted(self.base, &self.stands, self.record, std::slice::from_ref(start))?,
+            };
             let further = quick(&rough.rig, self.record, &rough.values, (rough.set, FORMS), Some(ROUGH));
             let end = further.unwrap_or(rough);
             let on_check = self.check.map_or(Some(0.0), |record| {
@@ -266,8 +269,9 @@ impl Looking<'_> {
         let Some((weights, left)) = best.map(|best| (best.trial.fit.weights.clone(), best.trial.fit.chi2)) else {
             return Ok(());
         };
+        let before = base.cost_under(record, &weights)?;
         for one in judged.iter_mut() {
-            one.delta_bic = one.trial.delta_bic(base, record, (&weights, left))?;
+            one.delta_bic = one.trial.delta_bic(base, before - one.trial.cost_under(record, &weights)?, left);
             let on_check = match (self.base_check, &one.check) {
                 (Some(before), Some(after)) => after.normalised < before.normalised,
                 (None, _) => true,

@@ -20,6 +20,7 @@ const WIDE: f64 = 10.0;
 const SHAPE: f64 = 1.0;
 
 /// A model with some effects, fitted with the faults as they were.
+#[derive(Clone)]
 pub(super) struct Rough {
     pub rig: Rig,
     /// All parameters of the rig, SI.

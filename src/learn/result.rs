@@ -16,7 +16,7 @@ use crate::physics::card::{Answer, Card, PortKind};
 use crate::physics::effect::{First, Form};
 use crate::record::Record;
 use crate::report::number::rounded;
-use crate::rig::{NodeKind, Rig, Spot};
+use crate::rig::{NodeKind, Rig, Spot, is_next_to_nothing};
 
 /// Name and version of the JSON schema.
 pub const SCHEMA: &str = "borescope.suggestion/1";
@@ -219,7 +219,7 @@ fn parameters(trial: &Trial, id: &str) -> Vec<ParameterReport> {
         let end = |sign: f64| {
             let sigma = trial.sigmas.get(&index).filter(|_| !trial.at_bound.contains(&index))?;
             // What is positive may be as good as nothing.
-            let low = if low > 0.0 && low < 1e-300 { 0.0 } else { low };
+            let low = if is_next_to_nothing(low) { 0.0 } else { low };
             Some(shown((value + sign * QUANTILE * sigma).clamp(low, high)))
         };
         ParameterReport {

@@ -120,16 +120,12 @@ impl Trial {
         run_under(&self.rig, record, &self.values, weights)
     }
 
-    /// Fall of the information criterion against a model without its effects, under common weights; the noise scaled up to the
-    /// chi-square per sample that the best leaves.
-    ///
-    /// # Errors
-    /// Columns that are missing.
-    pub fn delta_bic(&self, base: &Self, record: &Record, (weights, left): (&Weights, f64)) -> Result<f64, Complaint> {
-        let fall = base.cost_under(record, weights)? - self.cost_under(record, weights)?;
+    /// Fall of the information criterion against a model without its effects, from the fall of the cost under common weights;
+    /// the noise scaled up to the chi-square per sample that the best leaves.
+    pub fn delta_bic(&self, base: &Self, fall: f64, left: f64) -> f64 {
         let parameters = |one: &Self| effect_parameters(&one.rig) as f64 + f64::from(one.set.count_ones());
         let samples = base.fit.weights.all_samples() as f64;
-        Ok(fall / left.max(1.0) - (parameters(self) - parameters(base)) * samples.ln())
+        fall / left.max(1.0) - (parameters(self) - parameters(base)) * samples.ln()
     }
 
     /// `2 F` of the record alone under common weights.

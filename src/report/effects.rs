@@ -8,7 +8,7 @@ use super::number::with_unit;
 use super::table::{Head, aligned};
 use crate::physics::card::Parameter;
 use crate::physics::component::CARDS;
-use crate::physics::effect::{At, EFFECTS, Effect, First, Form, Free};
+use crate::physics::effect::{At, EFFECTS, Effect, First, Free};
 use crate::physics::fluid;
 
 /// Name and version of the JSON schema.
@@ -93,13 +93,11 @@ impl EffectReport {
 
 /// The entry of a card behind a parameter of an effect; of what a sensor has already there is none.
 pub fn entry(effect: &Effect, name: &str) -> Option<&'static Parameter> {
-    let parameters = match (effect.form, effect.at) {
-        (Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card } | Form::Dropped { card }, _) => {
-            card.parameters
-        }
-        (Form::Bent, At::Fluid | At::Warmth) => fluid::CARD.parameters,
-        (Form::Bent, At::Component { kind, .. }) => CARDS.iter().find(|card| card.kind == kind)?.parameters,
-        (Form::Bent, _) => return None,
+    let parameters = match (effect.form.card(), effect.at) {
+        (Some(card), _) => card.parameters,
+        (None, At::Fluid | At::Warmth) => fluid::CARD.parameters,
+        (None, At::Component { kind, .. }) => CARDS.iter().find(|card| card.kind == kind)?.parameters,
+        (None, _) => return None,
     };
     parameters.iter().find(|own| own.name == name)
 }

@@ -149,7 +149,7 @@ pub fn conclusion(suggestion: &SuggestionReport) -> String {
         }
         (Conclusion::Adequate, _) => format!(
             "ADEQUATE: the model explains {records} within noise and tolerance, with {}.",
-            count_of_faults(&suggestion.faults)
+            faults_by_name(&suggestion.faults)
         ),
         (Conclusion::EffectFound, Some(best)) => {
             let values: Vec<String> =
@@ -175,7 +175,7 @@ pub fn conclusion(suggestion: &SuggestionReport) -> String {
     }
 }
 
-fn count_of_faults(faults: &[String]) -> String {
+fn faults_by_name(faults: &[String]) -> String {
     let word = if faults.len() == 1 { "the fault" } else { "the faults" };
     format!("{word} {}", faults.join(" and "))
 }

@@ -293,22 +293,18 @@ impl Generator {
 
     /// Parameters of the formula with a stated uncertainty, with that.
     fn uncertain(&self, rig: &Rig) -> Vec<(usize, f64)> {
-        let components = self
-            .form
-            .components()
-            .into_iter()
-            .map(|component| rig.components[component].parameters().collect::<Vec<_>>());
-        let sensors = self.readings.iter().filter_map(|reading| match reading.source {
-            Source::Sensor(sensor) => {
-                let first = rig.sensors[sensor].first_parameter;
-                Some(vec![first, first + 1])
-            }
-            Source::Input(_) => None,
-        });
-        let fluid = 0..fluid::CARD.parameters.len();
-        let own: Vec<usize> = fluid.chain(components.flatten()).chain(sensors.flatten()).collect();
+        let of_reading = |reading: &Reading, parameter: usize| match reading.source {
+            Source::Sensor(sensor) => rig.sensors[sensor].owns(parameter),
+            Source::Input(_) => false,
+        };
+        let components = self.form.components();
+        let own = |parameter: usize| {
+            parameter < fluid::CARD.parameters.len()
+                || components.iter().any(|&component| rig.components[component].owns(parameter))
+                || self.readings.iter().any(|reading| of_reading(reading, parameter))
+        };
         let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0);
-        let held = stated.filter(|(index, _)| own.contains(index));
+        let held = stated.filter(|(index, _)| own(*index));
         held.map(|(index, parameter)| (index, parameter.sigma)).collect()
     }
 

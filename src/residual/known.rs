@@ -77,6 +77,6 @@ impl<T: Real> Parameters<T> {
 /// The law of a component for the rig's parameters, each as another number.
 fn law<T: Real, N: Real>(rig: &Rig, component: usize, p: &[T], lift: impl Fn(T) -> N) -> Option<AnyLaw<N>> {
     let this = &rig.components[component];
-    let lifted = |values: &[T]| values.iter().map(|&value| lift(value)).collect::<Vec<N>>();
-    this.law(|index| lift(p[index]), &Fluid::new(&lifted(p.get(..fluid::CARD.parameters.len())?)))
+    let of_fluid: Vec<N> = p.get(..fluid::CARD.parameters.len())?.iter().map(|&value| lift(value)).collect();
+    this.law(|index| lift(p[index]), &Fluid::new(&of_fluid))
 }

@@ -158,14 +158,9 @@ impl Rig {
 
     /// Unit of a parameter of an effect at its place, as the rig file writes it.
     pub fn effect_unit(&self, placed: &Placed, name: &str) -> Unit {
-        let card = match placed.effect.form {
-            Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card } | Form::Dropped { card } => {
-                card
-            }
-            Form::Bent => {
-                let index = self.bent(placed, name);
-                return index.map_or_else(Unit::dimensionless, |index| self.parameters[index].unit.clone());
-            }
+        let Some(card) = placed.effect.form.card() else {
+            let index = self.bent(placed, name);
+            return index.map_or_else(Unit::dimensionless, |index| self.parameters[index].unit.clone());
         };
         match (card.parameters.iter().find(|own| own.name == name).map(|own| own.unit), placed.spot) {
             // A reading's own limits are in the unit of the sensor.

@@ -61,8 +61,7 @@ impl Rig {
 
     /// Whether a parameter belongs to a margin.
     pub fn is_margin(&self, parameter: usize) -> bool {
-        let of = |component: &Component| component.margin && component.parameters().any(|own| own == parameter);
-        self.components.iter().any(of)
+        self.components.iter().any(|component| component.margin && component.owns(parameter))
     }
 
     /// The components of the rig file with their indices: margins have no residuals, no symbol and no structure.

@@ -34,11 +34,16 @@ pub use scaling::Scaling;
 pub use sensor::{Hold, Input, Quantity, Sensor, TOLERANCE, Target, Temperature};
 pub(crate) use source::document;
 
+/// Whether the lower bound of something only says that it is positive.
+pub(crate) fn is_next_to_nothing(low: f64) -> bool {
+    low > 0.0 && low < 1e-300
+}
+
 /// Physical limits, SI, in words.
 pub(crate) fn range(bounds: (f64, f64), unit: &Unit) -> String {
     let shown = |value: f64| crate::units::Quantity { value, unit: unit.clone() };
     match (bounds.0.is_finite(), bounds.1.is_finite()) {
-        (true, false) if bounds.0 > 0.0 && bounds.0 < 1e-300 => "above 0".to_owned(),
+        (true, false) if is_next_to_nothing(bounds.0) => "above 0".to_owned(),
         (true, true) => format!("from {} to {}", shown(bounds.0), shown(bounds.1)),
         (true, false) => format!("{} or more", shown(bounds.0)),
         (false, true) => format!("{} or less", shown(bounds.1)),
@@ -141,6 +146,11 @@ impl Component {
         let lost =
             self.drop.map_or(0..0, |drop| drop.first_parameter..drop.first_parameter + drop.card.parameters.len());
         (self.first_parameter..self.first_parameter + self.card.parameters.len()).chain(lost)
+    }
+
+    /// Whether a parameter of the rig is one of them.
+    pub fn owns(&self, parameter: usize) -> bool {
+        self.parameters().any(|own| own == parameter)
     }
 
     /// Its law, from the rig's parameters by index, SI; `None` of a card that has none.

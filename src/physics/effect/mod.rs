@@ -70,6 +70,18 @@ pub enum Form {
     Reading { card: &'static Card },
 }
 
+impl Form {
+    /// The card that holds the parameters of the effect; `None` where something else has them already.
+    pub fn card(self) -> Option<&'static Card> {
+        match self {
+            Self::Joined { card, .. } | Self::Spliced { card } | Self::Reading { card } | Self::Dropped { card } => {
+                Some(card)
+            }
+            Self::Bent => None,
+        }
+    }
+}
+
 /// A parameter of an effect that is estimated.
 #[derive(Debug, Clone, Copy)]
 pub struct Free {

@@ -1,7 +1,6 @@
 //! Effects: physics beyond that of the components.
 
 use crate::complaint::{Complaint, Kind};
-use crate::physics::effect::Form;
 use crate::rig::source::Value;
 use crate::rig::{Given, Rig, range};
 
@@ -20,11 +19,9 @@ pub(super) fn read_effect(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<
         _ => complaint,
     })?;
     let table = table?;
-    let names: Vec<&str> = match placed.effect.form {
-        Form::Joined { card, .. } | Form::Spliced { card } | Form::Reading { card } | Form::Dropped { card } => {
-            card.parameters.iter().map(|own| own.name).collect()
-        }
-        Form::Bent => placed.effect.parameters.iter().map(|free| free.name).collect(),
+    let names: Vec<&str> = match placed.effect.form.card() {
+        Some(card) => card.parameters.iter().map(|own| own.name).collect(),
+        None => placed.effect.parameters.iter().map(|free| free.name).collect(),
     };
     let (mut given, mut written) = (Vec::new(), Vec::new());
     for name in names {
