@@ -3,6 +3,7 @@
 mod plant;
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::time::Instant;
 
 use borescope::campaign::random::Stream;
@@ -137,15 +138,21 @@ fn tell(id: &str, size: f64, seed: u64, suggestion: &Suggestion, seconds: f64) {
     }
 }
 
-/// The table of rates; `SEEDS` says how many of each, `ONLY` which. With `RECORDS` it writes the records into that folder instead.
+/// As many seeds as `SEEDS` says, from `FIRST` on.
+fn seeds(number: u64) -> Range<u64> {
+    let given = |name: &str, other: u64| std::env::var(name).map_or(other, |given| given.parse().unwrap());
+    let first = given("FIRST", 1);
+    first..first + given("SEEDS", number)
+}
+
+/// The table of rates; `SEEDS` says how many of each, `FIRST` from which on, `ONLY` which effects. With `RECORDS` it writes the records into that folder instead.
 #[test]
 #[ignore = "hours"]
 fn rates() {
-    let seeds: u64 = std::env::var("SEEDS").map_or(20, |seeds| seeds.parse().unwrap());
     let only = std::env::var("ONLY").unwrap_or_default();
     for hidden in HIDDEN.iter().filter(|hidden| hidden.id.contains(&only)) {
         let mut outcomes: BTreeMap<Outcome, usize> = BTreeMap::new();
-        for seed in 1..=seeds {
+        for seed in seeds(20) {
             let clock = Instant::now();
             let (size, records) = case(hidden, seed);
             if let Ok(folder) = std::env::var("RECORDS") {
@@ -166,12 +173,11 @@ fn rates() {
 #[test]
 #[ignore = "minutes"]
 fn rates_of_the_tanks() {
-    let seeds: u64 = std::env::var("SEEDS").map_or(20, |seeds| seeds.parse().unwrap());
     let rig = Rig::read("fixtures/cascaded_tanks/rig.toml").unwrap();
     for (stream, id) in ["dead-voltage", "reservoir-overflow@upper", "reservoir-overflow@lower"].into_iter().enumerate()
     {
         let mut outcomes: BTreeMap<Outcome, usize> = BTreeMap::new();
-        for seed in 1..=seeds {
+        for seed in seeds(20) {
             let mut random = Stream::numbered(seed, 200 + stream as u64);
             let mut tanks = Tanks::healthy(&mut random);
             let voltages = [voltage(&mut random), voltage(&mut random)];
@@ -198,16 +204,16 @@ fn rates_of_the_tanks() {
 #[test]
 #[ignore = "half an hour"]
 fn nothing_is_found_where_nothing_is_hidden() {
-    let seeds: u64 = std::env::var("SEEDS").map_or(100, |seeds| seeds.parse().unwrap());
-    let mut found = 0;
-    for seed in 1..=seeds {
+    let (seeds, mut found) = (seeds(100), 0);
+    let number = seeds.end - seeds.start;
+    for seed in seeds {
         let clock = Instant::now();
         let suggestion = suggestion(Sheet::Plain, &other(seed, 0, |_| {}));
         tell("nothing", 0.0, seed, &suggestion, clock.elapsed().as_secs_f64());
         found += usize::from(suggestion.conclusion != Conclusion::Adequate);
     }
-    println!("{found} of {seeds} records that hide nothing are given an effect");
-    assert!(found * 100 <= 3 * seeds as usize);
+    println!("{found} of {number} records that hide nothing are given an effect");
+    assert!(found * 100 <= 3 * number as usize);
 }
 
 #[test]

@@ -5,13 +5,14 @@ use std::path::Path;
 use toml_edit::{InlineTable, Item, Table};
 
 use super::candidate::candidate;
-use super::suggest::{is_adequate, refitted_alone, rough_base};
+use super::suggest::{anew, is_adequate, refitted_alone, rough_base};
 use super::trial::Trial;
 use super::tries::nothing;
 use crate::complaint::{Complaint, Kind, Place};
+use crate::diagnosis::estimate::Estimate;
 use crate::record::Record;
 use crate::report::number::written;
-use crate::rig::{Rig, document};
+use crate::rig::{Placed, Rig, document};
 use crate::units::Unit;
 
 /// Digits of a value and of its standard error.
@@ -53,14 +54,7 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
             rig,
             record,
             |(trial, _): &(Trial, f64)| is_adequate(&trial.fit),
-            |estimate, base| {
-                let candidate = candidate(estimate, &placed);
-                let trial = refitted_alone(&base, record, candidate)?;
-                let weights = &trial.fit.weights;
-                let fall = base.cost_under(record, weights)? - trial.cost_under(record, weights)?;
-                let gained = trial.delta_bic(&base, fall, trial.fit.chi2);
-                Ok((trial, gained))
-            },
+            |estimate, base| fitted_with(estimate, &base, &placed),
         )?;
         return Ok(Added { text: with_effects(&rig.path, text, rig, &trial)?, delta_bic: Some(gained) });
     }
@@ -77,6 +71,19 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
         parameters.push(Written { name: free.name, value: nothing.unwrap_or(first), sigma: WIDE * size, unit });
     }
     Ok(Added { text: insert(&rig.path, text, &id, &parameters)?, delta_bic: None })
+}
+
+/// The model with one effect more, and what the information criterion gains by it over the model alone.
+fn fitted_with(estimate: &Estimate<'_>, base: &Trial, placed: &Placed) -> Result<(Trial, f64), Complaint> {
+    let record = estimate.case.record;
+    let trial = refitted_alone(base, record, candidate(estimate, placed))?;
+    let weights = &trial.fit.weights;
+    let fall = base.cost_under(record, weights)? - trial.cost_under(record, weights)?;
+    let gained = trial.delta_bic(base, fall, trial.fit.chi2);
+    match anew(estimate, base, &trial, gained)? {
+        Some(better) => fitted_with(&better, &Trial::of(&better)?, placed),
+        None => Ok((trial, gained)),
+    }
 }
 
 /// The text of a rig file with the effects that a trial has and the rig has not, as fitted.

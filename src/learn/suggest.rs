@@ -222,7 +222,9 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
         looking.join(&mut judged, more)?;
     }
     looking.settle(&mut judged)?;
-    if let Some(better) = anew(estimate, &base, judged.first())? {
+    if let Some(best) = judged.first()
+        && let Some(better) = anew(estimate, &base, &best.trial, best.delta_bic)?
+    {
         return suggest_from(&better, Trial::of(&better)?, check);
     }
     let conclusion = if near {
@@ -240,11 +242,19 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
 }
 
 /// The model as given, fitted from where the best explanation left what both have, if it is nearly as good there: a fit that
-/// only had to be helped over a ridge lacks nothing.
-fn anew<'a>(estimate: &Estimate<'a>, base: &Trial, best: Option<&Judged>) -> Result<Option<Estimate<'a>>, Complaint> {
-    let Some(Judged { trial: best, delta_bic: gain, .. }) = best.filter(|best| best.delta_bic > RIVAL) else {
+/// only had to be helped over a ridge lacks nothing. `gain` is what the information criterion falls by with the effect.
+///
+/// # Errors
+/// The model cannot be solved there.
+pub(super) fn anew<'a>(
+    estimate: &Estimate<'a>,
+    base: &Trial,
+    best: &Trial,
+    gain: f64,
+) -> Result<Option<Estimate<'a>>, Complaint> {
+    if gain <= RIVAL {
         return Ok(None);
-    };
+    }
     // What an effect bends is as it was.
     let added = best.rig.effects.iter().filter(|effect| base.rig.effects.iter().all(|own| own.id != effect.id));
     let of_effects: Vec<usize> = added.flat_map(|effect| effect.parameters.clone()).collect();
