@@ -5,6 +5,7 @@ mod command;
 use std::fs;
 use std::path::Path;
 
+use approx::assert_relative_eq;
 use borescope::calibration::{Calibrated, Options, Report, calibrate, calibrate_rig};
 use borescope::diagnosis::{self, Verdict};
 use borescope::model::{Drive, Model, cycle_times, input_columns, recording};
@@ -84,6 +85,16 @@ fn healthy_record(rig: &Rig, name: &str, load: f64, seed: u64) -> Record {
     let outputs = Model::new(rig.clone()).simulate(&rig.nominal(), &drive, &times).unwrap();
     let inputs = input_columns(rig, &drive, &times);
     recording(rig, name, times, inputs, &outputs, Some(seed))
+}
+
+/// A scaled sensor is described in what it writes, here too: 1 cm of level is 1 V.
+#[test]
+fn the_noise_of_a_scaled_sensor_is_in_its_own_unit() {
+    let path = "fixtures/cascaded_tanks/rig.toml";
+    let more = "\n[calibration.sensors.level_2]\nnoise = \"0.3 V\"\ntolerance = \"0.1 V\"\n";
+    let rig = Rig::parse(path, std::fs::read_to_string(path).unwrap() + more).unwrap();
+    assert_relative_eq!(rig.sensors[0].noise, 3e-3, max_relative = 1e-12);
+    assert_relative_eq!(rig.sensors[0].tolerance, 1e-3, max_relative = 1e-12);
 }
 
 /// The rig with every parameter that calibration may move somewhere else, as its spread says.

@@ -2,9 +2,13 @@
 
 use std::path::Path;
 
+use borescope::calibration::{Options, calibrate};
+use borescope::learn::add::with_effects;
 use borescope::learn::improve::{Improvement, improve};
 use borescope::learn::suggest::{Conclusion, suggest};
+use borescope::model::{Drive, Model};
 use borescope::record::Record;
+use borescope::report::improvement::Ledger;
 use borescope::rig::Rig;
 
 const SHARED: &str = "../shared/records";
@@ -82,6 +86,20 @@ fn the_tanks_overflow_and_their_pump_has_a_dead_voltage() {
     assert!((value(&improvement, "reservoir-overflow@lower.height") - 10.0).abs() < 0.5);
     assert!((0.0..=1.0).contains(&value(&improvement, "reservoir-overflow@upper.share")));
     assert!((0.1..2.0).contains(&value(&improvement, "pump.dead_voltage")));
+    // With the data sheet calibrated on the record that was learnt from, a simulation alone predicts the other as well.
+    let text = std::fs::read_to_string(&rig.path).unwrap();
+    let [fit, check] = ["tanks_fit.csv", "tanks_check.csv"].map(|name| rig.record(folder.join(name)).unwrap());
+    let text = with_effects(&rig.path, &text, &rig, &improvement.trial).unwrap();
+    let improved = Rig::parse(&rig.path, text.clone()).unwrap();
+    let calibrated = calibrate(&text, &improved, &[fit], &Options::default()).unwrap().rig;
+    let drive = Drive::from_record(&calibrated, &check).unwrap();
+    let model = Model::new(calibrated);
+    let predicted = model.simulate(&model.rig.nominal(), &drive, &check.time).unwrap().values;
+    let measured = &check.channel("level_2").unwrap().values;
+    let squares: f64 = predicted[0].iter().zip(measured).map(|(a, b)| (a - b).powi(2)).sum();
+    let error = 100.0 * (squares / measured.len() as f64).sqrt();
+    println!("simulated with the calibrated file: {error:.4} V");
+    assert!(error <= 0.335, "{error} V");
 }
 
 /// The other shared rigs; half a minute each.
@@ -104,8 +122,21 @@ fn the_shared_rigs() {
         assert!(after < 1.1 * HEALTHY_CHECK, "rig_{rig}: {after}");
         match rig {
             // 0.30 L/min at 50 bar.
-            "a" => assert!((value(&improvement, "external-leakage@A.conductance") / 0.006 - 1.0).abs() < 0.01),
-            "b" => assert!((value(&improvement, "seal-friction@cylinder.coulomb") / 420.0 - 1.0).abs() < 0.01),
+            "a" => {
+                assert!((value(&improvement, "external-leakage@A.conductance") / 0.006 - 1.0).abs() < 0.01);
+                // Its piston leaks too, which is a fault.
+                let ledger = Ledger::new(&improvement, Default::default());
+                let [fault] = ledger.faults.as_slice() else { panic!("{:?}", ledger.faults) };
+                assert_eq!(fault.id, "cylinder.clearance");
+                assert!((fault.value - 0.2).abs() < 3.0 * fault.sigma && fault.sigma < 0.002, "{fault:?}");
+                assert!(ledger.headline().contains("cylinder.clearance 0.2"), "{}", ledger.headline());
+            }
+            "b" => {
+                assert!((value(&improvement, "seal-friction@cylinder.coulomb") / 420.0 - 1.0).abs() < 0.01);
+                let breakaway = improvement.trial.rig.parameter("seal-friction@cylinder.breakaway").unwrap();
+                let off = (improvement.trial.values[breakaway] - 260.0).abs();
+                assert!(off < 3.0 * improvement.trial.sigmas[&breakaway] && off < 130.0, "{off} N");
+            }
             _ => {}
         }
     }

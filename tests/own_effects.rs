@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use approx::assert_relative_eq;
-use borescope::model::{Drive, Model, Tolerance};
+use borescope::learn::add::add;
+use borescope::model::{Drive, Model, Tolerance, cycle_times, input_columns, recording};
 use borescope::rig::{Given, Rig};
 
 const RIG: &str = "fixtures/telescopic/rig.toml";
@@ -198,6 +199,29 @@ fn a_formula_of_a_sensor_bends_its_reading() {
     assert_eq!(bent[0], plain[0]);
     // The least reading bends by 20 % of 5.5 L/min over 10.
     assert!(bent[sensor][249] > 1.05 * plain[sensor][249]);
+}
+
+/// Where a fault stands in for an effect the effect scores nothing, and is fitted from its first size.
+#[test]
+fn what_a_fault_hides_is_added_all_the_same() {
+    let path = "fixtures/two_tanks/rig.toml";
+    let loss = "\n[own_effects.loss]\nat = \"upper_outlet\"\ndrop = \"K * q * abs(q)\"\n\
+        parameters.K = { neutral = \"0 bar.min2/L2\", first = \"1e-4 bar.min2/L2\" }\n";
+    let text = std::fs::read_to_string(path).unwrap() + loss;
+    let plain = Rig::parse(path, text.clone()).unwrap();
+    let mut lossy = plain.clone();
+    let truth = 2e-4 * 1e5 / (1e-3 / 60.0_f64).powi(2);
+    given(&mut lossy, "loss@upper_outlet", "K", truth);
+    let cycle = lossy.cycle.clone().unwrap();
+    let (drive, times) = (Drive::from_cycle(&lossy, &cycle), cycle_times(&lossy, &cycle));
+    let outputs = Model::new(lossy.clone()).simulate(&lossy.nominal(), &drive, &times).unwrap();
+    let inputs = input_columns(&lossy, &drive, &times);
+    let record = recording(&lossy, "lossy", times, inputs, &outputs, Some(1));
+    let added = add(&text, &plain, "loss@upper_outlet", Some(&record)).unwrap();
+    let rig = Rig::parse(path, added.text).unwrap();
+    let found = &rig.parameters[rig.parameter("loss@upper_outlet.K").unwrap()];
+    println!("{} +- {} of {truth}", found.value, found.sigma);
+    assert!((found.value - truth).abs() < 3.0 * found.sigma && found.sigma < 0.3 * truth);
 }
 
 #[test]

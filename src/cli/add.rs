@@ -51,7 +51,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     write_atomically(&arguments.output, |file| file.write_all(new.text.as_bytes()))?;
     // With `-o /dev/stdout` more would stand in the rig file.
     if arguments.output.is_file() {
-        let summary = Summary::new(arguments, &rig, &Rig::parse(&arguments.output, new.text)?, new.delta_bic);
+        let added = Rig::parse(&arguments.output, new.text)?;
+        let summary = Summary::new(arguments, &rig, &added, (new.delta_bic, new.warnings));
         match arguments.format {
             Format::Json => write_json(out, &summary)?,
             Format::Text => write_text(out, &summary)?,
@@ -69,6 +70,8 @@ struct Summary {
     effects: Vec<Effect>,
     /// Fall of the information criterion on the record with them.
     delta_bic: Option<f64>,
+    /// What speaks against them as fitted.
+    warnings: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -88,7 +91,12 @@ struct Parameter {
 
 impl Summary {
     /// The effects of `added` that `before` does not have.
-    fn new(arguments: &Arguments, before: &Rig, added: &Rig, delta_bic: Option<f64>) -> Self {
+    fn new(
+        arguments: &Arguments,
+        before: &Rig,
+        added: &Rig,
+        (delta_bic, warnings): (Option<f64>, Vec<String>),
+    ) -> Self {
         let parameter = |&index: &usize| {
             let parameter = &added.parameters[index];
             Parameter {
@@ -110,6 +118,7 @@ impl Summary {
             rig: arguments.output.display().to_string(),
             effects,
             delta_bic: delta_bic.map(|fall| rounded(fall, DIGITS)),
+            warnings,
         }
     }
 }
@@ -121,7 +130,15 @@ fn write_text(out: &mut dyn Write, summary: &Summary) -> io::Result<()> {
             writeln!(out, "  {id} = {} (one standard deviation)", before_unit(plus_minus(*value, *sigma), unit))?;
         }
     }
+    for warning in &summary.warnings {
+        writeln!(out, "  {warning}")?;
+    }
     match summary.delta_bic {
+        Some(fall) if fall < 0.0 => writeln!(
+            out,
+            "  the record does not ask for it: the information criterion rises by {:.1}, and has to fall by {RIVAL:.0}",
+            -fall
+        )?,
         Some(fall) if fall < RIVAL => writeln!(
             out,
             "  the record does not ask for it: the information criterion falls by {fall:.1}, and has to by {RIVAL:.0}"

@@ -55,6 +55,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, text.clone())?;
     let (fit, check) = (read::record(&rig, &arguments.fit)?, read::record(&rig, &arguments.check)?);
+    read::not_itself(&arguments.fit, &arguments.check);
     terminal::show_progress();
     let told = |step: &Step| {
         if terminal::shows_progress() {

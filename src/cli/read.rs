@@ -1,11 +1,19 @@
 //! Records as the verbs take them: what was recognised of an unusual file is told.
 
+use std::fs;
 use std::path::Path;
 
 use super::terminal::note;
 use crate::complaint::Complaint;
 use crate::record::Record;
 use crate::rig::Rig;
+
+/// Says on standard error where a check record is the record that it is to check.
+pub fn not_itself(fit: &Path, check: &Path) {
+    if fs::canonicalize(fit).is_ok_and(|fit| fs::canonicalize(check).is_ok_and(|check| check == fit)) {
+        note(format_args!("warning: {}: the check record is the fit record, and checks nothing", check.display()));
+    }
+}
 
 /// Reads a record of a rig; how, is said on standard error where it is in another form than records are written in.
 pub fn record(rig: &Rig, path: &Path) -> Result<Record, Complaint> {

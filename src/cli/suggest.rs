@@ -44,6 +44,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         check_output(path, arguments.check.iter().chain([&arguments.rig, &arguments.record]))?;
     }
     terminal::show_progress();
+    if let Some(check) = &arguments.check {
+        read::not_itself(&arguments.record, check);
+    }
     let suggestion = suggest(&rig, &record, check.as_ref())?;
     let shown = SuggestionReport::new(&suggestion, &record, check.as_ref())?;
     if let Some(path) = &arguments.report {

@@ -14,7 +14,7 @@ use crate::rig::Rig;
 pub type Set = u64;
 
 /// Uncertain parameters are searched this many standard deviations to both sides.
-const REACH: f64 = 6.0;
+pub(crate) const REACH: f64 = 6.0;
 /// Least share of its stated value that something positive is estimated as.
 const LEAST: f64 = 0.1;
 /// How far a value that has not changed may be from what it was before, as a share of its uncertainty: as good as nothing,

@@ -8,6 +8,7 @@ use super::candidate::candidate;
 use super::suggest::{anew, is_adequate, refitted_alone, rough_base};
 use super::trial::Trial;
 use super::tries::nothing;
+use super::verdict::warnings;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::estimate::Estimate;
 use crate::record::Record;
@@ -33,6 +34,8 @@ pub struct Added {
     pub text: String,
     /// Fall of the information criterion on the record with it; `None` without a record.
     pub delta_bic: Option<f64>,
+    /// What speaks against it as fitted.
+    pub warnings: Vec<String>,
 }
 
 /// A rig file with one effect more: fitted to a record if there is one, else at its neutral value with an
@@ -50,13 +53,14 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
             .help("delete it from `[effects]` first"));
     }
     if let Some(record) = record {
-        let (trial, gained) = rough_base(
+        let (trial, gained, warnings) = rough_base(
             rig,
             record,
-            |(trial, _): &(Trial, f64)| is_adequate(&trial.fit),
+            |(trial, ..): &Fitted| is_adequate(&trial.fit),
             |estimate, base| fitted_with(estimate, &base, &placed),
         )?;
-        return Ok(Added { text: with_effects(&rig.path, text, rig, &trial)?, delta_bic: Some(gained) });
+        let text = with_effects(&rig.path, text, rig, &trial)?;
+        return Ok(Added { text, delta_bic: Some(gained), warnings });
     }
     let mut parameters = Vec::new();
     for free in placed.effect.parameters {
@@ -70,11 +74,13 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
         let size = (first - nothing.unwrap_or(0.0)).abs();
         parameters.push(Written { name: free.name, value: nothing.unwrap_or(first), sigma: WIDE * size, unit });
     }
-    Ok(Added { text: insert(&rig.path, text, &id, &parameters)?, delta_bic: None })
+    Ok(Added { text: insert(&rig.path, text, &id, &parameters)?, delta_bic: None, warnings: Vec::new() })
 }
 
-/// The model with one effect more, and what the information criterion gains by it over the model alone.
-fn fitted_with(estimate: &Estimate<'_>, base: &Trial, placed: &Placed) -> Result<(Trial, f64), Complaint> {
+/// The model with one effect more, what the information criterion gains by it over the model alone, and what speaks against it.
+type Fitted = (Trial, f64, Vec<String>);
+
+fn fitted_with(estimate: &Estimate<'_>, base: &Trial, placed: &Placed) -> Result<Fitted, Complaint> {
     let record = estimate.case.record;
     let trial = refitted_alone(base, record, candidate(estimate, placed))?;
     let weights = &trial.fit.weights;
@@ -82,7 +88,10 @@ fn fitted_with(estimate: &Estimate<'_>, base: &Trial, placed: &Placed) -> Result
     let gained = trial.delta_bic(base, fall, trial.fit.chi2);
     match anew(estimate, base, &trial, gained)? {
         Some(better) => fitted_with(&better, &Trial::of(&better)?, placed),
-        None => Ok((trial, gained)),
+        None => {
+            let warnings = warnings(&trial, base);
+            Ok((trial, gained, warnings))
+        }
     }
 }
 

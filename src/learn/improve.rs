@@ -1,6 +1,7 @@
 //! The whole loop: suggest, add, fit again, until nothing is left to explain or nothing explains the rest.
 
 use super::compare::{Comparison, Where};
+use super::separate::Experiment;
 use super::suggest::{Conclusion, Judged, RIVAL, ROUNDS, Suggestion, is_adequate, suggest, suggest_from};
 use super::trial::{Run, Trial};
 use crate::complaint::Complaint;
@@ -42,6 +43,10 @@ pub struct Improvement {
     pub trial: Trial,
     /// Where the model at the end still misses; `None` where it is adequate.
     pub rest: Option<Where>,
+    /// What explains the records alike, where several do.
+    pub alike: Vec<String>,
+    /// What would tell the first of these from the second.
+    pub experiment: Option<Experiment>,
 }
 
 /// Adds effects to a rig one at a time or in pairs, while the fit record asks for them and the check record agrees.
@@ -59,10 +64,12 @@ pub fn improve(rig: &Rig, fit: &Record, check: &Record, mut told: impl FnMut(&St
     let mut steps = vec![step(None, &trial, Vec::new(), Vec::new())?];
     told(&steps[0]);
     let mut found = Conclusion::UnknownEffect;
+    let (mut rivals, mut experiment) = last.judged.first().map_or_else(Default::default, |best| alike(&last, best));
     while steps.len() <= MOST && last.conclusion != Conclusion::Adequate {
         let before = &steps[steps.len() - 1];
         let Some(chosen) = chosen(&last, before) else { break };
         found = last.conclusion;
+        (rivals, experiment) = alike(&last, chosen);
         let refused = refused(&last, chosen);
         // Candidates are compared by a few rounds each; what is added is fitted to its end.
         let Trial { rig, values, set, .. } = &chosen.trial;
@@ -112,7 +119,16 @@ pub fn improve(rig: &Rig, fit: &Record, check: &Record, mut told: impl FnMut(&St
             None => of(check, &steps[steps.len() - 1].check)?,
         }
     };
-    Ok(Improvement { conclusion, steps, given, trial, rest })
+    if conclusion != Conclusion::Confounded {
+        (rivals, experiment) = Default::default();
+    }
+    Ok(Improvement { conclusion, steps, given, trial, rest, alike: rivals, experiment })
+}
+
+/// An explanation with those that do as well, and what would tell them apart.
+fn alike(last: &Suggestion, one: &Judged) -> (Vec<String>, Option<Experiment>) {
+    let ids = std::iter::once(one.id()).chain(one.confounded_with.iter().cloned());
+    (ids.collect(), last.experiment.clone())
 }
 
 /// The best addition that is worth it: a law with physical sense if there is one, else a curve.

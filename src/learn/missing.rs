@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::candidate::empirical;
 use super::trial::{Run, Trial};
+use super::tries::highest_at;
 use crate::complaint::Complaint;
 use crate::diagnosis::case::has;
 use crate::diagnosis::interval::QUANTILE;
@@ -18,7 +19,7 @@ use crate::model::{Drive, Model};
 use crate::physics::effect::First;
 use crate::physics::effect::spline::{Curve, HEIGHTS};
 use crate::record::Record;
-use crate::rig::{Placed, Rig};
+use crate::rig::{Given, Placed, Quantity, Rig, Spot};
 
 /// Points of a picture over the whole axis.
 const POINTS: usize = 120;
@@ -38,8 +39,10 @@ struct Told {
     both_sides: bool,
 }
 
+const PRESSURE: &str = "pressure";
+
 const TOLD: [Told; 5] = [
-    Told { effect: "empirical-leakage", what: "flow to the tank", over: "pressure", both_sides: false },
+    Told { effect: "empirical-leakage", what: "flow to the tank", over: PRESSURE, both_sides: false },
     Told { effect: "empirical-piston-leakage", what: "conductance from A to B", over: "position", both_sides: false },
     Told { effect: "empirical-drag", what: "force against the motion", over: "speed", both_sides: true },
     Told { effect: "empirical-friction", what: "friction", over: "position", both_sides: false },
@@ -140,10 +143,18 @@ fn columns(
 fn one(base: &Trial, record: &Record, own: &Slopes, placed: &Placed, with: Option<&[f64]>) -> Option<Missing> {
     let told = TOLD.iter().find(|told| told.effect == placed.effect.name)?;
     let mut rig = base.rig.clone();
-    let indices = rig.give_effect(placed, &[]).ok()?;
+    let drive = Drive::from_record(&rig, record).ok()?;
+    // A curve over the pressure ends where that does.
+    let range = match placed.spot {
+        Spot::Node(node) if told.over == PRESSURE => {
+            let top = highest_at(&rig, &base.values, (&drive, &record.time), node, Quantity::Pressure);
+            (top > 0.0).then(|| Given { name: "range".to_owned(), value: top, sigma: 0.0 })
+        }
+        _ => None,
+    };
+    let indices = rig.give_effect(placed, range.as_slice()).ok()?;
     let mut values = base.values.clone();
     values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
-    let drive = Drive::from_record(&rig, record).ok()?;
     let model = Model::new(rig);
     let heights = columns(&model, &values, &indices, &drive, record, &base.fit).ok()?;
     let visited = visited(&heights)?;

@@ -32,6 +32,8 @@ pub struct ParameterReport {
     pub unit: String,
     /// Ends of the 95 % interval from the standard error; `None` at a bound, or where the fit was only a rough one.
     pub ci95: [Option<f64>; 2],
+    /// Whether it stands at an end of its search.
+    pub at_bound: bool,
 }
 
 /// What the record could show of an effect.
@@ -121,7 +123,9 @@ impl SuggestionReport {
         };
         // What fits says more of the equation than the sensor where the misfit shows.
         if let (Some(place), Some(best)) = (&mut place, suggestion.judged.first().filter(|best| best.supported)) {
-            let equations: Vec<String> = best.effects.iter().map(|effect| equation(&best.trial.rig, effect)).collect();
+            let mut equations: Vec<String> =
+                best.effects.iter().map(|effect| equation(&best.trial.rig, effect)).collect();
+            equations.dedup();
             place.equation = equations.join(" + ");
         }
         Ok(Self {
@@ -209,7 +213,7 @@ fn joined(rig: &Rig, id: &str, card: &Card) -> Option<String> {
 }
 
 /// The parameters of one effect of a fitted model.
-fn parameters(trial: &Trial, id: &str) -> Vec<ParameterReport> {
+pub(crate) fn parameters(trial: &Trial, id: &str) -> Vec<ParameterReport> {
     let indices = trial.rig.effects.iter().find(|present| present.id == id).map(|present| &present.parameters);
     let one = |&index: &usize| {
         let parameter = &trial.rig.parameters[index];
@@ -227,6 +231,7 @@ fn parameters(trial: &Trial, id: &str) -> Vec<ParameterReport> {
             value: shown(value),
             unit: parameter.unit.symbol.clone(),
             ci95: [end(-1.0), end(1.0)],
+            at_bound: trial.at_bound.contains(&index),
         }
     };
     indices.into_iter().flatten().map(one).collect()

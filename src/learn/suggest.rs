@@ -167,8 +167,12 @@ pub(super) fn refitted_alone(base: &Trial, record: &Record, candidate: Option<Ca
     let given = Stand { values: base.values.clone(), set: base.set, cost: f64::INFINITY };
     let stands = [given, Stand::healthy(&base.rig)];
     // It was scored at the first; the other is tried too.
-    let rough =
-        candidate.and_then(|candidate| refitted(base, &stands, record, &[Candidate { stand: None, ..candidate }]));
+    let from = |start: Candidate| refitted(base, &stands, record, &[start]);
+    let rough = candidate.and_then(|candidate| {
+        let typical = candidate.as_typical(&base.rig);
+        let scored = (candidate.score > 0.0).then(|| from(Candidate { stand: None, ..candidate }));
+        scored.flatten().or_else(|| from(typical))
+    });
     let Some(rough) = rough else {
         return Err(Complaint::new(Kind::Computation, "the model cannot be solved with this effect")
             .at(Place::file(&base.rig.path))

@@ -261,12 +261,23 @@ fn ends(values: &[f64]) -> (f64, f64) {
 fn highest(estimate: &Estimate<'_>, spot: Spot, quantity: Quantity) -> f64 {
     let Spot::Component(component) = spot else { return 0.0 };
     let full = &estimate.case.full;
-    let mut rig = full.model.rig.clone();
-    let node = rig.components[component].ports[0];
+    let (rig, values) = (&full.model.rig, full.parameters(&estimate.isolation.best.theta));
+    highest_at(rig, &values, (full.drive, full.times), rig.components[component].ports[0], quantity)
+}
+
+/// The same at a node of a rig with values of all of its parameters, SI; 0 where it has none.
+pub(super) fn highest_at(
+    rig: &Rig,
+    values: &[f64],
+    (drive, times): (&Drive, &[f64]),
+    node: usize,
+    quantity: Quantity,
+) -> f64 {
     if !matches!(rig.nodes[node].kind, NodeKind::Volume { .. }) {
         return 0.0;
     }
     // A sensor of the mind.
+    let mut rig = rig.clone();
     let Some(template) = rig.sensors.first().cloned() else { return 0.0 };
     let first_parameter = rig.parameters.len();
     for value in [0.0, 1.0] {
@@ -275,10 +286,8 @@ fn highest(estimate: &Estimate<'_>, spot: Spot, quantity: Quantity) -> f64 {
         rig.parameters.push(parameter);
     }
     rig.sensors.push(Sensor { quantity, target: Target::Node(node), lag: 0.0, first_parameter, ..template });
-    let mut values = full.parameters(&estimate.isolation.best.theta);
-    values.extend([0.0, 1.0]);
-    let model = Model::new(rig);
-    let shown = model.simulate(&values, full.drive, full.times).map(|mut outputs| outputs.values.pop());
+    let values = [values, &[0.0, 1.0]].concat();
+    let shown = Model::new(rig).simulate(&values, drive, times).map(|mut outputs| outputs.values.pop());
     shown.ok().flatten().map_or(0.0, |shown| ends(&shown).1)
 }
 

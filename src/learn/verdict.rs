@@ -2,7 +2,7 @@
 
 use super::suggest::{Conclusion, Judged, RIVAL, is_adequate};
 use super::trial::{Run, Trial};
-use crate::diagnosis::case::members;
+use crate::diagnosis::case::{REACH, members};
 
 /// Share of what is missed that an effect has to explain to be called found.
 const EXPLAINED: f64 = 0.8;
@@ -36,7 +36,9 @@ pub(super) fn warnings(trial: &Trial, base: &Trial) -> Vec<String> {
             && !base.rig.is_of_effect(index)
             && !trial.rig.is_of_effect(index)
         {
-            warnings.push(format!("moved: {} by {:.1} standard uncertainties", parameter.id, moved / parameter.sigma));
+            let far = moved / parameter.sigma;
+            let end = if far > 0.999 * REACH { ", the end of its search" } else { "" };
+            warnings.push(format!("moved: {} by {far:.1} standard uncertainties{end}", parameter.id));
         }
     }
     for fault in members(trial.set & !base.set) {

@@ -7,7 +7,7 @@ use super::number::{before_unit, rounded, text, with_unit};
 use super::residuals;
 use super::style::{Style, bars, scale};
 use super::table::{Head, aligned};
-use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, PRESENT, Verdict};
+use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, PRESENT, Verdict, is_there};
 use crate::rig::Rig;
 
 /// Characters of a scale with an interval, and of a course of misfits.
@@ -230,9 +230,12 @@ fn scales(diagnosis: &Diagnosis, rig: &Rig) -> Vec<String> {
     rig.faults.iter().zip(&diagnosis.faults).map(one).collect()
 }
 
-/// The size of the misfit of each sensor over the record.
+/// The size of the misfit of each sensor over the record, with a gap where the fit has no sample.
 fn courses(misfit: &[Vec<f64>]) -> Vec<String> {
-    let mean = |part: &[f64]| part.iter().map(|r| r.abs()).sum::<f64>() / part.len() as f64;
+    let mean = |part: &[f64]| {
+        let there: Vec<f64> = part.iter().filter(|r| is_there(**r)).map(|r| r.abs()).collect();
+        there.iter().sum::<f64>() / there.len() as f64
+    };
     let course = |misfit: &Vec<f64>| {
         let rows = misfit.len().div_ceil(COURSE).max(1);
         bars(misfit.chunks(rows).map(|part| mean(part) / FULL))
@@ -317,6 +320,17 @@ fn fitted(diagnosis: &Diagnosis) -> String {
 mod tests {
     use super::*;
     use crate::fit::Identifiable;
+
+    #[test]
+    fn what_was_left_out_is_a_gap() {
+        let misfit = [vec![FULL; COURSE], vec![0.0; COURSE], [FULL, 0.0].repeat(COURSE / 2)].concat();
+        let shown: Vec<char> = courses(&[misfit])[0].chars().collect();
+        let third = COURSE / 3;
+        assert!(shown[..third - 1].iter().all(|bar| *bar == '█'), "{shown:?}");
+        assert!(shown[third + 1..2 * third - 1].iter().all(|bar| *bar == ' '), "{shown:?}");
+        // Every second sample is missing.
+        assert!(shown[2 * third + 1..].iter().all(|bar| *bar == '█'), "{shown:?}");
+    }
 
     fn clearance(ci95: [Option<f64>; 2], healthy_sigma: f64) -> FaultReport {
         FaultReport {

@@ -5,10 +5,15 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-use super::learn::sits;
-use super::number::rounded;
+use super::digits::plus_minus;
+use super::learn::{PARAMETER_HEADS, at_bounds, experiment, parameter_row, sits};
+use super::number::{before_unit, rounded};
+use super::table::aligned;
+use crate::diagnosis::case::members;
 use crate::learn::compare::Where;
 use crate::learn::improve::{Improvement, Step};
+use crate::learn::result::{ParameterReport, parameters};
+use crate::learn::separate::Experiment;
 use crate::learn::suggest::Conclusion;
 use crate::rig::Rig;
 
@@ -26,8 +31,37 @@ pub struct Ledger {
     pub check_record: String,
     pub conclusion: Conclusion,
     pub steps: Vec<Row>,
+    /// What was added, as fitted in the end.
+    pub effects: Vec<EffectReport>,
+    /// Faults with which the model at the end explains the fit record; they are not in the new rig file.
+    pub faults: Vec<FaultReport>,
+    /// What explains the records alike, where several do, and what would tell the first of these from the second.
+    pub alike: Vec<String>,
+    pub experiment: Option<Experiment>,
     /// What is left where something is.
     pub remaining: Option<Where>,
+}
+
+/// An effect with its parameters.
+#[derive(Debug, Clone, Serialize)]
+pub struct EffectReport {
+    pub id: String,
+    pub parameters: Vec<ParameterReport>,
+}
+
+/// A fault that was fitted along, in `unit`, with one standard deviation.
+#[derive(Debug, Clone, Serialize)]
+pub struct FaultReport {
+    pub id: String,
+    pub value: f64,
+    pub sigma: f64,
+    pub unit: String,
+}
+
+impl FaultReport {
+    fn text(&self) -> String {
+        format!("{} {}", self.id, before_unit(plus_minus(self.value, self.sigma), &self.unit))
+    }
 }
 
 /// One row: the model with what was added.
@@ -62,7 +96,20 @@ pub struct Refused {
 impl Ledger {
     /// From what `improve` found; `names` are the files as the user gave them: rig, fit record, check record.
     pub fn new(improvement: &Improvement, names: [String; 3]) -> Self {
-        let rig = &improvement.trial.rig;
+        let Improvement { given, trial, .. } = improvement;
+        let rig = &trial.rig;
+        let added = rig.effects.iter().filter(|effect| given.rig.effects.iter().all(|old| old.id != effect.id));
+        let fault = |fault: usize| {
+            let index = rig.faults[fault].parameter;
+            let parameter = &rig.parameters[index];
+            let sigma = trial.sigmas.get(&index).copied().unwrap_or(0.0);
+            FaultReport {
+                id: parameter.id.clone(),
+                value: rounded(parameter.unit.from_si(trial.values[index]), DIGITS),
+                sigma: rounded(parameter.unit.difference_from_si(sigma), DIGITS),
+                unit: parameter.unit.symbol.clone(),
+            }
+        };
         let [rig_name, fit_record, check_record] = names;
         Self {
             schema: "borescope.improvement/1",
@@ -71,18 +118,49 @@ impl Ledger {
             check_record,
             conclusion: improvement.conclusion,
             steps: improvement.steps.iter().map(|step| row(rig, step)).collect(),
+            effects: added
+                .map(|effect| EffectReport { id: effect.id.clone(), parameters: parameters(trial, &effect.id) })
+                .collect(),
+            faults: members(trial.set).map(fault).collect(),
+            alike: improvement.alike.clone(),
+            experiment: improvement
+                .experiment
+                .clone()
+                .map(|experiment| Experiment { sigma: rounded(experiment.sigma, DIGITS), ..experiment }),
             remaining: improvement.rest.clone(),
         }
     }
 
-    /// The conclusion in one sentence.
-    pub fn headline(&self) -> &'static str {
-        match self.conclusion {
-            Conclusion::Adequate => "ADEQUATE: the model as given explains both records; nothing to add.",
-            Conclusion::EffectFound => "EFFECT FOUND: with what was added the model explains both records.",
-            Conclusion::Confounded => "CONFOUNDED: what was added explains the records, and so do others.",
-            Conclusion::UnknownEffect => "UNKNOWN EFFECT: no law of the library explains all that is missed.",
+    /// The conclusion in a sentence or two.
+    pub fn headline(&self) -> String {
+        let faults: Vec<String> = self.faults.iter().map(FaultReport::text).collect();
+        let with = if faults.is_empty() { String::new() } else { format!(", with {}", faults.join(" and ")) };
+        let all: Vec<ParameterReport> = self.effects.iter().flat_map(|effect| effect.parameters.clone()).collect();
+        let ends = at_bounds(&all);
+        match (self.conclusion, self.alike.split_first()) {
+            (Conclusion::Adequate, _) => {
+                format!("ADEQUATE: the model as given explains both records{with}; nothing to add.")
+            }
+            (Conclusion::EffectFound, _) => {
+                format!("EFFECT FOUND: with what was added the model explains both records{with}.{ends}")
+            }
+            (Conclusion::Confounded, Some((first, others))) if !others.is_empty() => {
+                let added = if self.effects.is_empty() { "; nothing is added" } else { "" };
+                format!("CONFOUNDED: {first} explains the records, and {} does alike{added}.{ends}", others.join(", "))
+            }
+            (Conclusion::Confounded, _) => {
+                format!("CONFOUNDED: what was added explains the records, and so do others.{ends}")
+            }
+            (Conclusion::UnknownEffect, _) => {
+                format!("UNKNOWN EFFECT: no law of the library explains all that is missed{with}.{ends}")
+            }
         }
+    }
+
+    /// What the new rig file does not have of what was fitted.
+    pub fn not_written(&self) -> &'static str {
+        "The new rig file has the effects. Faults and what its data sheet leaves uncertain stay in it as they were, and are \
+         fitted anew to each record; `calibrate` writes what healthy records tell of them, for `simulate`."
     }
 
     /// Table and staircase.
@@ -121,6 +199,17 @@ impl Ledger {
             let bar = "#".repeat(((row.check_rmse / most * BAR).round() as usize).max(1));
             writeln!(out, "  {:width$}  {bar} {:.3}", name(row), row.check_rmse)?;
         }
+        for effect in &self.effects {
+            let rows: Vec<Vec<String>> = effect.parameters.iter().map(parameter_row).collect();
+            writeln!(out, "\n{}", effect.id)?;
+            for line in aligned(&PARAMETER_HEADS, &rows) {
+                writeln!(out, "{line}")?;
+            }
+        }
+        if !self.faults.is_empty() {
+            let faults: Vec<String> = self.faults.iter().map(FaultReport::text).collect();
+            writeln!(out, "\nFaults on the fit record (one standard deviation)\n  {}", faults.join("\n  "))?;
+        }
         writeln!(out, "\nError of each channel on the check record, first and last model")?;
         if let (Some(first), Some(last)) = (self.steps.first(), self.steps.last()) {
             for (name, before) in &first.channels {
@@ -137,8 +226,14 @@ impl Ledger {
                 writeln!(out, "\nrefused, {}: check error {:.3}, but {why}", refused.effect, refused.check_rmse)?;
             }
         }
+        if let Some(apart) = &self.experiment {
+            writeln!(out, "\n{}", experiment(apart))?;
+        }
         if let Some(rest) = &self.remaining {
             writeln!(out, "\n{}", left(rest))?;
+        }
+        if !self.effects.is_empty() {
+            writeln!(out, "\n{}", self.not_written())?;
         }
         Ok(())
     }

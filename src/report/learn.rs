@@ -155,9 +155,10 @@ pub fn conclusion(suggestion: &SuggestionReport) -> String {
             let values: Vec<String> =
                 best.parameters.iter().map(|one| format!("{} = {}", one.id, parameter(one))).collect();
             format!(
-                "EFFECT FOUND: the model lacks {}, which explains what it misses in {records} and nothing else does ({}).",
+                "EFFECT FOUND: the model lacks {}, which explains what it misses in {records} and nothing else does ({}).{}",
                 best.effect,
-                values.join(", ")
+                values.join(", "),
+                at_bounds(&best.parameters)
             )
         }
         (Conclusion::Confounded, Some(best)) => format!(
@@ -172,6 +173,19 @@ pub fn conclusion(suggestion: &SuggestionReport) -> String {
         (_, None) => {
             "UNKNOWN EFFECT: the model misses something that no effect of the library explains; none helps.".to_owned()
         }
+    }
+}
+
+/// What to make of values at the ends of their search, as a further sentence.
+pub(super) fn at_bounds(parameters: &[ParameterReport]) -> String {
+    let ends: Vec<&str> = parameters.iter().filter(|one| one.at_bound).map(|one| one.id.as_str()).collect();
+    match ends.as_slice() {
+        [] => String::new(),
+        [one] => format!(" {one} stands at the end of its search: the other values hold only with it."),
+        several => format!(
+            " {} stand at the ends of their search: the other values hold only with them.",
+            several.join(" and ")
+        ),
     }
 }
 
@@ -227,11 +241,17 @@ fn candidate_row(candidate: &CandidateReport) -> Vec<String> {
     ]
 }
 
-const PARAMETER_HEADS: [Head; 4] = [("parameter", false), ("estimate", true), ("95 % interval", true), ("unit", false)];
+pub(super) const PARAMETER_HEADS: [Head; 4] =
+    [("parameter", false), ("estimate", true), ("95 % interval", true), ("unit", false)];
 
 pub(super) fn parameter_row(one: &ParameterReport) -> Vec<String> {
     let shown = estimate(one);
-    vec![one.id.clone(), shown.value(), shown.interval(), one.unit.clone()]
+    let interval = match one.ci95 {
+        [None, None] if one.at_bound => "at the end of its search".to_owned(),
+        [None, None] => "not computed".to_owned(),
+        _ => shown.interval(),
+    };
+    vec![one.id.clone(), shown.value(), interval, one.unit.clone()]
 }
 
 pub(super) const SCORED_HEADS: [Head; 5] =
@@ -242,6 +262,7 @@ pub(super) fn scored_row(scored: &ScoredReport) -> Vec<String> {
         _ if !scored.excited => "not excited".to_owned(),
         (Some(parameter), _) => format!("absorbed by {parameter}"),
         (None, Some(onset)) => format!("from {} {} on", text(rounded(onset.from, 3)), onset.unit),
+        (None, None) if scored.smallest_detectable.is_none() => "a level, looked for in the record".to_owned(),
         (None, None) => String::new(),
     };
     vec![
@@ -256,14 +277,17 @@ pub(super) fn scored_row(scored: &ScoredReport) -> Vec<String> {
 /// The suggestion as a page of text.
 pub fn suggestion(suggestion: &SuggestionReport) -> String {
     let mut lines = vec![conclusion(suggestion)];
-    lines.extend(suggestion.place.as_ref().map(sits));
+    lines.extend(suggestion.place.as_ref().map(|place| match suggestion.faults.as_slice() {
+        [] => sits(place),
+        faults => format!("With {} fitted: {}", faults_by_name(faults), sits(place)),
+    }));
     lines.extend(suggestion.experiment.as_ref().map(experiment));
     lines.push(String::new());
     lines.push(format!("rig     {}", suggestion.rig));
     lines.push(format!("record  {}", suggestion.record));
     lines.extend(suggestion.check.as_ref().map(|check| format!("check   {check}")));
     if !suggestion.faults.is_empty() {
-        lines.push(format!("faults  {}, fitted without any effect", suggestion.faults.join(", ")));
+        lines.push(format!("faults  {}, as the model as given explains the record best", suggestion.faults.join(", ")));
     }
     let mut block = |title: &str, heads: &[Head], rows: &[Vec<String>]| {
         lines.extend([String::new(), title.to_owned()]);
@@ -271,7 +295,11 @@ pub fn suggestion(suggestion: &SuggestionReport) -> String {
     };
     if !suggestion.candidates.is_empty() {
         let rows: Vec<Vec<String>> = suggestion.candidates.iter().map(candidate_row).collect();
-        block("Fitted (misfit over noise, without -> with the effect)", &CANDIDATE_HEADS, &rows);
+        block(
+            "Fitted (misfit over noise, without -> with the effect; supported: worth its parameters on both records)",
+            &CANDIDATE_HEADS,
+            &rows,
+        );
         for candidate in &suggestion.candidates {
             let rows: Vec<Vec<String>> = candidate.parameters.iter().map(parameter_row).collect();
             block(&candidate.effect, &PARAMETER_HEADS, &rows);

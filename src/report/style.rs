@@ -28,9 +28,10 @@ impl Style {
     }
 }
 
-/// Values from 0 to 1 as small bars; what lies outside is drawn at its end.
+/// Values from 0 to 1 as small bars; what lies outside is drawn at its end, what is no number left blank.
 pub fn bars(shares: impl Iterator<Item = f64>) -> String {
-    shares.map(|share| BARS[((share * 7.0).round().clamp(0.0, 7.0)) as usize]).collect()
+    let bar = |share: f64| BARS[((share * 7.0).round().clamp(0.0, 7.0)) as usize];
+    shares.map(|share| if share.is_nan() { ' ' } else { bar(share) }).collect()
 }
 
 /// A scale of `width` characters from 0 to 1: a bar from one share to another (dotted where an end is open), a stroke at what

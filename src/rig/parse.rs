@@ -24,6 +24,8 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         let place = source.place(error.span().map_or(0, |span| span.start));
         let help = if error.message().contains("unquoted key") {
             "put a key with a point or an `@` between quotes: `\"external-leakage@A\" = { ... }`"
+        } else if error.message().contains("duplicate key") {
+            "give each key of a table once"
         } else {
             "the rig file is named before the record; see docs/reference/rig-file.md for one to start from"
         };

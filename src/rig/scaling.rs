@@ -44,6 +44,11 @@ impl Scaling {
         Ok(Self { raw: unit.clone(), unit: Unit { offset: unit.offset + offset, ..unit.clone() } })
     }
 
+    /// The dimension in which the rig file describes a column of a quantity, and the factor from there to the quantity.
+    pub(super) fn of_column(scale: Option<&Self>, dimension: Dimension) -> (Dimension, f64) {
+        scale.map_or((dimension, 1.0), |scale| (scale.raw.dimension, scale.size()))
+    }
+
     /// The size of one SI unit of the column, in SI units of the quantity.
     pub(super) fn size(&self) -> f64 {
         (self.unit.factor / self.raw.factor).abs()

@@ -6,6 +6,15 @@ use crate::complaint::{Complaint, Kind};
 pub fn validate(rig: &Rig) -> Result<(), Complaint> {
     for (index, node) in rig.nodes.iter().enumerate() {
         if !matches!(node.kind, NodeKind::Held { .. }) && !crate::model::has_capacity(rig, index) {
+            // A mass beyond the data sheet may be less than nothing, but what moves may not.
+            let joined = rig.components.iter().filter(|component| component.ports.contains(&index));
+            let mut own = joined.flat_map(|component| component.parameters()).map(|own| &rig.parameters[own]);
+            if let Some(light) = own.find(|own| own.id.ends_with(".mass") && own.value < 0.0) {
+                let what = format!("`{}` leaves node `{}` no mass", light.id, node.name);
+                return Err(Complaint::new(Kind::Bounds, what)
+                    .at(light.place.clone())
+                    .help("take away less than the mass of what it is joined to"));
+            }
             let (what, help) = match node.kind {
                 NodeKind::Body { .. } => ("mass", "join a component with a mass, such as a cylinder"),
                 _ => ("volume", "join a `line-volume` to it: without one its pressure has no equation"),

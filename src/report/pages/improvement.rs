@@ -8,6 +8,7 @@ use crate::learn::improve::Improvement;
 use crate::record::Record;
 use crate::report::html::{Cell, Column, Page, Section, Table};
 use crate::report::improvement::{Ledger, Row, left};
+use crate::report::learn::{PARAMETER_HEADS, experiment, parameter_row};
 use crate::report::number::{rounded, text};
 use crate::rig::Rig;
 
@@ -27,7 +28,12 @@ pub fn improvement(
     verdict.notice(crate::report::learn::tone(ledger.conclusion), ledger.headline());
     let added: Vec<String> = ledger.steps.iter().filter_map(|step| step.added.clone()).collect();
     if !added.is_empty() {
-        verdict.paragraph(format!("Added: {}.", added.join(", then ")));
+        verdict.paragraph(format!("Added: {}. {}", added.join(", then "), ledger.not_written()));
+        let rows = ledger.effects.iter().flat_map(|effect| effect.parameters.iter().map(parameter_row));
+        verdict.table(Table::of("As fitted", &PARAMETER_HEADS, rows.collect()));
+    }
+    if let Some(apart) = &ledger.experiment {
+        verdict.paragraph(experiment(apart));
     }
     if let Some(rest) = &ledger.remaining {
         verdict.paragraph(left(rest));

@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use super::difference;
 use crate::complaint::{Complaint, Kind, help_with_names};
+use crate::rig::scaling::Scaling;
 use crate::rig::source::{Table, Value};
 use crate::rig::{Calibration, Rig, range};
 
@@ -120,9 +121,9 @@ fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Compl
         .at(value.place())
         .help(help_with_names(name, "sensors", names.iter().map(String::as_str))));
     };
-    let dimension = sensor.quantity.dimension();
+    let (dimension, factor) = Scaling::of_column(sensor.scale.as_ref(), sensor.quantity.dimension());
     if let Some(noise) = table.get("noise") {
-        let sigma = difference(&noise, dimension)?;
+        let sigma = difference(&noise, dimension)? * factor;
         if sigma <= 0.0 {
             return Err(Complaint::new(Kind::Bounds, format!("{} is not positive", noise.what))
                 .at(noise.place())
@@ -131,7 +132,7 @@ fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Compl
         sensor.noise = sigma;
     }
     if let Some(tolerance) = table.get("tolerance") {
-        sensor.tolerance = difference(&tolerance, dimension)?;
+        sensor.tolerance = difference(&tolerance, dimension)? * factor;
     }
     table.finish()
 }

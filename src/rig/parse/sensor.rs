@@ -33,7 +33,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
         Some(value) => Some(Scaling::read(&value, dimension, None)?),
     };
     // A scaled sensor is described in what it writes.
-    let (dimension, factor) = scale.as_ref().map_or((dimension, 1.0), |scale| (scale.raw.dimension, scale.size()));
+    let (dimension, factor) = Scaling::of_column(scale.as_ref(), dimension);
     let noise_value =
         table.require("noise", "add the standard deviation of one sample, such as `noise = \"0.25 bar\"`")?;
     let noise = difference(&noise_value, dimension)? * factor;
