@@ -13,7 +13,7 @@ use crate::diagnosis::case::members;
 use crate::diagnosis::interval::QUANTILE;
 use crate::model::Model;
 use crate::physics::card::{Answer, Card, PortKind};
-use crate::physics::effect::{First, Form};
+use crate::physics::effect::{First, Form, Free};
 use crate::record::Record;
 use crate::report::number::rounded;
 use crate::rig::{NodeKind, Rig, Spot, is_next_to_nothing};
@@ -30,9 +30,10 @@ pub struct ParameterReport {
     pub id: String,
     pub value: f64,
     pub unit: String,
-    /// Ends of the 95 % interval from the standard error; `None` at a bound, or where the fit was only a rough one.
+    /// Ends of the 95 % interval from the standard error; `None` at an end of the search, below the value at which an effect does
+    /// nothing, or where the fit was only a rough one.
     pub ci95: [Option<f64>; 2],
-    /// Whether it stands at an end of its search.
+    /// Whether it stands at an end of its search other than that at which it does nothing.
     pub at_bound: bool,
 }
 
@@ -214,14 +215,19 @@ fn joined(rig: &Rig, id: &str, card: &Card) -> Option<String> {
 
 /// The parameters of one effect of a fitted model.
 pub(crate) fn parameters(trial: &Trial, id: &str) -> Vec<ParameterReport> {
-    let indices = trial.rig.effects.iter().find(|present| present.id == id).map(|present| &present.parameters);
-    let one = |&index: &usize| {
+    let Some(present) = trial.rig.effects.iter().find(|present| present.id == id) else { return Vec::new() };
+    let one = |(free, &index): (&Free, &usize)| {
         let parameter = &trial.rig.parameters[index];
         let shown = |si: f64| rounded(parameter.unit.from_si(si), DIGITS);
         let (low, high) = parameter.bounds;
         let value = trial.values[index];
+        let unit = trial.rig.effect_unit(&present.placed, free.name);
+        let ended = trial.at_bound.contains(&index);
+        // Where it does nothing, one side of it is open by nature.
+        let at_neutral = ended && free.neutral.is_some_and(|neutral| value == unit.difference_to_si(neutral));
         let end = |sign: f64| {
-            let sigma = trial.sigmas.get(&index).filter(|_| !trial.at_bound.contains(&index))?;
+            let beyond = if sign < 0.0 { value <= low } else { value >= high };
+            let sigma = trial.sigmas.get(&index).filter(|_| !ended || (at_neutral && !beyond))?;
             // What is positive may be as good as nothing.
             let low = if is_next_to_nothing(low) { 0.0 } else { low };
             Some(shown((value + sign * QUANTILE * sigma).clamp(low, high)))
@@ -231,10 +237,10 @@ pub(crate) fn parameters(trial: &Trial, id: &str) -> Vec<ParameterReport> {
             value: shown(value),
             unit: parameter.unit.symbol.clone(),
             ci95: [end(-1.0), end(1.0)],
-            at_bound: trial.at_bound.contains(&index),
+            at_bound: ended && !at_neutral,
         }
     };
-    indices.into_iter().flatten().map(one).collect()
+    present.placed.effect.parameters.iter().zip(&present.parameters).map(one).collect()
 }
 
 /// The smallest size of a candidate that the record could show, in the unit of its size.

@@ -11,7 +11,7 @@ const EXPLAINED: f64 = 0.8;
 pub(super) fn warnings(trial: &Trial, base: &Trial) -> Vec<String> {
     let mut warnings = Vec::new();
     for effect in &trial.rig.effects {
-        for (free, &index) in effect.placed.effect.parameters.iter().zip(&effect.parameters) {
+        for (place, (free, &index)) in effect.placed.effect.parameters.iter().zip(&effect.parameters).enumerate() {
             let parameter = &trial.rig.parameters[index];
             if parameter.sigma == 0.0 {
                 continue;
@@ -19,6 +19,10 @@ pub(super) fn warnings(trial: &Trial, base: &Trial) -> Vec<String> {
             let value = parameter.unit.from_si(trial.values[index]);
             let unit = trial.rig.effect_unit(&effect.placed, free.name);
             let in_card = unit.from_si(trial.values[index]);
+            // A further part of an effect that is not there says nothing against the rest.
+            if place > 0 && free.neutral == Some(in_card) {
+                continue;
+            }
             let (low, high) = parameter.bounds;
             if trial.at_bound.contains(&index) || trial.values[index] <= low || trial.values[index] >= high {
                 warnings.push(format!("at-bound: {} = {value:.4} {}", parameter.id, parameter.unit));
