@@ -129,7 +129,7 @@ fn the_shared_rigs() {
                 let [fault] = ledger.faults.as_slice() else { panic!("{:?}", ledger.faults) };
                 assert_eq!(fault.id, "cylinder.clearance");
                 assert!((fault.value - 0.2).abs() < 3.0 * fault.sigma && fault.sigma < 0.002, "{fault:?}");
-                assert!(ledger.headline().contains("cylinder.clearance 0.2"), "{}", ledger.headline());
+                assert!(ledger.headline().contains("with cylinder.clearance 0."), "{}", ledger.headline());
             }
             "b" => {
                 assert!((value(&improvement, "seal-friction@cylinder.coulomb") / 420.0 - 1.0).abs() < 0.01);

@@ -40,6 +40,8 @@ struct Told {
 }
 
 const PRESSURE: &str = "pressure";
+/// How its card calls the end of a curve over the pressure.
+const RANGE: &str = "range";
 
 const TOLD: [Told; 5] = [
     Told { effect: "empirical-leakage", what: "flow to the tank", over: PRESSURE, both_sides: false },
@@ -144,11 +146,14 @@ fn one(base: &Trial, record: &Record, own: &Slopes, placed: &Placed, with: Optio
     let told = TOLD.iter().find(|told| told.effect == placed.effect.name)?;
     let mut rig = base.rig.clone();
     let drive = Drive::from_record(&rig, record).ok()?;
-    // A curve over the pressure ends where that does.
-    let range = match placed.spot {
-        Spot::Node(node) if told.over == PRESSURE => {
+    // Pressures that all lie within one piece of the curve would show no form: it ends where they do then.
+    let range = match (placed.spot, placed.effect.form.card()) {
+        (Spot::Node(node), Some(card)) if told.over == PRESSURE => {
             let top = highest_at(&rig, &base.values, (&drive, &record.time), node, Quantity::Pressure);
-            (top > 0.0).then(|| Given { name: "range".to_owned(), value: top, sigma: 0.0 })
+            let pieces = (HEIGHTS - 3) as f64;
+            let usual = card.parameters.iter().find(|own| own.name == RANGE).and_then(|own| own.default)?;
+            let usual = rig.effect_unit(placed, RANGE).difference_to_si(usual);
+            (top > 0.0 && top * pieces < usual).then(|| Given { name: RANGE.to_owned(), value: top, sigma: 0.0 })
         }
         _ => None,
     };
