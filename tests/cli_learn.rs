@@ -77,9 +77,67 @@ fn a_misfit_is_found_with_its_phase() {
             assert!(PHASES.iter().any(|phase| miss["phase"] == *phase), "{miss}");
         }
     }
-    let text = borescope(["compare", RIG, OPENING]);
-    assert_eq!(text.status, Some(0));
-    assert!(text.out.starts_with("MISFIT") && text.out.contains("in the phase `"), "{}", text.out);
+    // The fault that explains the record closes the loop.
+    let with_faults = &comparison["with_faults"];
+    let ids: Vec<&Value> = list(with_faults, "faults").iter().map(|fault| &fault["id"]).collect();
+    assert_eq!(ids, ["directional_valve.opening"]);
+    let (alone, explained) = (comparison["times_noise"].as_f64(), with_faults["times_noise"].as_f64());
+    assert!(alone > Some(10.0) && explained < Some(3.0), "{alone:?} {explained:?}");
+}
+
+/// What a table of curves says of a sensor.
+fn rms_over_sigma(table: &str, sensor: &str, curve: &str) -> f64 {
+    let mut rows = csv::Reader::from_reader(table.as_bytes());
+    let heads = rows.headers().unwrap().clone();
+    let place = |column: &str| {
+        let name = format!("{sensor}.{column} [");
+        heads.iter().position(|head| head.starts_with(&name)).unwrap_or_else(|| panic!("no {name} in {heads:?}"))
+    };
+    let (measured, model, sigma) = (place("measured"), place(curve), place("sigma"));
+    let squares: Vec<f64> = rows
+        .records()
+        .map(|row| {
+            let row = row.unwrap();
+            let number = |column: usize| row[column].parse::<f64>().unwrap();
+            ((number(measured) - number(model)) / number(sigma)).powi(2)
+        })
+        .collect();
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+}
+
+#[test]
+fn old_and_new_stand_side_by_side_and_curves_hold_what_was_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    // A model whose throttle is too small misses what the true one explains.
+    let rig = std::fs::read_to_string("fixtures/two_tanks/rig.toml").unwrap();
+    let mut lines: Vec<String> = rig.lines().map(str::to_owned).collect();
+    std::fs::write(path("new.toml"), &rig).unwrap();
+    let outlet = lines.iter().rposition(|line| line == "diameter = \"8 mm\"").unwrap();
+    lines[outlet] = "diameter = \"7.6 mm\"".to_owned();
+    std::fs::write(path("old.toml"), lines.join("\n")).unwrap();
+    assert_eq!(borescope(["simulate", &path("new.toml"), "--seed", "3", "-o", &path("record.csv")]).status, Some(0));
+    let [new, old, record, curves] = ["new.toml", "old.toml", "record.csv", "curves.csv"].map(path);
+    let command = ["compare", &new, &record, "--before", &old, "--curves", &curves];
+    let comparison = json(&command, 0);
+    assert_eq!(comparison["adequate"], true);
+    let times = |value: &Value| value["times_noise"].as_f64().unwrap();
+    assert!(times(&comparison) < 1.2 && times(&comparison["before"]) > 3.0, "{comparison}");
+    let table = std::fs::read_to_string(&curves).unwrap();
+    for channel in list(&comparison, "channels") {
+        let name = channel["name"].as_str().unwrap();
+        // Sigma has the rounding of the sensor in it, the noise alone has not.
+        let told = times(channel);
+        assert!((rms_over_sigma(&table, name, "model") / told - 1.0).abs() < 0.03, "{name}: {told}");
+    }
+    let text = borescope(["compare", &new, &record, "--before", &old]);
+    assert!(text.out.starts_with("ADEQUATE: your model explains the record"), "{}", text.out);
+    assert!(
+        text.out.contains("x the sensor noise before")
+            && text.out.lines().all(|line| line.len() <= 80 || line.contains('/')),
+        "{}",
+        text.out
+    );
 }
 
 #[test]

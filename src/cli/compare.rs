@@ -6,19 +6,32 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{Failure, Format, Status, read, terminal, write_json, write_page};
-use crate::files::check_output;
-use crate::learn::compare::compared;
+use crate::complaint::Complaint;
+use crate::files::{check_output, write_atomically};
+use crate::learn::compare::{Comparison, Earlier, compare, compared};
 use crate::report;
+use crate::report::curves::Curves;
 use crate::rig::Rig;
 
 /// Compare the healthy model with a record: which sensors it misses, in which phases
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  borescope compare rig.toml record.csv --report misfit.html")]
+#[command(
+    after_help = "Examples:\n  borescope compare rig.toml record.csv --report misfit.html\n  borescope compare better.toml record.csv --before rig.toml"
+)]
 pub struct Arguments {
     /// The rig file
     rig: PathBuf,
     /// A record of this rig
     record: PathBuf,
+    /// An older rig file of the same machine, whose misfit is shown beside the new one's
+    #[arg(long, value_name = "OLD.toml")]
+    before: Option<PathBuf>,
+    /// Everything that is known of each sensor, and the phases in which each is missed most
+    #[arg(long)]
+    all: bool,
+    /// Also write the curves behind the comparison: measured, your model, and your model with the faults found
+    #[arg(long, value_name = "FILE.csv")]
+    curves: Option<PathBuf>,
     /// How the comparison is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -33,17 +46,36 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
     let rig = Rig::read(&arguments.rig)?;
     let record = read::record(&rig, &arguments.record)?;
-    if let Some(report) = &arguments.report {
-        check_output(report, [&arguments.rig, &arguments.record])?;
+    let read_from = || arguments.before.iter().chain([&arguments.rig, &arguments.record]);
+    for output in arguments.report.iter().chain(&arguments.curves) {
+        check_output(output, read_from())?;
     }
-    let compared = compared(&rig, &record)?;
+    terminal::show_progress();
+    let before = arguments.before.as_ref().map(|path| -> Result<Comparison, Complaint> {
+        let rig = Rig::read(path)?;
+        let record = rig.record(&arguments.record)?;
+        compare(&rig, &record)
+    });
+    let before = before.transpose()?;
+    let mut compared = compared(&rig, &record)?;
+    if let Some(path) = &arguments.curves {
+        let model = &compared.run.outputs;
+        let curves = Curves { model, found: compared.found.as_ref().unwrap_or(model) };
+        write_atomically(path, |file| curves.write_csv(&rig, &record, file))?;
+    }
     if let Some(path) = &arguments.report {
         write_page(path, &report::pages::learn::comparison(&rig, &record, &compared)?)?;
     }
+    compared.comparison.before = before.as_ref().map(Earlier::of);
     let comparison = &compared.comparison;
     match arguments.format {
         Format::Text => {
-            let page = report::learn::comparison(comparison);
+            let mut page = report::comparison::brief(comparison);
+            if arguments.all {
+                page.push('\n');
+                page.push_str(&report::learn::comparison(comparison));
+            }
+            terminal::clear();
             out.write_all(terminal::verdict(&page, report::learn::comparison_tone(comparison)).as_bytes())?;
         }
         Format::Json => write_json(out, comparison)?,

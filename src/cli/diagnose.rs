@@ -10,10 +10,11 @@ use super::{Failure, Format, Status, terminal, windows, write_json, write_page};
 use crate::complaint::Complaint;
 use crate::diagnosis::watch::Watching;
 use crate::diagnosis::{Diagnosed, Options, Verdict, diagnose};
-use crate::files::{MOST_TEXT, check_output, read, text};
+use crate::files::{MOST_TEXT, check_output, read, text, write_atomically};
 use crate::model::Model;
 use crate::record::survey::Doubt;
 use crate::report::caveats::left_out;
+use crate::report::curves::Curves;
 use crate::report::diagnosis::write_styled;
 use crate::report::pages::diagnosis::html;
 use crate::rig::Rig;
@@ -38,6 +39,9 @@ pub struct Arguments {
     /// Also write a page with pictures; only with one record
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    /// Also write the curves behind the diagnosis: measured, healthy model, and model with the faults; only with one record
+    #[arg(long, value_name = "FILE.csv")]
+    curves: Option<PathBuf>,
     /// Keep each diagnosis in this store, an SQLite file, which is made where it is missing
     #[arg(long, value_name = "FILE")]
     store: Option<PathBuf>,
@@ -45,7 +49,7 @@ pub struct Arguments {
     #[arg(long, value_name = "TIME")]
     at: Option<String>,
     /// Watch the record in windows of so many seconds, whatever its length, and diagnose those in which residuals fire
-    #[arg(long, value_name = "SECONDS", conflicts_with_all = ["report", "store", "at"])]
+    #[arg(long, value_name = "SECONDS", conflicts_with_all = ["report", "curves", "store", "at"])]
     window: Option<f64>,
     /// Most windows of a record that are diagnosed; the others are only listed
     #[arg(long, value_name = "N", default_value_t = 3, requires = "window")]
@@ -56,13 +60,15 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
-    if arguments.report.is_some() && arguments.records.len() > 1 {
-        return Err(Complaint::new(crate::complaint::Kind::Contradiction, "`--report` with more than one record")
-            .help("write one page per record: call `diagnose` once for each")
-            .into());
-    }
-    if let Some(report) = &arguments.report {
-        check_output(report, arguments.records.iter().chain([&arguments.rig]))?;
+    let outputs = [("--report", &arguments.report), ("--curves", &arguments.curves)];
+    for (option, path) in outputs.iter().filter_map(|(option, path)| Some((option, path.as_ref()?))) {
+        if arguments.records.len() > 1 {
+            let what = format!("`{option}` with more than one record");
+            return Err(Complaint::new(crate::complaint::Kind::Contradiction, what)
+                .help("write one file per record: call `diagnose` once for each")
+                .into());
+        }
+        check_output(path, arguments.records.iter().chain([&arguments.rig]))?;
     }
     arguments.window.map_or(Ok(()), windows::check)?;
     let content = read(&arguments.rig, MOST_TEXT)?;
@@ -99,6 +105,10 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
             }
             if let Some(report) = &arguments.report {
                 write_page(report, &html(&model.rig, &record, &diagnosed)?)?;
+            }
+            if let Some(path) = &arguments.curves {
+                let curves = Curves { model: &diagnosed.healthy, found: &diagnosed.model };
+                write_atomically(path, |file| curves.write_csv(&model.rig, &record, file))?;
             }
             Ok(diagnosed)
         });

@@ -51,6 +51,8 @@ pub struct Diagnosed {
     pub healthy: Vec<Vec<f64>>,
     /// Weighted misfits of the fit: `[sensor][row]`, 1 is one standard deviation.
     pub misfit: Vec<Vec<f64>>,
+    /// What the misfits are weighted with.
+    pub weights: noise::Weights,
     /// What the record leaves of each fault, in the order of the rig; `None` where the model cannot be solved.
     pub intervals: Vec<Option<interval::Interval>>,
 }
@@ -179,6 +181,7 @@ pub fn diagnose_from(
         rig: rig.path.display().to_string(),
         record: record.path.display().to_string(),
         verdict,
+        times_noise: rounded(summary::times_noise(&channels), DIGITS),
         detected_at_s,
         onset_s: begun.as_ref().map(|begun| rounded(begun.time, DIGITS)),
         ambiguity: groups.into_iter().map(|group| group.into_iter().map(id).collect()).collect(),
@@ -195,7 +198,8 @@ pub fn diagnose_from(
         left_out,
         faults,
     };
-    Ok(Diagnosed { diagnosis, model: outputs, healthy, misfit, intervals })
+    let weights = case.full.weights.clone();
+    Ok(Diagnosed { diagnosis, model: outputs, healthy, misfit, weights, intervals })
 }
 
 /// When fitted and healthy model part, s: where the running sum of the log likelihood ratio between them, started anew at

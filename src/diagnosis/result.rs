@@ -85,6 +85,8 @@ pub struct ChannelReport {
     /// Root mean square of measured minus model.
     pub rmse: f64,
     pub noise_sigma: f64,
+    /// `rmse` over `noise_sigma`: about 1 where nothing but noise is left.
+    pub times_noise: f64,
     /// Samples that the fit has; where there is none, the sensor says nothing and is called adequate.
     pub samples: usize,
     /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
@@ -125,6 +127,8 @@ pub struct Diagnosis {
     pub rig: String,
     pub record: String,
     pub verdict: Verdict,
+    /// Root mean square of measured minus the model with the faults found, over the noise of the sensor, over all sensors.
+    pub times_noise: f64,
     /// End of the window in which the first residual fired, s; where none did, when fitted and healthy model part.
     pub detected_at_s: Option<f64>,
     /// When the faults began, s; `None` where they are as old as the record, or absent.

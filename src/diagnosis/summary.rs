@@ -35,6 +35,13 @@ pub(crate) fn mean_squares(weights: &Weights, misfit: &[f64]) -> Vec<(f64, usize
     misfit.chunks(weights.rows().max(1)).take(sensors).enumerate().map(one).collect()
 }
 
+/// Root mean square over the sensors that have samples of what each is missed by, over its noise.
+pub(super) fn times_noise(channels: &[ChannelReport]) -> f64 {
+    let squares = channels.iter().filter(|channel| channel.samples > 0).map(|channel| channel.times_noise.powi(2));
+    let (sum, count) = squares.fold((0.0, 0_usize), |(sum, count), square| (sum + square, count + 1));
+    (sum / count.max(1) as f64).sqrt()
+}
+
 /// How well the model follows each sensor.
 pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], healthy: &[Vec<f64>]) -> Vec<ChannelReport> {
     let rig = estimate.case.rig();
@@ -49,11 +56,13 @@ pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], healthy: &
             let healthy = healthy.get(index).map_or(&[][..], Vec::as_slice);
             let adequate = adequate(chi2_reduced, samples);
             let square = square_sum(model, full.measured[index]);
+            let rms = (square / samples.max(1) as f64).sqrt();
             ChannelReport {
                 name: sensor.name.clone(),
                 unit: unit.symbol.clone(),
-                rmse: rounded(unit.difference_from_si((square / samples.max(1) as f64).sqrt()), DIGITS),
+                rmse: rounded(unit.difference_from_si(rms), DIGITS),
                 noise_sigma: rounded(unit.difference_from_si(sensor.noise), DIGITS),
+                times_noise: rounded(rms / sensor.noise, DIGITS),
                 samples,
                 chi2_reduced,
                 adequate,

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::phase::{Stretch, stretches};
 use super::refit;
 use super::trial::{Run, run_with};
+use super::with_faults::{WithFaults, with_faults};
 use crate::complaint::Complaint;
 use crate::diagnosis::{adequate, estimate, mean_squares};
 use crate::model::{Drive, Model};
@@ -56,6 +57,8 @@ pub struct Channel {
     /// Root mean square of measured minus model.
     pub rmse: f64,
     pub noise_sigma: f64,
+    /// `rmse` over `noise_sigma`: about 1 where nothing but noise is left.
+    pub times_noise: f64,
     /// `100 (1 - |y - m|/|y - mean y|)`; `None` where the sensor shows one value throughout.
     pub fit_percent: Option<f64>,
     /// Samples that the fit has; where there is none, the sensor says nothing and is called adequate.
@@ -104,6 +107,8 @@ pub struct Comparison {
     pub record: String,
     /// Whether the model explains every sensor within noise and tolerance.
     pub adequate: bool,
+    /// Root mean square of measured minus model over the noise of the sensor, over all sensors.
+    pub times_noise: f64,
     pub chi2_reduced: f64,
     /// `None` where the model is adequate.
     #[serde(rename = "where")]
@@ -111,6 +116,28 @@ pub struct Comparison {
     pub channels: Vec<Channel>,
     /// What the rig file gives with an uncertainty, as it was fitted.
     pub fitted: Vec<Fitted>,
+    /// The model with the faults that explain the record; `None` where the model alone is adequate, or no fault was found.
+    pub with_faults: Option<WithFaults>,
+    /// The same record with an older rig file, where one was given.
+    pub before: Option<Earlier>,
+}
+
+/// A comparison of the same record with an older rig file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Earlier {
+    pub rig: String,
+    pub adequate: bool,
+    pub times_noise: f64,
+    pub channels: Vec<Channel>,
+    pub with_faults: Option<WithFaults>,
+}
+
+impl Earlier {
+    /// What of a comparison stands beside a newer one.
+    pub fn of(comparison: &Comparison) -> Self {
+        let Comparison { rig, adequate, times_noise, channels, with_faults, .. } = comparison.clone();
+        Self { rig, adequate, times_noise, channels, with_faults }
+    }
 }
 
 /// A comparison with the curves behind it.
@@ -118,6 +145,8 @@ pub struct Comparison {
 pub struct Compared {
     pub comparison: Comparison,
     pub run: Run,
+    /// What the sensors would show with the faults that were found, `[sensor][row]`, SI.
+    pub found: Option<Vec<Vec<f64>>>,
 }
 
 /// The healthy model beside a record: faults at their healthy values, uncertain data-sheet values fitted within their
@@ -141,7 +170,14 @@ pub fn compared(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     let mut comparison = Comparison::of(&model, record, &run)?;
     let estimated = estimate::estimated_parameters(rig).into_iter();
     comparison.fitted = estimated.filter(|&index| !rig.is_fault(index)).map(fitted(rig, &values)).collect();
-    Ok(Compared { comparison, run })
+    let mut found = None;
+    if !comparison.adequate
+        && let Some((with_faults, outputs)) = with_faults(&model, record)?
+    {
+        comparison.with_faults = Some(with_faults);
+        found = Some(outputs);
+    }
+    Ok(Compared { comparison, run, found })
 }
 
 fn fitted(rig: &Rig, values: &[f64]) -> impl Fn(usize) -> Fitted {
@@ -181,6 +217,7 @@ impl Comparison {
                     name: sensor.name.clone(),
                     rmse: rounded(unit.difference_from_si(run.rmse[index]), DIGITS),
                     noise_sigma: rounded(unit.difference_from_si(sensor.noise), DIGITS),
+                    times_noise: rounded(run.rmse[index] / sensor.noise, DIGITS),
                     fit_percent: fit_percent(measured[index], &run.outputs[index]),
                     samples,
                     chi2_reduced: chi2,
@@ -201,10 +238,13 @@ impl Comparison {
             rig: rig.path.display().to_string(),
             record: record.path.display().to_string(),
             adequate: all,
+            times_noise: rounded(run.normalised, DIGITS),
             chi2_reduced: run.chi2,
             place: if all { None } else { place(rig, &channels) },
             channels,
             fitted: Vec::new(),
+            with_faults: None,
+            before: None,
         })
     }
 }

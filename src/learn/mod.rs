@@ -3,6 +3,7 @@
 //! | module | question |
 //! |---|---|
 //! | [`compare`] | where, when and at which states does the model miss the record |
+//! | [`with_faults`] | which faults explain what the model misses, and what is then left |
 //! | [`phase`] | what the circuit does over each stretch of a record |
 //! | [`candidate`] | which effects might be missing, and how much of the misfit could each explain (score test) |
 //! | `tries` | at which sizes and levels each is tried |
@@ -30,3 +31,4 @@ pub mod suggest;
 pub mod trial;
 mod tries;
 mod verdict;
+pub mod with_faults;

@@ -164,7 +164,8 @@ pub(super) fn run_under(
     run_of(rig, record, outputs, weights.clone())
 }
 
-fn run_of(rig: &Rig, record: &Record, outputs: Vec<Vec<f64>>, weights: Weights) -> Result<Run, Complaint> {
+/// A run whose outputs are known.
+pub(super) fn run_of(rig: &Rig, record: &Record, outputs: Vec<Vec<f64>>, weights: Weights) -> Result<Run, Complaint> {
     let data = estimate::measured(rig, record)?;
     let mut misfit = away(&outputs, &data);
     let (mut rmse, mut sum, mut showing) = (Vec::new(), 0.0, 0_usize);

@@ -3,6 +3,8 @@
 pub mod campaign;
 pub(crate) mod caveats;
 pub mod circuit;
+pub mod comparison;
+pub mod curves;
 pub mod diagnosis;
 pub mod digits;
 pub mod effects;

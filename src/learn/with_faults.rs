@@ -1,0 +1,60 @@
+//! What is left of a misfit once the faults that explain the record are in the model.
+
+use serde::Serialize;
+
+use super::compare::{Channel, Comparison};
+use super::trial::run_of;
+use crate::complaint::Complaint;
+use crate::diagnosis::{Options, diagnose};
+use crate::model::Model;
+use crate::record::Record;
+
+/// A fault that is present, in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PresentFault {
+    pub id: String,
+    pub meaning: String,
+    pub value: f64,
+    pub unit: String,
+    pub healthy: f64,
+    /// Ends of the 95 % interval; `None` where the record does not bound the value.
+    pub ci95: [Option<f64>; 2],
+}
+
+/// The model with the faults that explain a record, beside that record.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct WithFaults {
+    pub faults: Vec<PresentFault>,
+    /// Root mean square of measured minus model over the noise of the sensor, over all sensors.
+    pub times_noise: f64,
+    /// Whether the model with these faults explains every sensor within noise and tolerance.
+    pub adequate: bool,
+    pub channels: Vec<Channel>,
+}
+
+/// The faults that a diagnosis of the record finds, with how the model follows it then, and what its sensors would show
+/// (`[sensor][row]`, SI); `None` where it finds none.
+///
+/// # Errors
+/// As [`diagnose`].
+pub(super) fn with_faults(model: &Model, record: &Record) -> Result<Option<(WithFaults, Vec<Vec<f64>>)>, Complaint> {
+    if model.rig.faults.is_empty() {
+        return Ok(None);
+    }
+    let diagnosed = diagnose(model, record, &Options::default())?;
+    let present = diagnosed.diagnosis.present().map(|fault| PresentFault {
+        id: fault.id.clone(),
+        meaning: fault.meaning.clone(),
+        value: fault.value,
+        unit: fault.unit.clone(),
+        healthy: fault.healthy,
+        ci95: fault.ci95,
+    });
+    let faults: Vec<PresentFault> = present.collect();
+    if faults.is_empty() {
+        return Ok(None);
+    }
+    let run = run_of(&model.rig, record, diagnosed.model, diagnosed.weights)?;
+    let Comparison { times_noise, adequate, channels, .. } = Comparison::of(model, record, &run)?;
+    Ok(Some((WithFaults { faults, times_noise, adequate, channels }, run.outputs)))
+}

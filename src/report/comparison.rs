@@ -1,0 +1,169 @@
+//! The comparison of a model with a record in a few lines: the verdict first, the next command last.
+
+use super::number::{rounded, text, with_unit};
+use super::table::{Head, aligned};
+use crate::learn::compare::{Channel, Comparison, Earlier, Where};
+use crate::learn::with_faults::{PresentFault, WithFaults};
+
+/// The comparison for people, beside that of an older rig file where there is one.
+pub fn brief(comparison: &Comparison) -> String {
+    let before = comparison.before.as_ref();
+    let mut lines = vec![headline(comparison)];
+    if let Some(place) = &comparison.place {
+        lines.extend(located(place));
+    }
+    if let Some(with_faults) = &comparison.with_faults {
+        lines.extend(explained_by(with_faults));
+    }
+    if let Some(before) = before {
+        lines.push(format!("{} before ({}).", times(before.times_noise), before.rig));
+    }
+    lines.push(String::new());
+    let (heads, rows) = table(comparison, before);
+    lines.extend(aligned(&heads, &rows));
+    lines.push(String::new());
+    lines.push(next(comparison));
+    lines.join("\n") + "\n"
+}
+
+/// An error as people read it: a multiple of the sensor noise.
+pub fn times(times_noise: f64) -> String {
+    format!("{}x the sensor noise", text(rounded(times_noise, 2)))
+}
+
+fn headline(comparison: &Comparison) -> String {
+    let error = times(comparison.times_noise);
+    if comparison.adequate {
+        format!("ADEQUATE: your model explains the record, {error}.")
+    } else {
+        format!("MISFIT: your model does not explain the record, {error}.")
+    }
+}
+
+/// Where the misfit is largest, and what it correlates with.
+fn located(place: &Where) -> Vec<String> {
+    let mut lines = vec![
+        format!("  Largest in {} ({}),", place.channel, place.equation),
+        format!("  {} from {:.2} to {:.2} s.", place.phase, place.from_s, place.to_s),
+    ];
+    if !place.depends_on.is_empty() {
+        lines.push(format!("  Correlates with {}.", place.depends_on.join(", ")));
+    }
+    lines
+}
+
+fn explained_by(with_faults: &WithFaults) -> Vec<String> {
+    let mut lines = vec![format!("With the faults that explain it best, {}:", times(with_faults.times_noise))];
+    lines.extend(with_faults.faults.iter().map(fault));
+    lines
+}
+
+fn fault(fault: &PresentFault) -> String {
+    let shown = |value: f64| with_unit(rounded(value, 4), &fault.unit);
+    format!("  {} {} (new: {})", fault.id, shown(fault.value), shown(fault.healthy))
+}
+
+fn table(comparison: &Comparison, before: Option<&Earlier>) -> (Vec<Head>, Vec<Vec<String>>) {
+    let with_faults = comparison.with_faults.as_ref();
+    let mut heads: Vec<Head> = vec![("sensor", false), ("rms misfit", true), ("unit", false), ("x noise", true)];
+    heads.extend(with_faults.map(|_| ("with faults", true)));
+    heads.extend(before.map(|_| ("before", true)));
+    heads.push(("explained", false));
+    let rows = comparison.channels.iter().map(|channel| {
+        let of = |channels: &[Channel]| {
+            let same = channels.iter().find(|other| other.name == channel.name);
+            same.map_or_else(|| "-".to_owned(), times_noise)
+        };
+        let misfit = if channel.samples == 0 { "-".to_owned() } else { text(rounded(channel.rmse, 3)) };
+        let mut row = vec![channel.name.clone(), misfit, channel.unit.clone(), times_noise(channel)];
+        row.extend(with_faults.map(|with_faults| of(&with_faults.channels)));
+        row.extend(before.map(|before| of(&before.channels)));
+        row.push(super::diagnosis::explained(channel.adequate, channel.samples).to_owned());
+        row
+    });
+    (heads, rows.collect())
+}
+
+fn times_noise(channel: &Channel) -> String {
+    if channel.samples == 0 { "-".to_owned() } else { text(rounded(channel.times_noise, 2)) }
+}
+
+/// The command that leads further.
+fn next(comparison: &Comparison) -> String {
+    let Comparison { rig, record, .. } = comparison;
+    match &comparison.with_faults {
+        _ if comparison.adequate => format!("Next: borescope check {rig} {record}"),
+        Some(with_faults) if with_faults.adequate => format!("Next: borescope diagnose {rig} {record}"),
+        _ => format!("Next: borescope suggest {rig} {record} --check ANOTHER_RECORD"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn channel(name: &str, times_noise: f64) -> Channel {
+        Channel {
+            name: name.to_owned(),
+            unit: "bar".to_owned(),
+            rmse: 0.25 * times_noise,
+            noise_sigma: 0.25,
+            times_noise,
+            fit_percent: None,
+            samples: 100,
+            chi2_reduced: times_noise * times_noise,
+            adequate: times_noise < 1.2,
+            autocorrelation: 0.0,
+            goes_with: Vec::new(),
+            worst: Vec::new(),
+        }
+    }
+
+    fn comparison(times_noise: f64) -> Comparison {
+        Comparison {
+            schema: crate::learn::compare::SCHEMA,
+            rig: "rig.toml".to_owned(),
+            record: "record.csv".to_owned(),
+            adequate: times_noise < 1.2,
+            times_noise,
+            chi2_reduced: times_noise * times_noise,
+            place: None,
+            channels: vec![channel("p_A", times_noise)],
+            fitted: Vec::new(),
+            with_faults: None,
+            before: None,
+        }
+    }
+
+    #[test]
+    fn faults_that_explain_the_record_lead_to_the_diagnosis() {
+        let fault = PresentFault {
+            id: "cylinder.clearance".to_owned(),
+            meaning: "clearance of the piston".to_owned(),
+            value: 0.200_31,
+            unit: "mm".to_owned(),
+            healthy: 0.0,
+            ci95: [Some(0.199), Some(0.201)],
+        };
+        let with_faults =
+            WithFaults { faults: vec![fault], times_noise: 1.02, adequate: true, channels: vec![channel("p_A", 1.02)] };
+        let before = Some(Earlier::of(&comparison(51.2)));
+        let page = brief(&Comparison { with_faults: Some(with_faults), before, ..comparison(44.7) });
+        let lines: Vec<&str> = page.lines().collect();
+        assert_eq!(lines[0], "MISFIT: your model does not explain the record, 45x the sensor noise.");
+        assert_eq!(lines[1], "With the faults that explain it best, 1x the sensor noise:");
+        assert_eq!(lines[2], "  cylinder.clearance 0.2003 mm (new: 0 mm)");
+        assert_eq!(lines[3], "51x the sensor noise before (rig.toml).");
+        assert_eq!(lines[6].split_whitespace().collect::<Vec<_>>(), ["p_A", "11.2", "bar", "45", "1", "51", "no"]);
+        assert_eq!(lines[8], "Next: borescope diagnose rig.toml record.csv");
+        assert!(lines.iter().all(|line| line.len() <= 80), "{page}");
+    }
+
+    #[test]
+    fn what_no_fault_explains_leads_to_the_missing_effect() {
+        assert!(
+            brief(&comparison(3.0)).ends_with("Next: borescope suggest rig.toml record.csv --check ANOTHER_RECORD\n")
+        );
+        assert!(brief(&comparison(1.0)).starts_with("ADEQUATE: your model explains the record, 1x the sensor noise."));
+    }
+}
