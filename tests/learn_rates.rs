@@ -76,7 +76,7 @@ fn outcome((id, alike): (&str, &[&str]), size: f64, suggestion: &Suggestion, [fi
         Conclusion::EffectFound if is_it(&class(suggestion)[0]) => Outcome::Named,
         Conclusion::Confounded if class(suggestion).iter().any(is_it) => Outcome::InClass,
         Conclusion::EffectFound | Conclusion::Confounded => Outcome::Wrong,
-        Conclusion::Adequate if suggestion.base.set != 0 => Outcome::Fault,
+        Conclusion::Adequate if !suggestion.base.set.is_empty() => Outcome::Fault,
         conclusion => {
             let report = SuggestionReport::new(suggestion, fit, Some(check)).unwrap();
             let scored = report.scored().into_iter().find(|scored| scored.id == id).cloned();
@@ -112,7 +112,7 @@ fn neutral(suggestion: &Suggestion, scored: &ScoredReport) -> f64 {
 
 fn tell(id: &str, size: f64, seed: u64, suggestion: &Suggestion, seconds: f64) {
     println!(
-        "{id} {size:.4} {seed}: {:?}, {:?}, base {:.2} check {:.2} faults {:b}, {seconds:.1} s",
+        "{id} {size:.4} {seed}: {:?}, {:?}, base {:.2} check {:.2} faults {:?}, {seconds:.1} s",
         suggestion.conclusion,
         class(suggestion),
         suggestion.base.fit.chi2,

@@ -8,10 +8,8 @@ use super::problem::{Estimated, RecordProblem};
 use crate::fit::Loss;
 use crate::model::{Drive, Model};
 use crate::record::Record;
+use crate::rig::FaultSet;
 use crate::rig::Rig;
-
-/// A set of faults: bit `i` for fault `i` of the rig.
-pub type Set = u64;
 
 /// Uncertain parameters are searched this many standard deviations to both sides.
 pub(crate) const REACH: f64 = 6.0;
@@ -84,14 +82,14 @@ impl<'a> Case<'a> {
     }
 
     /// Whether parameter `index` is a fault outside `set` whose healthy value is exact.
-    pub fn is_held(&self, set: Set, index: usize) -> bool {
-        index < self.faults() && !has(set, index) && !self.known.contains(&index)
+    pub fn is_held(&self, set: FaultSet, index: usize) -> bool {
+        index < self.faults() && !set.contains(index) && !self.known.contains(&index)
     }
 
     /// What is known while the faults of `set` are present: of a present fault, nothing.
-    pub fn prior(&self, set: Set) -> Gaussian {
+    pub fn prior(&self, set: FaultSet) -> Gaussian {
         let places: Vec<usize> = (0..self.known.len())
-            .filter(|&place| self.known[place] >= self.faults() || !has(set, self.known[place]))
+            .filter(|&place| self.known[place] >= self.faults() || !set.contains(self.known[place]))
             .collect();
         let members: Vec<usize> = places.iter().map(|&place| self.known[place]).collect();
         let mean = members.iter().map(|&member| self.mean[member]).collect();
@@ -101,11 +99,11 @@ impl<'a> Case<'a> {
 
     /// What is known while no fault is present.
     pub fn healthy_prior(&self) -> Gaussian {
-        self.prior(0)
+        self.prior(FaultSet::EMPTY)
     }
 
     /// `2 F` of record and prior while the faults of `set` are present, from the misfits of the record at `theta`.
-    pub fn cost(&self, set: Set, misfit: &[f64], theta: &[f64]) -> f64 {
+    pub fn cost(&self, set: FaultSet, misfit: &[f64], theta: &[f64]) -> f64 {
         2.0 * ROBUST.cost(misfit) + self.prior(set).misfit(theta).norm_squared()
     }
 
@@ -123,9 +121,9 @@ impl<'a> Case<'a> {
     }
 
     /// All estimated parameters, SI, with the faults outside `set` at their healthy values.
-    pub fn without_others(&self, theta: &[f64], set: Set) -> Vec<f64> {
+    pub fn without_others(&self, theta: &[f64], set: FaultSet) -> Vec<f64> {
         let mut theta = theta.to_vec();
-        for other in (0..self.faults()).filter(|&other| !has(set, other)) {
+        for other in (0..self.faults()).filter(|&other| !set.contains(other)) {
             theta[other] = self.mean[other];
         }
         theta
@@ -139,12 +137,12 @@ impl<'a> Case<'a> {
     }
 
     /// Parameters that are free while the faults of `set` are present.
-    pub fn free(&self, set: Set) -> Vec<usize> {
+    pub fn free(&self, set: FaultSet) -> Vec<usize> {
         (0..self.count()).filter(|&index| !self.is_held(set, index)).collect()
     }
 
     /// What the prior adds to the information on all estimated parameters while the faults of `set` are present, per `scale`.
-    pub fn precision(&self, set: Set, scale: &[f64]) -> DMatrix<f64> {
+    pub fn precision(&self, set: FaultSet, scale: &[f64]) -> DMatrix<f64> {
         let prior = self.prior(set);
         let known = prior.precision();
         let mut precision = DMatrix::zeros(self.count(), self.count());
@@ -162,20 +160,10 @@ impl<'a> Case<'a> {
     }
 }
 
-/// Whether a set holds a fault.
-pub fn has(set: Set, fault: usize) -> bool {
-    fault < Set::BITS as usize && set & (1 << fault) != 0
-}
-
-/// The faults of a set.
-pub fn members(set: Set) -> impl Iterator<Item = usize> {
-    (0..Set::BITS as usize).filter(move |&fault| has(set, fault))
-}
-
 /// What an explanation costs, `cost` being `2 F` of its fit, with each fault priced as a parameter is (Schwarz 1978): fewer
 /// are better where both explain so many samples alike.
-pub fn priced(cost: f64, set: Set, samples: f64) -> f64 {
-    cost + f64::from(set.count_ones()) * samples.ln()
+pub fn priced(cost: f64, set: FaultSet, samples: f64) -> f64 {
+    cost + set.len() as f64 * samples.ln()
 }
 
 /// The faults of a rig, then everything uncertain that is no fault, what sensors show at zero included. What is uncertain

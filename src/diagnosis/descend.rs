@@ -6,9 +6,10 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::case::{Case, ROBUST, Set};
+use super::case::{Case, ROBUST};
 use super::quadratic::Quadratic;
 use crate::fit::Problem;
+use crate::rig::FaultSet;
 
 /// A fit of a set of faults.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +41,7 @@ const MOST_DAMPING: f64 = 1e3;
 pub fn descend(
     case: &Case<'_>,
     near: &Quadratic,
-    set: Set,
+    set: FaultSet,
     held: &[(usize, f64)],
     start: &[f64],
     damping: f64,

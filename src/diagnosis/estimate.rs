@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::case::{Case, Set, members, priced};
+use super::case::{Case, priced};
 use super::descend::{ROUGH, descend};
 use super::events::{weights, weights_along};
 use super::hypotheses::{Isolation, MOST_ROUNDS, Stopped, held, isolate, isolate_from};
@@ -14,6 +14,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::fit::FitError;
 use crate::model::{Drive, Model, SimulationError};
 use crate::record::{Channel, Record};
+use crate::rig::FaultSet;
 use crate::rig::Rig;
 
 /// Cost per sample from which on a start is taken to have missed; noise alone costs 1/2.
@@ -64,7 +65,7 @@ pub fn estimate<'a>(
     model: &'a Model,
     record: &'a Record,
     drive: &'a Drive,
-    guess: Option<(&[f64], Set)>,
+    guess: Option<(&[f64], FaultSet)>,
 ) -> Result<Estimate<'a>, Complaint> {
     let mut near = near(model, record, drive, guess, if guess.is_some() { MOST_ROUNDS } else { FROM_HEALTHY })?;
     if !near.missed() {
@@ -82,7 +83,7 @@ pub fn near<'a>(
     model: &'a Model,
     record: &'a Record,
     drive: &'a Drive,
-    guess: Option<(&[f64], Set)>,
+    guess: Option<(&[f64], FaultSet)>,
     rounds: u64,
 ) -> Result<Estimate<'a>, Complaint> {
     let mut case = match guess {
@@ -98,7 +99,7 @@ pub fn near<'a>(
         }
     };
     let healthy = case.mean.clone();
-    let (start, set) = guess.unwrap_or((&healthy[..], 0));
+    let (start, set) = guess.unwrap_or((&healthy[..], FaultSet::EMPTY));
     let isolation = settle(&mut case, start, set, rounds).map_err(|error| unsolvable(model, record, error))?;
     Ok(Estimate { case, isolation })
 }
@@ -135,7 +136,7 @@ pub fn isolated<'a>(
     model: &'a Model,
     record: &'a Record,
     drive: &'a Drive,
-    (theta, set): (&[f64], Set),
+    (theta, set): (&[f64], FaultSet),
     rounds: u64,
 ) -> Result<Estimate<'a>, Complaint> {
     let (case, form) = case_at(model, record, drive, theta)?;
@@ -163,7 +164,7 @@ pub(crate) fn quick(
     model: &Model,
     record: &Record,
     drive: &Drive,
-    (start, set): (&[f64], Set),
+    (start, set): (&[f64], FaultSet),
     forms: usize,
 ) -> Result<Quick, Complaint> {
     let (case, form) = case_at(model, record, drive, start)?;
@@ -188,7 +189,7 @@ pub(crate) fn quick(
 fn walked(
     case: &Case<'_>,
     mut form: Quadratic,
-    (start, set): (&[f64], Set),
+    (start, set): (&[f64], FaultSet),
     forms: usize,
 ) -> Result<Quick, SimulationError> {
     let mut fit = Quick { theta: start.to_vec(), cost: f64::INFINITY, gained: f64::INFINITY };
@@ -274,9 +275,9 @@ impl Estimate<'_> {
     pub fn by_components_alone(&self, depth: search::Depth, forms: usize) -> Result<Self, Complaint> {
         let (Case { full, record, mean, .. }, roughly) = (&self.case, self.roughly());
         let of_components = |&fault: &usize| !self.case.is_of_sensor(fault);
-        let set = members(self.isolation.set()).filter(of_components).fold(0, |set, fault| set | 1 << fault);
+        let set: FaultSet = self.isolation.set().iter().filter(of_components).collect();
         let found = self.case.without_others(&self.isolation.best.theta, set);
-        let mut starts = vec![(mean.clone(), 0), (found, set)];
+        let mut starts = vec![(mean.clone(), FaultSet::EMPTY), (found, set)];
         let weights = rough(full.model, record, full.drive, &full.measured);
         let unfollowed = Case::new(full.model, record, full.drive, full.measured.clone(), weights);
         let places = search::places(&unfollowed, depth);
@@ -289,7 +290,7 @@ impl Estimate<'_> {
         });
         let fitted: Vec<_> = fitted.collect();
         let best = fitted.into_iter().min_by(|a, b| a.2.total_cmp(&b.2));
-        let (theta, set) = best.map_or_else(|| (mean.clone(), 0), |(theta, set, _)| (theta, set));
+        let (theta, set) = best.map_or_else(|| (mean.clone(), FaultSet::EMPTY), |(theta, set, _)| (theta, set));
         self.held_at(&roughly, (&theta, set), forms)
     }
 
@@ -298,7 +299,7 @@ impl Estimate<'_> {
     /// # Errors
     /// The model cannot be solved there.
     pub fn without_faults(&self, forms: usize) -> Result<Self, Complaint> {
-        self.held_at(&self.roughly(), (&self.case.mean, 0), forms)
+        self.held_at(&self.roughly(), (&self.case.mean, FaultSet::EMPTY), forms)
     }
 
     /// The model, solved as roughly as fits on the way need it.
@@ -307,7 +308,7 @@ impl Estimate<'_> {
     }
 
     /// The record as the faults of a set explain it best, fitted from there with the form renewed so many times.
-    fn held_at(&self, roughly: &Model, (start, set): (&[f64], Set), forms: usize) -> Result<Self, Complaint> {
+    fn held_at(&self, roughly: &Model, (start, set): (&[f64], FaultSet), forms: usize) -> Result<Self, Complaint> {
         let (full, record) = (&self.case.full, self.case.record);
         let theta = quick(roughly, record, full.drive, (start, set), forms)?.theta;
         let (case, form) = case_at(full.model, record, full.drive, &theta)?;
@@ -336,7 +337,7 @@ fn rough(model: &Model, record: &Record, drive: &Drive, data: &[&[f64]]) -> Weig
 
 /// Explains the record from a guess. Where that does, weights are renewed where the explanation puts the events, and the
 /// explanation with them, until no fault moves.
-fn settle(case: &mut Case<'_>, guess: &[f64], set: Set, most_rounds: u64) -> Result<Isolation, SimulationError> {
+fn settle(case: &mut Case<'_>, guess: &[f64], set: FaultSet, most_rounds: u64) -> Result<Isolation, SimulationError> {
     let mut isolation = isolate(case, guess, set, most_rounds)?;
     for _ in 0..MOST_RENEWALS {
         if most_rounds < MOST_ROUNDS && missed(case, &isolation) {
@@ -353,7 +354,7 @@ fn settle(case: &mut Case<'_>, guess: &[f64], set: Set, most_rounds: u64) -> Res
             let sigma = sigma.map_or(case.range(fault), |sigma| sigma * isolation.quadratic.scale[fault]);
             (isolation.best.theta[fault] - before.best.theta[fault]).abs() <= SETTLED * sigma
         };
-        if isolation.set() != before.set() || !members(isolation.set()).all(still) {
+        if isolation.set() != before.set() || !isolation.set().iter().all(still) {
             continue;
         }
         // What the form cannot see from here may explain the record better.

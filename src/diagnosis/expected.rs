@@ -5,13 +5,14 @@
 //! [`super::hypotheses`] does. Under noise the logarithm of the ratio of two likelihoods is normal with the variance of
 //! twice its mean, so what a set is expected to win by tells how often it wins.
 
-use super::case::{Case, Set, has, members};
+use super::case::Case;
 use super::events::weights;
 use super::hypotheses::{candidates, prior_odds};
 use super::noise::Weights;
 use super::quadratic::{Quadratic, Reduced};
 use crate::model::{Drive, Model, SimulationError};
 use crate::record::Record;
+use crate::rig::FaultSet;
 
 /// What a record would say at one operating point.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,10 +67,10 @@ pub fn expected(
     case.full.weights = weights(&case.full, record, &theta)?;
     let quadratic = Quadratic::at(&case, &theta)?;
     let reduced = quadratic.reduced(&case);
-    let truth = faults.iter().fold(0, |set: Set, &(fault, _)| set | 1 << fault);
+    let truth: FaultSet = faults.iter().map(|&(fault, _)| fault).collect();
     let rivals = rivals(&case, &reduced, truth);
     let identifiable = faults.iter().map(|&(fault, _)| {
-        rivals.iter().filter(|(set, _)| !has(*set, fault)).all(|(_, rival)| rival.mistaken * ONE_IN <= 1.0)
+        rivals.iter().filter(|(set, _)| !set.contains(fault)).all(|(_, rival)| rival.mistaken * ONE_IN <= 1.0)
     });
     let identifiable = identifiable.collect();
     let sigma = |fault: usize| Some(reduced.sigma(truth, fault)? * quadratic.scale[fault]);
@@ -82,12 +83,13 @@ pub fn expected(
 }
 
 /// Every other set that might be taken for `truth`.
-fn rivals(case: &Case<'_>, reduced: &Reduced, truth: Set) -> Vec<(Set, Rival)> {
+fn rivals(case: &Case<'_>, reduced: &Reduced, truth: FaultSet) -> Vec<(FaultSet, Rival)> {
     let odds = prior_odds(case.faults());
-    let priced = |set: Set| reduced.occam(set, 1.0) + odds * f64::from(set.count_ones());
+    let priced = |set: FaultSet| reduced.occam(set, 1.0) + odds * set.len() as f64;
     let Some(best) = reduced.best(truth) else { return Vec::new() };
     let own = priced(truth);
-    candidates(case.faults(), truth)
+    let alone = |set: FaultSet| Some(priced(set) - 0.5 * reduced.best(set)?.cost);
+    candidates(case.faults(), truth, alone)
         .into_iter()
         .filter(|&set| set != truth)
         .filter_map(|set| {
@@ -96,7 +98,7 @@ fn rivals(case: &Case<'_>, reduced: &Reduced, truth: Set) -> Vec<(Set, Rival)> {
             // With one fault more than the truth the likelihood gains half a chi-square; 1 stands for its spread.
             let spread = rise.max(1.0).sqrt();
             let mistaken = 0.5 * statrs::function::erf::erfc(nats / spread / std::f64::consts::SQRT_2);
-            Some((set, Rival { faults: members(set).collect(), nats, mistaken }))
+            Some((set, Rival { faults: set.iter().collect(), nats, mistaken }))
         })
         .collect()
 }

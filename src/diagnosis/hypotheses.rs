@@ -9,15 +9,20 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::case::{Case, ROBUST, Set, has, members};
+use super::case::{Case, ROBUST};
 use super::descend::{EXACT, Point, ROUGH, descend};
 use super::quadratic::{Quadratic, Reduced};
 use crate::model::SimulationError;
+use crate::rig::FaultSet;
 
 /// Number of faults expected in a record before it is seen.
 const EXPECTED: f64 = 0.3;
 /// Most faults of a set: what more of them explain is as well explained by a wrong model.
-const MOST_OF_ALL: u32 = 5;
+const MOST_OF_ALL: usize = 5;
+/// Faults of which all sets of three are weighed: so many have 9,880 of them, which takes as long as one simulation.
+const ALL_TRIPLES: usize = 40;
+/// Pairs of which sets of three are grown where there are more faults: as many sets again, of 250 faults.
+const GROWN: usize = 40;
 /// Sets within this logarithm of the best, in the quadratic form, are fitted to the record.
 const IN_QUESTION: f64 = 5.0;
 /// Most sets that are fitted in each round.
@@ -47,7 +52,7 @@ pub struct Hypothesis {
 /// One set with the logarithm of its evidence, relative to the others only.
 #[derive(Debug, Clone)]
 pub struct Weighed {
-    pub set: Set,
+    pub set: FaultSet,
     pub score: f64,
     /// Its fit, where it was fitted to the record.
     pub point: Option<Point>,
@@ -91,14 +96,14 @@ impl fmt::Display for Stopped {
 }
 
 impl Isolation {
-    pub fn set(&self) -> Set {
-        self.weighed.first().map_or(0, |best| best.set)
+    pub fn set(&self) -> FaultSet {
+        self.weighed.first().map_or(FaultSet::EMPTY, |best| best.set)
     }
 
     /// Logarithm of the evidence of its set, up to what is the same for all sets of the record.
     pub fn evidence(&self, case: &Case<'_>) -> f64 {
         let set = self.set();
-        prior_odds(case.faults()) * f64::from(set.count_ones()) + self.reduced.occam(set, 1.0) - 0.5 * self.best.cost
+        prior_odds(case.faults()) * set.len() as f64 + self.reduced.occam(set, 1.0) - 0.5 * self.best.cost
     }
 
     /// Probability of each set, in the order of `weighed`.
@@ -113,7 +118,7 @@ impl Isolation {
     pub fn of_faults(&self, count: usize) -> Vec<f64> {
         let mut faults = vec![0.0_f64; count];
         for (set, probability) in self.weighed.iter().zip(self.probabilities()) {
-            members(set.set).for_each(|fault| faults[fault] += probability);
+            set.set.iter().for_each(|fault| faults[fault] += probability);
         }
         faults.into_iter().map(|probability| probability.min(1.0)).collect()
     }
@@ -126,7 +131,7 @@ impl Isolation {
             .iter()
             .zip(self.probabilities())
             .filter(|(_, probability)| *probability >= NEGLIGIBLE)
-            .map(|(set, probability)| Hypothesis { faults: members(set.set).map(id).collect(), probability })
+            .map(|(set, probability)| Hypothesis { faults: set.set.iter().map(id).collect(), probability })
             .collect()
     }
 }
@@ -146,7 +151,12 @@ pub(super) fn prior_odds(faults: usize) -> f64 {
 ///
 /// # Errors
 /// The model cannot be solved at the guess.
-pub fn isolate(case: &Case<'_>, guess: &[f64], centre: Set, most_rounds: u64) -> Result<Isolation, SimulationError> {
+pub fn isolate(
+    case: &Case<'_>,
+    guess: &[f64],
+    centre: FaultSet,
+    most_rounds: u64,
+) -> Result<Isolation, SimulationError> {
     isolate_from(case, Quadratic::at(case, guess)?, centre, most_rounds)
 }
 
@@ -157,7 +167,7 @@ pub fn isolate(case: &Case<'_>, guess: &[f64], centre: Set, most_rounds: u64) ->
 pub(super) fn isolate_from(
     case: &Case<'_>,
     mut quadratic: Quadratic,
-    mut centre: Set,
+    mut centre: FaultSet,
     most_rounds: u64,
 ) -> Result<Isolation, SimulationError> {
     let (mut rounds, mut damping) = (0, 0.0);
@@ -191,7 +201,7 @@ pub(super) fn isolate_from(
 ///
 /// # Errors
 /// The model cannot be solved there.
-pub(super) fn held(case: &Case<'_>, quadratic: Quadratic, set: Set) -> Result<Isolation, SimulationError> {
+pub(super) fn held(case: &Case<'_>, quadratic: Quadratic, set: FaultSet) -> Result<Isolation, SimulationError> {
     let theta = &quadratic.theta;
     let reduced = quadratic.reduced(case);
     let inflation = vec![1.0; case.faults()];
@@ -207,18 +217,19 @@ fn weigh(
     case: &Case<'_>,
     quadratic: &Quadratic,
     reduced: &Reduced,
-    (centre, damping): (Set, f64),
+    (centre, damping): (FaultSet, f64),
     inflation: &[f64],
 ) -> Vec<Weighed> {
     let odds = prior_odds(case.faults());
-    let priced = |set: Set| reduced.occam(set, colour(set, 0, inflation)) + odds * f64::from(set.count_ones());
+    let priced = |set: FaultSet| reduced.occam(set, colour(set, FaultSet::EMPTY, inflation)) + odds * set.len() as f64;
     let reference = reduced.best(centre).map_or(0.0, |best| best.cost);
-    let score = |set: Set, cost: f64, reference: f64| {
+    let score = |set: FaultSet, cost: f64, reference: f64| {
         let rise = cost - reference;
         let colour = if rise > UNEXCUSED * reference.abs() { 1.0 } else { colour(set, centre, inflation) };
         -0.5 * rise / colour + priced(set)
     };
-    let mut weighed: Vec<(Weighed, Vec<f64>)> = candidates(case.faults(), centre)
+    let alone = |set: FaultSet| Some(score(set, reduced.best(set)?.cost, reference));
+    let mut weighed: Vec<(Weighed, Vec<f64>)> = candidates(case.faults(), centre, alone)
         .into_iter()
         .filter_map(|set| {
             let best = reduced.best(set)?;
@@ -242,7 +253,7 @@ fn weigh(
         // The set at hand goes on from where it is, so that no round ends worse than it began.
         if !stay {
             start[..case.faults()].copy_from_slice(&case.mean[..case.faults()]);
-            for (fault, deviation) in members(set.set).zip(deviation.iter()) {
+            for (fault, deviation) in set.set.iter().zip(deviation.iter()) {
                 start[fault] += deviation * quadratic.scale[fault];
             }
         }
@@ -266,33 +277,41 @@ fn weigh(
 }
 
 /// Colour that counts when two sets are compared: the most of any fault in which they differ; of a set alone, of its own.
-pub(super) fn colour(set: Set, centre: Set, inflation: &[f64]) -> f64 {
-    members(set ^ centre).map(|fault| inflation[fault]).fold(1.0, f64::max)
+pub(super) fn colour(set: FaultSet, centre: FaultSet, inflation: &[f64]) -> f64 {
+    set.symmetric_difference(centre).iter().map(|fault| inflation[fault]).fold(1.0, f64::max)
 }
 
 /// What colour in the misfits does to the variance of each fault while those of `set` are present.
-fn inflations(case: &Case<'_>, quadratic: &Quadratic, set: Set) -> Vec<f64> {
+fn inflations(case: &Case<'_>, quadratic: &Quadratic, set: FaultSet) -> Vec<f64> {
     (0..case.faults())
         .map(|fault| {
             quadratic
-                .direction(case, set | 1 << fault, fault)
+                .direction(case, set.with(fault), fault)
                 .map_or(1.0, |direction| quadratic.inflation(&direction, &case.full.series()))
         })
         .collect()
 }
 
-/// Sets to be weighed: those of up to three faults, and those within two exchanges of the best one.
-pub(super) fn candidates(faults: usize, centre: Set) -> Vec<Set> {
-    let mut sets = vec![0, centre];
+/// Sets to be weighed: those of up to three faults, and those within two exchanges of the best one. Of a rig with many faults
+/// sets of three are grown from the pairs that `score` puts first.
+pub(super) fn candidates(faults: usize, centre: FaultSet, score: impl Fn(FaultSet) -> Option<f64>) -> Vec<FaultSet> {
+    let mut sets = vec![FaultSet::EMPTY, centre];
+    let mut pairs = Vec::new();
     for a in 0..faults {
         for b in 0..=a {
-            for c in 0..=b {
-                sets.push(1 << a | 1 << b | 1 << c);
-            }
-            sets.extend([centre ^ (1 << a), centre ^ (1 << a) ^ (1 << b)]);
+            pairs.push(FaultSet::of(a).with(b));
+            let exchanged = centre.toggled(a);
+            sets.extend([exchanged, if a == b { centre } else { exchanged.toggled(b) }]);
         }
     }
-    sets.retain(|set| set.count_ones() <= MOST_OF_ALL);
+    sets.extend(&pairs);
+    if faults > ALL_TRIPLES {
+        let mut scored: Vec<(f64, FaultSet)> = pairs.iter().filter_map(|&pair| Some((score(pair)?, pair))).collect();
+        scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+        pairs = scored.into_iter().take(GROWN).map(|(_, pair)| pair).collect();
+    }
+    sets.extend(pairs.iter().flat_map(|pair| (0..faults).map(|fault| pair.with(fault))));
+    sets.retain(|set| set.len() <= MOST_OF_ALL);
     sets.sort_unstable();
     sets.dedup();
     sets
@@ -305,7 +324,7 @@ pub fn ambiguity(isolation: &Isolation, faults: usize) -> Vec<Vec<usize>> {
     let probabilities = isolation.probabilities();
     let instead = |a: usize, b: usize| -> f64 {
         let pairs = isolation.weighed.iter().zip(&probabilities);
-        pairs.filter(|(set, _)| has(set.set, a) && !has(set.set, b)).map(|(_, probability)| probability).sum()
+        pairs.filter(|(set, _)| set.set.contains(a) && !set.set.contains(b)).map(|(_, probability)| probability).sum()
     };
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for a in 0..faults {
@@ -325,4 +344,28 @@ pub fn ambiguity(isolation: &Isolation, faults: usize) -> Vec<Vec<usize>> {
     }
     groups.iter_mut().for_each(|group| group.sort_unstable());
     groups
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_sets_of_up_to_three_faults_are_weighed_where_they_are_few() {
+        let sets = candidates(5, FaultSet::EMPTY, |_| None);
+        assert_eq!(sets.len(), 1 + 5 + 10 + 10);
+        let near = candidates(5, (0..5).collect(), |_| None);
+        // Beside them: all five, each four of them; no set within two exchanges is smaller than three.
+        assert_eq!(near.len(), 1 + 5 + 10 + 10 + 5 + 1);
+    }
+
+    #[test]
+    fn sets_of_three_are_grown_from_promising_pairs_where_faults_are_many() {
+        let truth: FaultSet = [3, 90, 210].into_iter().collect();
+        let score = |pair: FaultSet| Some(-(truth.symmetric_difference(pair).len() as f64));
+        let sets = candidates(250, FaultSet::EMPTY, score);
+        assert!(sets.binary_search(&truth).is_ok());
+        assert!(sets.len() < 60_000, "{}", sets.len());
+        assert!((0..250).all(|fault| sets.binary_search(&FaultSet::of(fault)).is_ok()));
+    }
 }

@@ -8,12 +8,13 @@
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::case::{Case, Set, members};
+use super::case::Case;
 use super::descend::{EXACT, Point, descend};
 use super::hypotheses::Isolation;
 use super::quadratic::Quadratic;
 use crate::fit::{End, ProfilePoint};
 use crate::progress::Count;
+use crate::rig::FaultSet;
 
 /// Rise of `2 F` that ends a 95 % interval: quantile of chi-square with one degree of freedom.
 pub const RISE: f64 = 3.841_459;
@@ -93,7 +94,7 @@ struct Base {
 
 impl Base {
     /// Fits `set` from where the search ended; `None` where the model cannot be solved.
-    fn new(case: &Case<'_>, isolation: &Isolation, set: Set) -> Option<Self> {
+    fn new(case: &Case<'_>, isolation: &Isolation, set: FaultSet) -> Option<Self> {
         let from = |near: &Quadratic, theta: &[f64]| descend(case, near, set, &[], theta, 0.0, (STEPS, EXACT));
         let mut best = from(&isolation.quadratic, &isolation.best.theta)?;
         let mut form = None;
@@ -129,7 +130,7 @@ pub fn intervals(case: &Case<'_>, isolation: &Isolation) -> Vec<Option<Interval>
         let Some(point) = other.point.as_ref().filter(|_| probability >= OPEN && other.set != isolation.set()) else {
             continue;
         };
-        for fault in members(other.set) {
+        for fault in other.set.iter() {
             let Some(interval) = &mut intervals[fault] else { continue };
             let sigma = isolation
                 .reduced
@@ -151,7 +152,7 @@ pub fn intervals(case: &Case<'_>, isolation: &Isolation) -> Vec<Option<Interval>
 
 /// The interval of `fault` while those of the best set are free too.
 fn interval(case: &Case<'_>, isolation: &Isolation, fault: usize) -> Option<Interval> {
-    let set = isolation.set() | 1 << fault;
+    let set = isolation.set().with(fault);
     if case.is_of_sensor(fault) {
         return straight(case, isolation, set, fault);
     }
@@ -176,7 +177,7 @@ fn interval(case: &Case<'_>, isolation: &Isolation, fault: usize) -> Option<Inte
 }
 
 /// The interval of an offset or a gain: readings follow it in a straight line, so the quadratic form is the profile.
-fn straight(case: &Case<'_>, isolation: &Isolation, set: Set, fault: usize) -> Option<Interval> {
+fn straight(case: &Case<'_>, isolation: &Isolation, set: FaultSet, fault: usize) -> Option<Interval> {
     let (near, best) = (&isolation.quadratic, &isolation.best);
     let along = near.direction(case, set, fault)?;
     let colour = near.inflation(&along, &case.full.series());
@@ -212,7 +213,7 @@ fn straight(case: &Case<'_>, isolation: &Isolation, set: Set, fault: usize) -> O
 
 struct Search<'a, 'b> {
     case: &'a Case<'b>,
-    set: Set,
+    set: FaultSet,
     fault: usize,
     best: &'a Point,
     along: DVector<f64>,

@@ -72,7 +72,7 @@ pub(crate) const PRESENT: f64 = 0.5;
 /// Digits of a reported number: more than any interval allows, fewer than rounding spoils.
 const DIGITS: usize = 7;
 /// So many faults at once are believed only where fewer, looked for from afar, explain the record less well.
-const SEVERAL: u32 = 3;
+const SEVERAL: usize = 3;
 /// How often a better optimum, found on a profile, restarts the fit.
 const RESTARTS: usize = 3;
 /// A restart that lowers the cost by less is the last one.
@@ -112,7 +112,7 @@ pub fn diagnose_from(
     let mut first = estimate::near(model, record, &drive, None, estimate::FROM_HEALTHY)?;
     let before = Model::new(rig.with_before()).with_tolerance(model.tolerance);
     let mut begun = None;
-    if first.missed() || first.isolation.set().count_ones() >= SEVERAL {
+    if first.missed() || first.isolation.set().len() >= SEVERAL {
         let places = first.places();
         // Faults as old as the record that leave nothing need no beginning.
         if first.missed() && !places.iter().any(search::Place::leaves_nothing) {

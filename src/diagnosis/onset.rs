@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::case::{Case, Set, members};
+use super::case::Case;
 use super::estimate::{self, Estimate};
 use super::hypotheses::Isolation;
 use super::problem::away;
@@ -16,6 +16,7 @@ use super::{SEVERAL, adequate};
 use crate::fit::Problem;
 use crate::model::{Before, Drive, Model, Onset};
 use crate::record::Record;
+use crate::rig::FaultSet;
 
 /// What a beginning must win, in nats, beyond the logarithm of the number of rows that it is chosen among.
 const WORTH: f64 = 5.0;
@@ -37,7 +38,7 @@ pub struct Begun {
     pub time: f64,
     /// All estimated parameters, SI.
     pub theta: Vec<f64>,
-    pub set: Set,
+    pub set: FaultSet,
 }
 
 /// Looks for a beginning of the faults within the record; `first` is an explanation by faults as old as the record, good or
@@ -47,11 +48,11 @@ pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>)
     let worth = WORTH + (record.time.len() as f64).ln();
     let shaken = plain.pieces.iter().skip(1).find(|piece| piece.jump).map_or(f64::INFINITY, |piece| piece.start);
     // Several faults, or what does not explain the record, may all stand in for one that is not there.
-    let explained = !first.missed() && first.isolation.set().count_ones() < SEVERAL && explains(first);
+    let explained = !first.missed() && first.isolation.set().len() < SEVERAL && explains(first);
     let row = if explained { parting(&first.case, &first.isolation, plain, worth) } else { left(&first.case) };
     let old = [record.time.first().copied()?, shaken];
     let mut row = row.filter(|&row| old.iter().all(|old| (record.time[row] - old).abs() > CLEAR))?;
-    let mut guess: Option<(Vec<f64>, Set)> = None;
+    let mut guess: Option<(Vec<f64>, FaultSet)> = None;
     let mut found: Option<(Begun, f64)> = None;
     for _ in 0..ROUNDS {
         let begun = |time: f64| begun(model, plain, time);
@@ -59,7 +60,7 @@ pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>)
         let start = guess.as_ref().map(|(theta, set)| (&theta[..], *set));
         let Ok(explained) = estimate::estimate(model, record, &drive, start) else { break };
         let (theta, set) = (explained.isolation.best.theta.clone(), explained.isolation.set());
-        if set == 0 {
+        if set.is_empty() {
             return None;
         }
         let time = refined(&explained.case, begun, &theta, record.time[row]);
@@ -108,14 +109,14 @@ fn left(case: &Case<'_>) -> Option<usize> {
 ///
 /// Faults that begin late may, as old as the record, lose to the healthy rig: they are tried too.
 fn parting(case: &Case<'_>, isolation: &Isolation, plain: &Drive, worth: f64) -> Option<usize> {
-    let (set, faulty) = if isolation.set() == 0 {
-        let fitted = isolation.weighed.iter().filter(|other| other.set != 0);
+    let (set, faulty) = if isolation.set().is_empty() {
+        let fitted = isolation.weighed.iter().filter(|other| !other.set.is_empty());
         fitted.filter_map(|other| Some((other.set, other.point.as_ref()?))).next()?
     } else {
         (isolation.set(), &isolation.best)
     };
     let mut theta = faulty.theta.clone();
-    members(set).for_each(|fault| theta[fault] = case.mean[fault]);
+    set.iter().for_each(|fault| theta[fault] = case.mean[fault]);
     let rows = case.full.times.len();
     let series = case.full.series();
     let parted = |healthy: &[f64], faulty: &[f64]| {
@@ -127,7 +128,7 @@ fn parting(case: &Case<'_>, isolation: &Isolation, plain: &Drive, worth: f64) ->
         return None;
     }
     let before: Vec<(usize, Before)> =
-        members(set).map(|fault| (case.full.estimated[fault].parameter, Before::Value(case.mean[fault]))).collect();
+        set.iter().map(|fault| (case.full.estimated[fault].parameter, Before::Value(case.mean[fault]))).collect();
     let begun = |time: f64| plain.clone().with_onset(Onset { time, before: before.clone() });
     let time = refined(case, begun, &faulty.theta, case.full.times[row]);
     Some(case.full.times.partition_point(|&t| t < time).min(rows - 1))

@@ -2,9 +2,10 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::case::{Case, ROBUST, Set, members};
+use super::case::{Case, ROBUST};
 use crate::fit::{Linearised, Problem, long_run_variance};
 use crate::model::SimulationError;
+use crate::rig::FaultSet;
 
 /// `2 F(theta) = sum rho(r²)` of the record alone, and its quadratic model by Gauss and Newton. Parameters are in units of
 /// their scales, so that they can be compared.
@@ -127,7 +128,7 @@ impl Quadratic {
 
     /// How all parameters move, in scales, with the gradient of one fault while those of `set` are present: a column of
     /// [`Quadratic::inverse`].
-    pub fn direction(&self, case: &Case<'_>, set: Set, fault: usize) -> Option<DVector<f64>> {
+    pub fn direction(&self, case: &Case<'_>, set: FaultSet, fault: usize) -> Option<DVector<f64>> {
         let free = case.free(set);
         let mut unit = DVector::zeros(free.len());
         unit[free.iter().position(|&index| index == fault)?] = 1.0;
@@ -140,7 +141,7 @@ impl Quadratic {
     }
 
     /// Covariance of all parameters while the faults of `set` are present, in scales; zero for those that are held.
-    pub fn inverse(&self, case: &Case<'_>, set: Set) -> Option<DMatrix<f64>> {
+    pub fn inverse(&self, case: &Case<'_>, set: FaultSet) -> Option<DMatrix<f64>> {
         let free = case.free(set);
         let solved = Cholesky::new(self.information(&case.precision(set, &self.scale), &free))?.inverse();
         let mut inverse = DMatrix::zeros(case.count(), case.count());
@@ -191,7 +192,7 @@ impl Quadratic {
 
     /// What the score test needs of values of all estimated parameters (SI) and the misfits there, while the faults of `set`
     /// are estimated too. `None` where the information cannot be inverted.
-    pub fn scoring(&self, case: &Case<'_>, set: Set, (theta, misfit): (&[f64], &[f64])) -> Option<Scoring<'_>> {
+    pub fn scoring(&self, case: &Case<'_>, set: FaultSet, (theta, misfit): (&[f64], &[f64])) -> Option<Scoring<'_>> {
         let free = case.free(set);
         let precision = case.precision(set, &self.scale);
         let slope = self.gradient(misfit) + &precision * case.away(theta, &self.scale);
@@ -205,7 +206,7 @@ impl Quadratic {
     /// The form over the faults with everything uncertain left to follow.
     pub fn reduced(&self, case: &Case<'_>) -> Reduced {
         let count = case.faults();
-        let precision = case.precision(0, &self.scale);
+        let precision = case.precision(FaultSet::EMPTY, &self.scale);
         // From here to the healthy rig.
         let back = -case.away(&self.theta, &self.scale);
         let here = self.gradient(&self.misfit);
@@ -262,8 +263,8 @@ fn gram(jacobian: &DMatrix<f64>, weights: &[f64]) -> DMatrix<f64> {
 
 impl Reduced {
     /// The best deviations of a set; `None` where a fault that can only go one way would have to go the other.
-    pub fn best(&self, set: Set) -> Option<Best> {
-        let all: Vec<usize> = members(set).collect();
+    pub fn best(&self, set: FaultSet) -> Option<Best> {
+        let all: Vec<usize> = set.iter().collect();
         let mut held: Vec<Option<f64>> = vec![None; all.len()];
         loop {
             let free: Vec<usize> = (0..all.len()).filter(|&k| held[k].is_none()).collect();
@@ -311,8 +312,8 @@ impl Reduced {
 
     /// Logarithm of the share of its prior volume that the record leaves a set, at most 0: Laplace's approximation with a
     /// normal prior as high as the uniform one over the range. `colour` divides the information.
-    pub fn occam(&self, set: Set, colour: f64) -> f64 {
-        let all: Vec<usize> = members(set).collect();
+    pub fn occam(&self, set: FaultSet, colour: f64) -> f64 {
+        let all: Vec<usize> = set.iter().collect();
         let ratio = DMatrix::from_fn(all.len(), all.len(), |a, b| {
             let (i, j) = (all[a], all[b]);
             let one = if a == b { 1.0 } else { 0.0 };
@@ -331,8 +332,8 @@ impl Reduced {
     }
 
     /// Standard deviation of one fault while those of `set` are present too, in scales; `None` where the record says nothing.
-    pub fn sigma(&self, set: Set, fault: usize) -> Option<f64> {
-        let all: Vec<usize> = members(set | 1 << fault).collect();
+    pub fn sigma(&self, set: FaultSet, fault: usize) -> Option<f64> {
+        let all: Vec<usize> = set.with(fault).iter().collect();
         let place = all.iter().position(|&member| member == fault)?;
         let mut unit = DVector::zeros(all.len());
         unit[place] = 1.0;

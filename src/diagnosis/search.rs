@@ -7,12 +7,13 @@
 
 use rayon::prelude::*;
 
-use super::case::{Case, ROBUST, Set, has};
+use super::case::{Case, ROBUST};
 use super::events::weights;
 use super::prior::Gaussian;
 use super::problem::RecordProblem;
 use crate::fit::{self, Loss, Problem, Tolerances};
 use crate::model::{Model, Tolerance};
+use crate::rig::FaultSet;
 
 /// Places are compared by how much of the record they explain: a sample that is missed counts, hardly by how much. Position
 /// adds up what is wrong before it, and would drown the rest.
@@ -75,8 +76,8 @@ impl Place {
         self.left <= NOTHING_LEFT
     }
 
-    pub fn set(&self) -> Set {
-        self.faults.iter().fold(0, |set, (fault, _)| set | 1 << fault)
+    pub fn set(&self) -> FaultSet {
+        self.faults.iter().map(|(fault, _)| *fault).collect()
     }
 
     /// All estimated parameters, SI.
@@ -97,7 +98,7 @@ pub fn places(case: &Case<'_>, depth: Depth) -> Vec<Place> {
     sort(&mut screened);
     if depth.grown == 0 {
         // Of each fault its best level: where nothing is grown, several of one would take the place of others.
-        let mut known: Vec<Set> = Vec::new();
+        let mut known: Vec<FaultSet> = Vec::new();
         screened.retain(|place| {
             !known.contains(&place.set()) && {
                 known.push(place.set());
@@ -223,7 +224,7 @@ impl Search<'_> {
     /// Faults of components that a place does not have.
     fn others(&self, place: &Place) -> Vec<usize> {
         let set = place.set();
-        (0..self.case.faults()).filter(|&fault| !has(set, fault) && !self.case.is_of_sensor(fault)).collect()
+        (0..self.case.faults()).filter(|&fault| !set.contains(fault) && !self.case.is_of_sensor(fault)).collect()
     }
 
     /// Nothing, single faults and, if asked for, pairs, each at a few levels towards each of its bounds.

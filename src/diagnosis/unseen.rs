@@ -6,11 +6,12 @@
 
 use rayon::prelude::*;
 
-use super::case::{Case, Set, has, members, priced};
+use super::case::{Case, priced};
 use super::descend::{Point, ROUGH, descend};
 use super::hypotheses::{Isolation, colour, prior_odds};
 use super::quadratic::Quadratic;
 use crate::fit::Problem;
+use crate::rig::FaultSet;
 
 /// Shares of the way to a bound at which a fault is tried that the form may not see: a clearance leaks with its cube.
 const PROBES: [f64; 2] = [0.08, 0.35];
@@ -27,16 +28,16 @@ const IN_STEP: f64 = 1.0;
 
 /// A fault of a component that explains the record better than several of the best set do, or one of two that are of the same
 /// sensor.
-pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
+pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Point)> {
     let (set, point) = (isolation.set(), &isolation.best);
     let samples = case.full.weights.all_samples() as f64;
-    let mut tried: Vec<(Set, usize)> = Vec::new();
+    let mut tried: Vec<(FaultSet, usize)> = Vec::new();
     for part in replaceable(case, set) {
-        let components = (0..case.faults()).filter(|&fault| !has(set, fault) && !case.is_of_sensor(fault));
-        tried.extend(components.map(|fault| (set & !part, fault)));
+        let components = (0..case.faults()).filter(|&fault| !set.contains(fault) && !case.is_of_sensor(fault));
+        tried.extend(components.map(|fault| (set.difference(part), fault)));
     }
-    let at_its_best_level = |(kept, fault): (Set, usize)| {
-        let other = kept | 1 << fault;
+    let at_its_best_level = |(kept, fault): (FaultSet, usize)| {
+        let other = kept.with(fault);
         let levels = case.levels(fault, &LEVELS).filter_map(|at| {
             let start = case.without_others(&point.theta, kept);
             let near = descend(case, &isolation.quadratic, other, &[(fault, at)], &start, 0.0, (1, ROUGH))?;
@@ -44,7 +45,7 @@ pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
         });
         levels.min_by(|a, b| a.0.total_cmp(&b.0))
     };
-    let mut screened: Vec<(f64, Set, Vec<f64>)> = tried.into_par_iter().filter_map(at_its_best_level).collect();
+    let mut screened: Vec<(f64, FaultSet, Vec<f64>)> = tried.into_par_iter().filter_map(at_its_best_level).collect();
     screened.sort_by(|a, b| a.0.total_cmp(&b.0));
     let odds = prior_odds(case.faults());
     for (_, other, mut theta) in screened.into_iter().take(FITTED) {
@@ -53,7 +54,7 @@ pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
             let Some(fit) = descend(case, &near, other, &[], &theta, 0.0, (STEPS, ROUGH)) else { break };
             let colour = colour(other, set, &isolation.inflation);
             let charged = near.reduced(case).occam(other, 1.0) - isolation.reduced.occam(set, 1.0);
-            let fewer = odds * (f64::from(other.count_ones()) - f64::from(set.count_ones()));
+            let fewer = odds * (other.len() as f64 - set.len() as f64);
             if -0.5 * (fit.cost - fit.promised - point.cost) / colour + charged + fewer > 0.0 {
                 return Some((other, fit));
             }
@@ -64,16 +65,16 @@ pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
 }
 
 /// Faults of a set in whose place one of a component may stand: all of them; of a sensor with both, offset, gain, or the two.
-fn replaceable(case: &Case<'_>, set: Set) -> Vec<Set> {
+fn replaceable(case: &Case<'_>, set: FaultSet) -> Vec<FaultSet> {
     let mut parts = Vec::new();
-    if set.count_ones() > 1 {
+    if set.len() > 1 {
         parts.push(set);
     }
     for sensor in &case.rig().sensors {
         let own = |fault: &usize| sensor.owns(case.rig().faults[*fault].parameter);
-        let own: Vec<Set> = members(set).filter(own).map(|fault| 1 << fault).collect();
+        let own: Vec<FaultSet> = set.iter().filter(own).map(FaultSet::of).collect();
         if let [offset, gain] = own[..] {
-            parts.extend([offset | gain, offset, gain]);
+            parts.extend([offset.union(gain), offset, gain]);
         }
     }
     parts.dedup();
@@ -82,7 +83,7 @@ fn replaceable(case: &Case<'_>, set: Set) -> Vec<Set> {
 
 /// The same set, explained better from what is expected of everything uncertain: oil that rings is in step with the record at
 /// several bulk moduli, and a fit ends at the nearest.
-pub fn in_step(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
+pub fn in_step(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Point)> {
     let Isolation { quadratic, best: point, .. } = isolation;
     let mut theta = case.as_expected(&point.theta);
     let misfit = case.full.misfit(&theta).ok()?;
@@ -102,12 +103,12 @@ pub fn in_step(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
 }
 
 /// A better set than the best so far, with one fault more, that its quadratic form does not promise.
-pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
+pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Point)> {
     let odds = prior_odds(case.faults());
     let Isolation { quadratic, reduced, best: point, inflation, .. } = isolation;
     let set = isolation.set();
-    let mut best: Option<(f64, Set, Point)> = None;
-    for fault in (0..case.faults()).filter(|&fault| !has(set, fault) && !case.is_of_sensor(fault)) {
+    let mut best: Option<(f64, FaultSet, Point)> = None;
+    for fault in (0..case.faults()).filter(|&fault| !set.contains(fault) && !case.is_of_sensor(fault)) {
         for at in case.levels(fault, &PROBES) {
             let mut theta = point.theta.clone();
             theta[fault] = at;
@@ -115,11 +116,11 @@ pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(Set, Point)> {
             if quadratic.foresees((&point.theta, &point.misfit), (&theta, &misfit), UNSEEN) {
                 continue;
             }
-            let more = set | 1 << fault;
+            let more = set.with(fault);
             let Some(near) = descend(case, quadratic, more, &[(fault, at)], &theta, 0.0, (1, ROUGH)) else { continue };
             // The best value along the way is not known yet, so what the fault costs is taken at its cheapest.
             let gain = 0.5 * (point.cost - near.cost + near.promised) / inflation[fault] + odds;
-            let price = reduced.occam(1 << fault, 1.0).min(0.0);
+            let price = reduced.occam(FaultSet::of(fault), 1.0).min(0.0);
             if gain + price.max(-3.0) > 0.0 && best.as_ref().is_none_or(|(before, ..)| gain > *before) {
                 best = Some((gain, more, near));
             }

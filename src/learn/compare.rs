@@ -11,6 +11,7 @@ use crate::diagnosis::{adequate, estimate, mean_squares};
 use crate::model::{Drive, Model};
 use crate::record::Record;
 use crate::report::number::rounded;
+use crate::rig::FaultSet;
 use crate::rig::{Quantity, Rig, Sensor, Target};
 
 /// Name and version of the JSON schema.
@@ -165,7 +166,7 @@ pub fn compare(rig: &Rig, record: &Record) -> Result<Comparison, Complaint> {
 pub fn compared(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     let model = Model::new(rig.clone());
     let drive = Drive::from_record(rig, record)?;
-    let (values, _) = refit::fitted(&model, record, &drive, &rig.healthy(), (0, FORMS))?;
+    let (values, _) = refit::fitted(&model, record, &drive, &rig.healthy(), (FaultSet::EMPTY, FORMS))?;
     let run = run_with(&model, record, &drive, &values)?;
     let mut comparison = Comparison::of(&model, record, &run)?;
     let estimated = estimate::estimated_parameters(rig).into_iter();

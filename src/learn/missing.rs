@@ -12,7 +12,6 @@ use super::candidate::empirical;
 use super::trial::{Run, Trial};
 use super::tries::highest_at;
 use crate::complaint::Complaint;
-use crate::diagnosis::case::has;
 use crate::diagnosis::interval::QUANTILE;
 use crate::diagnosis::{estimate, is_there};
 use crate::model::{Drive, Model};
@@ -107,7 +106,10 @@ impl Slopes {
     fn of_fitted(base: &Trial, record: &Record) -> Result<Self, Complaint> {
         let rig = &base.rig;
         let present = |parameter: usize| {
-            rig.faults.iter().position(|fault| fault.parameter == parameter).is_none_or(|fault| has(base.set, fault))
+            rig.faults
+                .iter()
+                .position(|fault| fault.parameter == parameter)
+                .is_none_or(|fault| base.set.contains(fault))
         };
         let by: Vec<usize> = estimate::estimated_parameters(rig).into_iter().filter(|&index| present(index)).collect();
         let model = Model::new(rig.clone());

@@ -3,12 +3,13 @@
 use super::candidate::Candidate;
 use super::trial::Trial;
 use crate::complaint::Complaint;
-use crate::diagnosis::case::{Set, priced};
+use crate::diagnosis::case::priced;
 use crate::diagnosis::estimate::{self, FIRST_FORMS, Quick};
 use crate::diagnosis::search::ROUGH;
 use crate::model::{Drive, Model, Tolerance};
 use crate::physics::effect::First;
 use crate::record::Record;
+use crate::rig::FaultSet;
 use crate::rig::{Given, Rig};
 
 /// Forms of a fit that goes on to its end.
@@ -25,7 +26,7 @@ pub(super) struct Rough {
     pub rig: Rig,
     /// All parameters of the rig, SI.
     pub values: Vec<f64>,
-    pub set: Set,
+    pub set: FaultSet,
     /// `2 F` of record and prior.
     pub cost: f64,
     /// By how much the last form of its fit lowered it.
@@ -40,7 +41,7 @@ impl Rough {
 }
 
 /// A cost (`2 F` of record and prior) with faults and parameters of effects priced alike, as the information criterion does.
-pub(super) fn charged(rig: &Rig, cost: f64, set: Set, samples: f64) -> f64 {
+pub(super) fn charged(rig: &Rig, cost: f64, set: FaultSet, samples: f64) -> f64 {
     priced(cost, set, samples) + effect_parameters(rig) as f64 * samples.ln()
 }
 
@@ -55,7 +56,7 @@ pub(super) struct Stand {
     /// All of its parameters, SI.
     pub values: Vec<f64>,
     /// Faults that are present.
-    pub set: Set,
+    pub set: FaultSet,
     /// What it costs there, faults and effects priced.
     pub cost: f64,
 }
@@ -63,7 +64,7 @@ pub(super) struct Stand {
 impl Stand {
     /// The data sheet, which was not fitted.
     pub fn healthy(rig: &Rig) -> Self {
-        Self { values: rig.healthy(), set: 0, cost: f64::INFINITY }
+        Self { values: rig.healthy(), set: FaultSet::EMPTY, cost: f64::INFINITY }
     }
 }
 
@@ -134,7 +135,7 @@ pub(super) fn fitted(
     record: &Record,
     drive: &Drive,
     values: &[f64],
-    (set, forms): (Set, usize),
+    (set, forms): (FaultSet, usize),
 ) -> Result<(Vec<f64>, Quick), Complaint> {
     let start = estimate::picked(&model.rig, values);
     let fit = estimate::quick(model, record, drive, (&start, set), forms)?;
@@ -151,7 +152,7 @@ pub(super) fn quick(
     rig: &Rig,
     record: &Record,
     values: &[f64],
-    (set, forms): (Set, usize),
+    (set, forms): (FaultSet, usize),
     tolerance: Option<Tolerance>,
 ) -> Option<Rough> {
     let model = Model::new(rig.clone()).with_tolerance(tolerance.unwrap_or_default());

@@ -9,7 +9,6 @@ use super::suggest::{Conclusion, Judged, Suggestion};
 use super::trial::{Run, Trial};
 use super::tries::distance;
 use crate::complaint::Complaint;
-use crate::diagnosis::case::members;
 use crate::diagnosis::interval::QUANTILE;
 use crate::model::Model;
 use crate::physics::card::{Answer, Card, PortKind};
@@ -135,7 +134,7 @@ impl SuggestionReport {
             record: record.path.display().to_string(),
             check: check.map(|check| check.path.display().to_string()),
             conclusion: suggestion.conclusion,
-            faults: members(base.set).map(|fault| base.rig.fault_id(fault).to_owned()).collect(),
+            faults: base.set.iter().map(|fault| base.rig.fault_id(fault).to_owned()).collect(),
             place,
             candidates: suggestion.judged.iter().map(|judged| candidate(suggestion, judged)).collect(),
             not_fitted: suggestion

@@ -7,13 +7,14 @@ use super::separate::{Experiment, separating};
 use super::trial::{Run, Trial};
 use super::verdict::{conclude, conclude_near, explains};
 use crate::complaint::{Complaint, Kind, Place};
-use crate::diagnosis::case::{members, priced};
+use crate::diagnosis::case::priced;
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::search;
 use crate::diagnosis::{adequate, mean_squares};
 use crate::model::{Drive, Model};
 use crate::progress;
 use crate::record::Record;
+use crate::rig::FaultSet;
 use crate::rig::Rig;
 
 /// Candidates that are fitted.
@@ -189,8 +190,8 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let base_check = check.map(|record| base.check(record)).transpose()?;
     let near = is_adequate(&base.fit) && base_check.as_ref().is_none_or(is_adequate);
     // Faults bend to what is missing: what they hide shows where there are none.
-    let of_components = members(base.set).any(|fault| !estimate.case.is_of_sensor(fault));
-    let bent = of_components || (base.set != 0 && !near);
+    let of_components = base.set.iter().any(|fault| !estimate.case.is_of_sensor(fault));
+    let bent = of_components || (!base.set.is_empty() && !near);
     let healthy = || bent.then(|| estimate.without_faults(FORMS)).transpose();
     let samples = base.fit.weights.all_samples() as f64;
     let tolerance = if near { tolerated(samples) } else { 0.0 };
@@ -202,8 +203,8 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let mut stands = vec![Stand { values: base.values.clone(), set: base.set, cost }];
     stands.extend(without.map(|without| Stand {
         values: without.case.full.parameters(&without.isolation.best.theta),
-        set: 0,
-        cost: charged(&base.rig, without.isolation.best.cost, 0, samples),
+        set: FaultSet::EMPTY,
+        cost: charged(&base.rig, without.isolation.best.cost, FaultSet::EMPTY, samples),
     }));
     let looking = Looking { record: estimate.case.record, base: &base, base_check: &base_check, check, stands };
     let [chance, worth] = [0.0, tolerance].map(|tolerance| worth(lists[0].len(), tolerance));
@@ -220,7 +221,7 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let more = alike(&judged, &lists);
     looking.join(&mut judged, more)?;
     // A fault that comes with an effect may stand in for a second one.
-    let stands_in = judged.first().is_some_and(|best| best.trial.set & !base.set != 0);
+    let stands_in = judged.first().is_some_and(|best| !best.trial.set.difference(base.set).is_empty());
     if !near && (stands_in || !judged.iter().any(|judged| explains(judged, &base, &base_check))) {
         let more = pairs(&judged, &base);
         looking.join(&mut judged, more)?;

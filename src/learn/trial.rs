@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::refit::effect_parameters;
 use crate::complaint::Complaint;
-use crate::diagnosis::case::{ROBUST, Set};
+use crate::diagnosis::case::ROBUST;
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::events;
 use crate::diagnosis::noise::Weights;
@@ -12,6 +12,7 @@ use crate::diagnosis::problem::{away, count_there, square_sum};
 use crate::fit::Problem;
 use crate::model::{Drive, Model};
 use crate::record::Record;
+use crate::rig::FaultSet;
 use crate::rig::Rig;
 
 /// What a record says through one model.
@@ -23,7 +24,7 @@ pub struct Trial {
     /// Standard errors of those that were fitted, SI, by index of the rig's parameters.
     pub sigmas: BTreeMap<usize, f64>,
     /// Faults that are present.
-    pub set: Set,
+    pub set: FaultSet,
     /// Parameters of effects that ended on a bound of their search, by index of the rig's parameters.
     pub at_bound: Vec<usize>,
     /// `2 F` of record and prior, under the weights that it was fitted with.
@@ -83,7 +84,7 @@ impl Trial {
         rig: &Rig,
         record: &Record,
         values: &[f64],
-        (set, cost): (Set, f64),
+        (set, cost): (FaultSet, f64),
         weights: Option<&Weights>,
     ) -> Result<Self, Complaint> {
         let fit = run_under(rig, record, values, weights)?;
@@ -96,7 +97,7 @@ impl Trial {
     ///
     /// # Errors
     /// Columns that are missing, or a model that cannot be solved there.
-    pub fn fitted(rig: &Rig, record: &Record, values: &[f64], set: Set, rounds: u64) -> Result<Self, Complaint> {
+    pub fn fitted(rig: &Rig, record: &Record, values: &[f64], set: FaultSet, rounds: u64) -> Result<Self, Complaint> {
         let model = Model::new(rig.clone());
         let drive = Drive::from_record(&model.rig, record)?;
         let theta = estimate::picked(&model.rig, values);
@@ -123,7 +124,7 @@ impl Trial {
     /// Fall of the information criterion against a model without its effects, from the fall of the cost under common weights;
     /// the noise scaled up to the chi-square per sample that the best leaves.
     pub fn delta_bic(&self, base: &Self, fall: f64, left: f64) -> f64 {
-        let parameters = |one: &Self| effect_parameters(&one.rig) as f64 + f64::from(one.set.count_ones());
+        let parameters = |one: &Self| effect_parameters(&one.rig) as f64 + one.set.len() as f64;
         let samples = base.fit.weights.all_samples() as f64;
         fall / left.max(1.0) - (parameters(self) - parameters(base)) * samples.ln()
     }

@@ -2,7 +2,7 @@
 
 use super::suggest::{Conclusion, Judged, RIVAL, is_adequate};
 use super::trial::{Run, Trial};
-use crate::diagnosis::case::{REACH, members};
+use crate::diagnosis::case::REACH;
 
 /// Share of what is missed that an effect has to explain to be called found.
 const EXPLAINED: f64 = 0.8;
@@ -45,7 +45,7 @@ pub(super) fn warnings(trial: &Trial, base: &Trial) -> Vec<String> {
             warnings.push(format!("moved: {} by {far:.1} standard uncertainties{end}", parameter.id));
         }
     }
-    for fault in members(trial.set & !base.set) {
+    for fault in trial.set.difference(base.set).iter() {
         warnings.push(format!("fault: {} is needed too", base.rig.fault_id(fault)));
     }
     warnings
@@ -81,7 +81,7 @@ pub(super) fn conclude_near(
         let on_check = base_check.as_ref().zip(one.check.as_ref()).map(|(before, after)| fall(before, after));
         let better = one.delta_bic > RIVAL.max(tolerance) && on_check.is_none_or(|fall| fall > RIVAL);
         // Fewer faults with an effect in their place may explain the records as well.
-        let alike = one.trial.set.count_ones() < base.set.count_ones() && one.delta_bic > -RIVAL;
+        let alike = one.trial.set.len() < base.set.len() && one.delta_bic > -RIVAL;
         one.supported = better;
         (better || alike) && !one.senseless()
     });
@@ -93,7 +93,7 @@ pub(super) fn conclude_near(
     if judged[0].supported {
         return conclude(judged, base, base_check);
     }
-    let faults: Vec<&str> = members(base.set).map(|fault| base.rig.fault_id(fault)).collect();
+    let faults: Vec<&str> = base.set.iter().map(|fault| base.rig.fault_id(fault)).collect();
     let faults = faults.join(" + ");
     for one in judged.iter_mut() {
         one.confounded_with.push(faults.clone());

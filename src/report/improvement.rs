@@ -9,7 +9,6 @@ use super::digits::plus_minus;
 use super::learn::{PARAMETER_HEADS, at_bounds, experiment, parameter_row, sits};
 use super::number::{before_unit, rounded};
 use super::table::aligned;
-use crate::diagnosis::case::members;
 use crate::learn::compare::Where;
 use crate::learn::improve::{Improvement, Step};
 use crate::learn::result::{ParameterReport, parameters};
@@ -121,7 +120,7 @@ impl Ledger {
             effects: added
                 .map(|effect| EffectReport { id: effect.id.clone(), parameters: parameters(trial, &effect.id) })
                 .collect(),
-            faults: members(trial.set).map(fault).collect(),
+            faults: trial.set.iter().map(fault).collect(),
             alike: improvement.alike.clone(),
             experiment: improvement
                 .experiment

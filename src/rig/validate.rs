@@ -1,6 +1,6 @@
 //! What can be wrong with a rig whose every line is right.
 
-use super::{InitialPressure, NodeKind, Quantity, Rig, Target};
+use super::{FaultSet, InitialPressure, NodeKind, Quantity, Rig, Target};
 use crate::complaint::{Complaint, Kind};
 
 pub fn validate(rig: &Rig) -> Result<(), Complaint> {
@@ -39,16 +39,13 @@ pub fn validate(rig: &Rig) -> Result<(), Complaint> {
             .at(crate::complaint::Place::file(&rig.path))
             .help("join nodes whose pressures are alike, or leave out sensor lags that do not matter"));
     }
-    if let Some(fault) = rig.faults.get(MOST_FAULTS) {
-        return Err(Complaint::new(Kind::Bounds, format!("more than {MOST_FAULTS} faults"))
+    if let Some(fault) = rig.faults.get(FaultSet::CAPACITY) {
+        return Err(Complaint::new(Kind::Bounds, format!("more than {} faults", FaultSet::CAPACITY))
             .at(fault.place.clone())
             .help("no record can tell so many apart; keep those that can happen"));
     }
     columns(rig)
 }
-
-/// Most faults of one rig.
-const MOST_FAULTS: usize = 40;
 
 /// One column belongs to one sensor or input, or to the temperature of the fluid.
 fn columns(rig: &Rig) -> Result<(), Complaint> {
