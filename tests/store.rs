@@ -30,6 +30,7 @@ fn diagnosis(record: &str, value: f64, half: f64) -> Diagnosis {
         rig: RIG.to_owned(),
         record: record.to_owned(),
         verdict: Verdict::Faulty,
+        common_cause: None,
         times_noise: 1.0,
         detected_at_s: Some(0.5),
         onset_s: None,

@@ -103,12 +103,13 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
             if let Some(keeper) = &mut keeper {
                 keeper.keep(&record, &options, &diagnosed.diagnosis)?;
             }
+            let record = diagnosed.record(&record);
             if let Some(report) = &arguments.report {
-                write_page(report, &html(&model.rig, &record, &diagnosed)?)?;
+                write_page(report, &html(&model.rig, record, &diagnosed)?)?;
             }
             if let Some(path) = &arguments.curves {
                 let curves = Curves { model: &diagnosed.healthy, found: &diagnosed.model };
-                write_atomically(path, |file| curves.write_csv(&model.rig, &record, file))?;
+                write_atomically(path, |file| curves.write_csv(&model.rig, record, file))?;
             }
             Ok(diagnosed)
         });
@@ -138,6 +139,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     if !bad.is_empty() {
         return Err(Failure::Complaints(bad));
     }
-    let found = done.iter().any(|one| one.diagnosis.verdict != Verdict::Healthy);
+    let is_well = |one: &Diagnosed| one.diagnosis.verdict == Verdict::Healthy && one.diagnosis.common_cause.is_none();
+    let found = !done.iter().all(is_well);
     Ok(if arguments.exit_code && found { Status::Found } else { Status::Done })
 }

@@ -5,6 +5,7 @@
 //! be open ([`interval`]).
 
 pub mod case;
+mod common_cause;
 pub mod descend;
 mod doubtful;
 pub mod estimate;
@@ -30,6 +31,7 @@ use crate::progress;
 use crate::record::Record;
 use crate::report::number::rounded;
 use crate::residual::{self, Detection};
+pub use common_cause::CommonCause;
 use estimate::Estimate;
 pub use hypotheses::Hypothesis;
 pub use result::{ChannelReport, Diagnosis, FaultReport, FitReport, SCHEMA, UncertainReport, Verdict};
@@ -55,6 +57,17 @@ pub struct Diagnosed {
     pub weights: noise::Weights,
     /// What the record leaves of each fault, in the order of the rig; `None` where the model cannot be solved.
     pub intervals: Vec<Option<interval::Interval>>,
+    /// The record without the mistake that [`Diagnosis::common_cause`] names.
+    pub corrected: Option<Record>,
+    /// Logarithm of the evidence of the fault combination, up to what is the same for all of the record.
+    evidence: f64,
+}
+
+impl Diagnosed {
+    /// The record that was diagnosed, where `original` was given: without the mistake in taking it that was found.
+    pub fn record<'a>(&'a self, original: &'a Record) -> &'a Record {
+        self.corrected.as_ref().unwrap_or(original)
+    }
 }
 
 /// A weighted misfit is counted as no more than this, so that a few wild samples do not condemn a model.
@@ -83,7 +96,12 @@ const WORTH_RESTARTING: f64 = 1.0;
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
 pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Diagnosed, Complaint> {
-    diagnose_from(model, record, (&[], None), options)
+    let plain = diagnose_from(model, record, (&[], None), options)?;
+    let Some((corrected, cause)) = common_cause::instead(model, record, &plain) else { return Ok(plain) };
+    let mut diagnosed = diagnose_from(model, &corrected, (&[], None), options)?;
+    diagnosed.diagnosis.common_cause = Some(cause);
+    diagnosed.corrected = Some(corrected);
+    Ok(diagnosed)
 }
 
 /// The same for a record that begins in the middle of a run, with what sensors show of their nodes there.
@@ -181,6 +199,7 @@ pub fn diagnose_from(
         rig: rig.path.display().to_string(),
         record: record.path.display().to_string(),
         verdict,
+        common_cause: None,
         times_noise: rounded(summary::times_noise(&channels), DIGITS),
         detected_at_s,
         onset_s: begun.as_ref().map(|begun| rounded(begun.time, DIGITS)),
@@ -199,7 +218,8 @@ pub fn diagnose_from(
         faults,
     };
     let weights = case.full.weights.clone();
-    Ok(Diagnosed { diagnosis, model: outputs, healthy, misfit, weights, intervals })
+    let evidence = isolation.evidence(case);
+    Ok(Diagnosed { diagnosis, model: outputs, healthy, misfit, weights, intervals, corrected: None, evidence })
 }
 
 /// When fitted and healthy model part, s: where the running sum of the log likelihood ratio between them, started anew at

@@ -2,6 +2,7 @@
 
 use serde::{Serialize, Serializer};
 
+use super::common_cause::CommonCause;
 use super::hypotheses::Hypothesis;
 use super::interval::QUANTILE;
 use crate::fit::Identifiable;
@@ -127,6 +128,8 @@ pub struct Diagnosis {
     pub rig: String,
     pub record: String,
     pub verdict: Verdict,
+    /// A mistake in taking the record that explains what would take several faults; all else is said of the record without it.
+    pub common_cause: Option<CommonCause>,
     /// Root mean square of measured minus the model with the faults found, over the noise of the sensor, over all sensors.
     pub times_noise: f64,
     /// End of the window in which the first residual fired, s; where none did, when fitted and healthy model part.

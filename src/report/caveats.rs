@@ -15,6 +15,13 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
     };
     let open: Vec<&str> = diagnosis.faults.iter().filter(untold).map(|fault| fault.id.as_str()).collect();
     let mut told = Vec::new();
+    if let Some(cause) = &diagnosis.common_cause {
+        let without = match cause.instead_of.as_slice() {
+            [] => "no faults of this rig explain the record".to_owned(),
+            some => format!("it would take {}", some.join(", ")),
+        };
+        told.push(format!("Check how the record was taken: if it is not so that {}, {without}.", cause.clause));
+    }
     if !open.is_empty() {
         told.push(format!("The record says nothing of {}.", open.join(", ")));
     }

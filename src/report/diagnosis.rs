@@ -19,9 +19,10 @@ const FULL: f64 = 6.0;
 /// The verdict in one line.
 pub fn headline(diagnosis: &Diagnosis) -> String {
     let present: Vec<String> = diagnosis.present().map(|fault| format!("{} {}", fault.id, sized(fault))).collect();
+    let condition = diagnosis.common_cause.as_ref().map_or_else(String::new, |cause| format!(", if {}", cause.clause));
     match diagnosis.verdict {
-        Verdict::Healthy => "HEALTHY: the healthy model explains the record.".to_owned(),
-        Verdict::Faulty => format!("FAULTY: {}.", present.join(", ")),
+        Verdict::Healthy => format!("HEALTHY{condition}: the healthy model explains the record."),
+        Verdict::Faulty => format!("FAULTY{condition}: {}.", present.join(", ")),
         Verdict::ModelInadequate => {
             let worst = diagnosis.channels.iter().max_by(|a, b| a.chi2_reduced.total_cmp(&b.chi2_reduced));
             let worst = worst.map_or(String::new(), |worst| format!(", {} worst", worst.name));

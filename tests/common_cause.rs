@@ -1,0 +1,86 @@
+//! One mistake in taking a record instead of several faults; several faults that are there stay faults.
+
+use borescope::diagnosis::{Diagnosis, Options, Verdict, diagnose};
+use borescope::model::{self, Drive, Model};
+use borescope::record::Record;
+use borescope::rig::Rig;
+use borescope::units::Quantity;
+
+const CYLINDER: &str = "fixtures/telescopic/rig.toml";
+const TANKS: &str = "fixtures/two_tanks/rig.toml";
+
+fn cycle(model: &Model, faults: &[(&str, &str)], seed: u64) -> Record {
+    let rig = &model.rig;
+    let cycle = rig.cycle.as_ref().unwrap();
+    let (drive, times) = (Drive::from_cycle(rig, cycle), model::cycle_times(rig, cycle));
+    let mut parameters = rig.nominal();
+    for (id, value) in faults {
+        parameters[rig.parameter(id).unwrap()] = Quantity::parse(value).unwrap().value;
+    }
+    let outputs = model.simulate(&parameters, &drive, &times).unwrap();
+    let inputs = model::input_columns(rig, &drive, &times);
+    model::recording(rig, "cycle", times, inputs, &outputs, Some(seed))
+}
+
+/// Diagnoses a cycle as a logger would have spoilt it.
+fn diagnosed(rig: &str, faults: &[(&str, &str)], spoil: impl Fn(&mut Record)) -> Diagnosis {
+    let model = Model::new(Rig::read(rig).unwrap());
+    let mut record = cycle(&model, faults, 7);
+    spoil(&mut record);
+    diagnose(&model, &record, &Options::default()).unwrap().diagnosis
+}
+
+fn values<'a>(record: &'a mut Record, column: &str) -> &'a mut Vec<f64> {
+    let channel = record.channels.iter_mut().find(|channel| channel.name == column);
+    &mut channel.unwrap_or_else(|| panic!("no column `{column}`")).values
+}
+
+/// The healthy verdict under a common cause, which is handed on.
+fn healthy_if(diagnosis: &Diagnosis) -> (&str, Vec<&str>, Option<f64>) {
+    assert_eq!((diagnosis.verdict, diagnosis.present().count()), (Verdict::Healthy, 0), "{diagnosis:?}");
+    let cause = diagnosis.common_cause.as_ref().unwrap_or_else(|| panic!("no common cause in {diagnosis:?}"));
+    (cause.kind, cause.columns.iter().map(String::as_str).collect(), cause.value)
+}
+
+#[test]
+fn swapped_columns_are_asked_about() {
+    let swapped = diagnosed(TANKS, &[], |record| {
+        let first = std::mem::take(values(record, "level_1"));
+        let second = std::mem::replace(values(record, "level_2"), first);
+        *values(record, "level_1") = second;
+    });
+    assert_eq!(healthy_if(&swapped), ("swapped-columns", vec!["level_1", "level_2"], None));
+}
+
+#[test]
+fn a_turned_sign_is_asked_about() {
+    let turned = diagnosed(TANKS, &[], |record| values(record, "level_2").iter_mut().for_each(|value| *value = -*value));
+    assert_eq!(healthy_if(&turned), ("turned-sign", vec!["level_2"], None));
+}
+
+#[test]
+fn absolute_pressures_are_not_four_offsets() {
+    let absolute = diagnosed(CYLINDER, &[], |record| {
+        for column in ["p_pump", "p_P", "p_A", "p_B"] {
+            values(record, column).iter_mut().for_each(|value| *value += 101_325.0);
+        }
+    });
+    assert_eq!(healthy_if(&absolute).0, "absolute-pressures");
+}
+
+#[test]
+fn a_fast_clock_is_not_three_gains() {
+    let fast = diagnosed(CYLINDER, &[], |record| record.time.iter_mut().for_each(|time| *time *= 1.01));
+    let (kind, _, rate) = healthy_if(&fast);
+    assert_eq!(kind, "fast-clock");
+    // A row is 0.4 % of the shortest phase; the rate is found far more sharply than that.
+    approx::assert_abs_diff_eq!(rate.unwrap(), 0.01, epsilon = 3e-4);
+}
+
+#[test]
+fn faults_of_two_sensors_stay_faults() {
+    let faulty = diagnosed(CYLINDER, &[("sensor.p_A.offset", "1 bar"), ("sensor.q_B.gain", "1.03")], |_| {});
+    let present: Vec<&str> = faulty.present().map(|fault| fault.id.as_str()).collect();
+    assert_eq!(present, ["sensor.p_A.offset", "sensor.q_B.gain"]);
+    assert_eq!((faulty.verdict, &faulty.common_cause), (Verdict::Faulty, &None));
+}
