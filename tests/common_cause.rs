@@ -54,7 +54,8 @@ fn swapped_columns_are_asked_about() {
 
 #[test]
 fn a_turned_sign_is_asked_about() {
-    let turned = diagnosed(TANKS, &[], |record| values(record, "level_2").iter_mut().for_each(|value| *value = -*value));
+    let turned =
+        diagnosed(TANKS, &[], |record| values(record, "level_2").iter_mut().for_each(|value| *value = -*value));
     assert_eq!(healthy_if(&turned), ("turned-sign", vec!["level_2"], None));
 }
 

@@ -99,6 +99,10 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
     let plain = diagnose_from(model, record, (&[], None), options)?;
     let Some((corrected, cause)) = common_cause::instead(model, record, &plain) else { return Ok(plain) };
     let mut diagnosed = diagnose_from(model, &corrected, (&[], None), options)?;
+    if diagnosed.diagnosis.verdict == Verdict::ModelInadequate {
+        // A cause that leaves the record unexplained explains nothing.
+        return Ok(plain);
+    }
     diagnosed.diagnosis.common_cause = Some(cause);
     diagnosed.corrected = Some(corrected);
     Ok(diagnosed)
