@@ -20,21 +20,21 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use crate::model::Drive;
+use crate::model::{Drive, Late};
 use crate::record::{Record, Sampling};
 use crate::rig::{Hold, Rig};
 use crate::units::Dimension;
 
-/// One standard deviation of the moment at which a measured input acted, s: 0 where nothing drives but commands, whose
-/// moment is the logger's own.
-pub fn input_timing(rig: &Rig, record: &Record) -> f64 {
-    let measured = rig.inputs.iter().any(|input| input.noise > 0.0 && input.hold != Hold::Linear);
-    if !measured {
-        return 0.0;
-    }
-    let slowest = rig.inputs.iter().filter(|input| input.noise > 0.0).filter_map(|input| record.channel(&input.column));
-    let slowest = slowest.map(|channel| own_interval(record, &present(&channel.values))).fold(0.0, f64::max);
-    slowest / 3.0_f64.sqrt()
+/// One standard deviation of the moment at which held inputs acted, s: an edge that shows between two rows came anywhere between
+/// them. 0 where all inputs run straight from row to row.
+pub fn input_timing(rig: &Rig, record: &Record) -> Late {
+    let slowest = |is_measured: bool| {
+        let held = rig.inputs.iter().filter(|input| input.hold != Hold::Linear && (input.noise > 0.0) == is_measured);
+        let channels = held.filter_map(|input| record.channel(&input.column));
+        let slowest = channels.map(|channel| own_interval(record, &present(&channel.values))).fold(0.0, f64::max);
+        slowest / 3.0_f64.sqrt()
+    };
+    Late { measured: slowest(true), commanded: slowest(false) }
 }
 
 /// The rows in which a channel has a value.
@@ -55,7 +55,8 @@ fn own_interval(record: &Record, rows: &[usize]) -> f64 {
 
 /// One standard deviation of the moment of an event, s.
 fn timing(rig: &Rig, record: &Record) -> f64 {
-    let hold = input_timing(rig, record);
+    let Late { measured, commanded } = input_timing(rig, record);
+    let hold = measured.max(commanded);
     let lags = rig.parameters.iter().filter(|lag| lag.anew && lag.unit.dimension == Dimension::TIME);
     lags.map(|parameter| parameter.sigma.powi(2)).sum::<f64>().mul_add(1.0, hold * hold).sqrt()
 }

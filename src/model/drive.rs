@@ -67,6 +67,15 @@ pub enum Before {
     Like(usize),
 }
 
+/// By how much later than the record says inputs act, s.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Late {
+    /// Those with noise, which a sensor measures.
+    pub measured: f64,
+    /// Those without, which a controller gives.
+    pub commanded: f64,
+}
+
 /// One input as a broken line: `value(t)` runs from `from` to `to` within each stretch, and may jump between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Stretch {
@@ -90,14 +99,14 @@ impl Drive {
     /// A column that is missing or of another dimension; fewer than two rows. Of the sensors only those are needed that
     /// tell where a node starts.
     pub fn from_record(rig: &Rig, record: &Record) -> Result<Self, Complaint> {
-        Self::from_late_record(rig, record, 0.0)
+        Self::from_late_record(rig, record, Late::default())
     }
 
-    /// The same, had every input that is measured (not commanded) acted later by `late` seconds.
+    /// The same, had some inputs acted later than the record says.
     ///
     /// # Errors
     /// As [`Drive::from_record`].
-    pub fn from_late_record(rig: &Rig, record: &Record, late: f64) -> Result<Self, Complaint> {
+    pub fn from_late_record(rig: &Rig, record: &Record, late: Late) -> Result<Self, Complaint> {
         Ok(Self { readings: readings(rig, record)?, ..Self::inputs(rig, record, late)? })
     }
 
@@ -105,7 +114,7 @@ impl Drive {
     ///
     /// # Errors
     /// As [`Drive::from_record`], but for the sensors.
-    pub(crate) fn inputs(rig: &Rig, record: &Record, late: f64) -> Result<Self, Complaint> {
+    pub(crate) fn inputs(rig: &Rig, record: &Record, late: Late) -> Result<Self, Complaint> {
         let Some(interval) = record.sampling().map(|sampling| sampling.interval) else {
             return Err(Complaint::new(Kind::Shape, "the record has fewer than two rows, so no interval between rows")
                 .at(record.header())
@@ -118,10 +127,9 @@ impl Drive {
             let own = Sampling::of(&time, record.time_decimals).map_or(interval, |sampling| sampling.interval);
             let own = if time.len() == record.time.len() { interval } else { own };
             let mut line = broken_line(input, &time, &values, own);
-            if input.noise > 0.0 {
-                line.iter_mut()
-                    .for_each(|stretch| (stretch.start, stretch.end) = (stretch.start + late, stretch.end + late));
-            }
+            let late = if input.noise > 0.0 { late.measured } else { late.commanded };
+            line.iter_mut()
+                .for_each(|stretch| (stretch.start, stretch.end) = (stretch.start + late, stretch.end + late));
             lines.push(line);
         }
         lines.extend(rig.temperature.as_ref().map(|temperature| warmth(temperature, record, interval)).transpose()?);

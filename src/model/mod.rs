@@ -9,12 +9,13 @@ mod drive;
 mod layout;
 mod readings;
 mod recording;
+mod reshaped;
 mod simulate;
 mod slopes;
 mod start;
 
 pub(crate) use assembly::level_per_pressure;
-pub use drive::{Before, Drive, Onset, Piece, Shown};
+pub use drive::{Before, Drive, Late, Onset, Piece, Shown};
 pub use layout::{has_capacity, states};
 pub use recording::{cycle_times, decimals_of, input_columns, recording};
 pub use simulate::{Effort, MOST_STATES, Model, Outputs, Sensitivities, SimulationError, Tolerance};

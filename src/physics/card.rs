@@ -136,6 +136,8 @@ pub struct Input {
     pub meaning: &'static str,
     /// What it runs between in a working circuit, SI.
     pub range: (f64, f64),
+    /// The parameter with which the part follows the input in a lag of first order; `None` where it acts at once.
+    pub lag: Option<&'static str>,
 }
 
 /// The range of an input that may be anything.

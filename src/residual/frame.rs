@@ -2,7 +2,7 @@
 
 use super::reading::Source;
 use crate::complaint::Complaint;
-use crate::model::Drive;
+use crate::model::{Drive, Late};
 use crate::record::Record;
 use crate::rig::{Input, Quantity, Rig};
 
@@ -332,7 +332,7 @@ pub struct Stretch {
 /// # Errors
 /// A column that the record lacks or has in another dimension.
 pub fn straight(rig: &Rig, record: &Record, sensors: &[usize], length: f64) -> Result<Vec<Stretch>, Complaint> {
-    let drive = Drive::inputs(rig, record, 0.0)?;
+    let drive = Drive::inputs(rig, record, Late::default())?;
     let sources: Vec<Source> = sensors.iter().map(|&sensor| Source::Sensor(sensor)).collect();
     let mut frames = blocks(rig, record, &drive, &sources, length)?;
     frames.retain(|frame| !frame.disturbed && frame.moments.iter().all(|moment| moment.steady));

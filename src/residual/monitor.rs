@@ -11,7 +11,7 @@ use super::generator::{Gate, Generator, Seen};
 use super::known::Known;
 use super::reading::Source;
 use crate::complaint::Complaint;
-use crate::model::Drive;
+use crate::model::{Drive, Late};
 use crate::record::Record;
 use crate::rig::Rig;
 
@@ -111,7 +111,7 @@ impl<'a> Monitor<'a> {
             self.rows = Some(rows);
             return Ok(Default::default());
         }
-        let drive = Drive::inputs(self.rig, &rows, 0.0)?;
+        let drive = Drive::inputs(self.rig, &rows, Late::default())?;
         let (interval, threshold) = self.clock(&rows);
         let data = frame::channels(self.rig, &rows, &self.sources)?;
         let prepared = Prepared::over(self.rig, &rows, data, &drive, (self.detection.window, interval));

@@ -274,6 +274,17 @@ impl Rig {
         self.parameters.get(sensor.first_parameter).map_or_else(Unit::dimensionless, |offset| offset.unit.clone())
     }
 
+    /// Inputs that a part follows with a lag of first order, each with that lag, s, by the values of all parameters, SI.
+    pub fn lagged_inputs<'a>(&'a self, parameters: &'a [f64]) -> impl Iterator<Item = (usize, f64)> + 'a {
+        self.components.iter().flat_map(move |component| {
+            let inputs = component.inputs.iter().zip(component.card.inputs);
+            inputs.filter_map(move |(&input, card)| {
+                let lag = component.card.parameters.iter().position(|parameter| Some(parameter.name) == card.lag)?;
+                Some((input, parameters[component.first_parameter + lag]))
+            })
+        })
+    }
+
     /// The unit in which a record holds a sensor's column: of a scaled one, that of the quantity behind it.
     pub fn column_unit(&self, sensor: &Sensor) -> Unit {
         sensor.scale.as_ref().map_or_else(|| self.sensor_unit(sensor), |scale| scale.unit.clone())

@@ -56,7 +56,7 @@ pub const CARD: Card = Card {
         Port::hydraulic("B", "consumer port B"),
     ],
     states: &[State { name: "spool", unit: "-", initial: 0.0, scale: 1.0, meaning: "spool position, -1 to 1" }],
-    inputs: &[Input { name: "command", unit: "-", meaning: "+1 connects P-A and B-T, -1 P-B and A-T, 0 closes all", range: (-1.0, 1.0) }],
+    inputs: &[Input { name: "command", unit: "-", meaning: "+1 connects P-A and B-T, -1 P-B and A-T, 0 closes all", range: (-1.0, 1.0), lag: Some("lag") }],
     worked: &[
         Worked {
             text: "half open, a quarter of the rated drop: a quarter of 8 L/min into P",

@@ -12,7 +12,7 @@ pub const CARD: Card = Card {
     source: "sign convention of the telescopic rig: positive load pushes against the outstroke",
     validity: "As good as the load cell.",
     ports: &[Port::mechanical("body", "where the force acts")],
-    inputs: &[Input { name: "force", unit: "N", meaning: "the force", range: ANY }],
+    inputs: &[Input { name: "force", unit: "N", meaning: "the force", range: ANY, lag: None }],
     worked: &[Worked {
         text: "a load of 5400 N pushes the body back with 5400 N",
         parameters: &[],

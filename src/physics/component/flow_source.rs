@@ -13,7 +13,7 @@ pub const CARD: Card = Card {
     validity: "No dependence on pressure.",
     parameters: &[Parameter::required("gain", "k", "L/min/V", "flow per volt").calibrated(0.1), Parameter::required("dead_voltage", "u_0", "V", "voltage below which nothing is delivered").or(0.0)],
     ports: &[Port::hydraulic("P", "outlet"), Port::hydraulic("T", "inlet")],
-    inputs: &[Input { name: "voltage", unit: "V", meaning: "drive signal", range: ANY }],
+    inputs: &[Input { name: "voltage", unit: "V", meaning: "drive signal", range: ANY, lag: None }],
     worked: &[Worked {
         text: "2 V at 3 L/min/V deliver 6 L/min out of port P",
         parameters: &[("gain", 3.0)],

@@ -79,7 +79,8 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
         check_rising(&expression, &own, &formula)?;
     }
 
-    let input = |&input: &usize| Input { name: kept(&rig.inputs[input].name), unit: "", meaning: "", range: ANY };
+    let input =
+        |&input: &usize| Input { name: kept(&rig.inputs[input].name), unit: "", meaning: "", range: ANY, lag: None };
     let card = Card {
         kind: kept(&format!("own:{name}")),
         meaning: kept(meaning),

@@ -1,0 +1,160 @@
+//! A drive whose command is reshaped, so that a lag of first order behind it answers as a spool with mass would.
+//!
+//! A spool of second order follows `T² s'' + tau s' + s = u`. A lag of first order that is driven by `v = s + tau s'` gives the same
+//! `s`, since `tau s' + s = v`. So another dynamic of the spool needs no other model, only another command.
+
+use super::Drive;
+use super::drive::Piece;
+
+/// Steps of the fourth order in each time constant of the spool: errors of 1e-4 of a stroke.
+const STEPS: f64 = 16.0;
+/// Distance from the command at which the spool has arrived, as a share of the span of the command.
+const ARRIVED: f64 = 1e-4;
+
+/// A spool with mass.
+#[derive(Clone, Copy)]
+struct Spool {
+    /// `tau`, s.
+    lag: f64,
+    /// `T²`, s².
+    inertia: f64,
+    position: f64,
+    velocity: f64,
+}
+
+impl Spool {
+    /// At rest where it is commanded to; `damping` is `tau/(2 T)`.
+    fn at_rest(lag: f64, damping: f64, position: f64) -> Self {
+        Self { lag, inertia: (lag / (2.0 * damping)).powi(2), position, velocity: 0.0 }
+    }
+
+    /// The command that a lag of first order has to be given.
+    fn reshaped(&self) -> f64 {
+        self.position + self.lag * self.velocity
+    }
+
+    fn has_arrived(&self, command: f64, span: f64) -> bool {
+        (self.position - command).abs() + self.lag * self.velocity.abs() <= ARRIVED * span
+    }
+
+    /// One step of Runge and Kutta over `step` s, the command running straight.
+    fn step(&mut self, step: f64, (from, to): (f64, f64)) {
+        let rate = |(position, velocity): (f64, f64), share: f64| {
+            let command = from + share * (to - from);
+            (velocity, (command - position - self.lag * velocity) / self.inertia)
+        };
+        let y = (self.position, self.velocity);
+        let ahead = |k: (f64, f64), by: f64| (y.0 + by * k.0, y.1 + by * k.1);
+        let k1 = rate(y, 0.0);
+        let k2 = rate(ahead(k1, 0.5 * step), 0.5);
+        let k3 = rate(ahead(k2, 0.5 * step), 0.5);
+        let k4 = rate(ahead(k3, step), 1.0);
+        let mean = |a: f64, b: f64, c: f64, d: f64| (a + 2.0 * b + 2.0 * c + d) / 6.0;
+        self.position += step * mean(k1.0, k2.0, k3.0, k4.0);
+        self.velocity += step * mean(k1.1, k2.1, k3.1, k4.1);
+    }
+}
+
+impl Drive {
+    /// The same drive as if the part behind `input` had mass, and not only the lag of first order `lag` (s) of the model: with
+    /// `damping` below 1 it overshoots.
+    #[must_use]
+    pub fn as_with_mass(&self, input: usize, lag: f64, damping: f64) -> Self {
+        let ends = self.pieces.iter().flat_map(|piece| [piece.from[input], piece.to[input]]);
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), u| (low.min(u), high.max(u)));
+        let span = high - low;
+        let Some(first) = self.pieces.first().filter(|_| span > 0.0 && lag > 0.0) else { return self.clone() };
+        // The run begins with the spool where the command has it.
+        let mut spool = Spool::at_rest(lag, damping, first.from[input]);
+        let mut pieces = Vec::new();
+        for piece in &self.pieces {
+            reshape(piece, input, &mut spool, span, &mut pieces);
+        }
+        Self { pieces, ..self.clone() }
+    }
+}
+
+/// Writes a piece with its command reshaped: cut into short ones until the spool has arrived, the rest as it is.
+fn reshape(piece: &Piece, input: usize, spool: &mut Spool, span: f64, pieces: &mut Vec<Piece>) {
+    let length = piece.end - piece.start;
+    let at = |share: f64| -> Vec<f64> {
+        piece.from.iter().zip(&piece.to).map(|(from, to)| from + share * (to - from)).collect()
+    };
+    // The time constant of what is left of a spool with mass is no shorter than T.
+    let step = spool.inertia.sqrt() / STEPS;
+    let mut begun = 0.0;
+    while begun < 1.0 {
+        let command = |share: f64| piece.from[input] + share * (piece.to[input] - piece.from[input]);
+        let standing = piece.from[input] == piece.to[input];
+        let until = if standing && spool.has_arrived(command(begun), span) {
+            (spool.position, spool.velocity) = (command(begun), 0.0);
+            1.0
+        } else {
+            let next = begun + step / length;
+            // No piece shorter than half a step at the end.
+            if next + 0.5 * step / length >= 1.0 { 1.0 } else { next }
+        };
+        let (mut from, mut to) = (at(begun), at(until));
+        from[input] = spool.reshaped();
+        if spool.velocity != 0.0 || spool.position != command(begun) {
+            spool.step((until - begun) * length, (command(begun), command(until)));
+        }
+        to[input] = spool.reshaped();
+        let time = |share: f64| if share == 1.0 { piece.end } else { piece.start + share * length };
+        let jump = piece.jump && begun == 0.0;
+        pieces.push(Piece { start: time(begun), end: time(until), from, to, jump });
+        begun = until;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One step of the command at 0.1 s, then standing.
+    fn step_up() -> Drive {
+        let piece =
+            |start: f64, end: f64, value: f64| Piece { start, end, from: vec![value], to: vec![value], jump: true };
+        let pieces = vec![piece(0.0, 0.1, 0.0), piece(0.1, 0.3, 1.0)];
+        Drive { pieces, readings: Vec::new(), nudges: Vec::new(), onset: None, shown: Vec::new(), begun: 0.0 }
+    }
+
+    /// What a lag of first order makes of a drive at a time, exactly for straight pieces.
+    fn lagged(drive: &Drive, lag: f64, until: f64) -> f64 {
+        let mut s = drive.pieces[0].from[0];
+        for piece in drive.pieces.iter().take_while(|piece| piece.start < until) {
+            let length = until.min(piece.end) - piece.start;
+            let slope = (piece.to[0] - piece.from[0]) / (piece.end - piece.start);
+            // s' = (a + b t - s)/lag: particular solution a + b (t - lag), the rest decays.
+            let particular = |t: f64| piece.from[0] + slope * (t - lag);
+            s = particular(length) + (s - particular(0.0)) * (-length / lag).exp();
+        }
+        s
+    }
+
+    #[test]
+    fn a_lag_behind_it_answers_as_a_spool_with_mass() {
+        let (lag, damping) = (8e-3, 0.7);
+        let drive = step_up().as_with_mass(0, lag, damping);
+        // Step response of the second order, damping 0.7: ISO 2041's damped oscillator.
+        let omega = 2.0 * damping / lag;
+        let damped = omega * (1.0 - damping * damping).sqrt();
+        for t in [2e-3, 5e-3, 0.01, 0.02, 0.035, 0.06] {
+            let wave = (damped * t).cos() + damping * omega / damped * (damped * t).sin();
+            let exact = 1.0 - (-damping * omega * t).exp() * wave;
+            approx::assert_abs_diff_eq!(lagged(&drive, lag, 0.1 + t), exact, epsilon = 2e-3);
+        }
+        let peak = (0..200).map(|k| lagged(&drive, lag, 0.1 + 5e-4 * f64::from(k))).fold(0.0, f64::max);
+        // Overshoot exp(-pi zeta/sqrt(1 - zeta²)) = 4.6 %.
+        approx::assert_abs_diff_eq!(peak, 1.046, epsilon = 2e-3);
+    }
+
+    #[test]
+    fn pieces_follow_each_other_and_end_where_they_ended() {
+        let drive = step_up().as_with_mass(0, 8e-3, 0.7);
+        assert!(drive.pieces.windows(2).all(|pair| pair[0].end == pair[1].start && pair[0].start < pair[0].end));
+        assert_eq!((drive.pieces[0].start, drive.pieces[drive.pieces.len() - 1].end), (0.0, 0.3));
+        // Where nothing moves nothing is cut.
+        assert!(drive.pieces.iter().filter(|piece| piece.end <= 0.1).count() == 1 && drive.pieces.len() < 400);
+    }
+}
