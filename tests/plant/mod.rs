@@ -59,6 +59,10 @@ pub struct Plant {
     pub clearance: f64,
     pub opening: f64,
     pub spool_lags: [f64; 2],
+    /// Damping of a spool with mass, whose `s'` takes the first of the lags; 0 for one that only lags.
+    pub spool_damping: f64,
+    /// s between the command and the first movement of the spool, in rows of the logger.
+    pub dead_rows: usize,
     pub compensator_lag: f64,
     pub external_leak: [f64; NODES],
     pub external_hole: [f64; NODES],
@@ -114,6 +118,8 @@ impl Default for Plant {
             clearance: 0.0,
             opening: 1.0,
             spool_lags: [8e-3, 0.0],
+            spool_damping: 0.0,
+            dead_rows: 0,
             compensator_lag: 4e-3,
             external_leak: [0.0; NODES],
             external_hole: [0.0; NODES],
@@ -241,6 +247,11 @@ impl Plant {
         let spool = if self.spool_lags[1] > 0.0 { second } else { first };
         f[6] = (command - first) / self.spool_lags[0];
         f[7] = if self.spool_lags[1] > 0.0 { (first - second) / self.spool_lags[1] } else { 0.0 };
+        if self.spool_damping > 0.0 {
+            // Position and speed of a spool with mass and damping.
+            let omega = 2.0 * self.spool_damping / self.spool_lags[0];
+            (f[6], f[7]) = (second, omega * omega * (command - first) - 2.0 * self.spool_damping * omega * second);
+        }
         // Overlap with a chamfer: the edge begins softly, and is shut in the middle.
         let beyond = |s: f64| {
             if self.dead_band == 0.0 {

@@ -70,14 +70,19 @@ fn run(plant: &Plant, phases: &[Phase]) -> (Vec<Vec<f64>>, Vec<Acting>) {
     let mut y = plant.start(phases[0].1[1]);
     let mut followed = seen(&y, phases[0].1);
     let mut rows: Vec<Vec<f64>> = followed.iter().map(|&value| vec![value]).collect();
-    let mut acted = Vec::new();
+    let mut acted: Vec<Acting> = Vec::new();
     for &(duration, acting) in phases {
         for _ in 0..(duration / INTERVAL).round() as usize {
             let plant = &plant.warm((acted.len() as f64 + 0.5) * INTERVAL);
-            let mut stepper = Rk4::new(Running { plant, acting }, 0.0, y.into(), INTERVAL, STEP);
+            // Until its dead time is over the spool follows the command before.
+            let commanded = acted.len().checked_sub(plant.dead_rows).and_then(|row| acted.get(row));
+            let command =
+                if plant.dead_rows == 0 { acting[0] } else { commanded.map_or(phases[0].1[0], |then| then[0]) };
+            let late = [command, acting[1]];
+            let mut stepper = Rk4::new(Running { plant, acting: late }, 0.0, y.into(), INTERVAL, STEP);
             stepper.integrate().expect("fixed steps");
             for state in stepper.y_out().iter().skip(FINE).step_by(FINE) {
-                for ((value, now), keep) in followed.iter_mut().zip(seen(&(*state).into(), acting)).zip(keep) {
+                for ((value, now), keep) in followed.iter_mut().zip(seen(&(*state).into(), late)).zip(keep) {
                     *value = now + (*value - now) * keep;
                 }
             }
