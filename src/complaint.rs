@@ -40,6 +40,8 @@ pub enum Kind {
     Contradiction,
     /// A computation that came to no result.
     Computation,
+    /// A computation that was cancelled before its end.
+    Interrupted,
 }
 
 /// A place in a file, written `rig.toml:14:3`.

@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use std::time::SystemTime;
 
 use sha2::{Digest, Sha256};
@@ -207,15 +208,57 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
         }
     }
     let folder = existing_folder(&target, path)?;
-    let temporary = temporary_in(&folder).map_err(|error| failed(&error))?;
+    let (temporary, unfinished) = temporary_in(&folder).map_err(|error| failed(&error))?;
     fill(temporary.as_file(), write).map_err(|error| failed(&error))?;
     // A machine that loses power must not be left with the new name and nothing behind it.
     temporary.as_file().sync_data().map_err(|error| failed(&error))?;
     if let Some(there) = before {
         fs::set_permissions(temporary.path(), there.permissions()).map_err(|error| failed(&error))?;
     }
-    temporary.persist(&target).map_err(|error| failed(&error.error))?;
+    unfinished.end(|| temporary.persist(&target)).map_err(|error| failed(&error.error))?;
     Ok(())
+}
+
+/// Temporary files of this process that have not taken their place yet. An end of the program by a signal runs no destructors,
+/// so whoever ends it has to find them.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// An entry of [`UNFINISHED`].
+struct Unfinished(PathBuf);
+
+impl Unfinished {
+    /// Under the lock, so that no file appears while [`remove_unfinished`] clears up.
+    fn begin(create: impl FnOnce() -> io::Result<NamedTempFile>) -> io::Result<(NamedTempFile, Self)> {
+        let mut all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+        let file = create()?;
+        let path = file.path().to_path_buf();
+        all.push(path.clone());
+        Ok((file, Self(path)))
+    }
+
+    /// Does `persist` under the lock, for the same reason.
+    fn end<T>(&self, persist: impl FnOnce() -> T) -> T {
+        let _all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+        persist()
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| *path != self.0);
+    }
+}
+
+/// Removes what is half-written, for a program that ends without running destructors: from here on no file of this process
+/// takes its place any more.
+pub(crate) fn remove_unfinished() {
+    let all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+    for path in all.iter() {
+        // What cannot be removed stays: there is nobody left to tell.
+        let _ = fs::remove_file(path);
+    }
+    // Never given back: the program ends.
+    std::mem::forget(all);
 }
 
 /// Refuses a file whose folder does not exist, before long work is done for it.
@@ -277,15 +320,19 @@ fn folder_of(target: &Path) -> PathBuf {
     }
 }
 
+fn temporary_in(folder: &Path) -> io::Result<(NamedTempFile, Unfinished)> {
+    Unfinished::begin(|| new_file_in(folder))
+}
+
 #[cfg(unix)]
-fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
+fn new_file_in(folder: &Path) -> io::Result<NamedTempFile> {
     use std::os::unix::fs::PermissionsExt;
     // A temporary file is private by default; a result is as readable as the user's mask lets any new file be.
     Builder::new().permissions(fs::Permissions::from_mode(0o666)).tempfile_in(folder)
 }
 
 #[cfg(not(unix))]
-fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
+fn new_file_in(folder: &Path) -> io::Result<NamedTempFile> {
     Builder::new().tempfile_in(folder)
 }
 

@@ -24,7 +24,6 @@ use crate::diagnosis::prior::Gaussian;
 use crate::diagnosis::problem::{Estimated, RecordProblem};
 use crate::fit::{self, FitError, Loss, Tolerances};
 use crate::model::{Drive, Model, SimulationError};
-use crate::progress::Count;
 use crate::record::Record;
 use crate::residual::settling;
 use crate::rig::{Rig, Sensor, TOLERANCE};
@@ -81,13 +80,14 @@ const LEAST_TOLERANCE: f64 = 0.02;
 /// calibration that is already there is replaced, not used.
 ///
 /// # Errors
-/// No records, no sensors, missing columns, a model that cannot be solved, a rig file that cannot be read.
+/// No records, no sensors, missing columns, a model that cannot be solved, a rig file that cannot be read, a context that was
+/// cancelled.
 pub fn calibrate(rig_text: &str, rig: &Rig, records: &[Record], options: &Options) -> Result<Calibrated, Complaint> {
     let bare = write::without_calibration(&rig.path, rig_text)?;
-    let sheet = Rig::parse(&rig.path, bare.clone())?;
+    let sheet = Rig::parse(&rig.path, bare.clone())?.with_context(rig.context());
     let (learnt, report) = calibrate_rig(&sheet, records, options)?;
     let text = bare + &write::section(&learnt, &report);
-    Ok(Calibrated { rig: Rig::parse(&rig.path, text.clone())?, text, report })
+    Ok(Calibrated { rig: Rig::parse(&rig.path, text.clone())?.with_context(rig.context()), text, report })
 }
 
 /// The same for a rig that has no file. Values, standard uncertainties and their correlation, healthy values of faults,
@@ -96,6 +96,10 @@ pub fn calibrate(rig_text: &str, rig: &Rig, records: &[Record], options: &Option
 /// # Errors
 /// As [`calibrate`].
 pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result<(Rig, Report), Complaint> {
+    rig.context().run(|| fit_all(rig, records, options))
+}
+
+fn fit_all(rig: &Rig, records: &[Record], options: &Options) -> Result<(Rig, Report), Complaint> {
     let lacks = |what: &str, help: &str| Complaint::new(Kind::MissingEntry, what).at(Place::file(&rig.path)).help(help);
     if records.is_empty() {
         return Err(lacks("there are no records to calibrate on", "give at least one record of the healthy rig"));
@@ -142,7 +146,7 @@ pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result
     let rough: Vec<Weights> = taken.iter().map(|one| rough(&model.rig, one)).collect();
     let mut theta = prior.mean.clone();
     let mut cost = f64::INFINITY;
-    let count = Count::new("first fits, at most", FIRST.len());
+    let count = rig.context().count("first fits, at most", FIRST.len());
     for reach in FIRST {
         let mut joint = rounds.joint(rough.clone(), &theta, Loss::SoftL1 { k: FAR }).map_err(unsolved)?;
         joint.confine(reach);
@@ -155,7 +159,7 @@ pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result
         }
     }
     let mut round = 0;
-    let count = Count::new("rounds of noise, tolerance and fit, at most", options.rounds);
+    let count = rig.context().count("rounds of noise, tolerance and fit, at most", options.rounds);
     let (fit, weights, settled) = loop {
         round += 1;
         let before = rounds.rig.clone();

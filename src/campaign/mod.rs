@@ -128,14 +128,16 @@ impl Campaign {
     /// Runs one case alone.
     ///
     /// # Errors
-    /// A number that the campaign does not have.
+    /// A number that the campaign does not have, or a context that was cancelled.
     pub fn replay(&self, case: usize) -> Result<Replay, Complaint> {
         let Some(&count) = self.plan.get(case) else {
             let last = self.options.cases - 1;
             return Err(Complaint::new(Kind::Bounds, format!("there is no case {case}"))
                 .help(format!("cases count from 0 to {last}")));
         };
-        Ok(self.case(case, count))
+        let replay = self.case(case, count);
+        self.rig.context().check()?;
+        Ok(replay)
     }
 
     /// Cases in their order, and in front of those of each rig the calibration of the one that comes so many rigs later: a
@@ -154,7 +156,7 @@ impl Campaign {
     /// Runs cases on so many threads; `done` gets each row as it comes, and may end the campaign by an error.
     ///
     /// # Errors
-    /// What `done` gave.
+    /// What `done` gave, or a context that was cancelled; rows that came before are whole.
     pub fn run(
         &self,
         cases: &[usize],
@@ -169,7 +171,7 @@ impl Campaign {
             for _ in 0..threads {
                 let (give, next, stop, work) = (give.clone(), &next, &stop, &work);
                 scope.spawn(move || {
-                    while !stop.load(Ordering::Relaxed) {
+                    while !stop.load(Ordering::Relaxed) && !self.rig.context().is_cancelled() {
                         let case = match work.get(next.fetch_add(1, Ordering::Relaxed)) {
                             None => return,
                             Some(&Work::Rig(rig)) => {
@@ -180,7 +182,9 @@ impl Campaign {
                             Some(&Work::Case(case)) => case,
                         };
                         let Some(&count) = self.plan.get(case) else { continue };
-                        if give.send(self.case(case, count).row).is_err() {
+                        let row = self.case(case, count).row;
+                        // A case that was cut short is not one that failed.
+                        if self.rig.context().is_cancelled() || give.send(row).is_err() {
                             return;
                         }
                     }
@@ -193,7 +197,7 @@ impl Campaign {
                     return Err(complaint);
                 }
             }
-            Ok(())
+            self.rig.context().check().map_err(Complaint::from)
         })
     }
 }

@@ -7,6 +7,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::{Failure, Format, Status, read, write_json};
+use crate::context::Context;
 use crate::files::{check_output, read_text, write_atomically};
 use crate::learn::add::add;
 use crate::learn::suggest::RIVAL;
@@ -41,11 +42,11 @@ pub struct Arguments {
 }
 
 /// Runs the verb.
-pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     // The rig file may take its own place.
     check_output(&arguments.output, &arguments.fit)?;
     let text = read_text(&arguments.rig)?;
-    let rig = Rig::parse(&arguments.rig, text.clone())?;
+    let rig = Rig::parse(&arguments.rig, text.clone())?.with_context(context);
     let record = arguments.fit.as_ref().map(|path| read::record(&rig, path)).transpose()?;
     let new = add(&text, &rig, &arguments.effect, record.as_ref())?;
     write_atomically(&arguments.output, |file| file.write_all(new.text.as_bytes()))?;

@@ -9,6 +9,7 @@ use clap::Args;
 use super::{Failure, Format, Status, read, terminal, write_json, write_page};
 use crate::calibration::{Options, Report, calibrate};
 use crate::complaint::{Complaint, Kind, Place};
+use crate::context::Context;
 use crate::files::{check_output, read_text, write_atomically};
 use crate::report::digits::plus_minus;
 use crate::report::number::{before_unit, rounded, with_unit};
@@ -38,7 +39,7 @@ pub struct Arguments {
 }
 
 /// Runs the verb; the summary goes to `out`, unless the rig file itself goes to a device.
-pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     // The rig file may take its own place.
     check_output(&arguments.output, &arguments.records)?;
     if let Some(path) = &arguments.report {
@@ -46,7 +47,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     }
     check_files(arguments)?;
     let rig_text = read_text(&arguments.rig)?;
-    let rig = Rig::parse(&arguments.rig, rig_text.clone())?;
+    let rig = Rig::parse(&arguments.rig, rig_text.clone())?.with_context(context);
     let mut records = Vec::new();
     let mut bad = Vec::new();
     for path in &arguments.records {
@@ -58,7 +59,6 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     if !bad.is_empty() {
         return Err(Failure::Complaints(bad));
     }
-    terminal::show_progress();
     let calibrated = calibrate(&rig_text, &rig, &records, &Options::default())?;
     write_atomically(&arguments.output, |file| file.write_all(calibrated.text.as_bytes()))?;
     if let Some(path) = &arguments.report {

@@ -13,6 +13,7 @@ use crate::campaign::case::Replay;
 use crate::campaign::store::{Finished, Journal, digest};
 use crate::campaign::{Campaign, HEALTHY, Options, Outcome, Row};
 use crate::complaint::{Complaint, Kind};
+use crate::context::Context;
 use crate::diagnosis::Diagnosis;
 use crate::files::{check_folder, check_output, read_text, write_atomically};
 use crate::report;
@@ -70,7 +71,7 @@ struct Alone<'a> {
     diagnosis: Option<&'a Diagnosis>,
 }
 
-pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     let text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, text.clone())?;
     let plain = Options::new(arguments.cases);
@@ -81,14 +82,17 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         rigs: arguments.rigs.unwrap_or(plain.rigs),
         ..plain
     };
-    let threads = match arguments.threads {
+    // Of many cases it is told how many are done, not how far each is.
+    let context = if arguments.case.is_some() { context.clone() } else { context.clone().without_progress() };
+    let (context, threads) = match arguments.threads {
         Some(0) => {
             let complaint = Complaint::new(Kind::Bounds, "no threads to work with");
             return Err(complaint.help("give `--threads` a number above 0, or leave it away").into());
         }
-        Some(threads) => threads,
-        None => std::thread::available_parallelism().map_or(1, usize::from),
+        Some(threads) => (context.with_threads(threads)?, threads),
+        None => (context, std::thread::available_parallelism().map_or(1, usize::from)),
     };
+    let rig = rig.with_context(&context);
     if let Some(folder) = &arguments.output {
         check_folder(folder)?;
     }
@@ -145,7 +149,6 @@ fn alone(
     arguments: &Arguments,
     out: &mut dyn Write,
 ) -> Result<Status, Failure> {
-    terminal::show_progress();
     let replay = campaign.replay(case)?;
     if let Some(folder) = &arguments.output {
         leave(campaign, rig_text, &replay, folder)?;

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::check_record::{RecordPage, record_page};
 use super::page::write_page;
 use super::{Failure, Format, Status, write_json};
+use crate::context::Context;
 use crate::model::Model;
 use crate::report::number::{difference_in_unit, in_unit, rounded};
 use crate::rig::{InitialPressure, NodeKind, Quantity, Rig, Sensor, Target};
@@ -127,12 +128,14 @@ pub struct CycleLine {
 }
 
 /// Runs the verb; the page goes to `out`.
-pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
-    let rig = Rig::read(&arguments.rig)?;
+pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
+    let rig = Rig::read(&arguments.rig)?.with_context(context);
     let (record, refused) = match &arguments.record {
         None => (None, None),
         Some(path) => {
+            context.stage("reading the record");
             let (page, refused) = record_page(&rig, path)?;
+            context.check()?;
             (Some(page), refused)
         }
     };

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::{Failure, Format, Status, read, terminal, write_json, write_page};
 use crate::complaint::Complaint;
+use crate::context::Context;
 use crate::files::{check_output, write_atomically};
 use crate::learn::compare::{Comparison, Earlier, compare, compared};
 use crate::report;
@@ -43,16 +44,15 @@ pub struct Arguments {
     exit_code: bool,
 }
 
-pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
-    let rig = Rig::read(&arguments.rig)?;
+pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
+    let rig = Rig::read(&arguments.rig)?.with_context(context);
     let record = read::record(&rig, &arguments.record)?;
     let read_from = || arguments.before.iter().chain([&arguments.rig, &arguments.record]);
     for output in arguments.report.iter().chain(&arguments.curves) {
         check_output(output, read_from())?;
     }
-    terminal::show_progress();
     let before = arguments.before.as_ref().map(|path| -> Result<Comparison, Complaint> {
-        let rig = Rig::read(path)?;
+        let rig = Rig::read(path)?.with_context(context);
         let record = rig.record(&arguments.record)?;
         compare(&rig, &record)
     });

@@ -8,6 +8,7 @@ use clap::Args;
 use super::keep::Keeper;
 use super::{Failure, Format, Status, terminal, windows, write_json, write_page};
 use crate::complaint::Complaint;
+use crate::context::Context;
 use crate::diagnosis::watch::Watching;
 use crate::diagnosis::{Diagnosed, Options, Verdict, diagnose};
 use crate::files::{MOST_TEXT, check_output, read, text, write_atomically};
@@ -59,7 +60,7 @@ pub struct Arguments {
     exit_code: bool,
 }
 
-pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     let outputs = [("--report", &arguments.report), ("--curves", &arguments.curves)];
     for (option, path) in outputs.iter().filter_map(|(option, path)| Some((option, path.as_ref()?))) {
         if arguments.records.len() > 1 {
@@ -73,10 +74,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     arguments.window.map_or(Ok(()), windows::check)?;
     let content = read(&arguments.rig, MOST_TEXT)?;
     let digest = content.digest();
-    let rig = Rig::parse(&arguments.rig, text(&arguments.rig, content.bytes)?)?;
+    let rig = Rig::parse(&arguments.rig, text(&arguments.rig, content.bytes)?)?.with_context(context);
     if let Some(window) = arguments.window {
         let watching = Watching { window, fits: arguments.fits };
-        terminal::show_progress();
         let model = Model::new(rig);
         let found = windows::run(&model, &arguments.records, watching, arguments.format, out)?;
         return Ok(if arguments.exit_code { found } else { Status::Done });
@@ -85,7 +85,6 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let mut keeper = Keeper::open(store, at, arguments.records.len(), &rig, digest)?;
     let model = Model::new(rig);
     let options = Options::default();
-    terminal::show_progress();
     let style = terminal::style();
     let mut done: Vec<Diagnosed> = Vec::new();
     let mut bad: Vec<Complaint> = Vec::new();

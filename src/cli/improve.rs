@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{Failure, Format, Status, read, terminal, write_json, write_page};
+use crate::context::Context;
 use crate::files::{check_output, read_text, write_atomically};
 use crate::learn::add::with_effects;
 use crate::learn::improve::{Step, improve};
@@ -45,7 +46,7 @@ pub struct Arguments {
 }
 
 /// Runs the verb; the ledger goes to `out`, unless the rig file itself goes to a device.
-pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     let records = [&arguments.fit, &arguments.check];
     // The rig file may take its own place.
     check_output(&arguments.output, records)?;
@@ -53,10 +54,9 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         check_output(path, records.into_iter().chain([&arguments.rig]))?;
     }
     let text = read_text(&arguments.rig)?;
-    let rig = Rig::parse(&arguments.rig, text.clone())?;
+    let rig = Rig::parse(&arguments.rig, text.clone())?.with_context(context);
     let (fit, check) = (read::record(&rig, &arguments.fit)?, read::record(&rig, &arguments.check)?);
     read::not_itself(&arguments.fit, &arguments.check);
-    terminal::show_progress();
     let told = |step: &Step| {
         if terminal::shows_progress() {
             let added = step.added.as_deref().unwrap_or("as given");

@@ -8,6 +8,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::{Failure, Format, Status, expected, signatures, write_json, write_page};
+use crate::context::Context;
 use crate::files::check_output;
 use crate::report::pages::isolability::{Point, html};
 use crate::rig::Rig;
@@ -43,12 +44,15 @@ struct Page<'a> {
     expected: Option<expected::Numbers>,
 }
 
-pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     if let Some(path) = &arguments.report {
         check_output(path, arguments.input.iter().chain([&arguments.rig]))?;
     }
-    let rig = Rig::read(&arguments.rig)?;
+    let rig = Rig::read(&arguments.rig)?.with_context(context);
+    context.stage("structure of the circuit");
     let structure = analyse(&rig);
+    context.check()?;
+    context.stage("operating point");
     let point = signatures::operating_point(&rig, arguments.input.as_deref())?;
     let (signatures, expected) = match &point {
         Some((drive, record)) => {

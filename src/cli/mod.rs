@@ -1,7 +1,7 @@
 //! The command line: one file per verb.
 //!
 //! Results go to standard output, messages to standard error. Exit status: 0 done, 1 something was found (on request),
-//! 2 could not run; the shell makes 130 of an interrupt.
+//! 2 could not run, 130 interrupted by Ctrl-C or SIGTERM.
 
 mod add;
 mod calibrate;
@@ -16,6 +16,7 @@ mod expected;
 mod export;
 mod history;
 mod improve;
+mod interrupt;
 mod isolability;
 mod keep;
 mod man;
@@ -35,6 +36,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand, ValueEnum};
 
 use crate::complaint::Complaint;
+use crate::context::{Context, Interrupted};
 use crate::files::{is_closed_pipe, write_atomically};
 
 /// Look inside a hydraulic circuit through its records.
@@ -69,23 +71,23 @@ enum Verb {
 }
 
 impl Verb {
-    fn run(&self, out: &mut dyn Write) -> Result<Status, Failure> {
+    fn run(&self, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
         match self {
-            Self::Add(arguments) => add::run(arguments, out),
-            Self::Calibrate(arguments) => calibrate::run(arguments, out),
-            Self::Campaign(arguments) => campaign::run(arguments, out),
-            Self::Check(arguments) => check::run(arguments, out),
-            Self::Compare(arguments) => compare::run(arguments, out),
+            Self::Add(arguments) => add::run(arguments, context, out),
+            Self::Calibrate(arguments) => calibrate::run(arguments, context, out),
+            Self::Campaign(arguments) => campaign::run(arguments, context, out),
+            Self::Check(arguments) => check::run(arguments, context, out),
+            Self::Compare(arguments) => compare::run(arguments, context, out),
             Self::Completions(arguments) => completions::run(arguments, out),
-            Self::Diagnose(arguments) => diagnose::run(arguments, out),
+            Self::Diagnose(arguments) => diagnose::run(arguments, context, out),
             Self::Effects(arguments) => effects::run(arguments, out),
             Self::Export(arguments) => export::run(arguments, out),
             Self::History(arguments) => history::run(arguments, out),
-            Self::Improve(arguments) => improve::run(arguments, out),
-            Self::Isolability(arguments) => isolability::run(arguments, out),
+            Self::Improve(arguments) => improve::run(arguments, context, out),
+            Self::Isolability(arguments) => isolability::run(arguments, context, out),
             Self::Man(arguments) => man::run(arguments, out),
-            Self::Simulate(arguments) => simulate::run(arguments, out),
-            Self::Suggest(arguments) => suggest::run(arguments, out),
+            Self::Simulate(arguments) => simulate::run(arguments, context, out),
+            Self::Suggest(arguments) => suggest::run(arguments, context, out),
         }
     }
 }
@@ -123,6 +125,12 @@ impl From<Complaint> for Failure {
     }
 }
 
+impl From<Interrupted> for Failure {
+    fn from(interrupted: Interrupted) -> Self {
+        Complaint::from(interrupted).into()
+    }
+}
+
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
         Self::Output(error)
@@ -140,15 +148,23 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
     };
     terminal::set_quiet(command_line.quiet);
-    let mut out = io::BufWriter::new(io::stdout().lock());
-    let result = command_line.verb.run(&mut out).and_then(|status| {
+    let context = terminal::context();
+    let ending = interrupt::watch(&context);
+    let mut out = io::BufWriter::new(terminal::Output::new());
+    let result = command_line.verb.run(&context, &mut out).and_then(|status| {
         out.flush()?;
         Ok(status)
     });
     terminal::clear();
     let message = match result {
-        Ok(Status::Done) => return ExitCode::SUCCESS,
-        Ok(Status::Found) => return ExitCode::from(1),
+        Err(_) if context.is_cancelled() => return ending.interrupted(),
+        Ok(status) => {
+            terminal::say_what_took_long();
+            return match status {
+                Status::Done => ExitCode::SUCCESS,
+                Status::Found => ExitCode::from(1),
+            };
+        }
         // Whoever closed the pipe has seen enough.
         Err(Failure::Output(error)) if is_closed_pipe(&error) => return ExitCode::SUCCESS,
         Err(Failure::Output(error)) => format!("error: standard output cannot be written: {error}"),

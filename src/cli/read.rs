@@ -17,6 +17,8 @@ pub fn not_itself(fit: &Path, check: &Path) {
 
 /// Reads a record of a rig; how, is said on standard error where it is in another form than records are written in.
 pub fn record(rig: &Rig, path: &Path) -> Result<Record, Complaint> {
+    rig.context().check()?;
+    rig.context().stage("reading the record");
     let record = rig.record(path)?;
     if !record.origin.is_plain() {
         note(format_args!("note: {}: read as {}", path.display(), record.origin.read_as));

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::{Failure, Format, Status, read, write_json};
 use crate::complaint::{Complaint, Kind, Place};
+use crate::context::Context;
 use crate::files::check_output;
 use crate::model::{self, Drive, Model};
 use crate::record::Record;
@@ -78,9 +79,9 @@ pub(super) struct Set {
 }
 
 /// Runs the verb; the summary goes to `out`, unless the record itself goes to a device.
-pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     check_output(&arguments.output, arguments.input.iter().chain([&arguments.rig]))?;
-    let mut rig = Rig::read(&arguments.rig)?;
+    let mut rig = Rig::read(&arguments.rig)?.with_context(context);
     let mut set = Vec::new();
     for text in &arguments.set {
         set.push(set_parameter(&mut rig, "--set", text)?);
@@ -90,6 +91,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let (drive, times) = drive(&rig, source.as_ref())?;
     let model = Model::new(rig);
     let parameters = model.rig.nominal();
+    context.stage("simulation");
     let solved = match arguments.method {
         Method::Implicit => model.simulate(&parameters, &drive, &times),
         Method::Explicit => model.simulate_explicitly(&parameters, &drive, &times),
@@ -112,6 +114,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         (None, Some(cycle)) => model::decimals_of(cycle.interval),
         (None, None) => None,
     };
+    context.check()?;
+    context.stage("writing the record");
     record.write(&arguments.output)?;
     let summary = Summary {
         schema: "borescope.simulation/1",

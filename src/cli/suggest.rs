@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{Failure, Format, Status, read, terminal, write_json, write_page};
+use crate::context::Context;
 use crate::files::check_output;
 use crate::learn::result::SuggestionReport;
 use crate::learn::suggest::{Conclusion, suggest};
@@ -36,14 +37,13 @@ pub struct Arguments {
     exit_code: bool,
 }
 
-pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
-    let rig = Rig::read(&arguments.rig)?;
+pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
+    let rig = Rig::read(&arguments.rig)?.with_context(context);
     let record = read::record(&rig, &arguments.record)?;
     let check = arguments.check.as_ref().map(|path| read::record(&rig, path)).transpose()?;
     if let Some(path) = &arguments.report {
         check_output(path, arguments.check.iter().chain([&arguments.rig, &arguments.record]))?;
     }
-    terminal::show_progress();
     if let Some(check) = &arguments.check {
         read::not_itself(&arguments.record, check);
     }

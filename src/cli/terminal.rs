@@ -1,11 +1,11 @@
 //! What only a terminal gets: colour, width, progress. Files, pipes and `--quiet` get none of it.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal, StdoutLock, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use crate::progress;
+use crate::context::{Context, Progress};
 use crate::report::html::Tone;
 use crate::report::style::Style;
 
@@ -15,6 +15,10 @@ static QUIET: AtomicBool = AtomicBool::new(false);
 const WIDTH: usize = 80;
 /// A line of progress is written no more often.
 const PAUSE: Duration = Duration::from_millis(100);
+/// Work that took longer says at its end what took how long.
+const LONG: Duration = Duration::from_secs(2);
+/// Share of the time from which on a stage is named.
+const WORTH: f64 = 0.02;
 
 /// Sets whether notes, warnings and progress are left out.
 pub fn set_quiet(quiet: bool) {
@@ -52,6 +56,26 @@ pub fn shows_progress() -> bool {
     io::stderr().is_terminal() && !QUIET.load(Ordering::Relaxed)
 }
 
+/// The standard output, for results: the line of progress goes before anything is written.
+pub struct Output(StdoutLock<'static>);
+
+impl Output {
+    pub fn new() -> Self {
+        Self(io::stdout().lock())
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        clear();
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
 /// A line that is written over again.
 struct Line {
     /// Before every stage, such as which record it is.
@@ -59,15 +83,29 @@ struct Line {
     stage: String,
     begun: Option<Instant>,
     shown: Option<Instant>,
+    /// Stages so far in their order, with the time spent in each.
+    stages: Vec<(String, Duration)>,
 }
 
-static LINE: Mutex<Line> = Mutex::new(Line { prefix: String::new(), stage: String::new(), begun: None, shown: None });
+static LINE: Mutex<Line> = Mutex::new(Line::NEW);
 
-/// Shows the progress of long work from here to the end of the program.
-pub fn show_progress() {
-    if shows_progress() {
-        progress::listen(told);
+impl Line {
+    const NEW: Self =
+        Self { prefix: String::new(), stage: String::new(), begun: None, shown: None, stages: Vec::new() };
+
+    /// Ends the stage that is shown.
+    fn end_stage(&mut self, now: Instant) {
+        let Some(begun) = self.begun.take() else { return };
+        match self.stages.iter_mut().find(|(stage, _)| *stage == self.stage) {
+            Some((_, spent)) => *spent += now - begun,
+            None => self.stages.push((self.stage.clone(), now - begun)),
+        }
     }
+}
+
+/// What the verbs run in: their progress is shown where it can be seen.
+pub fn context() -> Context {
+    if shows_progress() { Context::new().with_progress(show) } else { Context::new() }
 }
 
 /// What stands before every stage from here on.
@@ -75,21 +113,23 @@ pub fn prefix(prefix: String) {
     LINE.lock().unwrap_or_else(PoisonError::into_inner).prefix = prefix;
 }
 
-fn told(stage: &str, done: usize, of: usize) {
+fn show(progress: Progress<'_>) {
+    let Progress { stage, done, of } = progress;
     let mut line = LINE.lock().unwrap_or_else(PoisonError::into_inner);
     let now = Instant::now();
     if line.stage != stage || done == 0 {
+        line.end_stage(now);
         line.stage = stage.to_owned();
         line.begun = Some(now);
         line.shown = None;
     }
-    if line.shown.is_some_and(|shown| now - shown < PAUSE) && done < of {
+    if line.shown.is_some_and(|shown| now - shown < PAUSE) && of.is_some_and(|of| done < of) {
         return;
     }
     line.shown = Some(now);
     let spent = line.begun.map_or(0.0, |begun| (now - begun).as_secs_f64());
     // Nobody misses a line that could not be shown.
-    let _ = write!(io::stderr(), "\r{}{}\x1b[K", line.prefix, progress_line(stage, done, of, spent));
+    let _ = write!(io::stderr(), "\r{}{}\x1b[K", line.prefix, progress_line(progress, spent));
 }
 
 /// Takes the line of progress away.
@@ -100,15 +140,37 @@ pub fn clear() {
     }
 }
 
+/// Says what the stages of long work took, where its progress was shown.
+pub fn say_what_took_long() {
+    let mut line = LINE.lock().unwrap_or_else(PoisonError::into_inner);
+    line.end_stage(Instant::now());
+    let stages = std::mem::take(&mut line.stages);
+    drop(line);
+    if let Some(summary) = summary(&stages) {
+        note(format_args!("{summary}"));
+    }
+}
+
+/// What stages took that are worth a word; `None` where all together were short.
+fn summary(stages: &[(String, Duration)]) -> Option<String> {
+    let all: Duration = stages.iter().map(|(_, spent)| *spent).sum();
+    if all < LONG {
+        return None;
+    }
+    let worth = stages.iter().filter(|(_, spent)| spent.as_secs_f64() >= WORTH * all.as_secs_f64());
+    let each: Vec<String> = worth.map(|(stage, spent)| format!("{stage} {:.1} s", spent.as_secs_f64())).collect();
+    Some(format!("done in {:.1} s: {}", all.as_secs_f64(), each.join(", ")))
+}
+
 /// A stage with its count and the time that is left of it, from what its pieces took so far.
-fn progress_line(stage: &str, done: usize, of: usize, spent: f64) -> String {
-    match (done, of) {
-        (_, 0) => format!("{stage} ..."),
-        (0, of) => format!("{stage}: 0 of {of}"),
-        (done, of) => {
-            let left = spent / done as f64 * of.saturating_sub(done) as f64;
-            format!("{stage}: {done} of {of}, {left:.0} s left")
+fn progress_line(progress: Progress<'_>, spent: f64) -> String {
+    match progress.of {
+        None => format!("{progress} ..."),
+        Some(of) if progress.done > 0 => {
+            let left = spent / progress.done as f64 * of.saturating_sub(progress.done) as f64;
+            format!("{progress}, {left:.0} s left")
         }
+        Some(_) => progress.to_string(),
     }
 }
 
@@ -117,9 +179,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn long_work_says_which_stages_took_how_long() {
+        let stage = |name: &str, ms| (name.to_owned(), Duration::from_millis(ms));
+        assert_eq!(summary(&[stage("reading", 1900)]), None);
+        let long = [stage("reading", 40), stage("fit", 3000), stage("intervals", 2000)];
+        assert_eq!(summary(&long).unwrap(), "done in 5.0 s: fit 3.0 s, intervals 2.0 s");
+    }
+
+    #[test]
     fn the_time_left_is_that_of_the_pieces_left() {
-        assert_eq!(progress_line("intervals", 3, 12, 6.0), "intervals: 3 of 12, 18 s left");
-        assert_eq!(progress_line("intervals", 0, 12, 0.0), "intervals: 0 of 12");
-        assert_eq!(progress_line("fit", 0, 0, 3.0), "fit ...");
+        let of_12 = |done| Progress { stage: "intervals", done, of: Some(12) };
+        assert_eq!(progress_line(of_12(3), 6.0), "intervals: 3 of 12, 18 s left");
+        assert_eq!(progress_line(of_12(0), 0.0), "intervals: 0 of 12");
+        assert_eq!(progress_line(Progress { stage: "fit", done: 0, of: None }, 3.0), "fit ...");
     }
 }

@@ -13,7 +13,6 @@ use super::descend::{EXACT, Point, descend};
 use super::hypotheses::Isolation;
 use super::quadratic::Quadratic;
 use crate::fit::{End, ProfilePoint};
-use crate::progress::Count;
 use crate::rig::FaultSet;
 
 /// Rise of `2 F` that ends a 95 % interval: quantile of chi-square with one degree of freedom.
@@ -114,7 +113,7 @@ impl Base {
 /// The intervals of all faults, each with those of the best set free too; where other sets are as good as open, each
 /// interval holds what they say too.
 pub fn intervals(case: &Case<'_>, isolation: &Isolation) -> Vec<Option<Interval>> {
-    let count = Count::new("intervals of the faults", case.faults());
+    let count = case.rig().context().count("intervals of the faults", case.faults());
     let one = |fault| {
         let interval = interval(case, isolation, fault);
         count.one();

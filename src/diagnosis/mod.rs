@@ -27,7 +27,6 @@ pub mod watch;
 
 use crate::complaint::{Complaint, Kind, Place};
 use crate::model::{Drive, Model, Shown};
-use crate::progress;
 use crate::record::Record;
 use crate::report::number::rounded;
 use crate::residual::{self, Detection};
@@ -94,8 +93,13 @@ const WORTH_RESTARTING: f64 = 1.0;
 /// Diagnoses one record of a rig.
 ///
 /// # Errors
-/// Columns that are missing, or a model that cannot be solved.
+/// Columns that are missing, a model that cannot be solved, or a [context](crate::context) that was cancelled.
 pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Diagnosed, Complaint> {
+    model.rig.context().run(|| diagnose_with_causes(model, record, options))
+}
+
+/// The same on the threads of the caller.
+fn diagnose_with_causes(model: &Model, record: &Record, options: &Options) -> Result<Diagnosed, Complaint> {
     let plain = diagnose_from(model, record, (&[], None), options)?;
     let Some((corrected, cause)) = common_cause::instead(model, record, &plain) else { return Ok(plain) };
     let mut diagnosed = diagnose_from(model, &corrected, (&[], None), options)?;
@@ -129,7 +133,7 @@ pub fn diagnose_from(
     let drive = Drive::from_record(rig, record)?;
     let drive = Drive { shown: shown.to_vec(), begun: begun.unwrap_or(drive.begun), ..drive };
     estimate::measured(rig, record)?;
-    progress::stage("residuals and fit");
+    rig.context().stage("residuals and fit");
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;
     let mut first = estimate::near(model, record, &drive, None, estimate::FROM_HEALTHY)?;
     let before = Model::new(rig.with_before()).with_tolerance(model.tolerance);

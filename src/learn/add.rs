@@ -53,12 +53,14 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
             .help("delete it from `[effects]` first"));
     }
     if let Some(record) = record {
-        let (trial, gained, warnings) = rough_base(
-            rig,
-            record,
-            |(trial, ..): &Fitted| is_adequate(&trial.fit),
-            |estimate, base| fitted_with(estimate, &base, &placed),
-        )?;
+        let (trial, gained, warnings) = rig.context().run(|| {
+            rough_base(
+                rig,
+                record,
+                |(trial, ..): &Fitted| is_adequate(&trial.fit),
+                |estimate, base| fitted_with(estimate, &base, &placed),
+            )
+        })?;
         let text = with_effects(&rig.path, text, rig, &trial)?;
         return Ok(Added { text, delta_bic: Some(gained), warnings });
     }

@@ -164,8 +164,13 @@ pub fn compare(rig: &Rig, record: &Record) -> Result<Comparison, Complaint> {
 /// # Errors
 /// As [`compare`].
 pub fn compared(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
+    rig.context().run(|| compared_here(rig, record))
+}
+
+fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     let model = Model::new(rig.clone());
     let drive = Drive::from_record(rig, record)?;
+    rig.context().stage("fit of the healthy model");
     let (values, _) = refit::fitted(&model, record, &drive, &rig.healthy(), (FaultSet::EMPTY, FORMS))?;
     let run = run_with(&model, record, &drive, &values)?;
     let mut comparison = Comparison::of(&model, record, &run)?;

@@ -54,7 +54,21 @@ pub struct Improvement {
 ///
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
-pub fn improve(rig: &Rig, fit: &Record, check: &Record, mut told: impl FnMut(&Step)) -> Result<Improvement, Complaint> {
+pub fn improve(
+    rig: &Rig,
+    fit: &Record,
+    check: &Record,
+    told: impl FnMut(&Step) + Send,
+) -> Result<Improvement, Complaint> {
+    rig.context().run(|| add_while_asked(rig, fit, check, told))
+}
+
+fn add_while_asked(
+    rig: &Rig,
+    fit: &Record,
+    check: &Record,
+    mut told: impl FnMut(&Step),
+) -> Result<Improvement, Complaint> {
     let mut last = suggest(rig, fit, Some(check))?;
     let given = last.base.clone();
     let mut trial = given.clone();

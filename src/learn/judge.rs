@@ -12,7 +12,6 @@ use crate::diagnosis::adequate;
 use crate::diagnosis::estimate::HOPE;
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::search::ROUGH;
-use crate::progress::Count;
 use crate::record::Record;
 
 /// Share of the best one's gain within which others are fitted to their end too.
@@ -100,7 +99,7 @@ impl Looking<'_> {
         rough.sort_by(|a, b| a.1.priced(samples).total_cmp(&b.1.priced(samples)));
         best = rough.first().map_or(best, |(_, rough)| best.min(rough.priced(samples)));
         let bar = self.bar(best);
-        let count = Count::new("effects judged", rough.len());
+        let count = self.base.rig.context().count("effects judged", rough.len());
         let one = |isolated: bool, weights: Option<(&Weights, Option<&Weights>)>, (effects, rough)| {
             let judged = self.judged(effects, &rough, isolated, weights.filter(|_| bar.is_beyond(&rough, samples)));
             count.one();
@@ -125,7 +124,7 @@ impl Looking<'_> {
     fn roughly(&self, chosen: Vec<Vec<Candidate>>) -> Vec<(Vec<Candidate>, Rough)> {
         let Self { record, base, ref stands, .. } = *self;
         let samples = self.samples();
-        let count = Count::new("effects fitted", chosen.len());
+        let count = base.rig.context().count("effects fitted", chosen.len());
         let fitted = |effects: Vec<Candidate>| {
             let rough = refitted(base, stands, record, &effects);
             count.one();

@@ -78,6 +78,10 @@ pub struct Missing {
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
 pub fn missing(base: &Trial, record: &Record, found: Option<&Run>) -> Result<Vec<Missing>, Complaint> {
+    base.rig.context().run(|| missing_here(base, record, found))
+}
+
+fn missing_here(base: &Trial, record: &Record, found: Option<&Run>) -> Result<Vec<Missing>, Complaint> {
     let own = Slopes::of_fitted(base, record)?;
     let with: Option<Vec<f64>> = found.map(|run| {
         let pairs = run.outputs.iter().flatten().zip(base.fit.outputs.iter().flatten());

@@ -12,7 +12,6 @@ use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::search;
 use crate::diagnosis::{adequate, mean_squares};
 use crate::model::{Drive, Model};
-use crate::progress;
 use crate::record::Record;
 use crate::rig::FaultSet;
 use crate::rig::Rig;
@@ -118,9 +117,10 @@ impl Suggestion {
 /// Looks for the effect that a model lacks.
 ///
 /// # Errors
-/// Columns that are missing, or a model that cannot be solved.
+/// Columns that are missing, a model that cannot be solved, or a [context](crate::context) that was cancelled.
 pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Suggestion, Complaint> {
-    rough_base(rig, fit, Suggestion::explains_all, |estimate, base| suggest_from(estimate, base, check))
+    rig.context()
+        .run(|| rough_base(rig, fit, Suggestion::explains_all, |estimate, base| suggest_from(estimate, base, check)))
 }
 
 /// Fits a rig to a record as it is, with none or one of its components faulty, and hands it on; where what that gives is not
@@ -136,7 +136,7 @@ pub(super) fn rough_base<T>(
 ) -> Result<T, Complaint> {
     let model = Model::new(rig.clone());
     let drive = Drive::from_record(&model.rig, fit)?;
-    progress::stage("fit of the model as given");
+    rig.context().stage("fit of the model as given");
     let near = estimate::near(&model, fit, &drive, None, estimate::FROM_HEALTHY)?;
     let base = Trial::of(&near)?;
     if is_adequate(&base.fit) {
@@ -147,7 +147,7 @@ pub(super) fn rough_base<T>(
     if enough(&given) {
         return Ok(given);
     }
-    progress::stage("fit with several faults");
+    rig.context().stage("fit with several faults");
     let deep = simple.by_components_alone(search::SEVERAL, FORMS)?;
     let samples = base.fit.weights.all_samples() as f64;
     let cost = |estimate: &Estimate<'_>| priced(estimate.isolation.best.cost, estimate.isolation.set(), samples);

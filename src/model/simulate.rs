@@ -1,6 +1,7 @@
 //! Simulation and sensitivities of a rig over a drive.
 
 use std::fmt;
+use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 
@@ -9,6 +10,7 @@ use super::drive::{Before, Drive};
 use super::layout::Layout;
 use super::start;
 
+use crate::context::Interrupted;
 use crate::numeric::{IntegrationError, Options, Rosenbrock, Step};
 use crate::physics::effect;
 use crate::rig::Rig;
@@ -66,6 +68,8 @@ pub enum SimulationError {
     TooLarge { states: usize, most: usize },
     /// The explicit method gave up behind time `t` (s).
     Explicit { t: f64, reason: String },
+    /// The context of the rig was cancelled.
+    Interrupted,
 }
 
 impl fmt::Display for SimulationError {
@@ -73,12 +77,19 @@ impl fmt::Display for SimulationError {
         match self {
             Self::Integration { error, state } => write!(f, "{error} (worst: {state})"),
             Self::TooLarge { states, most } => write!(f, "the rig has {states} states, more than {most}"),
+            Self::Interrupted => Interrupted.fmt(f),
             Self::Explicit { t, reason } => write!(f, "behind {t} s the explicit method gave up: {reason}"),
         }
     }
 }
 
 impl std::error::Error for SimulationError {}
+
+impl From<Interrupted> for SimulationError {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
+    }
+}
 
 /// A rig with its equations laid out.
 #[derive(Debug, Clone)]
@@ -160,7 +171,8 @@ impl Model {
         let solve =
             |group: &[usize]| with_states!(self.layout.states, N => self.group::<N>(parameters, group, drive, times));
         // Groups are independent, so threads change nothing but the time.
-        let solved: Result<Vec<Sensitivities>, _> = groups.par_iter().map(|&group| solve(group)).collect();
+        let solved: Result<Vec<Sensitivities>, _> =
+            self.rig.context().on_threads(|| groups.par_iter().map(|&group| solve(group)).collect());
         let all = solved?.into_iter().reduce(|mut all, part| {
             all.derivatives.extend(part.derivatives);
             all
@@ -200,7 +212,7 @@ impl Model {
         times: &[f64],
         watch: &mut impl Watch<N>,
     ) -> Result<Effort, SimulationError> {
-        let tolerance = self.tolerance;
+        let (tolerance, context) = (self.tolerance, self.rig.context());
         let changed: &[(usize, Before)] = drive.onset.as_ref().map_or(&[], |onset| &onset.before);
         let (before, moment) = drive.before(parameters);
         let after = parameters;
@@ -249,7 +261,8 @@ impl Model {
             }
             let last = index + 1 == drive.pieces.len();
             samples.clear();
-            let result = integrator.integrate(&mut assembly, piece.start, &y, piece.end, |step| {
+            context.check()?;
+            let result = integrator.integrate_until(&mut assembly, piece.start, &y, piece.end, |step| {
                 watch.step(step);
                 while row < times.len() && (times[row] <= step.t_end || (last && step.t_end >= piece.end)) {
                     let t = times[row].min(step.t_end);
@@ -258,14 +271,17 @@ impl Model {
                     samples.push((row, y));
                     row += 1;
                 }
+                if context.is_cancelled() { ControlFlow::Break(step.t_end) } else { ControlFlow::Continue(()) }
             });
             for (row, y) in &samples {
                 emit(&mut assembly, watch, *row, y);
             }
-            y = result.map_err(|error| {
+            let arrival = result.map_err(|error| {
                 let state = error.worst_state().and_then(|state| self.layout.names.get(state)).cloned();
                 SimulationError::Integration { error, state: state.unwrap_or_default() }
             })?;
+            context.check()?;
+            y = arrival.y;
             if row == times.len() {
                 break;
             }

@@ -18,6 +18,7 @@ mod validate;
 use std::path::{Path, PathBuf};
 
 use crate::complaint::{Complaint, Place, did_you_mean, help_with_names};
+use crate::context::Context;
 use crate::numeric::Real;
 use crate::physics::card::Card;
 use crate::physics::component::AnyLaw;
@@ -79,6 +80,8 @@ pub struct Rig {
     pub calibration: Option<Calibration>,
     /// Parameters of faults with those that hold what they were before: see [`Rig::with_before`].
     pub before: Vec<(usize, usize)>,
+    /// What computations on it run in; a clone of the rig runs in the same.
+    pub(crate) context: Context,
 }
 
 /// What a node is, by the ports that meet there.
@@ -221,6 +224,16 @@ impl Rig {
         let rig = parse::parse(source::Source { path: path.into(), text })?;
         validate::validate(&rig)?;
         Ok(rig)
+    }
+
+    /// The same rig, whose computations run in `context`.
+    pub fn with_context(self, context: &Context) -> Self {
+        Self { context: context.clone(), ..self }
+    }
+
+    /// What computations on this rig run in.
+    pub fn context(&self) -> &Context {
+        &self.context
     }
 
     /// Index of the parameter with this id.

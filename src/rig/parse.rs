@@ -16,6 +16,7 @@ use toml::de::DeTable;
 use super::source::{Source, Table, Value};
 use super::{Node, NodeKind, Rig};
 use crate::complaint::{Complaint, Kind, help_with_names};
+use crate::context::Context;
 use crate::physics::fluid;
 use crate::units::{Dimension, Unit};
 
@@ -60,6 +61,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         cycle: None,
         calibration: None,
         before: Vec::new(),
+        context: Context::default(),
     };
     let fluid_table =
         root.require("fluid", "add `[fluid]` with density, viscosity and bulk_modulus")?.table("`[fluid]`")?;

@@ -10,7 +10,6 @@ use super::doubtful::set_aside;
 use super::{Diagnosis, Options, diagnose_from};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::model::Model;
-use crate::progress;
 use crate::record::{Record, Stream, Window, Windows};
 use crate::report::number::rounded;
 use crate::residual::{Block, Fired, Monitor};
@@ -32,8 +31,17 @@ pub struct Watching {
 /// Watches a record of a rig that is read piece by piece.
 ///
 /// # Errors
-/// Those of [`Record::read`]; a rig without residuals; columns that are missing.
+/// Those of [`Record::read`]; a rig without residuals; columns that are missing; a context that was cancelled.
 pub fn watch(model: &Model, stream: Stream<'_>, watching: Watching, options: &Options) -> Result<Watched, Complaint> {
+    model.rig.context().run(|| watch_windows(model, stream, watching, options))
+}
+
+fn watch_windows(
+    model: &Model,
+    stream: Stream<'_>,
+    watching: Watching,
+    options: &Options,
+) -> Result<Watched, Complaint> {
     let rig = &model.rig;
     let mut monitor = Monitor::new(rig, options.detection);
     if monitor.residuals() == 0 {
@@ -48,8 +56,9 @@ pub fn watch(model: &Model, stream: Stream<'_>, watching: Watching, options: &Op
     let mut watch = Watch::new(model, watching, options);
     let mut next = windows.next_window()?;
     while let Some(window) = next {
+        rig.context().check()?;
         let window = Window { record: rig.scaled(window.record), ..window };
-        progress::stage("windows");
+        rig.context().stage("windows");
         let piece = window.record.clone();
         let (read, tested) = rayon::join(|| windows.next_window(), || monitor.take(piece, window.last));
         next = read?;

@@ -107,6 +107,7 @@ impl Model {
         to: f64,
         effort: &mut Effort,
     ) -> Result<[f64; N], SimulationError> {
+        self.rig.context().check()?;
         let length = to - from;
         // Rows and knots that differ by rounding only are one.
         if length <= 1e-12 * to.abs().max(1.0) {

@@ -1,0 +1,184 @@
+//! What a computation runs in: who hears of its progress, who may end it early, and on which threads it works.
+//!
+//! A [`Context`] comes with the [rig](crate::rig::Rig) and so reaches every computation on it. There is nothing of it that the
+//! whole program shares: two diagnoses in one program have their own progress, cancellation and threads.
+
+mod progress;
+
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::complaint::{Complaint, Kind};
+pub use progress::Progress;
+pub(crate) use progress::{Count, Listener};
+
+/// The progress listener, the cancellation flag and the threads of a computation. Clones share all three.
+///
+/// ```
+/// use borescope::context::Context;
+/// use borescope::rig::Rig;
+///
+/// let context = Context::new().with_threads(2)?.with_progress(|progress| eprintln!("{progress}"));
+/// let rig = Rig::read("fixtures/telescopic/rig.toml")?.with_context(&context);
+/// // From another thread, or before the work begins: it then ends with a complaint of the kind `Interrupted`.
+/// context.cancel();
+/// # assert!(rig.context().is_cancelled());
+/// # Ok::<(), borescope::complaint::Complaint>(())
+/// ```
+#[derive(Clone, Default)]
+pub struct Context {
+    listener: Option<Listener>,
+    cancelled: Arc<AtomicBool>,
+    threads: Option<Arc<ThreadPool>>,
+}
+
+/// A computation that was cancelled before its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Interrupted;
+
+impl Context {
+    /// Without listener, not cancelled, on the threads of the caller: those of rayon's pool that the call is made in.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The same with a listener. It is called by any of the threads, several at a time, and should return at once.
+    pub fn with_progress(self, listener: impl Fn(Progress<'_>) + Send + Sync + 'static) -> Self {
+        Self { listener: Some(Arc::new(listener)), ..self }
+    }
+
+    /// The same without listener; whoever cancels one cancels the other.
+    pub fn without_progress(self) -> Self {
+        Self { listener: None, ..self }
+    }
+
+    /// The same with so many threads of its own, 1 or more. Results do not depend on how many there are.
+    ///
+    /// # Errors
+    /// No threads, or more than the system gives.
+    pub fn with_threads(self, threads: usize) -> Result<Self, Complaint> {
+        if threads == 0 {
+            return Err(Complaint::new(Kind::Bounds, "no threads to work with").help("give a number above 0"));
+        }
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| {
+            Complaint::new(Kind::Bounds, format!("{threads} threads cannot be started: {error}")).help("ask for fewer")
+        })?;
+        Ok(Self { threads: Some(Arc::new(pool)), ..self })
+    }
+
+    /// Ends what runs in this context or a clone of it: it returns [`Interrupted`], as a complaint of
+    /// [`Kind::Interrupted`], within a tenth of a second. There is no way back.
+    pub fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether [`Context::cancel`] was called.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+
+    /// Where a long loop looks whether it is still wanted.
+    ///
+    /// # Errors
+    /// [`Context::cancel`] was called.
+    pub fn check(&self) -> Result<(), Interrupted> {
+        if self.is_cancelled() { Err(Interrupted) } else { Ok(()) }
+    }
+
+    /// Reports that a stage has begun whose length nobody knows.
+    pub(crate) fn stage(&self, stage: &str) {
+        self.report(Progress { stage, done: 0, of: None });
+    }
+
+    /// Begins a stage of so many equal pieces.
+    pub(crate) fn count(&self, stage: &'static str, of: usize) -> Count<'_> {
+        Count::new(self, stage, of)
+    }
+
+    fn report(&self, progress: Progress<'_>) {
+        if let Some(listener) = &self.listener {
+            listener(progress);
+        }
+    }
+
+    /// Does `work` on the threads of this context.
+    pub(crate) fn on_threads<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match &self.threads {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
+
+    /// Does the whole of a computation on the threads of this context. What comes of one that was cancelled meanwhile is
+    /// thrown away: its fits may lack the simulations that were cut short.
+    pub(crate) fn run<T: Send>(&self, work: impl FnOnce() -> Result<T, Complaint> + Send) -> Result<T, Complaint> {
+        self.check()?;
+        let result = self.on_threads(work);
+        self.check()?;
+        result
+    }
+}
+
+impl fmt::Debug for Context {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Context")
+            .field("listens", &self.listener.is_some())
+            .field("cancelled", &self.is_cancelled())
+            .field("threads", &self.threads.as_ref().map(|pool| pool.current_num_threads()))
+            .finish()
+    }
+}
+
+impl fmt::Display for Interrupted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("interrupted")
+    }
+}
+
+impl std::error::Error for Interrupted {}
+
+impl From<Interrupted> for Complaint {
+    fn from(interrupted: Interrupted) -> Self {
+        Self::new(Kind::Interrupted, interrupted.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+
+    #[test]
+    fn a_listener_hears_its_own_stages_only() {
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let listen = Arc::clone(&heard);
+        let context = Context::new().with_progress(move |progress| listen.lock().unwrap().push(progress.to_string()));
+        context.clone().count("intervals", 2).one();
+        Context::new().stage("of another");
+        context.stage("fit");
+        assert_eq!(*heard.lock().unwrap(), ["intervals: 0 of 2", "intervals: 1 of 2", "fit"]);
+    }
+
+    #[test]
+    fn what_was_cancelled_has_no_result() {
+        let context = Context::new();
+        let cancelled = context.run(|| {
+            context.clone().cancel();
+            Ok(1)
+        });
+        assert_eq!(cancelled.unwrap_err().kind, Kind::Interrupted);
+        assert_eq!(context.run(|| Ok(2)).unwrap_err().kind, Kind::Interrupted);
+        assert_eq!(Context::new().run(|| Ok(3)), Ok(3));
+    }
+
+    #[test]
+    fn work_is_done_on_the_threads_asked_for() {
+        let context = Context::new().with_threads(3).unwrap();
+        assert_eq!(context.on_threads(rayon::current_num_threads), 3);
+        assert_eq!(Context::new().with_threads(0).unwrap_err().kind, Kind::Bounds);
+    }
+}
