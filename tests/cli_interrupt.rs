@@ -95,7 +95,7 @@ fn a_record_that_is_being_written_leaves_no_trace() {
     let (rig, output) = (folder.path().join("rig.toml"), tempfile::tempdir().unwrap());
     // A cycle of so many rows that the writing alone takes seconds.
     let text = fs::read_to_string("fixtures/two_tanks/rig.toml").unwrap();
-    let text = text.replace("interval = \"1 s\"", "interval = \"0.5 ms\"");
+    let text = text.replace("interval = \"1 s\"", "interval = \"1 ms\"");
     fs::write(&rig, text).unwrap();
     let record = output.path().join("record.csv");
     let arguments = ["simulate", rig.to_str().unwrap(), "-o", record.to_str().unwrap()];

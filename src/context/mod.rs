@@ -70,7 +70,8 @@ impl Context {
     }
 
     /// Ends what runs in this context or a clone of it: it returns [`Interrupted`], as a complaint of
-    /// [`Kind::Interrupted`], within a tenth of a second. There is no way back.
+    /// [`Kind::Interrupted`], as soon as it looks: at every step of the integrator and every round of a search. There is no way
+    /// back.
     pub fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }

@@ -172,6 +172,7 @@ pub(super) fn isolate_from(
 ) -> Result<Isolation, SimulationError> {
     let (mut rounds, mut damping) = (0, 0.0);
     loop {
+        case.rig().context().check()?;
         rounds += 1;
         let reduced = quadratic.reduced(case);
         let inflation = inflations(case, &quadratic, centre);

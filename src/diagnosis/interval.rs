@@ -115,6 +115,7 @@ impl Base {
 pub fn intervals(case: &Case<'_>, isolation: &Isolation) -> Vec<Option<Interval>> {
     let count = case.rig().context().count("intervals of the faults", case.faults());
     let one = |fault| {
+        case.rig().context().check().ok()?;
         let interval = interval(case, isolation, fault);
         count.one();
         interval
