@@ -7,6 +7,7 @@
 //! One round is: noise from the fast part of the misfit, tolerance from the levels of its phases, weights from both, and
 //! the most probable parameters under them. Rounds end when none of it moves any more.
 
+mod clusters;
 mod joint;
 mod noise;
 mod report;

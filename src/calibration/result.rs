@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::clusters;
 use super::joint::Joint;
 use super::report::{ChannelFit, ParameterReport, RecordReport, Report, SCHEMA, SensorReport};
 use super::{Noise, ROBUST, Rounds};
@@ -58,8 +59,11 @@ impl Rounds<'_> {
         let joint = self.joint(weights, &fit.theta, loss)?;
         let options = UncertaintyOptions { series: joint.series(), ..UncertaintyOptions::default() };
         (fit.linearised, fit.loss) = (joint.whole(&fit.theta)?, loss);
-        let inflation = Uncertainty::at(&fit, &options).inflation;
+        let mut inflation = Uncertainty::at(&fit, &options).inflation;
         let white = joint.covariance(&fit.theta)?;
+        for (i, variance) in clusters::variances(&joint, &fit.linearised, loss, &white).into_iter().enumerate() {
+            inflation[i] = inflation[i].max(variance / white[(i, i)]);
+        }
         let before = &self.prior.sigma;
         let covariance = DMatrix::from_fn(white.nrows(), white.ncols(), |i, j| {
             let coloured = white[(i, j)] * (inflation[i] * inflation[j]).sqrt();

@@ -221,6 +221,11 @@ impl Weights {
         self.inverse.get(sensor).map_or(0, |inverse| inverse.iter().filter(|weight| **weight > 0.0).count())
     }
 
+    /// The rows of each phase.
+    pub fn phases(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        self.phases.iter().map(|phase| phase.rows.clone())
+    }
+
     /// How many rows.
     pub fn rows(&self) -> usize {
         self.rows
