@@ -4,7 +4,7 @@ use std::error::Error;
 
 use borescope::report::plot::{Axis, Band, Chart, Figure, Marker, Rule, Series};
 
-use crate::strokes::{Bench, FULL_LOAD, Faults, HEALTHY, OPENS, SERIES, Steady, Stroke, saturates_at, sweep};
+use super::strokes::{Bench, FULL_LOAD, Faults, HEALTHY, OPENS, SERIES, Steady, Stroke, saturates_at, sweep};
 
 /// The stroke ends short of this, mm; the stop gives by micrometres.
 const END: f64 = 169.5;

@@ -17,7 +17,7 @@ const SHARE: f64 = 0.1;
 /// What records leave open of each parameter, as a share of what the data sheet does, however many they are: what the model
 /// leaves out otherwise is the same in all of them, and moves parameters as far as it is large, not as far as noise allows
 /// (Kennedy and O'Hagan, Journal of the Royal Statistical Society B 63 (2001) 425). With this share errors of calibrated rigs
-/// are as large as they claim (`tests/calibration_honest.rs`).
+/// are as large as they claim (`tests/it/diagnosis/calibration_honest.rs`).
 pub const NEVER_KNOWN: f64 = 0.02;
 
 impl Rig {

@@ -1,0 +1,35 @@
+//! Every component's card: its units read, its sizes fit, and its worked numbers come out.
+
+use crate::support::cards;
+
+use borescope::physics::component::{AnyLaw, CARDS, INPUTS, PORTS, STATES, VARIABLES};
+use cards::unit;
+
+#[test]
+fn cards_are_complete() {
+    for card in CARDS {
+        for text in [card.kind, card.meaning, card.law, card.source, card.validity] {
+            assert!(!text.is_empty(), "{}: a text is missing", card.kind);
+        }
+        assert!(card.variables() <= VARIABLES && card.ports.len() <= PORTS, "{}", card.kind);
+        assert!(card.states.len() <= STATES && card.inputs.len() <= INPUTS, "{}", card.kind);
+        for parameter in card.parameters {
+            unit(parameter.unit);
+            assert!(parameter.bounds.0 < parameter.bounds.1, "{}.{}", card.kind, parameter.name);
+        }
+        for state in card.states {
+            unit(state.unit);
+        }
+        assert_eq!(CARDS.iter().filter(|other| other.kind == card.kind).count(), 1, "{} stands twice", card.kind);
+        assert!(!card.worked.is_empty() || card.fixes_pressure.is_some(), "{} has no worked number", card.kind);
+    }
+}
+
+#[test]
+fn worked_numbers_come_out() {
+    for card in CARDS {
+        cards::worked_numbers_come_out(card, |parameters, fluid, seen, answers| {
+            AnyLaw::new(card, parameters, fluid).unwrap().evaluate(seen, answers);
+        });
+    }
+}

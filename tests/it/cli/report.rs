@@ -1,0 +1,238 @@
+//! Every page of `--report`: whole, alone, small; and opened in a browser, where there is one.
+
+use crate::support::browser;
+use crate::support::command;
+use crate::support::leaking;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use browser::{browser, call};
+use command::borescope;
+use leaking::leaking;
+use serde_json::Value;
+use tempfile::TempDir;
+
+const RIG: &str = "fixtures/telescopic/rig.toml";
+/// 10,100 rows.
+const LONG: &str = "fixtures/telescopic/series_1.csv";
+const TANKS: &str = "fixtures/two_tanks/rig.toml";
+/// How often a page is opened at most.
+const TRIES: usize = 5;
+/// What a page may be.
+const MOST_BYTES: usize = 1_500_000;
+/// Pages of these have at least so many charts.
+const CHARTS: [(&str, u64); 9] = [
+    ("diagnose", 44),
+    ("compare", 17),
+    ("suggest", 34),
+    ("improve", 36),
+    ("campaign", 3),
+    ("isolability", 0),
+    ("effects", 0),
+    ("history", 1),
+    ("calibrate", 0),
+];
+
+struct Pages {
+    // Removed at the end.
+    _folder: TempDir,
+    paths: BTreeMap<&'static str, PathBuf>,
+}
+
+fn text(path: &Path) -> String {
+    path.to_str().unwrap().to_owned()
+}
+
+fn ran(arguments: &[String]) {
+    let ran = borescope(arguments);
+    assert_eq!((ran.status, ran.err.as_str()), (Some(0), ""), "{arguments:?}");
+}
+
+fn words(line: &str) -> Vec<String> {
+    line.split(' ').map(str::to_owned).collect()
+}
+
+/// Every page, made once for all tests.
+fn pages() -> &'static Pages {
+    static PAGES: OnceLock<Pages> = OnceLock::new();
+    PAGES.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| text(&folder.path().join(name));
+        leaking(folder.path());
+        kept(&folder);
+        let (rig, fit, check, new) = (path("rig.toml"), path("fit.csv"), path("check.csv"), path("new.toml"));
+        let calls = [
+            ("diagnose", format!("diagnose {RIG} {LONG}")),
+            ("compare", format!("compare {RIG} {LONG}")),
+            ("suggest", format!("suggest {rig} {fit} --check {check}")),
+            ("improve", format!("improve {rig} --fit {fit} --check {check} -o {new}")),
+            ("campaign", format!("campaign {TANKS} --cases 20")),
+            ("isolability", format!("isolability {RIG}")),
+            ("effects", "effects".to_owned()),
+            ("history", format!("history {} --store {}", path("tanks.toml"), path("store"))),
+            ("calibrate", format!("calibrate {TANKS} {} -o {}", path("healthy.csv"), path("calibrated.toml"))),
+        ];
+        let mut paths = BTreeMap::new();
+        for (verb, call) in calls {
+            let page = folder.path().join(format!("{verb}.html"));
+            ran(&words(&format!("{call} --report {}", text(&page))));
+            paths.insert(verb, page);
+        }
+        Pages { _folder: folder, paths }
+    })
+}
+
+/// A store with the runs of an outlet that grows towards its limit, and a healthy record of before.
+fn kept(folder: &TempDir) {
+    let path = |name: &str| text(&folder.path().join(name));
+    ran(&words(&format!("simulate {TANKS} --seed 9 -o {}", path("healthy.csv"))));
+    let healthy = "\"upper_outlet.diameter\" = {";
+    let rig = fs::read_to_string(TANKS).unwrap();
+    assert!(rig.contains(healthy));
+    fs::write(path("tanks.toml"), rig.replace(healthy, &format!("{healthy} limit = \"8.8 mm\","))).unwrap();
+    for day in 1..=4 {
+        let record = path(&format!("day_{day}.csv"));
+        let grown = 8.0 + 0.1 * f64::from(day);
+        let set = format!("upper_outlet.diameter={grown}mm");
+        ran(&words(&format!("simulate {TANKS} --set {set} --seed {day} -o {record}")));
+        let (rig, store) = (path("tanks.toml"), path("store"));
+        ran(&words(&format!("--quiet diagnose {rig} {record} --store {store} --at 2026-05-0{day}")));
+    }
+}
+
+/// Elements that are open at the end, or closed without having been opened.
+fn unbalanced(html: &str) -> Vec<String> {
+    const VOID: [&str; 4] = ["meta", "br", "hr", "!DOCTYPE"];
+    let (mut open, mut wrong): (Vec<String>, Vec<String>) = (Vec::new(), Vec::new());
+    let mut rest = html;
+    while let Some(start) = rest.find('<') {
+        rest = &rest[start + 1..];
+        let end = rest.find('>').unwrap_or(rest.len());
+        let (tag, behind) = rest.split_at(end);
+        let name: String =
+            tag.trim_start_matches('/').chars().take_while(|c| !c.is_whitespace() && *c != '/').collect();
+        rest = behind;
+        if tag.starts_with('/') {
+            if open.pop().as_deref() != Some(&name) {
+                wrong.push(format!("</{name}>"));
+            }
+        } else if !tag.ends_with('/') && !VOID.contains(&name.as_str()) {
+            // Scripts and styles hold no elements.
+            if name == "script" || name == "style" {
+                let close = rest.find(&format!("</{name}>")).unwrap_or(rest.len());
+                rest = &rest[close..];
+            }
+            open.push(name);
+        }
+    }
+    wrong.extend(open);
+    wrong
+}
+
+#[test]
+fn every_page_is_whole_alone_and_small() {
+    for (verb, path) in &pages().paths {
+        let html = fs::read_to_string(path).unwrap();
+        assert!(html.starts_with("<!DOCTYPE html>\n<html lang=\"en\">") && html.ends_with("</html>\n"), "{verb}");
+        assert_eq!(unbalanced(&html), Vec::<String>::new(), "{verb}");
+        for foreign in ["http://", "https://", "<script src", "<link", "<img", "@import", "url(", "fetch("] {
+            assert!(!html.contains(foreign), "{verb}: {foreign}");
+        }
+        assert!(html.contains("default-src 'none'"), "{verb}");
+        assert!(!html.contains("NaN\"") && !html.contains("\"inf") && !html.contains("NaN%"), "{verb}");
+        assert!(html.len() < MOST_BYTES, "{verb}: {} bytes", html.len());
+        println!("{verb}: {} kB", html.len() / 1000);
+        for heading in html.split("<h2 id=\"").skip(1) {
+            let id = heading.split('"').next().unwrap();
+            assert_eq!(html.matches(&format!("id=\"{id}\"")).count(), 1, "{verb}: {id}");
+        }
+    }
+}
+
+#[test]
+fn a_page_is_the_same_every_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let again = folder.path().join("again.html");
+    ran(&words(&format!("compare {RIG} {LONG} --report {}", text(&again))));
+    assert_eq!(fs::read(&again).unwrap(), fs::read(&pages().paths["compare"]).unwrap());
+}
+
+#[test]
+fn a_page_that_cannot_be_written_is_refused_before_the_work() {
+    let verbs = [
+        format!("compare {RIG} {LONG}"),
+        format!("suggest {RIG} {LONG}"),
+        format!("campaign {TANKS} --cases 1"),
+        format!("isolability {RIG}"),
+        "effects".to_owned(),
+    ];
+    for call in verbs {
+        let ran = borescope(words(&format!("{call} --report missing/page.html")));
+        assert_eq!((ran.status, ran.out.as_str()), (Some(2), ""), "{call}");
+        assert!(ran.err.contains("there is no folder") && ran.err.contains("  help: "), "{call}: {}", ran.err);
+    }
+}
+
+/// Opens a page in a frame of this width and gives what its self-test told.
+fn opened(browser: &str, page: &Path, width: u32, dark: bool) -> Value {
+    // A browser on a busy machine may be asked for the page before the frame has told anything.
+    let told = (0..TRIES).find_map(|_| told(browser, page, width, dark));
+    told.unwrap_or_else(|| panic!("{}: the self-test told nothing", page.display()))
+}
+
+/// What the self-test told, or `None` where it was not heard.
+fn told(browser: &str, page: &Path, width: u32, dark: bool) -> Option<Value> {
+    let folder = tempfile::tempdir().unwrap();
+    let html = fs::read_to_string(page).unwrap();
+    let test = include_str!("report/selftest.js");
+    let copy = html.replacen("<head>\n", &format!("<head>\n<script>\n{test}</script>\n"), 1);
+    fs::write(folder.path().join("page.html"), copy).unwrap();
+    let frame = format!(
+        "<!DOCTYPE html><html><body><iframe style=\"border:0;width:{width}px;height:900px\" src=\"page.html\"></iframe>\
+         <pre id=\"told\"></pre><script>addEventListener('message', (event) => {{ \
+         document.getElementById('told').textContent = event.data; }});</script></body></html>"
+    );
+    let outer = folder.path().join("frame.html");
+    fs::write(&outer, frame).unwrap();
+    let output = call(browser, folder.path(), (width + 40, 1000), dark)
+        .arg("--dump-dom")
+        .arg(format!("file://{}", outer.display()))
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    let console: Vec<&str> = said.lines().filter(|line| line.contains("CONSOLE")).collect();
+    assert!(console.is_empty(), "{}: {console:?}", page.display());
+    let dom = String::from_utf8_lossy(&output.stdout);
+    let told = dom.split("<pre id=\"told\">").nth(1).and_then(|rest| rest.split("</pre>").next());
+    let told = told?.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
+    serde_json::from_str(&told).ok()
+}
+
+#[test]
+fn every_page_works_in_a_browser() {
+    let Some(browser) = browser() else { return };
+    for (verb, path) in &pages().paths {
+        for (width, dark) in [(1400, false), (1400, true), (400, false), (400, true)] {
+            let told = opened(browser, path, width, dark);
+            let what = format!("{verb}, {width} px, dark {dark}: {told}");
+            for key in ["errors", "empty", "wrong", "overlapping", "requests"] {
+                assert_eq!(told[key], Value::Array(Vec::new()), "{key} of {what}");
+            }
+            assert_eq!((&told["width"], &told["dark"]), (&width.into(), &dark.into()), "{what}");
+            assert!(told["wider"].as_i64().is_some_and(|wider| wider <= 0), "the page scrolls sideways: {what}");
+            assert_eq!((&told["unnamed"], &told["copies"]), (&0.into(), &told["tables"]), "{what}");
+            let least = CHARTS.iter().find(|(name, _)| name == verb).unwrap().1;
+            let count = |key: &str| told[key].as_u64().unwrap();
+            assert!(count("charts") >= least, "{what}");
+            assert!(least < 3 || (count("zoomed") > 2 * least / 3 && count("pointed") > least / 2), "{what}");
+            assert_eq!(
+                told["saved"].as_array().map(Vec::len),
+                Some((count("charts") + count("drawings")) as usize),
+                "{what}"
+            );
+        }
+    }
+}

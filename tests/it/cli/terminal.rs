@@ -1,0 +1,114 @@
+//! What a terminal gets and a pipe does not; help, completions and manual.
+
+use crate::support::command;
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use command::borescope;
+
+const RIG: &str = "fixtures/two_tanks/rig.toml";
+const SHELLS: [&str; 3] = ["bash", "zsh", "fish"];
+
+/// The names of all verbs, as `--help` lists them.
+fn verbs() -> Vec<String> {
+    let help = borescope(["--help"]).out;
+    let listed = help.split("Commands:\n").nth(1).unwrap().split("\n\n").next().unwrap();
+    let verbs: Vec<String> = listed.lines().map(|line| line.split_whitespace().next().unwrap().to_owned()).collect();
+    assert!(verbs.len() > 10, "{help}");
+    verbs.into_iter().filter(|verb| verb != "help").collect()
+}
+
+/// A record of the two tanks in `folder`, in the dialect of a spreadsheet, so that reading it leaves a note.
+fn record(folder: &Path) -> String {
+    let (plain, other) = (folder.join("plain.csv"), folder.join("record.csv"));
+    let ran = borescope(["simulate", RIG, "--seed", "1", "-o", plain.to_str().unwrap()]);
+    assert_eq!(ran.status, Some(0), "{}", ran.err);
+    fs::write(&other, fs::read_to_string(&plain).unwrap().replace(',', ";")).unwrap();
+    other.to_str().unwrap().to_owned()
+}
+
+/// Runs a command line on a terminal of its own; `None` where the system has no `script`, which makes one.
+fn on_a_terminal(line: &str, environment: &[(&str, &str)]) -> Option<String> {
+    let line = line.replacen("borescope", env!("CARGO_BIN_EXE_borescope"), 1);
+    let mut command = Command::new("script");
+    command.args(["-qec", &line, "/dev/null"]).env_remove("NO_COLOR").env("TERM", "xterm");
+    command.envs(environment.iter().copied());
+    let Ok(output) = command.output() else {
+        eprintln!("SKIPPED: no `script` here, so nothing was run on a terminal (Debian: apt-get install bsdutils)");
+        return None;
+    };
+    Some(String::from_utf8(output.stdout).unwrap())
+}
+
+#[test]
+fn every_verb_shows_an_example_of_itself() {
+    for verb in verbs() {
+        let ran = borescope([verb.as_str(), "--help"]);
+        assert_eq!(ran.status, Some(0), "{verb}");
+        let example = ran.out.lines().any(|line| line.starts_with(&format!("  borescope {verb} ")));
+        assert!(ran.out.contains("\nExample") && example, "{verb}: {}", ran.out);
+        assert!(ran.out.contains("--quiet"), "{verb}");
+    }
+}
+
+#[test]
+fn completions_know_every_verb() {
+    for shell in SHELLS {
+        let ran = borescope(["completions", shell]);
+        assert_eq!((ran.status, ran.err.as_str()), (Some(0), ""), "{shell}");
+        for verb in verbs() {
+            assert!(ran.out.contains(&verb), "{shell}: {verb}");
+        }
+    }
+}
+
+#[test]
+fn every_verb_has_a_page_in_the_manual() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = borescope(["man", folder.path().join("man1").to_str().unwrap()]);
+    assert_eq!((ran.status, ran.err.as_str()), (Some(0), ""));
+    for name in std::iter::once("borescope".to_owned()).chain(verbs().iter().map(|verb| format!("borescope-{verb}"))) {
+        let page = fs::read_to_string(folder.path().join("man1").join(format!("{name}.1"))).unwrap();
+        assert!(page.contains(&format!(".TH {name} 1")), "{name}: {page}");
+        assert!(page.contains(".SH SYNOPSIS"), "{name}");
+    }
+}
+
+#[test]
+fn quiet_leaves_nothing_on_standard_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let record = record(folder.path());
+    let loud = borescope(["compare", RIG, &record]);
+    assert_eq!(loud.status, Some(0));
+    assert!(loud.err.starts_with("note: ") && loud.err.contains("read as"), "{}", loud.err);
+    for arguments in [["--quiet", "compare", RIG, &record], ["compare", RIG, &record, "-q"]] {
+        let quiet = borescope(arguments);
+        assert_eq!((quiet.status, quiet.err.as_str()), (Some(0), ""));
+        assert_eq!(quiet.out, loud.out);
+    }
+    let wrong = borescope(["-q", "compare", RIG, "missing.csv"]);
+    assert!(wrong.status == Some(2) && wrong.err.contains("missing.csv"), "{}", wrong.err);
+}
+
+#[test]
+fn colour_pictures_and_progress_are_for_terminals_only() {
+    let folder = tempfile::tempdir().unwrap();
+    let record = record(folder.path());
+    let line = format!("borescope diagnose {RIG} {record}");
+    let piped = borescope(["diagnose", RIG, &record]);
+    assert_eq!(piped.status, Some(0), "{}", piped.err);
+    assert!(!piped.out.contains('\u{1b}') && !piped.out.contains('●') && !piped.err.contains('\u{1b}'));
+    let wide = format!("stty rows 40 cols 160; {line}");
+    let Some(shown) = on_a_terminal(&wide, &[]) else { return };
+    assert!(shown.contains("\u{1b}[1;32mHEALTHY"), "{shown}");
+    assert!(shown.contains('●') && shown.contains("within bounds") && shown.contains("misfit over time"), "{shown}");
+    assert!(shown.contains("intervals of the faults: ") && shown.contains(" s left"), "{shown}");
+    let narrow = on_a_terminal(&wide.replace("cols 160", "cols 60"), &[]).unwrap();
+    assert!(!narrow.contains("within bounds"), "{narrow}");
+    let plain = on_a_terminal(&wide, &[("NO_COLOR", "1")]).unwrap();
+    assert!(!plain.contains("\u{1b}[1;") && plain.contains("HEALTHY"), "{plain}");
+    let quiet = on_a_terminal(&format!("{wide} --quiet"), &[]).unwrap();
+    assert!(!quiet.contains("intervals of the faults") && !quiet.contains("note: "), "{quiet}");
+}

@@ -1,0 +1,118 @@
+//! Everything that borescope promises, by room; what several tests need is in `support`.
+
+mod support {
+    pub mod browser;
+    pub mod cards;
+    pub mod circuit;
+    pub mod command;
+    pub mod curve;
+    pub mod formula;
+    pub mod leaking;
+    pub mod long_record;
+    pub mod plant;
+    pub mod steady;
+
+    #[path = "../../../fixtures/bench/stroke.rs"]
+    pub mod stroke;
+}
+
+mod circuit {
+    mod closed_form;
+    mod component_cards;
+    mod effect_cards;
+    mod energy;
+    mod onset_slopes;
+    mod own_effects;
+    mod properties;
+    mod solvers;
+    mod viscosity;
+}
+
+mod cli {
+    mod complaint_text;
+    mod damaged_inputs;
+    mod diagnose;
+    #[cfg(unix)]
+    mod interrupt;
+    mod json_schema;
+    mod learn;
+    #[cfg(target_os = "linux")]
+    mod output_faults;
+    mod record;
+    mod report;
+    mod rig_wrong;
+    mod signatures;
+    mod simulate;
+    mod store;
+    mod terminal;
+    mod threads;
+    mod windows;
+}
+
+mod diagnosis {
+    mod calibrate;
+    mod calibration_honest;
+    mod campaign;
+    mod common_cause;
+    mod context;
+    mod cycle;
+    mod honest;
+    mod open_records;
+    mod store;
+    mod switching;
+}
+
+mod docs {
+    mod ambiguities;
+    mod links;
+    mod noise;
+    mod paper_figures;
+    mod pictures;
+    mod reference;
+    mod tutorial;
+}
+
+mod fit {
+    mod behaviour;
+    mod intervals;
+    mod nist;
+    mod stroke;
+}
+
+mod learn {
+    mod open_rigs;
+    mod rates;
+}
+
+mod numeric {
+    mod dual;
+    mod independent;
+    mod rosenbrock;
+    mod stroke;
+}
+
+mod record {
+    mod accepted;
+    mod dialects;
+    mod fuzz_targets;
+    mod shared;
+    mod wrong;
+}
+
+mod residual {
+    mod generators;
+    mod irregular;
+    mod monitor;
+    mod onset;
+    mod run_length;
+    mod shared;
+}
+
+mod rig {
+    mod expression;
+    mod expression_text;
+    mod expression_wrong;
+    mod structure;
+    mod structure_known;
+    mod units_known;
+}

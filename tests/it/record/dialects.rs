@@ -1,0 +1,375 @@
+//! The dialects of CSV: what is recognised, how it is told, what is refused because it may be read in two ways.
+
+use crate::support::command;
+
+use std::fs;
+use std::io::Write;
+use std::process::{Command, Stdio};
+
+use borescope::record::Record;
+use borescope::record::survey::{Doubt, Finding, Scatter, survey};
+use command::borescope;
+
+fn read(bytes: &[u8]) -> Result<Record, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("record");
+    fs::write(&path, bytes).unwrap();
+    Record::read(&path).map_err(|complaint| complaint.to_string().replace(&path.display().to_string(), "RECORD"))
+}
+
+fn right(bytes: &[u8]) -> Record {
+    read(bytes).unwrap_or_else(|message| panic!("{message}\nfor:\n{}", String::from_utf8_lossy(bytes)))
+}
+
+const PLAIN: &str = "time [s],p [bar],u [-]\n0.0,1.5,0\n0.5,-2.5,1\n";
+
+#[test]
+fn what_was_recognised_is_told() {
+    let plain = right(PLAIN.as_bytes());
+    for (text, read_as) in [
+        (PLAIN, "CSV, columns between commas, decimal points"),
+        ("time [s];p [bar];u [-]\n0,0;1,5;0\n0,5;-2,5;1\n", "CSV, columns between semicolons, decimal commas"),
+        ("time [s]\tp [bar]\tu [-]\r\n0.0\t1.5\t0\r\n0.5\t-2.5\t1\r\n", "CSV, columns between tabs, decimal points"),
+        ("\u{feff}Time [s],p [bar],u [-]\n0.0,1.5,0\n0.5,-2.5,1\n", "CSV, columns between commas, decimal points"),
+        ("time,p,u\ns,bar,-\n0.0,1.5,0\n0.5,-2.5,1\n", "CSV, columns between commas, decimal points, units in line 2"),
+        (
+            "# made by hand\n\ntime;\"p\";u\n[s];[bar];(1)\n0,0;1,5;0\n0,5;-2,5;1\n",
+            "CSV, columns between semicolons, decimal commas, units in line 4",
+        ),
+    ] {
+        let record = right(text.as_bytes());
+        assert_eq!(record.origin.read_as, read_as);
+        assert_eq!(record.origin.is_plain(), read_as == "CSV, columns between commas, decimal points");
+        assert_eq!(record.time, plain.time, "{text}");
+        for (channel, plain) in record.channels.iter().zip(&plain.channels) {
+            assert_eq!((&channel.name, &channel.values), (&plain.name, &plain.values), "{text}");
+        }
+        assert!(record.origin.modified.is_some() && record.origin.digest.len() == 64);
+    }
+    // SHA-256 of the bytes, as `sha256sum` gives it.
+    assert_eq!(right(b"time [s],p [bar]\n0,1\n").origin.digest.get(..16), Some("632167c0828258e5"));
+}
+
+#[test]
+fn packed_files_are_known_by_their_bytes() {
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    packed.write_all(PLAIN.as_bytes()).unwrap();
+    let gzip = packed.finish().unwrap();
+    let zstd = ruzstd::encoding::compress_to_vec(PLAIN.as_bytes(), ruzstd::encoding::CompressionLevel::Fastest);
+    for (bytes, how) in [(&gzip, "gzip"), (&zstd, "zstd")] {
+        let record = right(bytes);
+        assert_eq!(record.channels, right(PLAIN.as_bytes()).channels);
+        assert!(record.origin.read_as.ends_with(&format!(", packed with {how}")), "{}", record.origin.read_as);
+        let cut = read(&bytes[..bytes.len() - 12]).unwrap_err();
+        assert!(
+            cut.starts_with(&format!("error: RECORD: the file is packed with {how}, but cannot be unpacked")),
+            "{cut}"
+        );
+    }
+    // Two gzip members, as a logger leaves that appends.
+    let twice = [&gzip[..], &gzip[..]].concat();
+    assert!(read(&twice).unwrap_err().contains("`time [s]` in column `time` is not a number"));
+}
+
+#[test]
+fn what_may_be_read_in_two_ways_is_refused() {
+    for (text, what) in [
+        (
+            "time [s];p [bar]\n0;1,234\n1;2,345\n",
+            "RECORD:2: `1,234` in column `p` may be 1.234 or 1234, and so may all numbers with a comma",
+        ),
+        (
+            "time [s],p [bar]\n0,\"1,234\"\n1,\"12,345\"\n",
+            "RECORD:2: `1,234` in column `p` may be 1.234 or 1234, and so may all numbers with a comma",
+        ),
+        ("time [s];p [bar]\n0;1,234.5\n", "RECORD:2: `1,234.5` in column `p` has separators of thousands"),
+        ("time [s];p [bar]\n0;1.234.567\n", "RECORD:2: `1.234.567` in column `p` has separators of thousands"),
+        ("time [s],p;rod [bar]\n0,1\n", "RECORD:1: the columns may be separated by `,` or by `;`"),
+        ("time,p\ns,bar,mm\n0,1\n", "RECORD:2: the row has 3 units, but the header names 2 columns"),
+        ("time,p\ns,\n0,1\n", "RECORD:2: the column `p` has no unit"),
+        ("time,p\ns,barg\n0,1\n", "RECORD:2: column `p`: unknown unit `barg`"),
+        ("time,p\nbar,bar\n0,1\n", "RECORD:1: the column `time` has no unit in square brackets"),
+    ] {
+        let message = read(text.as_bytes()).unwrap_err();
+        assert_eq!(message.lines().next().unwrap(), format!("error: {what}"), "{text}");
+        assert!(message.contains("\n  help: "), "{message}");
+    }
+    // One number that can only have a decimal comma settles the others.
+    for settled in ["0,004;1,234", "12;1,2", "0;1234,567", "0;,500", "0;1,234e2"] {
+        right(format!("time [s];p [bar]\n{settled}\n100;1,234\n").as_bytes());
+    }
+}
+
+#[test]
+fn formats_that_are_not_read_are_named() {
+    for (bytes, what) in [
+        (&b"PK\x03\x04rest"[..], "the file is a ZIP archive or a workbook of a spreadsheet"),
+        (b"BZh9rest", "the file is packed with bzip2"),
+        (b"\x89HDF\r\n\x1a\n", "the file is MATLAB v7.3 or HDF5, which is not read"),
+        (b"MATLAB 7.3 MAT-file", "the file is MATLAB v7.3 or HDF5, which is not read"),
+    ] {
+        let message = read(bytes).unwrap_err();
+        assert!(message.starts_with(&format!("error: RECORD: {what}")), "{message}");
+        assert!(message.contains("\n  help: "), "{message}");
+    }
+    #[cfg(not(feature = "parquet"))]
+    {
+        let what = "the file is Parquet, and this borescope was built without the feature `parquet`";
+        let help = "build it with `cargo build --release --features parquet`, or write the record as CSV";
+        assert_eq!(read(b"PAR1rest").unwrap_err(), format!("error: RECORD: {what}\n  help: {help}"));
+    }
+    for (bytes, name) in
+        [(&b"UnFinMF 4.10    "[..], "MDF whose writing broke off"), (b"MDF     3.30    ", "MDF before version 4")]
+    {
+        let message = read(bytes).unwrap_err();
+        assert!(
+            message.starts_with(&format!("error: RECORD: the file is {name}, which is not read\n  help: ")),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn standard_input_and_output_are_files() {
+    let rig = "fixtures/two_tanks/rig.toml";
+    let made = borescope(["simulate", rig, "--seed", "1", "-o", "-"]);
+    assert_eq!((made.status, made.err.as_str()), (Some(0), ""));
+    assert!(made.out.starts_with("time [s],"), "{}", made.out);
+    let german = made.out.replace(',', ";").replace('.', ",");
+    let through = |arguments: &[&str]| {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_borescope"))
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        child.stdin.take().unwrap().write_all(german.as_bytes()).unwrap();
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (page, told) = through(&["check", rig, "-"]);
+    assert!(page.contains("\n  read as CSV, columns between semicolons, decimal commas\n"), "{page}");
+    assert_eq!(told, "");
+    let folder = tempfile::tempdir().unwrap();
+    let store = folder.path().join("a.store");
+    let (page, told) = through(&["diagnose", rig, "-", "--store", store.to_str().unwrap()]);
+    assert!(page.contains("HEALTHY"), "{page}");
+    assert!(
+        told.starts_with("note: -: read as CSV, columns between semicolons, decimal commas\nnote: -: kept in "),
+        "{told}"
+    );
+    assert!(told.ends_with("(the time of the diagnosis; `--at` gives another)\n"), "{told}");
+}
+
+/// Two hundred rows of a noisy pressure, 10 ms apart, changed by `change(row, time, value)`.
+fn findings(change: impl Fn(usize, f64, f64) -> (f64, f64)) -> Vec<Finding> {
+    let mut state = 7_u64;
+    let mut noise = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (state >> 40) as f64 / (1_u64 << 24) as f64 - 0.5
+    };
+    let mut rows = String::from("time [s],p [bar]\n");
+    for row in 0..200 {
+        let (time, value) = change(row, 0.01 * row as f64, 50.0 + 0.1 * row as f64 + noise());
+        rows.push_str(&if value.is_nan() { format!("{time:.4},\n") } else { format!("{time:.4},{value:.3}\n") });
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("record.csv");
+    fs::write(&path, rows).unwrap();
+    let (record, refused) = Record::read_as_it_stands(&path).unwrap();
+    let found = survey(&record, |_| Some(Scatter { noise: 0.3e5, resolution: 0.0 }));
+    let refusing = |finding: &Finding| matches!(finding.doubt, Doubt::DuplicateStamp | Doubt::ClockReset);
+    assert_eq!(refused.is_some(), found.iter().any(refusing), "{found:?}");
+    found
+}
+
+#[test]
+fn each_doubt_is_found_with_its_times() {
+    let texts = |found: Vec<Finding>| found.iter().map(Finding::to_string).collect::<Vec<_>>();
+    assert_eq!(texts(findings(|_, time, value| (time, value))), Vec::<String>::new());
+    let dropout = findings(|row, time, value| (time, if (50..53).contains(&row) { f64::NAN } else { value }));
+    assert_eq!(texts(dropout), ["`p` has no value in 3 rows from 0.5 s to 0.52 s"]);
+    let stuck = findings(|row, time, value| (time, if (50..80).contains(&row) { 55.0 } else { value }));
+    assert_eq!(texts(stuck), ["`p` is stuck at 55 bar for 30 rows from 0.5 s to 0.79 s"]);
+    let saturated = findings(|_, time, value| (time, value.min(65.0)));
+    assert_eq!(saturated.last().unwrap().doubt, Doubt::Saturated);
+    assert!(saturated.iter().all(|finding| finding.value == Some(65.0)), "{saturated:?}");
+    let spike = findings(|row, time, value| (time, if row == 120 { 90.0 } else { value }));
+    assert_eq!(texts(spike), ["`p` leaps to 90 bar at 1.2 s"]);
+    let constant = findings(|_, time, _| (time, 7.0));
+    assert_eq!(texts(constant), ["`p` stays at 7 bar: is the sensor connected?"]);
+    let twice = findings(|row, time, value| (if row == 100 { time - 0.01 } else { time }, value));
+    assert_eq!(texts(twice), ["the time 0.99 s stands in 2 rows", "1 row missing from 0.99 s to 1.01 s"]);
+    let set = findings(|row, time, value| (if row >= 100 { time - 0.95 } else { time }, value));
+    assert_eq!(texts(set), ["the clock was set back from 0.99 s to 0.05 s"]);
+    let missing = findings(|row, time, value| (if row >= 100 { time + 0.04 } else { time }, value));
+    assert_eq!(texts(missing), ["4 rows missing from 0.99 s to 1.04 s"]);
+    let jitter = findings(|row, time, value| (time + if row % 3 == 0 { 0.001 } else { 0.0 }, value));
+    assert_eq!(jitter.len(), 1);
+    assert_eq!(jitter[0].doubt, Doubt::Jitter);
+    assert!((jitter[0].value.unwrap() - 0.0008).abs() < 0.0002, "{jitter:?}");
+}
+
+/// A value that never changes is a dead sensor only where noise would move it, and moves the other channels.
+#[test]
+fn a_sensor_that_noise_would_move_is_dead() {
+    let doubts_of = |own: fn(usize) -> String, other: fn(usize) -> f64, resolution: f64| {
+        let mut rows = String::from("time [s],p [bar],r [bar]\n");
+        (0..50).for_each(|row| rows.push_str(&format!("{:.2},{},{:.3}\n", 0.01 * row as f64, own(row), other(row))));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("record.csv");
+        fs::write(&path, rows).unwrap();
+        let record = Record::read(&path).unwrap();
+        let found = survey(&record, |_| Some(Scatter { noise: 0.3e5, resolution }));
+        found.into_iter().map(|finding| (finding.channel.unwrap(), finding.doubt)).collect::<Vec<_>>()
+    };
+    let doubts = |other, resolution| doubts_of(|_| "7.0".to_owned(), other, resolution);
+    let restless: fn(usize) -> f64 = |row| 20.0 + 0.5 * ((row * row) as f64).sin();
+    let p = |doubt| vec![("p".to_owned(), doubt)];
+    assert_eq!(doubts(restless, 0.0), p(Doubt::Dead));
+    // A digit of 1 bar hides a noise of 0.3 bar.
+    assert_eq!(doubts(restless, 1e5), p(Doubt::Constant));
+    // A computed record has no noise anywhere.
+    assert_eq!(doubts(|row| 20.0 + 0.1 * row as f64, 0.0), p(Doubt::Constant));
+    // Three values of a slow channel may be alike.
+    let slow = doubts_of(|row| if row % 20 == 0 { "7.0".to_owned() } else { String::new() }, restless, 0.0);
+    assert_eq!(slow, p(Doubt::Dropout));
+}
+
+/// Real and simulated records give no false alarm of a damaged sensor.
+#[test]
+fn sound_records_are_not_doubted() {
+    for name in ["healthy_1", "leak_020", "blocked_16", "series_1"] {
+        let ran = borescope([
+            "check",
+            "fixtures/telescopic/rig.toml",
+            &format!("fixtures/telescopic/{name}.csv"),
+            "--format",
+            "json",
+        ]);
+        let page: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+        assert_eq!(page["record"]["findings"], serde_json::json!([]), "{name}");
+    }
+}
+
+/// What other programs wrote of one stroke reads as one record.
+#[test]
+fn files_of_other_programs_read_alike() {
+    let read =
+        |name: &str| Record::read(format!("fixtures/formats/{name}")).unwrap_or_else(|complaint| panic!("{complaint}"));
+    let plain = read("stroke.csv");
+    assert_eq!((plain.time.len(), plain.channels.len()), (250, 11));
+    let mut names = vec!["stroke.csv.gz", "stroke.csv.zst", "stroke_german.csv", "stroke_units.tsv"];
+    names.extend(["stroke_plain.mat", "stroke_struct.mat", "stroke.mf4"]);
+    if cfg!(feature = "parquet") {
+        names.push("stroke.parquet");
+    }
+    for name in names {
+        let other = read(name);
+        assert_eq!(other.time, plain.time, "{name}");
+        for (channel, plain) in other.channels.iter().zip(&plain.channels) {
+            assert_eq!(
+                (&channel.name, &channel.unit, &channel.values),
+                (&plain.name, &plain.unit, &plain.values),
+                "{name}"
+            );
+        }
+        assert!(!other.origin.is_plain(), "{name}");
+    }
+}
+
+/// Groups of other rates, scaled integers, packed and transposed bytes: each sample at its own time, none in between.
+#[test]
+fn channels_of_other_rates_stay_at_their_times() {
+    let plain = Record::read("fixtures/formats/stroke.csv").unwrap();
+    let rates = Record::read("fixtures/formats/stroke_rates.mf4").unwrap();
+    assert_eq!((&rates.time, &rates.origin.read_as[..]), (&plain.time, "MDF 4"));
+    for channel in &plain.channels {
+        let other = rates.channel(&channel.name).unwrap();
+        assert_eq!(other.unit, channel.unit);
+        for (row, (value, other)) in channel.values.iter().zip(&other.values).enumerate() {
+            if channel.name == "T_oil" && row % 25 != 0 {
+                assert!(other.is_nan(), "row {row}");
+            } else {
+                // An integer times the step, against the rounded decimal.
+                approx::assert_relative_eq!(value, other, max_relative = 1e-12, epsilon = 1e-12);
+            }
+        }
+    }
+    let gaps = rates.gaps();
+    assert_eq!((gaps.len(), gaps[0].channel.as_str(), gaps[0].missing), (1, "T_oil", 240));
+}
+
+/// Blocks that lead back to themselves are no endless record.
+#[test]
+fn links_in_a_circle_are_told() {
+    let mut bytes = fs::read("fixtures/formats/stroke.mf4").unwrap();
+    for id in [b"##DL", b"##CG", b"##CN"] {
+        let at = bytes.windows(4).position(|four| four == id).unwrap();
+        bytes[at + 24..at + 32].copy_from_slice(&(at as u64).to_le_bytes());
+        let message = read(&bytes).unwrap_err();
+        assert!(
+            message.starts_with("error: RECORD: the MDF 4 file is damaged: its blocks lead in a circle"),
+            "{message}"
+        );
+    }
+}
+
+/// No damage panics, wherever it is, and none is read as if nothing were.
+#[test]
+fn damaged_binary_files_are_told() {
+    for name in ["stroke_plain.mat", "stroke_struct.mat", "stroke.mf4", "stroke_rates.mf4"] {
+        let whole = fs::read(format!("fixtures/formats/{name}")).unwrap();
+        for cut in [20, 100, 130, whole.len() / 2] {
+            let message = read(&whole[..cut]).unwrap_err();
+            assert!(message.starts_with("error: RECORD: ") && message.contains("  help: "), "{name} {cut}: {message}");
+        }
+        for at in (16..whole.len()).step_by(13) {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 0xFF;
+            let _ = read(&bytes);
+        }
+    }
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn a_damaged_parquet_file_is_told() {
+    let whole = fs::read("fixtures/formats/stroke.parquet").unwrap();
+    for cut in [4, 100, whole.len() - 1] {
+        let message = read(&whole[..cut]).unwrap_err();
+        assert!(message.starts_with("error: RECORD: the Parquet file cannot be read: "), "{message}");
+    }
+    // No damage panics, wherever it is.
+    for at in (4..whole.len()).step_by(7) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0xFF;
+        let _ = read(&bytes);
+    }
+}
+
+#[test]
+fn a_file_too_large_is_refused_unread() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rig.toml");
+    fs::File::create(&path).unwrap().set_len(1 << 33).unwrap();
+    let shown = |arguments: [&str; 2]| borescope(arguments).err.replace(path.to_str().unwrap(), "FILE");
+    let text = path.to_str().unwrap();
+    let help = "\n  help: split it; no more is read, so that a wrong file cannot fill the memory\n";
+    assert_eq!(shown(["check", text]), format!("error: FILE: the file is larger than 4 MiB{help}"));
+    let complaint = Record::read(&path).unwrap_err();
+    assert_eq!(complaint.what, "the file is larger than 1024 MiB");
+    // Ten thousand lists within each other.
+    fs::write(&path, format!("a = {}1{}", "[".repeat(10_000), "]".repeat(10_000))).unwrap();
+    let told = shown(["check", text]);
+    assert!(told.starts_with("error: FILE:1: this is not TOML: "), "{told}");
+    // A packed file of zeros that would fill the memory.
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    let zeros = vec![0_u8; 1 << 24];
+    for _ in 0..65 {
+        packed.write_all(&zeros).unwrap();
+    }
+    assert!(read(&packed.finish().unwrap()).unwrap_err().contains("the file is larger than 1024 MiB"));
+}
