@@ -22,7 +22,7 @@ fn beside_by_hand(model: &Model) {
     let cycle = model.rig.cycle.as_ref().expect("a cycle");
     let (drive, times) = (Drive::from_cycle(&model.rig, cycle), cycle_times(&model.rig, cycle));
     let parameters = model.rig.nominal();
-    let general = model.simulate(&parameters, &drive, &times).expect("solved");
+    let general = model.solve(&parameters, &drive, &times).expect("solved");
     let (values, steps) = by_hand::run(&model.rig, &drive, &times);
     // Both are the same circuit: they differ by less than a thirtieth of the noise of each sensor.
     for ((sensor, ours), theirs) in model.rig.sensors.iter().zip(&general.values).zip(&values) {
@@ -33,7 +33,7 @@ fn beside_by_hand(model: &Model) {
     let what = format!("a cycle of the rig, {} rows", times.len());
     let remark =
         |steps: usize, timed: timing::Timed| format!("{steps} steps, {:.2} us each", timed.least * 1e3 / steps as f64);
-    let timed = time(RUNS * 5, || drop(black_box(model.simulate(&parameters, &drive, &times))));
+    let timed = time(RUNS * 5, || drop(black_box(model.solve(&parameters, &drive, &times))));
     line(&what, "borescope", timed, &remark(general.effort.steps + general.effort.rejected, timed));
     let timed = time(RUNS * 5, || drop(black_box(by_hand::run(&model.rig, &drive, &times))));
     line(&what, "by hand", timed, &remark(steps, timed));
@@ -61,9 +61,9 @@ fn main() {
     let record = model.rig.record(RECORD).expect("the record is right");
     let drive = Drive::from_record(&model.rig, &record).expect("the record drives the rig");
     let parameters = model.rig.nominal();
-    let effort = model.simulate(&parameters, &drive, &record.time).expect("solved").effort;
+    let effort = model.solve(&parameters, &drive, &record.time).expect("solved").effort;
     let plain = time(RUNS, || {
-        model.simulate(&parameters, &drive, &record.time).expect("solved");
+        model.solve(&parameters, &drive, &record.time).expect("solved");
     });
     let steps = effort.steps + effort.rejected;
     let remark =

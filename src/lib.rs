@@ -1,25 +1,42 @@
 //! Look inside a hydraulic circuit through its records.
 //!
-//! A rig file describes the circuit, a record holds what a logger wrote of pressures, flows and positions. [`diagnosis`]
-//! fits all faults together with everything else that is uncertain and says what is wrong, how large, and how sure:
+//! A rig file describes the circuit, a record holds what a logger wrote of pressures, flows and positions. The model simulates the
+//! circuit; a diagnosis fits all faults together with everything else that is uncertain and says what is wrong, how large, and how
+//! sure; a suggestion says which physics the model lacks:
 //!
 //! ```
-//! use borescope::diagnosis::{Options, Verdict, diagnose};
-//! use borescope::model::Model;
-//! use borescope::record::Record;
-//! use borescope::rig::Rig;
+//! use borescope::{Record, Rig};
+//! # use borescope::simulation::{Options, simulate};
+//! # use std::path::PathBuf;
+//! # let faulty = Rig::read("fixtures/two_tanks/rig.toml")?.model().with("upper_outlet.diameter", "6.5 mm")?;
+//! # let measured = |seed| simulate(&faulty, None, &Options { name: PathBuf::from("check"), seed: Some(seed), ..Options::default() });
+//! # let logged = measured(1)?.record;
+//! # let check = measured(2)?.record;
+//! # let column = |name: &str| logged.channel(name).map_or_else(Vec::new, |one| one.values.iter().map(|si| one.unit.from_si(*si)).collect());
+//! # let (time, u, level_1, level_2) = (logged.time.clone(), column("u"), column("level_1"), column("level_2"));
 //!
-//! let model = Model::new(Rig::read("fixtures/telescopic/rig.toml")?);
-//! let record = Record::read("fixtures/telescopic/leak_020.csv")?;
-//! let diagnosis = diagnose(&model, &record, &Options::default())?.diagnosis;
+//! let rig = Rig::read("fixtures/two_tanks/rig.toml")?;
+//! let record = Record::from_columns(time, [("u", "V", u), ("level_1", "m", level_1), ("level_2", "m", level_2)])?;
+//! let model = rig.model();
+//! let run = model.with("upper_outlet.diameter", "6.5 mm")?.simulate(&record.inputs())?;
+//! let level = run.sensor("level_1")?.in_unit("mm")?;
+//! let diagnosis = model.diagnose(&record)?;
+//! for fault in diagnosis.present() {
+//!     println!("{fault}");
+//! }
+//! let missing = borescope::suggest(&rig, &record, Some(&check))?;
+//! println!("{missing}");
 //!
-//! assert_eq!(diagnosis.verdict, Verdict::Faulty);
-//! let present: Vec<&str> = diagnosis.present().map(|fault| fault.id.as_str()).collect();
-//! assert_eq!(present, ["cylinder.clearance"]);
-//! let clearance = &diagnosis.faults[0];
-//! assert!((clearance.value - 0.2).abs() < 0.004, "{} {}", clearance.value, clearance.unit);
-//! # Ok::<(), borescope::complaint::Complaint>(())
+//! # assert!(level.iter().all(|level| (0.0..2000.0).contains(level)));
+//! # let present: Vec<String> = diagnosis.present().map(ToString::to_string).collect();
+//! # assert_eq!(present.len(), 1);
+//! # assert!(present[0].starts_with("upper_outlet.diameter 6.5"), "{}", present[0]);
+//! # assert_eq!(missing.to_string(), "the model explains the record within its tolerance");
+//! # Ok::<(), borescope::Complaint>(())
 //! ```
+//!
+//! A [`Context`] that is given to the rig ([`Rig::with_context`]) hears of the progress, may end the work early, and bounds the
+//! threads.
 //!
 //! Data flows one way, and nothing lower knows anything higher:
 //! [`record`] and [`rig`], then [`model`] (from [`physics`], solved by [`numeric`]), [`residual`] and [`fit`], [`diagnosis`],
@@ -44,6 +61,19 @@ pub mod record;
 pub mod report;
 pub mod residual;
 pub mod rig;
+pub mod simulation;
 pub mod store;
 pub mod structure;
 pub mod units;
+
+pub use calibration::calibrate;
+pub use complaint::Complaint;
+pub use context::Context;
+pub use diagnosis::{Diagnosis, Verdict, diagnose};
+pub use learn::improve::improve;
+pub use learn::suggest::{Suggestion, suggest};
+pub use model::{Model, Simulation};
+pub use record::Record;
+pub use rig::Rig;
+pub use simulation::simulate;
+pub use units::{Quantity, Unit};

@@ -94,7 +94,7 @@ impl<'a> Solutions<'a> {
             return Ok(curves.clone());
         }
         let parameters = self.parameters(theta);
-        let solve = |one: &Healthy<'_>| Ok(self.model.simulate(&parameters, &one.drive, &one.record.time)?.values);
+        let solve = |one: &Healthy<'_>| Ok(self.model.solve(&parameters, &one.drive, &one.record.time)?.values);
         // Records are independent, so threads change nothing but the time.
         let curves = Arc::new(self.records.par_iter().map(solve).collect::<Result<Curves, SimulationError>>()?);
         known.simulations += self.records.len() as u64;

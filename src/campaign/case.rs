@@ -97,7 +97,7 @@ impl Campaign {
             let records = (0..RECORDS).map(|number| {
                 let run = Run::draw(&self.rig, &self.cycle, &mut random);
                 let seed = random.seed();
-                let outputs = simulated.simulate(&healthy, &run.drive, &run.times)?;
+                let outputs = simulated.solve(&healthy, &run.drive, &run.times)?;
                 let name = format!("rig_{rig}_healthy_{}.csv", number + 1);
                 Ok(measured(&disturbed, name, &run.drive, &run.times, run.interval, &outputs, seed))
             });
@@ -134,7 +134,7 @@ impl Campaign {
             let injected = Injected::draw(&prepared.disturbed, &run, count, &mut random);
             let drive = injected.drive(&prepared.disturbed.rig, &prepared.disturbed.healthy, &run);
             let parameters = injected.parameters(&prepared.disturbed);
-            let outputs = match prepared.simulated.simulate(&parameters, &drive, &run.times) {
+            let outputs = match prepared.simulated.solve(&parameters, &drive, &run.times) {
                 Ok(outputs) => outputs,
                 Err(error) => {
                     last = error.to_string();

@@ -5,7 +5,6 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::simulate;
 use crate::complaint::{Complaint, Kind};
 use crate::model::{self, Drive, Model};
 use crate::record::Record;
@@ -13,6 +12,7 @@ use crate::report::html::{Cell, Column, Table};
 use crate::report::number::{self, difference_in_unit, in_unit, rounded};
 use crate::residual::{self, Detection, Sensitivity};
 use crate::rig::{Fault, Rig};
+use crate::simulation;
 use crate::units::Unit;
 
 /// One residual in one phase. Numbers in `unit`.
@@ -59,12 +59,12 @@ pub struct Answer {
 /// An unreadable record, or one without the inputs; a healthy rig that cannot be simulated.
 pub fn operating_point(rig: &Rig, input: Option<&Path>) -> Result<Option<(Drive, Record)>, Complaint> {
     let source = input.map(|path| super::read::record(rig, path)).transpose()?;
-    let (drive, times) = match simulate::drive(rig, source.as_ref()) {
+    let (drive, times) = match simulation::drive(rig, source.as_ref()) {
         Ok(found) => found,
         Err(_) if source.is_none() => return Ok(None),
         Err(complaint) => return Err(complaint),
     };
-    let outputs = Model::new(rig.clone()).simulate(&rig.healthy(), &drive, &times).map_err(|error| {
+    let outputs = Model::new(rig.clone()).solve(&rig.healthy(), &drive, &times).map_err(|error| {
         Complaint::new(Kind::Computation, format!("the healthy rig could not be simulated: {error}"))
             .in_file(&rig.path)
             .help("look for values without physical sense; `borescope check` lists them all")

@@ -182,7 +182,7 @@ impl Diagnosed {
 fn promising(model: &Model, record: &Record) -> Vec<Cause> {
     let rig = &model.rig;
     let Ok(drive) = Drive::from_record(rig, record) else { return Vec::new() };
-    let Ok(outputs) = model.simulate(&rig.healthy(), &drive, &record.time) else { return Vec::new() };
+    let Ok(outputs) = model.solve(&rig.healthy(), &drive, &record.time) else { return Vec::new() };
     // No weights by events: they would have to be made for every cause, and only the order counts.
     let cost = |record: &Record| -> Option<f64> {
         let mut misfit = away(&outputs.values, &estimate::measured(rig, record).ok()?);
@@ -229,8 +229,8 @@ fn score_of_rate(near: &Estimate<'_>) -> Option<Score> {
     let values = full.parameters(&best.theta);
     let record = Cause::FastClock(FIRST_RATE).corrected(case.rig(), case.record);
     let drive = Drive::from_record(case.rig(), &record).ok()?;
-    let plain = full.model.simulate(&values, full.drive, full.times).ok()?.values;
-    let with = full.model.simulate(&values, &drive, &record.time).ok()?.values;
+    let plain = full.model.solve(&values, full.drive, full.times).ok()?.values;
+    let with = full.model.solve(&values, &drive, &record.time).ok()?.values;
     let pairs = with.iter().flatten().zip(plain.iter().flatten());
     let mut change: Vec<f64> = pairs.map(|(with, plain)| with - plain).collect();
     full.weights.apply(&mut change);

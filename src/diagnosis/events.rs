@@ -124,7 +124,7 @@ pub(super) fn change(
     outputs: &[Vec<f64>],
     rows: usize,
 ) -> Result<Vec<Vec<f64>>, SimulationError> {
-    let mut changed = problem.model.simulate(parameters, drive, &problem.times[..rows])?.values;
+    let mut changed = problem.model.solve(parameters, drive, &problem.times[..rows])?.values;
     for (changed, plain) in changed.iter_mut().zip(outputs) {
         changed.iter_mut().zip(plain).for_each(|(changed, plain)| *changed -= plain);
         changed.resize(plain.len(), 0.0);

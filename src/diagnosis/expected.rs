@@ -57,7 +57,7 @@ pub fn expected(
     for &(fault, value) in faults {
         parameters[rig.faults[fault].parameter] = value;
     }
-    let outputs = model.simulate(&parameters, drive, &record.time)?.values;
+    let outputs = model.solve(&parameters, drive, &record.time)?.values;
     let data: Vec<&[f64]> = outputs.iter().map(Vec::as_slice).collect();
     let mut case = Case::new(model, record, drive, data, Weights::new(rig, &[], &[], &[]));
     let mut theta = case.mean.clone();

@@ -98,6 +98,16 @@ pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Dia
     model.rig.context().run(|| diagnose_with_causes(model, record, options))
 }
 
+impl Model {
+    /// [`diagnose`] with the default options, without the curves behind it.
+    ///
+    /// # Errors
+    /// As [`diagnose`].
+    pub fn diagnose(&self, record: &Record) -> Result<Diagnosis, Complaint> {
+        Ok(diagnose(self, record, &Options::default())?.diagnosis)
+    }
+}
+
 /// The same on the threads of the caller.
 fn diagnose_with_causes(model: &Model, record: &Record, options: &Options) -> Result<Diagnosed, Complaint> {
     let plain = diagnose_from(model, record, (&[], None), options)?;
@@ -179,12 +189,12 @@ pub fn diagnose_from(
     let outputs = case
         .full
         .model
-        .simulate(&case.full.parameters(&isolation.best.theta), drive, &record.time)
+        .solve(&case.full.parameters(&isolation.best.theta), drive, &record.time)
         .map(|outputs| outputs.values)
         .unwrap_or_default();
     let misfit: Vec<Vec<f64>> =
         case.full.series().into_iter().map(|range| isolation.best.misfit[range].to_vec()).collect();
-    let nominal = model.simulate(&case.full.parameters(&case.mean), drive, &record.time);
+    let nominal = model.solve(&case.full.parameters(&case.mean), drive, &record.time);
     let healthy = nominal.map(|outputs| outputs.values).unwrap_or_default();
     let channels = summary::channels(&estimate, &outputs, &healthy);
     let adequate = channels.iter().all(|channel| channel.adequate);

@@ -138,7 +138,7 @@ fn parting(case: &Case<'_>, isolation: &Isolation, plain: &Drive, worth: f64) ->
 /// `None` where the model cannot be solved.
 fn by_sample(case: &Case<'_>, drive: &Drive, theta: &[f64]) -> Option<Vec<f64>> {
     let full = &case.full;
-    let outputs = full.model.simulate(&full.parameters(theta), drive, full.times).ok()?;
+    let outputs = full.model.solve(&full.parameters(theta), drive, full.times).ok()?;
     let mut misfit = away(&outputs.values, &full.measured);
     full.weights.scale(&mut misfit);
     Some(misfit)

@@ -100,7 +100,7 @@ impl<'a> RecordProblem<'a> {
     /// The model cannot be solved.
     pub fn misfit_with(&self, drive: &Drive, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
         self.solves.fetch_add(1, Ordering::Relaxed);
-        let outputs = self.model.simulate(&self.parameters(theta), drive, self.times)?;
+        let outputs = self.model.solve(&self.parameters(theta), drive, self.times)?;
         Ok(self.weigh(&outputs.values, theta))
     }
 

@@ -76,7 +76,7 @@ mod tests {
         approx::assert_relative_eq!(sigma, 998.0 * GRAVITY * 5e-4, max_relative = 1e-12);
         assert!(lasts);
         // Half a millimetre at the start still shows behind the first rows.
-        let outputs = model.simulate(&parameters, &drive, &times).unwrap().values;
+        let outputs = model.solve(&parameters, &drive, &times).unwrap().values;
         let changed = changes(&problem, &parameters, &outputs, 2).unwrap();
         let shows: Vec<f64> = changed[0][0][..6].to_vec();
         assert!(shows.iter().all(|change| (4e-4..=5e-4 + 1e-9).contains(change)), "{shows:?}");

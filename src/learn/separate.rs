@@ -82,7 +82,7 @@ fn predicted(trial: &Trial, cycle: &Cycle) -> Result<Record, Complaint> {
     let model = Model::new(rig.clone());
     let times = model::cycle_times(rig, cycle);
     let record = |drive: &Drive| -> Result<Record, SimulationError> {
-        let outputs = model.simulate(&trial.values, drive, &times)?;
+        let outputs = model.solve(&trial.values, drive, &times)?;
         let inputs = model::input_columns(rig, drive, &times);
         Ok(model::recording(rig, "experiment", times.clone(), inputs, &outputs, None))
     };

@@ -160,7 +160,7 @@ pub(super) fn run_under(
     let model = Model::new(rig.clone());
     let drive = Drive::from_record(rig, record)?;
     let Some(weights) = weights else { return run_with(&model, record, &drive, values) };
-    let solved = model.simulate(values, &drive, &record.time);
+    let solved = model.solve(values, &drive, &record.time);
     let outputs = solved.map_err(|error| estimate::unsolvable(&model, record, error))?.values;
     run_of(rig, record, outputs, weights.clone())
 }

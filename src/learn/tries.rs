@@ -54,7 +54,7 @@ impl<'a, 'e> Here<'a, 'e> {
         let (case, isolation) = (&estimate.case, &estimate.isolation);
         let (full, best) = (&case.full, &isolation.best);
         let model = full.model.clone().with_tolerance(ROUGH);
-        let plain = model.simulate(&full.parameters(&best.theta), full.drive, full.times).ok()?.values;
+        let plain = model.solve(&full.parameters(&best.theta), full.drive, full.times).ok()?.values;
         let scoring = isolation.quadratic.scoring(case, isolation.set(), (&best.theta, &best.misfit))?;
         Some(Self { estimate, scoring, plain, worth })
     }
@@ -287,7 +287,7 @@ pub(super) fn highest_at(
     }
     rig.sensors.push(Sensor { quantity, target: Target::Node(node), lag: 0.0, first_parameter, ..template });
     let values = [values, &[0.0, 1.0]].concat();
-    let shown = Model::new(rig).simulate(&values, drive, times).map(|mut outputs| outputs.values.pop());
+    let shown = Model::new(rig).solve(&values, drive, times).map(|mut outputs| outputs.values.pop());
     shown.ok().flatten().map_or(0.0, |shown| ends(&shown).1)
 }
 
@@ -316,7 +316,7 @@ fn change(here: &Here<'_, '_>, placed: &Placed, tried: &[Given]) -> Option<Vec<f
         with
     } else {
         let drive = Drive::from_record(&rig, case.record).ok()?;
-        Model::new(rig).with_tolerance(ROUGH).simulate(&values, &drive, full.times).ok()?.values
+        Model::new(rig).with_tolerance(ROUGH).solve(&values, &drive, full.times).ok()?.values
     };
     let mut change: Vec<f64> =
         with.iter().flatten().zip(plain.iter().flatten()).map(|(with, plain)| with - plain).collect();

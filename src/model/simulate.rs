@@ -151,7 +151,7 @@ impl Model {
     ///
     /// # Errors
     /// The integrator gives up: parameters without physical sense, or a circuit that tears.
-    pub fn simulate(&self, parameters: &[f64], drive: &Drive, times: &[f64]) -> Result<Outputs, SimulationError> {
+    pub fn solve(&self, parameters: &[f64], drive: &Drive, times: &[f64]) -> Result<Outputs, SimulationError> {
         let (values, effort) = with_states!(self.layout.states, N => self.readings::<N>(parameters, drive, times))?;
         Ok(Outputs { values, effort })
     }
@@ -159,7 +159,7 @@ impl Model {
     /// The same with derivatives by the parameters `by` (indices), along the plain run's steps.
     ///
     /// # Errors
-    /// As [`Model::simulate`].
+    /// As [`Model::solve`].
     pub fn sensitivities(
         &self,
         parameters: &[f64],
@@ -179,7 +179,7 @@ impl Model {
         });
         match all {
             Some(all) => Ok(all),
-            None => Ok(Sensitivities { outputs: self.simulate(parameters, drive, times)?, derivatives: Vec::new() }),
+            None => Ok(Sensitivities { outputs: self.solve(parameters, drive, times)?, derivatives: Vec::new() }),
         }
     }
 

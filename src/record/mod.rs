@@ -3,6 +3,7 @@
 mod asked;
 mod binary;
 mod bytes;
+mod columns;
 mod dialect;
 mod gaps;
 mod groups;
@@ -27,6 +28,7 @@ use crate::complaint::{Complaint, Kind, Place, help_with_names};
 use crate::units::{Dimension, Unit, UnitError};
 
 pub use asked::Asked;
+pub use columns::Inputs;
 pub use gaps::Gap;
 pub use origin::Origin;
 pub use sampling::Sampling;

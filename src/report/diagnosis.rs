@@ -1,5 +1,7 @@
 //! The diagnosis for people: a page of text to hand on; `pages::diagnosis` has the one with pictures.
 
+use std::fmt;
+
 use super::caveats::{TOLD, caveats, detected, left_out};
 use super::digits::{Estimate, plus_minus, worth};
 use super::html::Tone;
@@ -207,6 +209,21 @@ fn why_unblamed(fault: &FaultReport) -> Option<String> {
         format!("its healthy {} explains the record well enough", with_unit(fault.healthy, &fault.unit))
     };
     Some(format!("{}: {why} (probability {probability})", fault.id))
+}
+
+/// Its id and size, its 95 % interval, what it is when healthy, and how probable it is.
+impl fmt::Display for FaultReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (size, healthy) = (sized(self), with_unit(self.healthy, &self.unit));
+        let probability = percent(self.probability);
+        write!(f, "{} {size} {}, healthy {healthy}, probability {probability}", self.id, interval(self))
+    }
+}
+
+impl fmt::Display for Diagnosis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&write_text(self))
+    }
 }
 
 /// The diagnosis as a page of text.

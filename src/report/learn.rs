@@ -1,5 +1,7 @@
 //! Comparison and suggestion for people.
 
+use std::fmt;
+
 use super::diagnosis::{explained, of_samples};
 use super::digits::Estimate;
 use super::html::{Table, Tone};
@@ -8,7 +10,7 @@ use super::table::{Head, aligned};
 use crate::learn::compare::{Channel, Comparison, Where};
 use crate::learn::result::{CandidateReport, ParameterReport, ScoredReport, SuggestionReport};
 use crate::learn::separate::Experiment;
-use crate::learn::suggest::Conclusion;
+use crate::learn::suggest::{Conclusion, Judged, Suggestion};
 
 const CHANNEL_HEADS: [Head; 9] = [
     ("sensor", false),
@@ -317,4 +319,29 @@ pub fn suggestion(suggestion: &SuggestionReport) -> String {
         lines.extend(warned);
     }
     ended(lines)
+}
+
+/// What is missing, in one line.
+impl fmt::Display for Suggestion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let best = self.judged.first();
+        let id = best.map_or_else(String::new, Judged::id);
+        match self.conclusion {
+            Conclusion::Adequate => f.write_str("the model explains the record within its tolerance"),
+            Conclusion::EffectFound => write!(f, "the model lacks {id}"),
+            Conclusion::Confounded => {
+                let others = best.map_or_else(String::new, |best| best.confounded_with.join(", "));
+                write!(f, "the model lacks {id}, or one that explains the records as well: {others}")
+            }
+            Conclusion::UnknownEffect => {
+                f.write_str("the model lacks something that no effect of the library explains")
+            }
+        }
+    }
+}
+
+impl fmt::Display for SuggestionReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&suggestion(self))
+    }
 }

@@ -17,6 +17,7 @@ pub mod pages;
 pub mod plot;
 pub mod reference;
 mod residuals;
+pub mod simulation;
 pub mod style;
 pub mod table;
 pub mod windows;

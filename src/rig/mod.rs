@@ -12,6 +12,7 @@ mod margin;
 mod parse;
 mod scaling;
 mod sensor;
+mod set;
 mod source;
 mod validate;
 

@@ -39,14 +39,14 @@ impl<const N: usize> ExplicitSystem<f64, DVector<f64>> for Scaled<'_, '_, N> {
 }
 
 impl Model {
-    /// As [`Model::simulate`], by the explicit Dormand-Prince method 5(4) of the library `ode_solvers`, at the same
+    /// As [`Model::solve`], by the explicit Dormand-Prince method 5(4) of the library `ode_solvers`, at the same
     /// tolerance. It serves circuits that are not stiff, such as open reservoirs; on stiff ones, such as short lines of
     /// oil, it takes very many steps or gives up. Every row and every jump of an input ends a run of its own.
     ///
     /// # Errors
     /// More than 20 000 steps from one row to the next, or a step that comes to nothing: the circuit is stiff, or the
     /// parameters have no physical sense.
-    pub fn simulate_explicitly(
+    pub fn solve_explicitly(
         &self,
         parameters: &[f64],
         drive: &Drive,

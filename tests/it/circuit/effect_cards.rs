@@ -79,7 +79,7 @@ fn readings(rig: &Rig) -> Vec<Vec<f64>> {
     let drive = Drive::from_cycle(rig, &cycle);
     let times = cycle_times(rig, &cycle);
     let model = Model::new(rig.clone());
-    model.simulate(&rig.nominal(), &drive, &times).unwrap().values
+    model.solve(&rig.nominal(), &drive, &times).unwrap().values
 }
 
 #[test]

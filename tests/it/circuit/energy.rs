@@ -261,7 +261,7 @@ fn what_pump_and_load_bring_is_stored_or_dissipated() {
         for (id, value) in faults {
             values[rig.parameters.iter().position(|parameter| parameter.id == *id).unwrap()] = *value;
         }
-        let outputs = model.simulate(&values, &drive, &times).unwrap().values;
+        let outputs = model.solve(&values, &drive, &times).unwrap().values;
         let moments: Vec<Moment> = (0..times.len())
             .map(|row| Moment {
                 p: std::array::from_fn(|node| outputs[node][row]),

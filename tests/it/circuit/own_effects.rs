@@ -66,7 +66,7 @@ fn rig(more: &str) -> Rig {
 fn outputs(rig: &Rig) -> Vec<Vec<f64>> {
     let drive = Drive::from_cycle(rig, rig.cycle.as_ref().unwrap());
     let times: Vec<f64> = (0..250).map(|row| 0.004 * f64::from(row)).collect();
-    Model::new(rig.clone()).simulate(&rig.nominal(), &drive, &times).unwrap().values
+    Model::new(rig.clone()).solve(&rig.nominal(), &drive, &times).unwrap().values
 }
 
 fn given(rig: &mut Rig, id: &str, name: &str, value: f64) {
@@ -175,7 +175,7 @@ fn a_loss_of_pressure_has_exact_slopes() {
         let at = |factor: f64| {
             let mut values = nominal.clone();
             values[index] *= factor;
-            model.simulate(&values, &drive, &times).unwrap().values[0][249]
+            model.solve(&values, &drive, &times).unwrap().values[0][249]
         };
         let difference = (at(1.001) - at(0.999)) / (0.002 * nominal[index]);
         assert!((difference * nominal[index]).abs() > 500.0, "{difference}");
@@ -214,7 +214,7 @@ fn what_a_fault_hides_is_added_all_the_same() {
     given(&mut lossy, "loss@upper_outlet", "K", truth);
     let cycle = lossy.cycle.clone().unwrap();
     let (drive, times) = (Drive::from_cycle(&lossy, &cycle), cycle_times(&lossy, &cycle));
-    let outputs = Model::new(lossy.clone()).simulate(&lossy.nominal(), &drive, &times).unwrap();
+    let outputs = Model::new(lossy.clone()).solve(&lossy.nominal(), &drive, &times).unwrap();
     let inputs = input_columns(&lossy, &drive, &times);
     let record = recording(&lossy, "lossy", times, inputs, &outputs, Some(1));
     let added = add(&text, &plain, "loss@upper_outlet", Some(&record)).unwrap();

@@ -80,7 +80,7 @@ fn an_explicit_method_of_another_library_agrees() {
         let model = model(Rig::read(path), 1e-8);
         let (times, implicit) = run(&model);
         let drive = Drive::from_cycle(&model.rig, model.rig.cycle.as_ref().unwrap());
-        let explicit = model.simulate_explicitly(&model.rig.nominal(), &drive, &times).unwrap();
+        let explicit = model.solve_explicitly(&model.rig.nominal(), &drive, &times).unwrap();
         let (share, worst) = agreement(&model, &implicit, &explicit, 1e-3);
         println!(
             "{}: {:.3} % within 0.001 sigma, worst {worst:.1e} sigma, {} implicit steps against {} explicit",
@@ -107,7 +107,7 @@ fn digits_of_derivative(
     let moved = |sign: f64| {
         let mut parameters = at.to_vec();
         parameters[parameter] += sign * step;
-        model.simulate(&parameters, drive, times).unwrap()
+        model.solve(&parameters, drive, times).unwrap()
     };
     let (more, less) = (moved(1.0), moved(-1.0));
     let mut fewest = f64::INFINITY;

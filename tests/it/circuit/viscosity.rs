@@ -99,7 +99,7 @@ fn a_window_goes_on_where_the_record_began() {
         let mut values = model.rig.nominal();
         values[model.rig.parameter("fluid.viscosity_drift").unwrap()] = drift;
         let x = model.rig.sensors.iter().position(|sensor| sensor.name == "x").unwrap();
-        *model.simulate(&values, &drive, &record.time).unwrap().values[x].last().unwrap()
+        *model.solve(&values, &drive, &record.time).unwrap().values[x].last().unwrap()
     };
     assert_eq!(last(100.0, 0.0), last(0.0, 0.0));
     // A hundred seconds later the oil is 22 % thinner.

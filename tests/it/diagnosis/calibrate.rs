@@ -82,7 +82,7 @@ fn healthy_record(rig: &Rig, name: &str, load: f64, seed: u64) -> Record {
         }
     }
     let (drive, times) = (Drive::from_cycle(rig, &cycle), cycle_times(rig, &cycle));
-    let outputs = Model::new(rig.clone()).simulate(&rig.nominal(), &drive, &times).unwrap();
+    let outputs = Model::new(rig.clone()).solve(&rig.nominal(), &drive, &times).unwrap();
     let inputs = input_columns(rig, &drive, &times);
     recording(rig, name, times, inputs, &outputs, Some(seed))
 }

@@ -17,7 +17,7 @@ fn cycle(model: &Model, faults: &[(&str, &str)], seed: u64) -> Record {
     for (id, value) in faults {
         parameters[rig.parameter(id).unwrap()] = Quantity::parse(value).unwrap().value;
     }
-    let outputs = model.simulate(&parameters, &drive, &times).unwrap();
+    let outputs = model.solve(&parameters, &drive, &times).unwrap();
     let inputs = model::input_columns(rig, &drive, &times);
     model::recording(rig, "cycle", times, inputs, &outputs, Some(seed))
 }

@@ -27,7 +27,7 @@ fn record(rig: &Rig) -> Record {
     let (drive, times) = (Drive::from_cycle(rig, cycle), cycle_times(rig, cycle));
     let mut parameters = rig.nominal();
     parameters[rig.parameter("upper_outlet.diameter").unwrap()] = 6.5e-3;
-    let outputs = model.simulate(&parameters, &drive, &times).unwrap();
+    let outputs = model.solve(&parameters, &drive, &times).unwrap();
     let inputs = input_columns(rig, &drive, &times);
     recording(rig, "tanks.csv", times, inputs, &outputs, Some(1))
 }

@@ -23,7 +23,7 @@ fn diagnosed(faults: &[(&str, &str)], onset: Option<f64>, seed: u64) -> Diagnosi
         drive = drive.with_onset(Onset { time, before });
     }
     let times = model::cycle_times(rig, cycle);
-    let outputs = model.simulate(&parameters, &drive, &times).unwrap();
+    let outputs = model.solve(&parameters, &drive, &times).unwrap();
     let inputs = model::input_columns(rig, &drive, &times);
     let record = model::recording(rig, "cycle", times, inputs, &outputs, Some(seed));
     diagnose(&model, &record, &Options::default()).unwrap().diagnosis

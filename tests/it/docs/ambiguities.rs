@@ -81,7 +81,7 @@ fn simulated(model: &Model, set: &[(&str, f64)]) -> Record {
     for (id, value) in set {
         parameters[rig.parameter(id).unwrap()] = *value;
     }
-    let outputs = model.simulate(&parameters, &drive, &times).unwrap();
+    let outputs = model.solve(&parameters, &drive, &times).unwrap();
     let inputs = input_columns(rig, &drive, &times);
     recording(rig, "simulated", times, inputs, &outputs, Some(1))
 }

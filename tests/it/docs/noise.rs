@@ -19,7 +19,7 @@ fn at_the_end(set: &[(&str, f64)], late: f64) -> [f64; 2] {
     let cycle = rig.cycle.clone().unwrap();
     let (drive, times) = (Drive::from_cycle(&rig, &cycle), cycle_times(&rig, &cycle));
     let model = Model::new(rig);
-    let outputs = model.simulate(&parameters, &drive, &times).unwrap();
+    let outputs = model.solve(&parameters, &drive, &times).unwrap();
     let last = |name: &str| {
         let sensor = model.rig.sensors.iter().position(|sensor| sensor.name == name).unwrap();
         outputs.values[sensor].last().unwrap() / 1e5

@@ -94,7 +94,7 @@ fn the_tanks_overflow_and_their_pump_has_a_dead_voltage() {
     let calibrated = calibrate(&text, &improved, &[fit], &Options::default()).unwrap().rig;
     let drive = Drive::from_record(&calibrated, &check).unwrap();
     let model = Model::new(calibrated);
-    let predicted = model.simulate(&model.rig.nominal(), &drive, &check.time).unwrap().values;
+    let predicted = model.solve(&model.rig.nominal(), &drive, &check.time).unwrap().values;
     let measured = &check.channel("level_2").unwrap().values;
     let squares: f64 = predicted[0].iter().zip(measured).map(|(a, b)| (a - b).powi(2)).sum();
     let error = 100.0 * (squares / measured.len() as f64).sqrt();

@@ -28,7 +28,7 @@ fn truth(rig: &Rig, set: &[(&str, f64)]) -> (Record, Drive) {
     for (id, value) in set {
         parameters[rig.parameter(id).unwrap()] = *value;
     }
-    let outputs = Model::new(rig.clone()).simulate(&parameters, &drive, &time).unwrap();
+    let outputs = Model::new(rig.clone()).solve(&parameters, &drive, &time).unwrap();
     let unit = |quantity| {
         Unit::parse(match quantity {
             Quantity::Pressure => "bar",

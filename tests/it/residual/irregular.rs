@@ -29,7 +29,7 @@ fn irregular(rig: &Rig, set: &[(&str, f64)], jitter: f64, left_out: impl Fn(usiz
     for (id, value) in set {
         parameters[rig.parameter(id).unwrap()] = *value;
     }
-    let outputs = Model::new(rig.clone()).simulate(&parameters, &drive, &time).unwrap();
+    let outputs = Model::new(rig.clone()).solve(&parameters, &drive, &time).unwrap();
     let inputs = input_columns(rig, &drive, &time);
     (recording(rig, "irregular", time, inputs, &outputs, Some(1)), drive)
 }

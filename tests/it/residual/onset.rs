@@ -68,7 +68,7 @@ fn reports(model: &Model, case: &Case, time: f64, seed: u64) -> Vec<ResidualRepo
     let mut parameters = rig.nominal();
     parameters[parameter] = case.after;
     let begins = drive.clone().with_onset(Onset { time, before: vec![(parameter, Before::Value(case.before))] });
-    let outputs = model.simulate(&parameters, &begins, &times).unwrap();
+    let outputs = model.solve(&parameters, &begins, &times).unwrap();
     let inputs = input_columns(rig, &drive, &times);
     let record = recording(rig, "simulated", times, inputs, &outputs, Some(seed));
     // The detector knows commands and loads, not the onset.

@@ -35,7 +35,7 @@ impl Bench {
         let drive = Drive::from_cycle(&rig, &borescope::rig::Cycle { phases: repeated(2), ..cycle.clone() });
         let times: Vec<f64> = (1..=2 * per_cycle).map(|row| row as f64 * cycle.interval).collect();
         let model = Model::new(rig.clone());
-        let solved = model.simulate(&rig.nominal(), &drive, &times).unwrap();
+        let solved = model.solve(&rig.nominal(), &drive, &times).unwrap();
         let inputs = input_columns(&rig, &drive, &times);
         let repeat = |column: &Vec<f64>| column[per_cycle..].repeat(count);
         let values = solved.values.iter().map(repeat).collect();

@@ -15,7 +15,7 @@ pub fn model(rig: Result<Rig, Complaint>, tolerance: f64) -> Model {
 pub fn run(model: &Model) -> (Vec<f64>, Outputs) {
     let cycle = model.rig.cycle.as_ref().unwrap();
     let times = cycle_times(&model.rig, cycle);
-    let outputs = model.simulate(&model.rig.nominal(), &Drive::from_cycle(&model.rig, cycle), &times).unwrap();
+    let outputs = model.solve(&model.rig.nominal(), &Drive::from_cycle(&model.rig, cycle), &times).unwrap();
     (times, outputs)
 }
 

@@ -22,7 +22,7 @@ pub fn write(path: &Path, rig: &str, [healthy, faulty]: [usize; 2], (fault, valu
     let onset = Onset { time: 2.0 * cycle.duration(), before };
     let drive = Drive::from_cycle(&rig, &Cycle { phases, ..cycle.clone() }).with_onset(onset);
     let times: Vec<f64> = (1..=4 * rows).map(|row| row as f64 * cycle.interval).collect();
-    let outputs = Model::new(rig.clone()).simulate(&parameters, &drive, &times).unwrap();
+    let outputs = Model::new(rig.clone()).solve(&parameters, &drive, &times).unwrap();
     let inputs = input_columns(&rig, &drive, &times);
     let mut file = BufWriter::new(File::create(path).unwrap());
     for number in 0..healthy + faulty {

@@ -1,0 +1,34 @@
+//! Parameters by id and text.
+
+use super::{Rig, range};
+use crate::complaint::{Complaint, Kind, Place};
+use crate::units::Quantity;
+
+impl Rig {
+    /// Gives the parameter `id`, such as `cylinder.clearance`, the value of a text with its unit, such as `0.2 mm`; returns what
+    /// was read.
+    ///
+    /// # Errors
+    /// An id that is no parameter; a text that is no number or has no unit, one that is not known, or one of another dimension;
+    /// a value outside the physical bounds.
+    pub fn set(&mut self, id: &str, value: &str) -> Result<Quantity, Complaint> {
+        let id = id.trim();
+        let Some(index) = self.parameter(id) else {
+            return Err(Complaint::new(Kind::UnknownName, format!("the rig has no parameter `{id}`"))
+                .at(Place::file(&self.path))
+                .help(self.help_with_parameters(id)));
+        };
+        let parameter = &mut self.parameters[index];
+        let quantity = Quantity::parse_as(value, parameter.unit.dimension)
+            .map_err(|error| Complaint::new(Kind::Unit, error.to_string()).help(error.help()))?;
+        let (low, high) = parameter.bounds;
+        if !(low..=high).contains(&quantity.value) {
+            let range = range((low, high), &quantity.unit);
+            return Err(Complaint::new(Kind::Bounds, format!("{quantity} is outside the physical bounds"))
+                .at(parameter.place.clone())
+                .help(format!("{}: {range}", parameter.meaning)));
+        }
+        parameter.value = quantity.value;
+        Ok(quantity)
+    }
+}
