@@ -10,6 +10,7 @@ use super::residuals;
 use super::style::{Style, bars, scale};
 use super::table::{Head, aligned};
 use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, PRESENT, Verdict, is_there};
+use crate::record::survey::Doubt;
 use crate::rig::Rig;
 
 /// Characters of a scale with an interval, and of a course of misfits.
@@ -21,18 +22,35 @@ const FULL: f64 = 6.0;
 /// The verdict in one line.
 pub fn headline(diagnosis: &Diagnosis) -> String {
     let present: Vec<String> = diagnosis.present().map(|fault| format!("{} {}", fault.id, sized(fault))).collect();
+    let without = without(diagnosis);
     let condition = diagnosis.common_cause.as_ref().map_or_else(String::new, |cause| format!(", if {}", cause.clause));
     match diagnosis.verdict {
-        Verdict::Healthy => format!("HEALTHY{condition}: the healthy model explains the record."),
-        Verdict::Faulty => format!("FAULTY{condition}: {}.", present.join(", ")),
+        Verdict::Healthy => format!("HEALTHY{without}{condition}: the healthy model explains the record."),
+        Verdict::Faulty => format!("FAULTY{without}{condition}: {}.", present.join(", ")),
         Verdict::ModelInadequate => {
             let worst = diagnosis.channels.iter().max_by(|a, b| a.chi2_reduced.total_cmp(&b.chi2_reduced));
             let worst = worst.map_or(String::new(), |worst| format!(", {} worst", worst.name));
             format!(
-                "MODEL INADEQUATE: no faults of this rig explain the record{worst}; physics is missing or a sensor is wrong. \
+                "MODEL INADEQUATE{without}: no faults of this rig explain the record{worst}; physics is missing or a sensor is wrong. \
                  Fault values below may be off by more than their intervals."
             )
         }
+    }
+}
+
+/// The sensors that a verdict had to do without, throughout or in part, as the end of its first words.
+fn without(diagnosis: &Diagnosis) -> String {
+    let mut names: Vec<&str> = Vec::new();
+    for finding in diagnosis.left_out.iter().filter(|finding| matches!(finding.doubt, Doubt::Dead | Doubt::Stuck)) {
+        let name = finding.channel.as_deref().unwrap_or_default();
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    match names.as_slice() {
+        [] => String::new(),
+        [one] => format!(", without {one} where it stands still"),
+        several => format!(", without {} where they stand still", several.join(", ")),
     }
 }
 

@@ -93,11 +93,19 @@ pub struct DirectionalValve<T> {
     dead_band: T,
 }
 
+/// Spool position below which an edge opens straight, a billionth of a molecule: a spool that lags never quite arrives, and the
+/// slope of the logarithm of a position that is next to nothing is infinite.
+const SHUT: f64 = 1e-20;
+
 /// Share of an edge's area that is open at a spool position, `s^n`; `s` where the exponent is 1 and stays so.
 #[inline]
 fn opened<T: Real>(spool: T, progression: T) -> T {
     let extra = progression - T::one();
-    if extra.is_zero() || spool.re() <= 0.0 { spool } else { spool * (extra * spool.ln()).exp() }
+    if extra.is_zero() {
+        return spool;
+    }
+    let logarithm = if spool.re() > SHUT { spool.ln() } else { T::constant(SHUT.ln()) };
+    spool * (extra * logarithm).exp()
 }
 
 impl<T: Real> Law<T> for DirectionalValve<T> {
@@ -161,5 +169,25 @@ impl<T: Real> DirectionalValve<T> {
     #[inline]
     pub fn path_pa(&self, p_p: T, p_a: T) -> T {
         self.edge_pa * root(p_p - p_a, self.transition)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Dual as Of;
+
+    type Dual = Of<f64, 2>;
+
+    #[test]
+    fn a_shut_edge_has_finite_slopes() {
+        for position in [0.0, 5e-324, 1e-310, 1e-30, 1e-20, 1e-3, 1.0] {
+            let open = opened(Dual::variable(position, 0), Dual::variable(1.0, 1));
+            assert!(open.is_finite(), "{position}: {open:?}");
+            assert_eq!((open.re, open.eps[0]), (position, 1.0));
+        }
+        // s ln s, the slope by the exponent.
+        let open = opened(Dual::variable(0.5, 0), Dual::variable(1.0, 1));
+        approx::assert_relative_eq!(open.eps[1], 0.5 * 0.5_f64.ln(), max_relative = 1e-12);
     }
 }

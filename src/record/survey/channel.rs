@@ -105,12 +105,18 @@ pub(super) fn survey(
     findings
 }
 
-/// Whether the channel is as restless as its noise makes it, away from its extremes.
+/// Whether the channel is as restless as its noise makes it, away from its extremes and from where it holds one value: a sensor
+/// that sticks for most of a record has been measured until then.
 fn is_measured(channel: &Channel, noise: f64) -> bool {
     let Some((least, greatest)) = channel.range() else { return false };
     let inside = |value: &f64| value.is_finite() && *value != least && *value != greatest;
-    let threes = channel.values.windows(3).filter(|three| three.iter().all(inside));
-    let mut bends: Vec<f64> = threes.map(|three| (three[0] - 2.0 * three[1] + three[2]).abs()).collect();
+    let mut moving: Vec<bool> = Vec::with_capacity(channel.values.len());
+    for run in channel.values.chunk_by(|a, b| a == b) {
+        moving.extend(std::iter::repeat_n(run.len() < FEWEST, run.len()));
+    }
+    let threes = channel.values.windows(3).zip(moving.windows(3));
+    let threes = threes.filter(|(three, moving)| three.iter().all(inside) && moving.iter().all(|moves| *moves));
+    let mut bends: Vec<f64> = threes.map(|(three, _)| (three[0] - 2.0 * three[1] + three[2]).abs()).collect();
     bends.sort_by(f64::total_cmp);
     bends.get(bends.len() / 2).is_some_and(|median| *median >= MEASURED * noise)
 }
@@ -143,4 +149,49 @@ fn is_spike(values: &[f64], row: usize, noise: f64) -> bool {
         around.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|s| s.is_finite()).collect();
     steps.sort_by(f64::total_cmp);
     steps.get(steps.len() / 2).is_some_and(|median| height > SPIKE * median)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::Unit;
+
+    /// Noise of standard deviation 1 that no chance repeats, rounded to a fifth of it.
+    fn noisy(rows: usize) -> Vec<f64> {
+        let uniform = |k: usize| ((k as f64 * 12.9898).sin() * 43_758.545_3).fract().abs();
+        let normal =
+            |k: usize| (-2.0 * uniform(2 * k + 1).max(1e-12).ln()).sqrt() * (6.283_185 * uniform(2 * k + 2)).cos();
+        (0..rows).map(|k| (normal(k) * 5.0).round() / 5.0).collect()
+    }
+
+    fn doubts(values: Vec<f64>) -> Vec<(Doubt, std::ops::Range<usize>)> {
+        let time: Vec<f64> = (0..values.len()).map(|row| row as f64).collect();
+        let channel = Channel::new("p", Unit::dimensionless(), values);
+        let known = Known::new(&channel, Some(Scatter { noise: 1.0, resolution: 0.2 }));
+        survey(&known, &time, true, |_| false).into_iter().map(|finding| (finding.doubt, finding.span)).collect()
+    }
+
+    #[test]
+    fn a_sensor_that_sticks_for_most_of_a_record_is_seen() {
+        for from in [60, 150, 400] {
+            let mut values = noisy(500);
+            let held = values[from];
+            values[from..].fill(held);
+            let found = doubts(values);
+            assert_eq!(found.len(), 1, "{from}: {found:?}");
+            let (doubt, span) = &found[0];
+            // The row before may have shown the same by chance.
+            assert!(
+                matches!(doubt, Doubt::Stuck | Doubt::Saturated) && span.end == 500 && span.start + 1 >= from,
+                "{found:?}"
+            );
+        }
+        assert_eq!(doubts(noisy(500)), vec![]);
+    }
+
+    #[test]
+    fn what_is_computed_may_stand_still() {
+        let stairs: Vec<f64> = (0..500).map(|row: i32| f64::from(row / 100)).collect();
+        assert_eq!(doubts(stairs), vec![]);
+    }
 }
