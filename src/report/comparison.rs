@@ -154,7 +154,7 @@ mod tests {
         assert_eq!(lines[1], "With the faults that explain it best, 1x the sensor noise:");
         assert_eq!(lines[2], "  cylinder.clearance 0.2003 mm (new: 0 mm)");
         assert_eq!(lines[3], "51x the sensor noise before (rig.toml).");
-        assert_eq!(lines[6].split_whitespace().collect::<Vec<_>>(), ["p_A", "11.2", "bar", "45", "1", "51", "no"]);
+        assert_eq!(lines[6].split_whitespace().collect::<Vec<_>>(), ["p_A", "11.2", "bar", "45", "1", "51", "NO"]);
         assert_eq!(lines[8], "Next: borescope diagnose rig.toml record.csv");
         assert!(lines.iter().all(|line| line.len() <= 80), "{page}");
     }
