@@ -6,6 +6,7 @@ mod support {
     pub mod circuit;
     pub mod command;
     pub mod curve;
+    pub mod cycle;
     pub mod formula;
     pub mod leaking;
     pub mod long_record;

@@ -4,8 +4,10 @@ use std::path::Path;
 
 use approx::assert_relative_eq;
 use borescope::learn::add::add;
-use borescope::model::{Drive, Model, Tolerance, cycle_times, input_columns, recording};
+use borescope::model::{Drive, Model, Tolerance};
 use borescope::rig::{Given, Rig};
+
+use crate::support::cycle::Run;
 
 const RIG: &str = "fixtures/telescopic/rig.toml";
 
@@ -212,11 +214,7 @@ fn what_a_fault_hides_is_added_all_the_same() {
     let mut lossy = plain.clone();
     let truth = 2e-4 * 1e5 / (1e-3 / 60.0_f64).powi(2);
     given(&mut lossy, "loss@upper_outlet", "K", truth);
-    let cycle = lossy.cycle.clone().unwrap();
-    let (drive, times) = (Drive::from_cycle(&lossy, &cycle), cycle_times(&lossy, &cycle));
-    let outputs = Model::new(lossy.clone()).solve(&lossy.nominal(), &drive, &times).unwrap();
-    let inputs = input_columns(&lossy, &drive, &times);
-    let record = recording(&lossy, "lossy", times, inputs, &outputs, Some(1));
+    let record = Run::of(&Model::new(lossy)).record("lossy");
     let added = add(&text, &plain, "loss@upper_outlet", Some(&record)).unwrap();
     let rig = Rig::parse(path, added.text).unwrap();
     let found = &rig.parameters[rig.parameter("loss@upper_outlet.K").unwrap()];

@@ -1,6 +1,7 @@
 //! `calibrate`: what healthy records teach about a rig, as text, as numbers and as a program.
 
 use crate::support::command;
+use crate::support::cycle::Run;
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +9,7 @@ use std::path::Path;
 use approx::assert_relative_eq;
 use borescope::calibration::{Calibrated, Options, Report, calibrate, calibrate_rig};
 use borescope::diagnosis::{self, Verdict};
-use borescope::model::{Drive, Model, cycle_times, input_columns, recording};
+use borescope::model::Model;
 use borescope::record::Record;
 use borescope::rig::{NEVER_KNOWN, Quantity, Rig};
 use command::{Ran, borescope};
@@ -81,10 +82,7 @@ fn healthy_record(rig: &Rig, name: &str, load: f64, seed: u64) -> Record {
             (profile.from, profile.to) = (load * profile.from, load * profile.to);
         }
     }
-    let (drive, times) = (Drive::from_cycle(rig, &cycle), cycle_times(rig, &cycle));
-    let outputs = Model::new(rig.clone()).solve(&rig.nominal(), &drive, &times).unwrap();
-    let inputs = input_columns(rig, &drive, &times);
-    recording(rig, name, times, inputs, &outputs, Some(seed))
+    Run::of(&Model::new(rig.clone())).through(cycle).seed(seed).record(name)
 }
 
 /// A scaled sensor is described in what it writes, here too: 1 cm of level is 1 V.

@@ -1,31 +1,19 @@
 //! One mistake in taking a record instead of several faults; several faults that are there stay faults.
 
 use borescope::diagnosis::{Diagnosis, Options, Verdict, diagnose};
-use borescope::model::{self, Drive, Model};
+use borescope::model::Model;
 use borescope::record::Record;
 use borescope::rig::Rig;
-use borescope::units::Quantity;
+
+use crate::support::cycle::Run;
 
 const CYLINDER: &str = "fixtures/telescopic/rig.toml";
 const TANKS: &str = "fixtures/two_tanks/rig.toml";
 
-fn cycle(model: &Model, faults: &[(&str, &str)], seed: u64) -> Record {
-    let rig = &model.rig;
-    let cycle = rig.cycle.as_ref().unwrap();
-    let (drive, times) = (Drive::from_cycle(rig, cycle), model::cycle_times(rig, cycle));
-    let mut parameters = rig.nominal();
-    for (id, value) in faults {
-        parameters[rig.parameter(id).unwrap()] = Quantity::parse(value).unwrap().value;
-    }
-    let outputs = model.solve(&parameters, &drive, &times).unwrap();
-    let inputs = model::input_columns(rig, &drive, &times);
-    model::recording(rig, "cycle", times, inputs, &outputs, Some(seed))
-}
-
 /// Diagnoses a cycle as a logger would have spoilt it.
 fn diagnosed(rig: &str, faults: &[(&str, &str)], spoil: impl Fn(&mut Record)) -> Diagnosis {
     let model = Model::new(Rig::read(rig).unwrap());
-    let mut record = cycle(&model, faults, 7);
+    let mut record = Run::of(&model).with_quantities(faults).seed(7).record("cycle");
     spoil(&mut record);
     diagnose(&model, &record, &Options::default()).unwrap().diagnosis
 }

@@ -7,9 +7,11 @@ use borescope::complaint::{Complaint, Kind};
 use borescope::context::Context;
 use borescope::diagnosis::{Diagnosed, Options, diagnose};
 use borescope::learn::suggest::suggest;
-use borescope::model::{Drive, Model, cycle_times, input_columns, recording};
+use borescope::model::Model;
 use borescope::record::Record;
 use borescope::rig::Rig;
+
+use crate::support::cycle::Run;
 
 const TANKS: &str = "fixtures/two_tanks/rig.toml";
 const TELESCOPIC: &str = "fixtures/telescopic/rig.toml";
@@ -22,14 +24,7 @@ type Heard = Arc<Mutex<Vec<(String, usize)>>>;
 
 /// A record of the cycle of a rig, the blade of its upper outlet half closed.
 fn record(rig: &Rig) -> Record {
-    let model = Model::new(rig.clone());
-    let cycle = rig.cycle.as_ref().unwrap();
-    let (drive, times) = (Drive::from_cycle(rig, cycle), cycle_times(rig, cycle));
-    let mut parameters = rig.nominal();
-    parameters[rig.parameter("upper_outlet.diameter").unwrap()] = 6.5e-3;
-    let outputs = model.solve(&parameters, &drive, &times).unwrap();
-    let inputs = input_columns(rig, &drive, &times);
-    recording(rig, "tanks.csv", times, inputs, &outputs, Some(1))
+    Run::of(&Model::new(rig.clone())).with(&[("upper_outlet.diameter", 6.5e-3)]).record("tanks.csv")
 }
 
 /// A context with so many threads, and what is heard of it.

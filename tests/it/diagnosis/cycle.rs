@@ -1,31 +1,19 @@
 //! Faults put into the telescopic rig's own cycle, with noise: the set is right, values are near, beginnings are dated.
 
 use borescope::diagnosis::{Diagnosis, Options, Verdict, diagnose};
-use borescope::model::{self, Before, Drive, Model, Onset};
+use borescope::model::Model;
 use borescope::rig::Rig;
-use borescope::units::Quantity;
+
+use crate::support::cycle::Run;
 
 const RIG: &str = "fixtures/telescopic/rig.toml";
 
 /// Diagnoses one cycle with these faults, since `onset` (s) or all along.
 fn diagnosed(faults: &[(&str, &str)], onset: Option<f64>, seed: u64) -> Diagnosis {
     let model = Model::new(Rig::read(RIG).unwrap());
-    let rig = &model.rig;
-    let cycle = rig.cycle.as_ref().unwrap();
-    let mut drive = Drive::from_cycle(rig, cycle);
-    let (mut parameters, mut before) = (rig.nominal(), Vec::new());
-    for (id, value) in faults {
-        let index = rig.parameter(id).unwrap();
-        before.push((index, Before::Value(parameters[index])));
-        parameters[index] = Quantity::parse(value).unwrap().value;
-    }
-    if let Some(time) = onset {
-        drive = drive.with_onset(Onset { time, before });
-    }
-    let times = model::cycle_times(rig, cycle);
-    let outputs = model.solve(&parameters, &drive, &times).unwrap();
-    let inputs = model::input_columns(rig, &drive, &times);
-    let record = model::recording(rig, "cycle", times, inputs, &outputs, Some(seed));
+    let run = Run::of(&model).with_quantities(faults).seed(seed);
+    let run = if let Some(time) = onset { run.since(time) } else { run };
+    let record = run.record("cycle");
     diagnose(&model, &record, &Options::default()).unwrap().diagnosis
 }
 

@@ -2,13 +2,14 @@
 //!
 //! `UPDATE_DOCS=1 cargo test --release --test it -- docs::ambiguities` writes the present tables into the pages.
 
+use crate::support::cycle::Run;
 use crate::support::steady;
 
 use std::fs;
 use std::sync::OnceLock;
 
 use borescope::diagnosis::{Diagnosis, Options, diagnose};
-use borescope::model::{Drive, Model, cycle_times, input_columns, recording};
+use borescope::model::{Drive, Model};
 use borescope::record::Record;
 use borescope::residual::{Detection, Variant, signatures};
 use borescope::rig::Rig;
@@ -73,19 +74,6 @@ fn model() -> &'static Model {
     })
 }
 
-fn simulated(model: &Model, set: &[(&str, f64)]) -> Record {
-    let rig = &model.rig;
-    let cycle = rig.cycle.as_ref().unwrap();
-    let (drive, times) = (Drive::from_cycle(rig, cycle), cycle_times(rig, cycle));
-    let mut parameters = rig.nominal();
-    for (id, value) in set {
-        parameters[rig.parameter(id).unwrap()] = *value;
-    }
-    let outputs = model.solve(&parameters, &drive, &times).unwrap();
-    let inputs = input_columns(rig, &drive, &times);
-    recording(rig, "simulated", times, inputs, &outputs, Some(1))
-}
-
 /// Cases of section 2.2.3.2: opening, leak A to T and leak P to B in L/min/bar.
 const CASES: [(&str, f64, f64, f64); 8] = [
     ("healthy", 1.0, 0.0, 0.0),
@@ -107,7 +95,10 @@ fn cases() -> &'static [Steady] {
     static CASES_STEADY: OnceLock<Vec<Steady>> = OnceLock::new();
     CASES_STEADY.get_or_init(|| {
         let model = model();
-        CASES.iter().map(|&case| Steady::of(&model.rig, &simulated(model, &set(case)), 1.2, 2.2)).collect()
+        CASES
+            .iter()
+            .map(|&case| Steady::of(&model.rig, &Run::of(model).with(&set(case)).record("simulated"), 1.2, 2.2))
+            .collect()
     })
 }
 
@@ -191,7 +182,7 @@ fn three_printed_estimators_have_rank_2_and_the_return_makes_it_3() {
     let phases = &mut model.rig.cycle.as_mut().unwrap().phases;
     phases.truncate(2);
     phases[1].duration = 1.9;
-    let (rig, record) = (&model.rig, simulated(&model, &[]));
+    let (rig, record) = (&model.rig, Run::of(&model).with(&[]).record("simulated"));
     let drive = Drive::from_record(rig, &record).unwrap();
     let matrix = signatures(rig, &record, &drive, Detection::default().window).unwrap();
     let printed = singular(&matrix, &["leakage", "consumer", "supply"]);
@@ -224,8 +215,11 @@ fn said(diagnosis: &Diagnosis) -> String {
 #[test]
 fn leak_or_lost_opening_by_the_joint_fit() {
     let model = model();
-    let fit =
-        |index: usize| diagnose(model, &simulated(model, &set(CASES[index])), &Options::default()).unwrap().diagnosis;
+    let fit = |index: usize| {
+        diagnose(model, &Run::of(model).with(&set(CASES[index])).record("simulated"), &Options::default())
+            .unwrap()
+            .diagnosis
+    };
     let cases = [1, 6];
     let found = std::thread::scope(|scope| {
         let running = cases.map(|index| scope.spawn(move || fit(index)));

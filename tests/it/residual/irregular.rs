@@ -1,6 +1,6 @@
 //! The residuals on records whose clock jitters or that have lost rows.
 
-use borescope::model::{Drive, Model, input_columns, recording};
+use borescope::model::{Drive, Model};
 use borescope::record::Record;
 use borescope::residual::{Detection, Gate, Generator, Variant, detect, generators};
 use borescope::rig::Rig;
@@ -8,12 +8,13 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
+use crate::support::cycle::Run;
+
 const WINDOW: f64 = 0.1;
 
 /// The record without the rows that `left_out` names, its times moved by up to `jitter` intervals.
 fn irregular(rig: &Rig, set: &[(&str, f64)], jitter: f64, left_out: impl Fn(usize) -> bool) -> (Record, Drive) {
     let cycle = rig.cycle.as_ref().unwrap();
-    let drive = Drive::from_cycle(rig, cycle);
     let mut rng = ChaCha8Rng::seed_from_u64(17);
     let rows = (cycle.duration() / cycle.interval).round() as usize;
     let mut shift = || {
@@ -25,13 +26,10 @@ fn irregular(rig: &Rig, set: &[(&str, f64)], jitter: f64, left_out: impl Fn(usiz
         all.map(|row| (row as f64 + if row < rows { shift() } else { 0.0 }) * cycle.interval).collect();
     let time: Vec<f64> =
         time.into_iter().enumerate().filter(|(row, _)| !left_out(*row)).map(|(_, time)| time).collect();
-    let mut parameters = rig.nominal();
-    for (id, value) in set {
-        parameters[rig.parameter(id).unwrap()] = *value;
-    }
-    let outputs = Model::new(rig.clone()).solve(&parameters, &drive, &time).unwrap();
-    let inputs = input_columns(rig, &drive, &time);
-    (recording(rig, "irregular", time, inputs, &outputs, Some(1)), drive)
+    let model = Model::new(rig.clone());
+    let run = Run::of(&model).with(set).at(time);
+    let drive = run.drive();
+    (run.record("irregular"), drive)
 }
 
 #[test]

@@ -1,14 +1,15 @@
 //! A fault that begins in the middle of a record: the residuals that should fire do, soon, and say when it began.
 
-use borescope::model::{Before, Drive, Model, Onset, cycle_times, input_columns, recording};
+use borescope::model::{Drive, Model};
 use borescope::residual::{Detection, ResidualReport, detect};
 use borescope::rig::Rig;
+
+use crate::support::cycle::Run;
 
 /// A fault that begins, with where and when its residuals feel it.
 struct Case {
     parameter: &'static str,
     /// Values before and after, SI.
-    before: f64,
     after: f64,
     /// The residuals that must fire.
     feel: &'static [&'static str],
@@ -25,34 +26,28 @@ const LEAK: f64 = 1e-5 / 60.0 / 1e5;
 
 const CASES: &[Case] = &[
     // Without load the pressures of the way back leave 0.1 mm too little to see.
-    Case { parameter: "cylinder.clearance", before: 0.0, after: 0.1e-3, feel: CYLINDER, times: OUT },
-    Case { parameter: "cylinder.clearance", before: 0.0, after: 0.2e-3, feel: CYLINDER, times: BOTH },
-    Case { parameter: "directional_valve.opening", before: 1.0, after: 0.7, feel: EDGES, times: BOTH },
-    Case {
-        parameter: "flow_control.orifice_diameter",
-        before: 5e-3,
-        after: 1.6e-3,
-        feel: &["flow_control.flow"],
-        times: BOTH,
-    },
+    Case { parameter: "cylinder.clearance", after: 0.1e-3, feel: CYLINDER, times: OUT },
+    Case { parameter: "cylinder.clearance", after: 0.2e-3, feel: CYLINDER, times: BOTH },
+    Case { parameter: "directional_valve.opening", after: 0.7, feel: EDGES, times: BOTH },
+    Case { parameter: "flow_control.orifice_diameter", after: 1.6e-3, feel: &["flow_control.flow"], times: BOTH },
     // On the way back each leak lies beside an open edge and is lost in it.
     Case {
         parameter: "directional_valve.leak_AT",
-        before: 0.0,
+
         after: LEAK,
         feel: &["directional_valve.leakage", "directional_valve.consumer"],
         times: OUT,
     },
     Case {
         parameter: "directional_valve.leak_PB",
-        before: 0.0,
+
         after: LEAK,
         feel: &["directional_valve.leakage", "directional_valve.supply", "directional_valve.return"],
         times: OUT,
     },
     Case {
         parameter: "sensor.q_A.offset",
-        before: 0.0,
+
         after: 0.1e-3 / 60.0,
         feel: &["cylinder.leakage", "cylinder.flow_A"],
         times: BOTH,
@@ -62,15 +57,8 @@ const CASES: &[Case] = &[
 /// Reports on the rig's cycle with a fault that begins at `time`.
 fn reports(model: &Model, case: &Case, time: f64, seed: u64) -> Vec<ResidualReport> {
     let rig = &model.rig;
-    let cycle = rig.cycle.as_ref().unwrap();
-    let (drive, times) = (Drive::from_cycle(rig, cycle), cycle_times(rig, cycle));
-    let parameter = rig.parameter(case.parameter).unwrap();
-    let mut parameters = rig.nominal();
-    parameters[parameter] = case.after;
-    let begins = drive.clone().with_onset(Onset { time, before: vec![(parameter, Before::Value(case.before))] });
-    let outputs = model.solve(&parameters, &begins, &times).unwrap();
-    let inputs = input_columns(rig, &drive, &times);
-    let record = recording(rig, "simulated", times, inputs, &outputs, Some(seed));
+    let run = Run::of(model).with(&[(case.parameter, case.after)]).since(time).seed(seed);
+    let record = run.record("simulated");
     // The detector knows commands and loads, not the onset.
     let known = Drive::from_record(rig, &record).unwrap();
     detect(rig, &record, &known, &Detection::default()).unwrap()
