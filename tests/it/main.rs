@@ -10,8 +10,10 @@ mod support {
     pub mod formula;
     pub mod leaking;
     pub mod long_record;
+    pub mod page;
     pub mod plant;
     pub mod steady;
+    pub mod study;
 
     #[path = "../../../fixtures/bench/stroke.rs"]
     pub mod stroke;
@@ -70,6 +72,7 @@ mod docs {
     mod paper_figures;
     mod pictures;
     mod reference;
+    mod studies;
     mod tutorial;
 }
 

@@ -1,5 +1,7 @@
 //! A hundred damaged records with their messages, as one table: `damaged_inputs/messages.txt`. `BLESS=1` writes it anew.
 
+use crate::support::page;
+
 use std::fs;
 
 use borescope::record::Asked;
@@ -150,7 +152,7 @@ fn each_damaged_input_has_its_message() {
         table.push_str(&format!("{what}\n  {}\n\n", told.replace('\n', "\n  ")));
     }
     assert!(refused >= 100, "{refused}");
-    if std::env::var_os("BLESS").is_some() {
+    if page::blessed() {
         fs::write(MESSAGES, &table).unwrap();
     }
     let known = fs::read_to_string(MESSAGES).unwrap_or_default();

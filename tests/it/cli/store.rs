@@ -208,8 +208,13 @@ fn killed_processes_leave_no_torn_file() {
     kill(24, 1);
 }
 
-#[test]
-#[ignore = "two hundred kills take a while"]
-fn two_hundred_killed_processes_leave_no_torn_file() {
-    kill(200, 2);
+/// What takes minutes.
+mod studies {
+    use super::*;
+
+    #[test]
+    #[ignore = "two hundred kills take a while"]
+    fn two_hundred_killed_processes_leave_no_torn_file() {
+        kill(200, 2);
+    }
 }

@@ -195,15 +195,20 @@ fn memory_does_not_grow_with_the_record() {
     assert!(short > 1000.0 && long < 1.2 * short, "{short} kB, then {long} kB");
 }
 
-/// Eleven hours, for the page on speed.
-#[test]
-#[ignore = "minutes of computing, 700 MB of disk"]
-#[cfg(target_os = "linux")]
-fn ten_million_rows() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = long(folder.path(), [2667, 2667]);
-    let begin = std::time::Instant::now();
-    let memory = peak(&path, &["60"]) / 1024.0;
-    println!("{:.1} s, {memory:.0} MiB", begin.elapsed().as_secs_f64());
-    assert!(memory < 500.0, "{memory} MiB");
+/// What takes minutes.
+mod studies {
+    use super::*;
+
+    /// Eleven hours, for the page on speed.
+    #[test]
+    #[ignore = "minutes of computing, 700 MB of disk"]
+    #[cfg(target_os = "linux")]
+    fn ten_million_rows() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = long(folder.path(), [2667, 2667]);
+        let begin = std::time::Instant::now();
+        let memory = peak(&path, &["60"]) / 1024.0;
+        println!("{:.1} s, {memory:.0} MiB", begin.elapsed().as_secs_f64());
+        assert!(memory < 500.0, "{memory} MiB");
+    }
 }

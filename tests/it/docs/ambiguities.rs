@@ -1,11 +1,12 @@
 //! The numbers in `docs/theory/two-ambiguities.md` and `docs/theory/order-of-series.md`.
 //!
-//! `UPDATE_DOCS=1 cargo test --release --test it -- docs::ambiguities` writes the present tables into the pages.
+//! `BLESS=1 cargo test --release --test it -- docs::ambiguities` writes the present tables into the pages.
+
+use crate::support::page;
 
 use crate::support::cycle::Run;
 use crate::support::steady;
 
-use std::fs;
 use std::sync::OnceLock;
 
 use borescope::diagnosis::{Diagnosis, Options, diagnose};
@@ -36,19 +37,12 @@ fn same(a: &str, b: &str) -> bool {
 
 /// Holds a page's part between `<!-- name -->` and `<!-- end -->` against what it should say, or writes it.
 fn page_says(page: &str, name: &str, lines: &[String]) {
-    // Two tests may write one page.
-    static ONE: std::sync::Mutex<()> = std::sync::Mutex::new(());
-    let _one = ONE.lock().unwrap();
     let now = lines.iter().map(|line| format!("{line}\n")).collect::<String>();
     println!("{now}");
-    let text = fs::read_to_string(page).unwrap();
-    let mark = format!("<!-- {name} -->\n");
-    let (before, rest) = text.split_once(&mark).unwrap_or_else(|| panic!("{page} has no {mark}"));
-    let (old, after) = rest.split_once("<!-- end -->").unwrap();
-    if std::env::var_os("UPDATE_DOCS").is_some() {
-        fs::write(page, format!("{before}{mark}{now}<!-- end -->{after}")).unwrap();
-        return;
+    if page::blessed() {
+        page::write(page, name, &now);
     }
+    let old = page::part(page, name);
     let (old, new): (Vec<&str>, Vec<&str>) = (old.split_whitespace().collect(), now.split_whitespace().collect());
     assert!(old.len() == new.len() && old.iter().zip(&new).all(|(a, b)| same(a, b)), "{page}, {name} is stale:\n{now}");
 }

@@ -1,6 +1,8 @@
 //! The pictures of pages that stand in the book.
 //!
-//! `UPDATE_DOCS=1 cargo test --release --test it -- docs::pictures` draws them anew with a headless browser.
+//! `BLESS=1 cargo test --release --test it -- docs::pictures` draws them anew with a headless browser.
+
+use crate::support::page;
 
 use crate::support::browser;
 use crate::support::command;
@@ -95,7 +97,7 @@ fn size(path: &Path) -> (u32, u32) {
 #[test]
 fn every_picture_of_a_page_is_drawn_by_this_test() {
     let folder = tempfile::tempdir().unwrap();
-    if std::env::var_os("UPDATE_DOCS").is_some() {
+    if page::blessed() {
         let Some(browser) = browser::browser() else { return };
         let pages = pages(folder.path());
         for picture in &PICTURES {

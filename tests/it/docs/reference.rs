@@ -1,5 +1,7 @@
 //! The generated parts of the reference say what the cards say. `BLESS=1` writes them anew.
 
+use crate::support::page;
+
 use std::fs;
 
 use borescope::report::reference::{LIBRARY, PageError, Part, RIG_FILE, refresh};
@@ -13,7 +15,7 @@ fn is_fresh(path: &str, parts: &[Part]) {
     if page == fresh {
         return;
     }
-    if std::env::var_os("BLESS").is_some() {
+    if page::blessed() {
         fs::write(path, fresh).unwrap();
         return;
     }

@@ -2,7 +2,9 @@
 //!
 //! Every ```` ```console ```` block is run, line by line, in a copy of the fixtures. A line of printed output must occur in the
 //! real one, in its order, numbers apart; `...` stands for lines left out. Verdicts must agree to the digit.
-//! `UPDATE_DOCS=1 cargo test --release --test it -- docs::tutorial` writes the present numbers into the documents.
+//! `BLESS=1 cargo test --release --test it -- docs::tutorial` writes the present numbers into the documents.
+
+use crate::support::page;
 
 use std::fs;
 use std::path::Path;
@@ -96,7 +98,7 @@ fn check(path: &str) -> (String, Vec<String>, Vec<String>) {
 fn holds(path: &str) {
     let (now, wrong, stale) = check(path);
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    if std::env::var_os("UPDATE_DOCS").is_some() {
+    if page::blessed() {
         fs::write(path, now).unwrap();
     } else {
         assert!(stale.is_empty(), "{}", stale.join("\n"));

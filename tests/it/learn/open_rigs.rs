@@ -11,8 +11,6 @@ use borescope::record::Record;
 use borescope::report::improvement::Ledger;
 use borescope::rig::Rig;
 
-const SHARED: &str = "../shared/records";
-
 fn telescopic() -> Rig {
     Rig::read("fixtures/telescopic/rig.toml").unwrap()
 }
@@ -66,78 +64,82 @@ fn a_line_is_told_from_friction() {
     assert!(before > 3.0 && after < 1.1 * HEALTHY_CHECK, "{before} {after}");
 }
 
-#[test]
-fn the_tanks_overflow_and_their_pump_has_a_dead_voltage() {
-    let folder = Path::new(SHARED);
-    if !folder.is_dir() {
-        println!("SKIPPED: {} is not here", folder.display());
-        return;
-    }
-    let rig = Rig::read("fixtures/cascaded_tanks/rig.toml").unwrap();
-    let improvement = improved(&rig, &folder.join("tanks_fit.csv"), &folder.join("tanks_check.csv"));
-    let mut effects: Vec<&str> = added(&improvement).iter().flat_map(|added| added.split(" + ")).collect();
-    effects.sort_unstable();
-    assert_eq!(effects, ["dead-voltage", "reservoir-overflow@lower", "reservoir-overflow@upper"]);
-    // 1 cm of level is 1 V.
-    let error = improvement.steps[improvement.steps.len() - 1].check.rmse[0] * 100.0;
-    println!("check error {error:.4} V");
-    assert!(error <= 0.335, "{error} V");
-    // The lower tank is full at 10 V; a share is a share; the pump starts within its range.
-    assert!((value(&improvement, "reservoir-overflow@lower.height") - 10.0).abs() < 0.5);
-    assert!((0.0..=1.0).contains(&value(&improvement, "reservoir-overflow@upper.share")));
-    assert!((0.1..2.0).contains(&value(&improvement, "pump.dead_voltage")));
-    // With the data sheet calibrated on the record that was learnt from, a simulation alone predicts the other as well.
-    let text = std::fs::read_to_string(&rig.path).unwrap();
-    let [fit, check] = ["tanks_fit.csv", "tanks_check.csv"].map(|name| rig.record(folder.join(name)).unwrap());
-    let text = with_effects(&rig.path, &text, &rig, &improvement.trial).unwrap();
-    let improved = Rig::parse(&rig.path, text.clone()).unwrap();
-    let calibrated = calibrate(&text, &improved, &[fit], &Options::default()).unwrap().rig;
-    let drive = Drive::from_record(&calibrated, &check).unwrap();
-    let model = Model::new(calibrated);
-    let predicted = model.solve(&model.rig.nominal(), &drive, &check.time).unwrap().values;
-    let measured = &check.channel("level_2").unwrap().values;
-    let squares: f64 = predicted[0].iter().zip(measured).map(|(a, b)| (a - b).powi(2)).sum();
-    let error = 100.0 * (squares / measured.len() as f64).sqrt();
-    println!("simulated with the calibrated file: {error:.4} V");
-    assert!(error <= 0.335, "{error} V");
-}
+/// Records that stand beside the project.
+mod shared {
+    use super::*;
 
-/// The other shared rigs; half a minute each.
-#[test]
-#[ignore = "minutes"]
-fn the_shared_rigs() {
-    let folder = Path::new(SHARED);
-    let names =
-        |rig: &str| [format!("rig_{rig}_fit.csv"), format!("rig_{rig}_check.csv")].map(|name| folder.join(name));
-    for (rig, effect, conclusion) in [
-        ("a", "external-leakage@A", Conclusion::EffectFound),
-        ("b", "seal-friction@cylinder", Conclusion::EffectFound),
-        ("d", "empirical-friction@cylinder", Conclusion::UnknownEffect),
-    ] {
-        let [fit, check] = names(rig);
-        let improvement = improved(&telescopic(), &fit, &check);
-        assert_eq!((added(&improvement), improvement.conclusion), (vec![effect], conclusion), "rig_{rig}");
-        let (before, after) = check_chi2(&improvement);
-        println!("rig_{rig}: check chi-square {before:.3} to {after:.3}");
-        assert!(after < 1.1 * HEALTHY_CHECK, "rig_{rig}: {after}");
-        match rig {
-            // 0.30 L/min at 50 bar.
-            "a" => {
-                assert!((value(&improvement, "external-leakage@A.conductance") / 0.006 - 1.0).abs() < 0.01);
-                // Its piston leaks too, which is a fault.
-                let ledger = Ledger::new(&improvement, Default::default());
-                let [fault] = ledger.faults.as_slice() else { panic!("{:?}", ledger.faults) };
-                assert_eq!(fault.id, "cylinder.clearance");
-                assert!((fault.value - 0.2).abs() < 3.0 * fault.sigma && fault.sigma < 0.002, "{fault:?}");
-                assert!(ledger.headline().contains("with cylinder.clearance 0."), "{}", ledger.headline());
+    const SHARED: &str = "../shared/records";
+
+    #[test]
+    #[ignore = "needs ../shared/records"]
+    fn the_tanks_overflow_and_their_pump_has_a_dead_voltage() {
+        let folder = Path::new(SHARED);
+        let rig = Rig::read("fixtures/cascaded_tanks/rig.toml").unwrap();
+        let improvement = improved(&rig, &folder.join("tanks_fit.csv"), &folder.join("tanks_check.csv"));
+        let mut effects: Vec<&str> = added(&improvement).iter().flat_map(|added| added.split(" + ")).collect();
+        effects.sort_unstable();
+        assert_eq!(effects, ["dead-voltage", "reservoir-overflow@lower", "reservoir-overflow@upper"]);
+        // 1 cm of level is 1 V.
+        let error = improvement.steps[improvement.steps.len() - 1].check.rmse[0] * 100.0;
+        println!("check error {error:.4} V");
+        assert!(error <= 0.335, "{error} V");
+        // The lower tank is full at 10 V; a share is a share; the pump starts within its range.
+        assert!((value(&improvement, "reservoir-overflow@lower.height") - 10.0).abs() < 0.5);
+        assert!((0.0..=1.0).contains(&value(&improvement, "reservoir-overflow@upper.share")));
+        assert!((0.1..2.0).contains(&value(&improvement, "pump.dead_voltage")));
+        // With the data sheet calibrated on the record that was learnt from, a simulation alone predicts the other as well.
+        let text = std::fs::read_to_string(&rig.path).unwrap();
+        let [fit, check] = ["tanks_fit.csv", "tanks_check.csv"].map(|name| rig.record(folder.join(name)).unwrap());
+        let text = with_effects(&rig.path, &text, &rig, &improvement.trial).unwrap();
+        let improved = Rig::parse(&rig.path, text.clone()).unwrap();
+        let calibrated = calibrate(&text, &improved, &[fit], &Options::default()).unwrap().rig;
+        let drive = Drive::from_record(&calibrated, &check).unwrap();
+        let model = Model::new(calibrated);
+        let predicted = model.solve(&model.rig.nominal(), &drive, &check.time).unwrap().values;
+        let measured = &check.channel("level_2").unwrap().values;
+        let squares: f64 = predicted[0].iter().zip(measured).map(|(a, b)| (a - b).powi(2)).sum();
+        let error = 100.0 * (squares / measured.len() as f64).sqrt();
+        println!("simulated with the calibrated file: {error:.4} V");
+        assert!(error <= 0.335, "{error} V");
+    }
+
+    /// The other shared rigs; half a minute each.
+    #[test]
+    #[ignore = "needs ../shared/records"]
+    fn the_shared_rigs() {
+        let folder = Path::new(SHARED);
+        let names =
+            |rig: &str| [format!("rig_{rig}_fit.csv"), format!("rig_{rig}_check.csv")].map(|name| folder.join(name));
+        for (rig, effect, conclusion) in [
+            ("a", "external-leakage@A", Conclusion::EffectFound),
+            ("b", "seal-friction@cylinder", Conclusion::EffectFound),
+            ("d", "empirical-friction@cylinder", Conclusion::UnknownEffect),
+        ] {
+            let [fit, check] = names(rig);
+            let improvement = improved(&telescopic(), &fit, &check);
+            assert_eq!((added(&improvement), improvement.conclusion), (vec![effect], conclusion), "rig_{rig}");
+            let (before, after) = check_chi2(&improvement);
+            println!("rig_{rig}: check chi-square {before:.3} to {after:.3}");
+            assert!(after < 1.1 * HEALTHY_CHECK, "rig_{rig}: {after}");
+            match rig {
+                // 0.30 L/min at 50 bar.
+                "a" => {
+                    assert!((value(&improvement, "external-leakage@A.conductance") / 0.006 - 1.0).abs() < 0.01);
+                    // Its piston leaks too, which is a fault.
+                    let ledger = Ledger::new(&improvement, Default::default());
+                    let [fault] = ledger.faults.as_slice() else { panic!("{:?}", ledger.faults) };
+                    assert_eq!(fault.id, "cylinder.clearance");
+                    assert!((fault.value - 0.2).abs() < 3.0 * fault.sigma && fault.sigma < 0.002, "{fault:?}");
+                    assert!(ledger.headline().contains("with cylinder.clearance 0."), "{}", ledger.headline());
+                }
+                "b" => {
+                    assert!((value(&improvement, "seal-friction@cylinder.coulomb") / 420.0 - 1.0).abs() < 0.01);
+                    let breakaway = improvement.trial.rig.parameter("seal-friction@cylinder.breakaway").unwrap();
+                    let off = (improvement.trial.values[breakaway] - 260.0).abs();
+                    assert!(off < 3.0 * improvement.trial.sigmas[&breakaway] && off < 130.0, "{off} N");
+                }
+                _ => {}
             }
-            "b" => {
-                assert!((value(&improvement, "seal-friction@cylinder.coulomb") / 420.0 - 1.0).abs() < 0.01);
-                let breakaway = improvement.trial.rig.parameter("seal-friction@cylinder.breakaway").unwrap();
-                let off = (improvement.trial.values[breakaway] - 260.0).abs();
-                assert!(off < 3.0 * improvement.trial.sigmas[&breakaway] && off < 130.0, "{off} N");
-            }
-            _ => {}
         }
     }
 }

@@ -1,6 +1,7 @@
 //! How often the learning loop names what a plant hides: a plant by hand, another integrator, other forms of the laws.
 
-use crate::support::plant;
+use crate::support::study::{self, Table, may_be_equal};
+use crate::support::{page, plant};
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -140,80 +141,8 @@ fn tell(id: &str, size: f64, seed: u64, suggestion: &Suggestion, seconds: f64) {
 
 /// As many seeds as `SEEDS` says, from `FIRST` on.
 fn seeds(number: u64) -> Range<u64> {
-    let given = |name: &str, other: u64| std::env::var(name).map_or(other, |given| given.parse().unwrap());
-    let first = given("FIRST", 1);
-    first..first + given("SEEDS", number)
-}
-
-/// The table of rates; `SEEDS` says how many of each, `FIRST` from which on, `ONLY` which effects. With `RECORDS` it writes the records into that folder instead.
-#[test]
-#[ignore = "hours"]
-fn rates() {
-    let only = std::env::var("ONLY").unwrap_or_default();
-    for hidden in HIDDEN.iter().filter(|hidden| hidden.id.contains(&only)) {
-        let mut outcomes: BTreeMap<Outcome, usize> = BTreeMap::new();
-        for seed in seeds(20) {
-            let clock = Instant::now();
-            let (size, records) = case(hidden, seed);
-            if let Ok(folder) = std::env::var("RECORDS") {
-                for record in &records {
-                    record.write(format!("{folder}/{}_{seed}_{}.csv", hidden.id, record.path.display())).unwrap();
-                }
-                continue;
-            }
-            let suggestion = suggestion(hidden.sheet, &records);
-            tell(hidden.id, size, seed, &suggestion, clock.elapsed().as_secs_f64());
-            *outcomes.entry(outcome((hidden.id, hidden.alike), size, &suggestion, &records)).or_default() += 1;
-        }
-        println!("| `{}` | {outcomes:?} |", hidden.id);
-    }
-}
-
-/// The same for the two tanks: a dead voltage, and rims at a share of the level that they would reach.
-#[test]
-#[ignore = "minutes"]
-fn rates_of_the_tanks() {
-    let rig = Rig::read("fixtures/cascaded_tanks/rig.toml").unwrap();
-    for (stream, id) in ["dead-voltage", "reservoir-overflow@upper", "reservoir-overflow@lower"].into_iter().enumerate()
-    {
-        let mut outcomes: BTreeMap<Outcome, usize> = BTreeMap::new();
-        for seed in seeds(20) {
-            let mut random = Stream::numbered(seed, 200 + stream as u64);
-            let mut tanks = Tanks::healthy(&mut random);
-            let voltages = [voltage(&mut random), voltage(&mut random)];
-            let share = random.uniform(0.6, 0.85);
-            if stream == 0 {
-                tanks.dead_voltage = random.uniform(0.4, 1.2);
-            } else {
-                let levels = tanks.run(&voltages[0]);
-                let highest = levels.iter().map(|levels| levels[stream - 1]).fold(0.0, f64::max);
-                tanks.rims[stream - 1] = share * highest;
-                tanks.share = random.uniform(0.2, 0.8);
-            }
-            let records = voltages.map(|voltage| tanks.record("tanks", voltage, &mut random));
-            let suggestion = suggest(&rig, &records[0], Some(&records[1])).unwrap();
-            let size = if stream == 0 { tanks.dead_voltage } else { share };
-            tell(id, size, seed, &suggestion, f64::NAN);
-            *outcomes.entry(outcome((id, &[]), size, &suggestion, &records)).or_default() += 1;
-        }
-        println!("| `{id}` | {outcomes:?} |");
-    }
-}
-
-/// Records that hide nothing.
-#[test]
-#[ignore = "half an hour"]
-fn nothing_is_found_where_nothing_is_hidden() {
-    let (seeds, mut found) = (seeds(100), 0);
-    let number = seeds.end - seeds.start;
-    for seed in seeds {
-        let clock = Instant::now();
-        let suggestion = suggestion(Sheet::Plain, &other(seed, 0, |_| {}));
-        tell("nothing", 0.0, seed, &suggestion, clock.elapsed().as_secs_f64());
-        found += usize::from(suggestion.conclusion != Conclusion::Adequate);
-    }
-    println!("{found} of {number} records that hide nothing are given an effect");
-    assert!(found * 100 <= 3 * number as usize);
+    let first = study::number("FIRST", 1);
+    first..first + study::number("SEEDS", number)
 }
 
 #[test]
@@ -262,21 +191,6 @@ fn slip_and_droop_of_the_pump_are_confounded() {
     println!("{:?}", suggestion.experiment);
 }
 
-/// A tight spot in the bore and play of the load: no effect of the library, and both in the force balance.
-#[test]
-#[ignore = "a minute"]
-fn what_no_law_explains_is_unknown() {
-    let dent = other(1, 102, |plant| plant.dent = 600.0);
-    let play = other(1, 103, |plant| plant.backlash = 300.0);
-    for (name, records) in [("dent", dent), ("play", play)] {
-        let suggestion = suggestion(Sheet::Plain, &records);
-        tell(name, 0.0, 1, &suggestion, f64::NAN);
-        assert_eq!(suggestion.conclusion, Conclusion::UnknownEffect, "{name}");
-        let report = SuggestionReport::new(&suggestion, &records[0], Some(&records[1])).unwrap();
-        println!("{:?}", report.place);
-    }
-}
-
 #[test]
 fn a_law_of_the_users_own_is_named() {
     let own = r#"
@@ -303,17 +217,144 @@ fn a_law_of_the_users_own_is_named() {
     }
 }
 
-#[test]
-#[ignore = "a minute"]
-fn pairs_are_found() {
-    let records = other(1, 104, |plant| {
-        plant.external_leak[A] = 1e-12;
-        plant.load_stiffness = 4e3;
-    });
-    let suggestion = suggestion(Sheet::Plain, &records);
-    tell("external-leakage@A + load-stiffness", 0.0, 1, &suggestion, f64::NAN);
-    assert_eq!(suggestion.conclusion, Conclusion::EffectFound);
-    let mut pair: Vec<String> = suggestion.judged[0].effects.iter().map(|effect| effect.id.clone()).collect();
-    pair.sort_unstable();
-    assert_eq!(pair, ["external-leakage@A", "load-stiffness"]);
+/// What takes minutes to hours.
+mod studies {
+    use super::*;
+
+    const RATES: &str = "fixtures/studies/rates.csv";
+
+    /// The columns of the table behind the number of cases.
+    const OUTCOMES: [Outcome; 7] = [
+        Outcome::Named,
+        Outcome::InClass,
+        Outcome::Missed,
+        Outcome::Wrong,
+        Outcome::Unknown,
+        Outcome::Fault,
+        Outcome::Invisible,
+    ];
+
+    /// Keeps the outcomes of an effect for the book with `BLESS=1`; without it the effect may not be found more or less often
+    /// than when the table was written.
+    fn keep(table: &mut Table, id: &str, outcomes: &BTreeMap<Outcome, usize>) {
+        // With `RECORDS` nothing was asked.
+        if outcomes.is_empty() {
+            return;
+        }
+        let counts = OUTCOMES.map(|outcome| outcomes.get(&outcome).copied().unwrap_or(0));
+        let counts = [vec![counts.iter().sum()], counts.to_vec()].concat();
+        println!("{id}: {outcomes:?}");
+        if page::blessed() {
+            table.set(id, counts);
+            table.write();
+            return;
+        }
+        let found = |counts: &[usize]| (counts[1] + counts[2], counts[0] - counts[7]);
+        let known = table.row(id).unwrap_or_else(|| panic!("{RATES} has no {id}; BLESS=1 writes it"));
+        may_be_equal(id, found(&counts), found(known));
+    }
+
+    /// The table of rates; `SEEDS` says how many of each, `FIRST` from which on, `ONLY` which effects. With `RECORDS` it writes the records into that folder instead.
+    #[test]
+    #[ignore = "hours"]
+    fn rates() {
+        let mut table = Table::read(RATES);
+        let only = std::env::var("ONLY").unwrap_or_default();
+        for hidden in HIDDEN.iter().filter(|hidden| hidden.id.contains(&only)) {
+            let mut outcomes: BTreeMap<Outcome, usize> = BTreeMap::new();
+            for seed in seeds(20) {
+                let clock = Instant::now();
+                let (size, records) = case(hidden, seed);
+                if let Ok(folder) = std::env::var("RECORDS") {
+                    for record in &records {
+                        record.write(format!("{folder}/{}_{seed}_{}.csv", hidden.id, record.path.display())).unwrap();
+                    }
+                    continue;
+                }
+                let suggestion = suggestion(hidden.sheet, &records);
+                tell(hidden.id, size, seed, &suggestion, clock.elapsed().as_secs_f64());
+                *outcomes.entry(outcome((hidden.id, hidden.alike), size, &suggestion, &records)).or_default() += 1;
+            }
+            keep(&mut table, hidden.id, &outcomes);
+        }
+    }
+
+    /// The same for the two tanks: a dead voltage, and rims at a share of the level that they would reach.
+    #[test]
+    #[ignore = "minutes"]
+    fn rates_of_the_tanks() {
+        let mut table = Table::read(RATES);
+        let rig = Rig::read("fixtures/cascaded_tanks/rig.toml").unwrap();
+        for (stream, id) in
+            ["dead-voltage", "reservoir-overflow@upper", "reservoir-overflow@lower"].into_iter().enumerate()
+        {
+            let mut outcomes: BTreeMap<Outcome, usize> = BTreeMap::new();
+            for seed in seeds(20) {
+                let mut random = Stream::numbered(seed, 200 + stream as u64);
+                let mut tanks = Tanks::healthy(&mut random);
+                let voltages = [voltage(&mut random), voltage(&mut random)];
+                let share = random.uniform(0.6, 0.85);
+                if stream == 0 {
+                    tanks.dead_voltage = random.uniform(0.4, 1.2);
+                } else {
+                    let levels = tanks.run(&voltages[0]);
+                    let highest = levels.iter().map(|levels| levels[stream - 1]).fold(0.0, f64::max);
+                    tanks.rims[stream - 1] = share * highest;
+                    tanks.share = random.uniform(0.2, 0.8);
+                }
+                let records = voltages.map(|voltage| tanks.record("tanks", voltage, &mut random));
+                let suggestion = suggest(&rig, &records[0], Some(&records[1])).unwrap();
+                let size = if stream == 0 { tanks.dead_voltage } else { share };
+                tell(id, size, seed, &suggestion, f64::NAN);
+                *outcomes.entry(outcome((id, &[]), size, &suggestion, &records)).or_default() += 1;
+            }
+            keep(&mut table, id, &outcomes);
+        }
+    }
+
+    /// Records that hide nothing.
+    #[test]
+    #[ignore = "half an hour"]
+    fn nothing_is_found_where_nothing_is_hidden() {
+        let (seeds, mut found) = (seeds(100), 0);
+        let number = seeds.end - seeds.start;
+        for seed in seeds {
+            let clock = Instant::now();
+            let suggestion = suggestion(Sheet::Plain, &other(seed, 0, |_| {}));
+            tell("nothing", 0.0, seed, &suggestion, clock.elapsed().as_secs_f64());
+            found += usize::from(suggestion.conclusion != Conclusion::Adequate);
+        }
+        println!("{found} of {number} records that hide nothing are given an effect");
+        assert!(found * 100 <= 3 * number as usize);
+    }
+
+    /// A tight spot in the bore and play of the load: no effect of the library, and both in the force balance.
+    #[test]
+    #[ignore = "a minute"]
+    fn what_no_law_explains_is_unknown() {
+        let dent = other(1, 102, |plant| plant.dent = 600.0);
+        let play = other(1, 103, |plant| plant.backlash = 300.0);
+        for (name, records) in [("dent", dent), ("play", play)] {
+            let suggestion = suggestion(Sheet::Plain, &records);
+            tell(name, 0.0, 1, &suggestion, f64::NAN);
+            assert_eq!(suggestion.conclusion, Conclusion::UnknownEffect, "{name}");
+            let report = SuggestionReport::new(&suggestion, &records[0], Some(&records[1])).unwrap();
+            println!("{:?}", report.place);
+        }
+    }
+
+    #[test]
+    #[ignore = "a minute"]
+    fn pairs_are_found() {
+        let records = other(1, 104, |plant| {
+            plant.external_leak[A] = 1e-12;
+            plant.load_stiffness = 4e3;
+        });
+        let suggestion = suggestion(Sheet::Plain, &records);
+        tell("external-leakage@A + load-stiffness", 0.0, 1, &suggestion, f64::NAN);
+        assert_eq!(suggestion.conclusion, Conclusion::EffectFound);
+        let mut pair: Vec<String> = suggestion.judged[0].effects.iter().map(|effect| effect.id.clone()).collect();
+        pair.sort_unstable();
+        assert_eq!(pair, ["external-leakage@A", "load-stiffness"]);
+    }
 }

@@ -130,13 +130,18 @@ fn no_reader_fails_on_damaged_input() {
     }
 }
 
-/// `FUZZ` is the number of executions, `TARGET` picks one.
-#[test]
-#[ignore = "takes minutes to hours"]
-fn no_reader_fails_in_a_million_executions() {
-    let executions = std::env::var("FUZZ").map_or(1_000_000, |number| number.parse().unwrap());
-    let picked = std::env::var("TARGET").ok();
-    for target in TARGETS.iter().filter(|target| picked.as_deref().is_none_or(|name| name == target.name)) {
-        fuzz(target, executions);
+/// What takes minutes to hours.
+mod studies {
+    use super::*;
+
+    /// `FUZZ` is the number of executions, `TARGET` picks one.
+    #[test]
+    #[ignore = "takes minutes to hours"]
+    fn no_reader_fails_in_a_million_executions() {
+        let executions = crate::support::study::number("FUZZ", 1_000_000);
+        let picked = std::env::var("TARGET").ok();
+        for target in TARGETS.iter().filter(|target| picked.as_deref().is_none_or(|name| name == target.name)) {
+            fuzz(target, executions);
+        }
     }
 }

@@ -1,0 +1,52 @@
+//! The tables of rates and of the campaign in the book say what the studies wrote last, in `fixtures/studies`.
+
+use borescope::campaign::statistics::{lower, upper};
+
+use crate::support::page;
+use crate::support::study::Table;
+
+#[test]
+fn the_rates_of_learning_are_those_of_the_study() {
+    let table = Table::read("fixtures/studies/rates.csv");
+    let mut text = format!("| {} |\n|{}\n", table.columns.join(" | "), "---|".repeat(table.columns.len()));
+    let (mut shown, mut found) = (0, 0);
+    for (effect, counts) in &table.rows {
+        let [cases, alone, class, .., small] = counts[..] else { panic!("{effect}: {counts:?}") };
+        assert_eq!(cases, counts[1..].iter().sum::<usize>(), "{effect}");
+        (shown, found) = (shown + cases - small, found + alone + class);
+        let cells: Vec<String> =
+            counts.iter().map(|count| if *count == 0 { String::new() } else { count.to_string() }).collect();
+        text += &format!("| `{effect}` | {} |\n", cells.join(" | "));
+    }
+    let percent = 100.0 * found as f64 / shown as f64;
+    let rate = |counts: &[usize]| (counts[1] + counts[2]) as f64 / (counts[0] - counts[7]) as f64;
+    let (least, counts) =
+        table.rows.iter().min_by(|(_, a), (_, b)| rate(a).total_cmp(&rate(b))).expect("there are effects");
+    text += &format!(
+        "\nSo of {shown} cases that the records could show {found} were found, {percent:.0} %; the effect that is found least is \
+         `{least}`, {} of {}.\n",
+        counts[1] + counts[2],
+        counts[0] - counts[7]
+    );
+    page::says("docs/theory/missing-physics.md", "rates", &text);
+}
+
+#[test]
+fn the_scores_of_the_campaign_are_those_of_the_study() {
+    let table = Table::read("fixtures/studies/campaign.csv");
+    let mut text = String::from("| score | measured | 95 % bounds |\n|---|---|---|\n");
+    for (score, counts) in &table.rows {
+        let [count, of] = counts[..] else { panic!("{score}: {counts:?}") };
+        let share = 100.0 * count as f64 / of as f64;
+        let (measured, bounds) = if count == 0 {
+            (format!("0 of {of}"), format!("below {:.2} %", 100.0 * upper(count, of, 0.05)))
+        } else if count == of {
+            (format!("{count} of {of}"), format!("above {:.1} %", 100.0 * lower(count, of, 0.05)))
+        } else {
+            let [low, high] = [lower(count, of, 0.025), upper(count, of, 0.025)].map(|bound| 100.0 * bound);
+            (format!("{count} of {of}, {share:.1} %"), format!("{low:.1} to {high:.1} %"))
+        };
+        text += &format!("| {score} | {measured} | {bounds} |\n");
+    }
+    page::says("docs/how-to/run-a-campaign.md", "campaign", &text);
+}
