@@ -36,6 +36,8 @@ pub enum Kind {
     Shape,
     /// Rows out of order.
     Order,
+    /// A file that another program holds.
+    Locked,
     /// Two entries that cannot both hold.
     Contradiction,
     /// A computation that came to no result.

@@ -44,6 +44,9 @@ pub struct Options {
 pub const HEALTHY: f64 = 0.32;
 /// Beyond this, strayed parameters pile up at their bounds.
 pub const MOST_DISTURBANCE: f64 = 5.0;
+/// Most cases of a campaign. A case takes seconds of computing, so more would take a machine years; and what is laid out
+/// beforehand for so many, about a kilobyte each, still fits the memory of a small one.
+pub const MOST_CASES: usize = 1_000_000;
 /// Cases that share a rig where nothing else is asked for.
 const PER_RIG: usize = 25;
 
@@ -81,6 +84,10 @@ impl Campaign {
         let option = |what: &str, help: &str| Err(Complaint::new(Kind::Bounds, what).help(help));
         if options.cases == 0 {
             return option("a campaign of no cases", "ask for one or more with `--cases`");
+        }
+        if options.cases > MOST_CASES {
+            let help = format!("ask for {MOST_CASES} or fewer; a few hundred settle rates to some percent");
+            return option(&format!("a campaign of {} cases", options.cases), &help);
         }
         if !(0.0..=1.0).contains(&options.healthy) {
             return option(

@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::{Failure, Format, Status, read, write_json};
+use super::{Failure, Format, Overwriting, Status, read, write_json};
 use crate::context::Context;
-use crate::files::{check_output, read_text, write_atomically};
+use crate::files::{is_kept, read_text, write_atomically};
 use crate::learn::add::add;
 use crate::learn::suggest::RIVAL;
 use crate::report::digits::plus_minus;
@@ -39,19 +39,21 @@ pub struct Arguments {
     /// How the summary is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
+    #[command(flatten)]
+    overwriting: Overwriting,
 }
 
 /// Runs the verb.
 pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     // The rig file may take its own place.
-    check_output(&arguments.output, &arguments.fit)?;
+    arguments.overwriting.outputs().reading(&arguments.fit).writing(&arguments.output)?;
     let text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, text.clone())?.with_context(context);
     let record = arguments.fit.as_ref().map(|path| read::record(&rig, path)).transpose()?;
     let new = add(&text, &rig, &arguments.effect, record.as_ref())?;
     write_atomically(&arguments.output, |file| file.write_all(new.text.as_bytes()))?;
     // With `-o /dev/stdout` more would stand in the rig file.
-    if arguments.output.is_file() {
+    if is_kept(&arguments.output) {
         let added = Rig::parse(&arguments.output, new.text)?;
         let summary = Summary::new(arguments, &rig, &added, (new.delta_bic, new.warnings));
         match arguments.format {

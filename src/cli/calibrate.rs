@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{Failure, Format, Status, read, terminal, write_json, write_page};
+use super::{Failure, Format, Overwriting, Status, read, terminal, write_json, write_page};
 use crate::calibration::{Options, Report, calibrate};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::context::Context;
-use crate::files::{check_output, read_text, write_atomically};
+use crate::files::{is_kept, read_text, write_atomically};
 use crate::report::digits::plus_minus;
 use crate::report::number::{before_unit, rounded, with_unit};
 use crate::report::pages;
@@ -36,15 +36,15 @@ pub struct Arguments {
     /// Also write a page with pictures
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    overwriting: Overwriting,
 }
 
 /// Runs the verb; the summary goes to `out`, unless the rig file itself goes to a device.
 pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     // The rig file may take its own place.
-    check_output(&arguments.output, &arguments.records)?;
-    if let Some(path) = &arguments.report {
-        check_output(path, arguments.records.iter().chain([&arguments.rig]))?;
-    }
+    let outputs = arguments.overwriting.outputs().reading(&arguments.records).writing(&arguments.output)?;
+    outputs.reading([&arguments.rig]).writing_all(&arguments.report)?;
     check_files(arguments)?;
     let rig_text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, rig_text.clone())?.with_context(context);
@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         write_page(path, &pages::calibration::html(&rig, &calibrated.report))?;
     }
     // With `-o /dev/stdout` the summary would stand in the rig file.
-    if arguments.output.is_file() {
+    if is_kept(&arguments.output) {
         match arguments.format {
             Format::Json => write_json(out, &calibrated.report)?,
             Format::Text => write_text(out, &arguments.output, &calibrated.report)?,

@@ -1,5 +1,6 @@
 //! `campaign`: how good the diagnosis of a rig is, measured on synthetic faults.
 
+use std::collections::HashSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -7,15 +8,15 @@ use std::time::Instant;
 use clap::Args;
 use serde::Serialize;
 
-use super::{Failure, Format, Status, terminal, write_json, write_page};
+use super::{Failure, Format, Overwriting, Status, terminal, write_json, write_page};
 use crate::calibration;
 use crate::campaign::case::Replay;
-use crate::campaign::store::{Finished, Journal, digest};
+use crate::campaign::store::{CASES, Finished, JOURNAL, Journal, REPORT, RESULT, digest};
 use crate::campaign::{Campaign, HEALTHY, Options, Outcome, Row};
 use crate::complaint::{Complaint, Kind};
 use crate::context::Context;
 use crate::diagnosis::Diagnosis;
-use crate::files::{check_folder, check_output, read_text, write_atomically};
+use crate::files::{check_folder, read_text, write_atomically};
 use crate::report;
 use crate::rig::Rig;
 
@@ -61,6 +62,8 @@ pub struct Arguments {
     /// Threads; without it as many as the machine has. Results do not depend on it
     #[arg(long, value_name = "T")]
     threads: Option<usize>,
+    #[command(flatten)]
+    overwriting: Overwriting,
 }
 
 /// One case alone.
@@ -69,6 +72,22 @@ struct Alone<'a> {
     schema: &'static str,
     case: &'a Row,
     diagnosis: Option<&'a Diagnosis>,
+}
+
+/// Declares every file of the run. What a resumed campaign wrote before is its own.
+fn declare(arguments: &Arguments) -> Result<(), Complaint> {
+    let mut outputs = arguments.overwriting.outputs().reading([&arguments.rig]);
+    if let Some(folder) = &arguments.output {
+        check_folder(folder)?;
+        let whole = folder.is_dir() && arguments.case.is_none();
+        // The journal itself refuses to begin over another.
+        outputs = if whole { outputs.going_on_with(&folder.join(JOURNAL))? } else { outputs };
+        for path in [CASES, RESULT, REPORT].iter().filter(|_| whole).map(|name| folder.join(name)) {
+            outputs = if arguments.resume { outputs.going_on_with(&path)? } else { outputs.writing(&path)? };
+        }
+    }
+    outputs.writing_all(&arguments.report)?;
+    Ok(())
 }
 
 pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
@@ -93,12 +112,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         None => (context, std::thread::available_parallelism().map_or(1, usize::from)),
     };
     let rig = rig.with_context(&context);
-    if let Some(folder) = &arguments.output {
-        check_folder(folder)?;
-    }
-    if let Some(path) = &arguments.report {
-        check_output(path, [&arguments.rig])?;
-    }
+    declare(arguments)?;
     let campaign = Campaign::new(rig, options)?;
     if let Some(case) = arguments.case {
         return alone(&campaign, &text, case, arguments, out);
@@ -115,7 +129,8 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
             (Some(journal), rows)
         }
     };
-    let todo: Vec<usize> = (0..arguments.cases).filter(|case| rows.iter().all(|row| row.case != *case)).collect();
+    let finished: HashSet<usize> = rows.iter().map(|row| row.case).collect();
+    let todo: Vec<usize> = (0..arguments.cases).filter(|case| !finished.contains(case)).collect();
     let mut progress = Progress::new(&rows, todo.len());
     let ran = campaign.run(&todo, threads, |row| {
         if let Some(journal) = &mut journal {
@@ -151,7 +166,7 @@ fn alone(
 ) -> Result<Status, Failure> {
     let replay = campaign.replay(case)?;
     if let Some(folder) = &arguments.output {
-        leave(campaign, rig_text, &replay, folder)?;
+        leave(campaign, rig_text, &replay, folder, arguments.overwriting)?;
     }
     if let Some(path) = &arguments.report {
         let (Some(record), Some(diagnosed)) = (&replay.record, &replay.diagnosed) else {
@@ -180,21 +195,27 @@ fn alone(
 
 /// Writes all that a case is made of: its record, the healthy records of its rig, the rig file that was calibrated on
 /// them, and what the rig's parameters really are.
-fn leave(campaign: &Campaign, rig_text: &str, replay: &Replay, folder: &Path) -> Result<(), Complaint> {
+fn leave(
+    campaign: &Campaign,
+    rig_text: &str,
+    replay: &Replay,
+    folder: &Path,
+    overwriting: Overwriting,
+) -> Result<(), Complaint> {
     std::fs::create_dir_all(folder).map_err(|error| {
         Complaint::new(Kind::Unwritable, format!("cannot be created: {error}")).in_file(folder).help("name another")
     })?;
-    if let Some(record) = &replay.record {
-        record.write(folder.join(&record.path))?;
-    }
     let number = replay.row.rig;
-    let Ok(prepared) = campaign.prepared(number) else { return Ok(()) };
-    for record in &prepared.records {
-        record.write(folder.join(&record.path))?;
+    let (truth, rig_file) = (folder.join(format!("rig_{number}_truth.csv")), folder.join(format!("rig_{number}.toml")));
+    let prepared = campaign.prepared(number).ok();
+    let records = prepared.iter().flat_map(|prepared| &prepared.records).chain(&replay.record);
+    let names: Vec<PathBuf> = records.clone().map(|record| folder.join(&record.path)).collect();
+    overwriting.outputs().writing_all(names.iter().chain([&truth, &rig_file]))?;
+    for (record, path) in records.zip(&names) {
+        record.write(path)?;
     }
-    write_atomically(&folder.join(format!("rig_{number}_truth.csv")), |file| {
-        prepared.write_truth(&campaign.rig, file)
-    })?;
+    let Some(prepared) = prepared else { return Ok(()) };
+    write_atomically(&truth, |file| prepared.write_truth(&campaign.rig, file))?;
     if prepared.model.is_err() {
         // The row says why there is no calibrated rig.
         return Ok(());
@@ -202,7 +223,7 @@ fn leave(campaign: &Campaign, rig_text: &str, replay: &Replay, folder: &Path) ->
     let options = calibration::Options::default();
     let calibrated = calibration::calibrate(rig_text, &campaign.rig, &prepared.records, &options)?;
     let text = calibrated.text.as_bytes();
-    write_atomically(&folder.join(format!("rig_{number}.toml")), |file| file.write_all(text))
+    write_atomically(&rig_file, |file| file.write_all(text))
 }
 
 /// One line on a terminal, written over again.

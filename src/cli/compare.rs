@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, read, terminal, write_json, write_page};
+use super::{Failure, Format, Overwriting, Status, read, terminal, write_json, write_page};
 use crate::complaint::Complaint;
 use crate::context::Context;
-use crate::files::{check_output, write_atomically};
+use crate::files::write_atomically;
 use crate::learn::compare::{Comparison, Earlier, compare, compared};
 use crate::report;
 use crate::report::curves::Curves;
@@ -42,15 +42,17 @@ pub struct Arguments {
     /// Exit with 1 if the model misses the record
     #[arg(long)]
     exit_code: bool,
+    #[command(flatten)]
+    overwriting: Overwriting,
 }
 
 pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
+    let outputs = arguments.overwriting.outputs();
+    outputs
+        .reading(arguments.before.iter().chain([&arguments.rig, &arguments.record]))
+        .writing_all(arguments.report.iter().chain(&arguments.curves))?;
     let rig = Rig::read(&arguments.rig)?.with_context(context);
     let record = read::record(&rig, &arguments.record)?;
-    let read_from = || arguments.before.iter().chain([&arguments.rig, &arguments.record]);
-    for output in arguments.report.iter().chain(&arguments.curves) {
-        check_output(output, read_from())?;
-    }
     let before = arguments.before.as_ref().map(|path| -> Result<Comparison, Complaint> {
         let rig = Rig::read(path)?.with_context(context);
         let record = rig.record(&arguments.record)?;

@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::keep::Keeper;
-use super::{Failure, Format, Status, terminal, windows, write_json, write_page};
+use super::{Failure, Format, Overwriting, Status, terminal, windows, write_json, write_page};
 use crate::complaint::Complaint;
 use crate::context::Context;
 use crate::diagnosis::watch::Watching;
 use crate::diagnosis::{Diagnosed, Options, Verdict, diagnose};
-use crate::files::{MOST_TEXT, check_output, read, text, write_atomically};
+use crate::files::{MOST_TEXT, read, text, write_atomically};
 use crate::model::Model;
 use crate::record::survey::Doubt;
 use crate::report::caveats::left_out;
@@ -58,19 +58,32 @@ pub struct Arguments {
     /// Exit with 1 if a fault or a misfit was found
     #[arg(long)]
     exit_code: bool,
+    #[command(flatten)]
+    overwriting: Overwriting,
+}
+
+/// Declares every file of the run.
+fn declare(arguments: &Arguments) -> Result<(), Complaint> {
+    let outputs = arguments.overwriting.outputs().reading(arguments.records.iter().chain([&arguments.rig]));
+    let outputs = match &arguments.store {
+        Some(store) => outputs.adding_to(store)?,
+        None => outputs,
+    };
+    outputs.writing_all(arguments.report.iter().chain(&arguments.curves))?;
+    Ok(())
 }
 
 pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     let outputs = [("--report", &arguments.report), ("--curves", &arguments.curves)];
-    for (option, path) in outputs.iter().filter_map(|(option, path)| Some((option, path.as_ref()?))) {
+    for (option, _) in outputs.iter().filter(|(_, path)| path.is_some()) {
         if arguments.records.len() > 1 {
             let what = format!("`{option}` with more than one record");
             return Err(Complaint::new(crate::complaint::Kind::Contradiction, what)
                 .help("write one file per record: call `diagnose` once for each")
                 .into());
         }
-        check_output(path, arguments.records.iter().chain([&arguments.rig]))?;
     }
+    declare(arguments)?;
     arguments.window.map_or(Ok(()), windows::check)?;
     let content = read(&arguments.rig, MOST_TEXT)?;
     let digest = content.digest();

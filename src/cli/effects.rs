@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, write_json, write_page};
+use super::{Failure, Format, Overwriting, Status, write_json, write_page};
 use crate::complaint::{Complaint, Kind, help_with_names};
 use crate::physics::effect::{EFFECTS, effect};
 use crate::report::effects::{EffectReport, LibraryReport, card, library};
@@ -23,9 +23,12 @@ pub struct Arguments {
     /// How the library is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
+    #[command(flatten)]
+    overwriting: Overwriting,
 }
 
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+    arguments.overwriting.outputs().writing_all(&arguments.report)?;
     let Some(name) = &arguments.name else {
         if let Some(path) = &arguments.report {
             write_page(path, &pages::effects::library())?;

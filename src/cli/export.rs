@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Status};
+use super::{Failure, Overwriting, Status, keep};
 use crate::complaint::{Complaint, Kind};
-use crate::files::{check_output, is_standard, write_atomically};
+use crate::files::{is_standard_output, write_atomically};
 use crate::report::number::text;
 use crate::store::{Store, StoredRun, export_csv};
 
@@ -21,6 +21,8 @@ pub struct Arguments {
     /// Where the table is written, as CSV or Parquet by its ending; `-` is CSV to standard output
     #[arg(short, long, value_name = "TABLE.csv|TABLE.parquet")]
     output: PathBuf,
+    #[command(flatten)]
+    overwriting: Overwriting,
 }
 
 /// Runs the verb; what was written is told on `out`, unless the table goes there.
@@ -30,15 +32,15 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     if ending == "parquet" && cfg!(not(feature = "parquet")) {
         return Err(without_parquet(path).into());
     }
-    if !(is_standard(path) || ending == "csv" || ending == "parquet") {
+    if !(is_standard_output(path) || ending == "csv" || ending == "parquet") {
         return Err(Complaint::new(Kind::UnknownName, format!("the ending `{ending}` is that of no known table"))
             .in_file(path)
             .help("end it in `.csv` or `.parquet`")
             .into());
     }
-    check_output(path, [&arguments.store])?;
-    let runs = Store::open_existing(&arguments.store)?.runs()?;
-    if is_standard(path) {
+    arguments.overwriting.outputs().adding_to(&arguments.store)?.writing(path)?;
+    let runs = Store::open_existing_telling(&arguments.store, keep::waiting)?.runs()?;
+    if is_standard_output(path) {
         export_csv(&runs, out)?;
         return Ok(Status::Done);
     }

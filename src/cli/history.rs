@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, write_json, write_page};
+use super::{Failure, Format, Overwriting, Status, keep, write_json, write_page};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
-use crate::files::{MOST_TEXT, check_output, read, text};
+use crate::files::{MOST_TEXT, read, text};
 use crate::history::{By, history};
 use crate::report::history::write_text;
 use crate::report::pages;
@@ -32,17 +32,18 @@ pub struct Arguments {
     /// How the history is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
+    #[command(flatten)]
+    overwriting: Overwriting,
 }
 
 /// Runs the verb; the history goes to `out`.
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
-    if let Some(path) = &arguments.report {
-        check_output(path, [&arguments.rig, &arguments.store])?;
-    }
+    let outputs = arguments.overwriting.outputs().reading([&arguments.rig]).adding_to(&arguments.store)?;
+    outputs.writing_all(&arguments.report)?;
     let content = read(&arguments.rig, MOST_TEXT)?;
     let digest = content.digest();
     let rig = Rig::parse(&arguments.rig, text(&arguments.rig, content.bytes)?)?;
-    let store = Store::open_existing(&arguments.store)?;
+    let store = Store::open_existing_telling(&arguments.store, keep::waiting)?;
     let runs = store.runs_of(&RigIdentity::new(&rig, digest).key)?;
     if runs.is_empty() {
         let rigs = store.rigs()?;

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, read, terminal, write_json, write_page};
+use super::{Failure, Format, Overwriting, Status, read, terminal, write_json, write_page};
 use crate::context::Context;
-use crate::files::{check_output, read_text, write_atomically};
+use crate::files::{is_kept, read_text, write_atomically};
 use crate::learn::add::with_effects;
 use crate::learn::improve::{Step, improve};
 use crate::learn::suggest::Conclusion;
@@ -43,16 +43,16 @@ pub struct Arguments {
     /// Exit with 1 if an effect was missing
     #[arg(long)]
     exit_code: bool,
+    #[command(flatten)]
+    overwriting: Overwriting,
 }
 
 /// Runs the verb; the ledger goes to `out`, unless the rig file itself goes to a device.
 pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     let records = [&arguments.fit, &arguments.check];
     // The rig file may take its own place.
-    check_output(&arguments.output, records)?;
-    if let Some(path) = &arguments.report {
-        check_output(path, records.into_iter().chain([&arguments.rig]))?;
-    }
+    let outputs = arguments.overwriting.outputs().reading(records).writing(&arguments.output)?;
+    outputs.reading([&arguments.rig]).writing_all(&arguments.report)?;
     let text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, text.clone())?.with_context(context);
     let (fit, check) = (read::record(&rig, &arguments.fit)?, read::record(&rig, &arguments.check)?);
@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         write_page(path, &pages::improvement::improvement(&rig, (&fit, &check), &improvement, &ledger)?)?;
     }
     // With `-o /dev/stdout` the ledger would stand in the rig file.
-    if arguments.output.is_file() {
+    if is_kept(&arguments.output) {
         match arguments.format {
             Format::Json => write_json(out, &ledger)?,
             Format::Text => {

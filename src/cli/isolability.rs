@@ -7,9 +7,8 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::{Failure, Format, Status, expected, signatures, write_json, write_page};
+use super::{Failure, Format, Overwriting, Status, expected, signatures, write_json, write_page};
 use crate::context::Context;
-use crate::files::check_output;
 use crate::report::pages::isolability::{Point, html};
 use crate::rig::Rig;
 use crate::structure::{Isolability, analyse, render};
@@ -32,6 +31,8 @@ pub struct Arguments {
     /// How the result is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
+    #[command(flatten)]
+    overwriting: Overwriting,
 }
 
 #[derive(Serialize)]
@@ -45,9 +46,8 @@ struct Page<'a> {
 }
 
 pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
-    if let Some(path) = &arguments.report {
-        check_output(path, arguments.input.iter().chain([&arguments.rig]))?;
-    }
+    let outputs = arguments.overwriting.outputs();
+    outputs.reading(arguments.input.iter().chain([&arguments.rig])).writing_all(&arguments.report)?;
     let rig = Rig::read(&arguments.rig)?.with_context(context);
     context.stage("structure of the circuit");
     let structure = analyse(&rig);

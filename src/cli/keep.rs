@@ -8,7 +8,12 @@ use crate::diagnosis::{Diagnosis, Options};
 use crate::files::check_folder;
 use crate::record::Record;
 use crate::rig::Rig;
-use crate::store::{Dated, Moment, NewRun, RigIdentity, Store};
+use crate::store::{Dated, Moment, NewRun, RigIdentity, Store, check_name};
+
+/// Says on standard error that a store is held by another program.
+pub fn waiting(store: &Path) {
+    note(format_args!("note: {}: another program holds the store; waiting for it", store.display()));
+}
 
 /// An open store, and the rig whose runs it gets.
 pub struct Keeper {
@@ -45,7 +50,8 @@ impl Keeper {
                 .help("call `diagnose` once for each, or leave `--at` away: each then has the time of its file"));
         }
         check_folder(path)?;
-        let store = path.exists().then(|| Store::open(path)).transpose()?;
+        check_name(path)?;
+        let store = path.exists().then(|| Store::open_telling(path, waiting)).transpose()?;
         Ok(Some(Self { store, path: path.to_path_buf(), rig: RigIdentity::new(rig, digest), at }))
     }
 
@@ -53,7 +59,7 @@ impl Keeper {
     pub fn keep(&mut self, record: &Record, options: &Options, diagnosis: &Diagnosis) -> Result<(), Complaint> {
         let store = match &mut self.store {
             Some(store) => store,
-            none => none.insert(Store::open(&self.path)?),
+            none => none.insert(Store::open_telling(&self.path, waiting)?),
         };
         let before = match self.at {
             None => store.time_given(&record.origin.digest)?,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Command, CommandFactory};
 
-use super::{CommandLine, Failure, Status};
+use super::{CommandLine, Failure, Overwriting, Status};
 use crate::complaint::{Complaint, Kind};
 use crate::files::write_atomically;
 
@@ -15,6 +15,8 @@ use crate::files::write_atomically;
 pub struct Arguments {
     /// The folder; it is made where it is missing
     folder: PathBuf,
+    #[command(flatten)]
+    overwriting: Overwriting,
 }
 
 /// Runs the verb; what was written is told on `out`.
@@ -27,8 +29,11 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let mut program = CommandLine::command().disable_help_subcommand(true);
     program.build();
     let pages: Vec<Command> = std::iter::once(program.clone()).chain(program.get_subcommands().cloned()).collect();
+    let path =
+        |page: &Command| arguments.folder.join(format!("{}.1", page.get_display_name().unwrap_or(page.get_name())));
+    arguments.overwriting.outputs().writing_all(&pages.iter().map(path).collect::<Vec<_>>())?;
     for page in pages {
-        let path = arguments.folder.join(format!("{}.1", page.get_display_name().unwrap_or(page.get_name())));
+        let path = path(&page);
         let man = clap_mangen::Man::new(page);
         write_atomically(&path, |file| man.render(file))?;
         writeln!(out, "{}", path.display())?;

@@ -33,11 +33,11 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::complaint::Complaint;
 use crate::context::{Context, Interrupted};
-use crate::files::{is_closed_pipe, write_atomically};
+use crate::files::{Outputs, is_closed_pipe, write_atomically};
 
 /// Look inside a hydraulic circuit through its records.
 #[derive(Debug, Parser)]
@@ -89,6 +89,21 @@ impl Verb {
             Self::Simulate(arguments) => simulate::run(arguments, context, out),
             Self::Suggest(arguments) => suggest::run(arguments, context, out),
         }
+    }
+}
+
+/// What every verb that writes files takes.
+#[derive(Debug, Clone, Copy, Args)]
+struct Overwriting {
+    /// Let outputs take the place of files that are there
+    #[arg(long)]
+    force: bool,
+}
+
+impl Overwriting {
+    /// The outputs of a run, none yet.
+    fn outputs(self) -> Outputs {
+        Outputs::new(self.force)
     }
 }
 

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{Failure, Format, Status, read, write_json};
+use super::{Failure, Format, Overwriting, Status, read, write_json};
 use crate::complaint::{Complaint, Kind};
 use crate::context::Context;
-use crate::files::check_output;
+use crate::files::is_kept;
 use crate::model::Model;
 use crate::rig::Rig;
 use crate::simulation::{self, Options, SetParameter, SimulationReport, simulate};
@@ -37,6 +37,8 @@ pub struct Arguments {
     /// How the summary is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
+    #[command(flatten)]
+    overwriting: Overwriting,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -58,7 +60,8 @@ impl From<Method> for simulation::Method {
 
 /// Runs the verb; the summary goes to `out`, unless the record itself goes to a device.
 pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
-    check_output(&arguments.output, arguments.input.iter().chain([&arguments.rig]))?;
+    let outputs = arguments.overwriting.outputs().reading(arguments.input.iter().chain([&arguments.rig]));
+    outputs.writing(&arguments.output)?;
     let mut rig = Rig::read(&arguments.rig)?.with_context(context);
     let set = arguments.set.iter().map(|text| set_parameter(&mut rig, "--set", text));
     let set = set.collect::<Result<Vec<_>, _>>()?;
@@ -72,7 +75,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     context.stage("writing the record");
     simulated.record.write(&arguments.output)?;
     // With `-o /dev/stdout` the summary would stand in the record.
-    if arguments.output.is_file() {
+    if is_kept(&arguments.output) {
         let report = SimulationReport::new(&simulated, &arguments.output, set, &options);
         match arguments.format {
             Format::Json => write_json(out, &report)?,

@@ -5,9 +5,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Status, read, terminal, write_json, write_page};
+use super::{Failure, Format, Overwriting, Status, read, terminal, write_json, write_page};
 use crate::context::Context;
-use crate::files::check_output;
 use crate::learn::result::SuggestionReport;
 use crate::learn::suggest::{Conclusion, suggest};
 use crate::report;
@@ -35,15 +34,18 @@ pub struct Arguments {
     /// Exit with 1 if an effect is missing
     #[arg(long)]
     exit_code: bool,
+    #[command(flatten)]
+    overwriting: Overwriting,
 }
 
 pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
+    let outputs = arguments.overwriting.outputs();
+    outputs
+        .reading(arguments.check.iter().chain([&arguments.rig, &arguments.record]))
+        .writing_all(&arguments.report)?;
     let rig = Rig::read(&arguments.rig)?.with_context(context);
     let record = read::record(&rig, &arguments.record)?;
     let check = arguments.check.as_ref().map(|path| read::record(&rig, path)).transpose()?;
-    if let Some(path) = &arguments.report {
-        check_output(path, arguments.check.iter().chain([&arguments.rig, &arguments.record]))?;
-    }
     if let Some(check) = &arguments.check {
         read::not_itself(&arguments.record, check);
     }

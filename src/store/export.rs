@@ -71,7 +71,8 @@ pub fn rows(runs: &[StoredRun]) -> impl Iterator<Item = [Cell<'_>; COLUMNS.len()
     })
 }
 
-/// Writes the table as CSV; a number that there is not is an empty field.
+/// Writes the table as CSV; a number that there is not is an empty field, and a text that a spreadsheet would take for a
+/// formula stands behind an apostrophe.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -84,9 +85,15 @@ pub fn export_csv(runs: &[StoredRun], to: &mut dyn Write) -> io::Result<()> {
     table.flush()
 }
 
+/// A text of strangers as the cell of a table: a spreadsheet would run one that begins as a formula does, so an apostrophe goes
+/// before it, which spreadsheets take as "this is text".
+pub fn plain_cell(text: &str) -> String {
+    if text.starts_with(['=', '+', '-', '@', '\t', '\r']) { format!("'{text}") } else { text.to_owned() }
+}
+
 fn text(cell: &Cell<'_>) -> String {
     match cell {
-        Cell::Text(text) => (*text).to_owned(),
+        Cell::Text(text) => plain_cell(text),
         Cell::Time(moment) => moment.to_string(),
         Cell::Whole(number) => number.to_string(),
         Cell::Number(number) => number.map_or_else(String::new, |number| number.to_string()),

@@ -15,7 +15,7 @@ impl Store {
         let diagnosis = serde_json::to_string(run.diagnosis).map_err(|error| {
             Complaint::new(Kind::Computation, format!("the diagnosis cannot be written as JSON: {error}"))
         })?;
-        self.insert(run, &diagnosis).map_err(|error| self.failed(&error))
+        self.patiently(|| self.insert(run, &diagnosis).map_err(|error| self.failed(&error)))
     }
 
     fn insert(&self, run: &NewRun<'_>, json: &str) -> Result<i64, rusqlite::Error> {

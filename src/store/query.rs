@@ -15,7 +15,7 @@ impl Store {
     /// # Errors
     /// A store that is damaged.
     pub fn runs(&self) -> Result<Vec<StoredRun>, Complaint> {
-        self.select("?1 IS NULL", None).map_err(|error| self.failed(&error))
+        self.patiently(|| self.select("?1 IS NULL", None).map_err(|error| self.failed(&error)))
     }
 
     /// The runs of the rig with this key, in the same order.
@@ -23,7 +23,7 @@ impl Store {
     /// # Errors
     /// A store that is damaged.
     pub fn runs_of(&self, key: &str) -> Result<Vec<StoredRun>, Complaint> {
-        self.select("rig_key = ?1", Some(key)).map_err(|error| self.failed(&error))
+        self.patiently(|| self.select("rig_key = ?1", Some(key)).map_err(|error| self.failed(&error)))
     }
 
     /// Names of the rigs that have runs, without repetition; of a rig without name its path.
