@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::visible::{visible, visible_lines};
+
 /// What sort of mistake a complaint is about, for programs and tests; people read the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Kind {
@@ -86,7 +88,7 @@ impl Place {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file.display())?;
+        f.write_str(&visible(&self.file.to_string_lossy()))?;
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
             if let Some(column) = self.column {
@@ -146,9 +148,9 @@ impl fmt::Display for Complaint {
         if !self.places.is_empty() {
             f.write_str(": ")?;
         }
-        f.write_str(&self.what)?;
+        f.write_str(&visible(&self.what))?;
         if let Some(help) = &self.help {
-            write!(f, "\n  help: {}", help.replace('\n', "\n        "))?;
+            write!(f, "\n  help: {}", visible_lines(help).replace('\n', "\n        "))?;
         }
         Ok(())
     }

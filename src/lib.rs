@@ -65,6 +65,7 @@ pub mod simulation;
 pub mod store;
 pub mod structure;
 pub mod units;
+mod visible;
 
 pub use calibration::calibrate;
 pub use complaint::Complaint;

@@ -38,6 +38,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use crate::complaint::Complaint;
 use crate::context::{Context, Interrupted};
 use crate::files::{Outputs, is_closed_pipe, write_atomically};
+use crate::visible::Visible;
 
 /// Look inside a hydraulic circuit through its records.
 #[derive(Debug, Parser)]
@@ -154,6 +155,8 @@ impl From<io::Error> for Failure {
 
 /// Runs one command line, the name of the program first, and returns the exit status.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let pipes: Vec<String> = arguments.iter().skip(1).filter_map(|argument| named_pipe(argument)).collect();
     let command_line = match CommandLine::try_parse_from(arguments) {
         Ok(command_line) => command_line,
         Err(error) => {
@@ -163,9 +166,13 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
     };
     terminal::set_quiet(command_line.quiet);
+    outlive_size_limit();
+    for pipe in pipes {
+        terminal::note(format_args!("note: {pipe}: this is a pipe; waiting for the program at its other end"));
+    }
     let context = terminal::context();
     let ending = interrupt::watch(&context);
-    let mut out = io::BufWriter::new(terminal::Output::new());
+    let mut out = Visible::new(io::BufWriter::new(terminal::Output::new()), terminal::style().colour);
     let result = command_line.verb.run(&context, &mut out).and_then(|status| {
         out.flush()?;
         Ok(status)
@@ -193,6 +200,34 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     // `eprintln!` would panic where standard error is closed.
     let _ = writeln!(io::stderr(), "{message}");
     ExitCode::from(2)
+}
+
+/// Lets a limit on the size of files be an error of writing, with its message, instead of the end of the program.
+#[cfg(unix)]
+fn outlive_size_limit() {
+    // The signal does what it did before where it cannot be caught.
+    let _ = signal_hook::flag::register(
+        signal_hook::consts::SIGXFSZ,
+        std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false)),
+    );
+}
+
+#[cfg(not(unix))]
+fn outlive_size_limit() {}
+
+/// The argument, where it names a pipe in a folder: opening one waits for another program, for ever if there is none.
+#[cfg(unix)]
+fn named_pipe(argument: &OsString) -> Option<String> {
+    use std::os::unix::fs::FileTypeExt;
+    // Pipes that a shell makes have their other end already.
+    let is_of_shell = Path::new(argument).starts_with("/dev") || Path::new(argument).starts_with("/proc");
+    let is_pipe = || std::fs::metadata(argument).is_ok_and(|there| there.file_type().is_fifo());
+    (!is_of_shell && is_pipe()).then(|| argument.to_string_lossy().into_owned())
+}
+
+#[cfg(not(unix))]
+fn named_pipe(_: &OsString) -> Option<String> {
+    None
 }
 
 /// Writes a result as indented JSON with a final line break.

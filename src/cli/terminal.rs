@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use crate::context::{Context, Progress};
 use crate::report::html::Tone;
 use crate::report::style::Style;
+use crate::visible::visible_lines;
 
 static QUIET: AtomicBool = AtomicBool::new(false);
 
@@ -47,7 +48,7 @@ pub fn note(line: std::fmt::Arguments<'_>) {
     if !QUIET.load(Ordering::Relaxed) {
         clear();
         // `eprintln!` would panic where standard error is closed.
-        let _ = writeln!(io::stderr(), "{line}");
+        let _ = writeln!(io::stderr(), "{}", visible_lines(&line.to_string()));
     }
 }
 

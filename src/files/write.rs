@@ -71,10 +71,15 @@ pub fn check_folder(path: &Path) -> Result<(), Complaint> {
 
 /// Whether somebody closed the pipe that is written to.
 pub(crate) fn is_closed_pipe(error: &io::Error) -> bool {
+    cause(error) == io::ErrorKind::BrokenPipe
+}
+
+/// What went wrong, also where the writer of tables has wrapped it.
+fn cause(error: &io::Error) -> io::ErrorKind {
     let inner = error.get_ref().and_then(|inner| inner.downcast_ref::<csv::Error>());
     match inner.map(csv::Error::kind) {
-        Some(csv::ErrorKind::Io(inner)) => inner.kind() == io::ErrorKind::BrokenPipe,
-        _ => error.kind() == io::ErrorKind::BrokenPipe,
+        Some(csv::ErrorKind::Io(inner)) => inner.kind(),
+        _ => error.kind(),
     }
 }
 
@@ -106,7 +111,7 @@ fn fill(file: &File, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io
 }
 
 fn not_written(path: &Path, error: &io::Error) -> Complaint {
-    let complaint = match error.kind() {
+    let complaint = match cause(error) {
         io::ErrorKind::PermissionDenied => Complaint::new(Kind::Unwritable, "no permission to write the file")
             .help("name a folder that you may write to"),
         io::ErrorKind::FileTooLarge => Complaint::new(

@@ -5,13 +5,20 @@ use std::fmt;
 use crate::complaint::{Complaint, Kind, Place};
 
 /// How a table is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Dialect {
     pub separator: u8,
     /// Whether the numbers have decimal commas.
     pub commas: bool,
     /// The line of the units, where they do not stand behind the names.
     pub unit_row: Option<usize>,
+    /// What the times are counted from, s, where that is not 0.
+    pub begins_at: Option<f64>,
+}
+
+/// Says that times are counted from the first row.
+pub(super) fn counted_from(begins_at: Option<f64>) -> String {
+    begins_at.map_or(String::new(), |start| format!(", times counted from the first row, at {start} s"))
 }
 
 impl fmt::Display for Dialect {
@@ -24,9 +31,10 @@ impl fmt::Display for Dialect {
         let mark = if self.commas { "commas" } else { "points" };
         write!(f, "columns between {separator}, decimal {mark}")?;
         match self.unit_row {
-            Some(line) => write!(f, ", units in line {line}"),
-            None => Ok(()),
+            Some(line) => write!(f, ", units in line {line}")?,
+            None => {}
         }
+        f.write_str(&counted_from(self.begins_at))
     }
 }
 

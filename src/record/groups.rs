@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
+use super::dialect::counted_from;
 use super::read::{Care, Standing};
 use super::sampling::Sampling;
+use super::table::FAR;
 use super::{Asked, Channel, Origin, Record};
 use crate::complaint::{Complaint, Kind};
 use crate::units::{Dimension, Unit};
+use crate::visible::unusable_name;
 
 /// Stamps that differ by less than this share of the shortest usual interval are one.
 const SAME: f64 = 0.01;
@@ -116,7 +119,10 @@ impl Groups {
                 channels.push(Channel::new(name, unit, values));
             }
         }
-        let origin = Origin { left_out: self.left_out, ..Origin::default() };
+        let begins_at = time.first().copied().filter(|start| start.abs() > FAR);
+        let time = time.iter().map(|time| time - begins_at.unwrap_or(0.0)).collect();
+        let read_as = counted_from(begins_at);
+        let origin = Origin { left_out: self.left_out, read_as, ..Origin::default() };
         // Without decimals there is nothing to say of the rounding of the time.
         let path = path.to_path_buf();
         Ok((Record { path, time, time_decimals: None, channels, header_line: 0, origin }, refused))
@@ -136,8 +142,16 @@ fn unlike(name: String, group: &str, number: usize, channels: &[Channel]) -> Str
         .unwrap_or(within)
 }
 
-/// The unit of the file, else that of the rig file; why the column is of no use where neither has one.
+/// The unit that the values are in; why the column is of no use where its name or its unit is not.
 fn unit(column: &Column, asked: &Asked) -> Result<Unit, String> {
+    match unusable_name(&column.name) {
+        Some(why) => Err(format!("its name {why}")),
+        None => unit_of(column, asked),
+    }
+}
+
+/// The unit of the file, else that of the rig file; why the column is of no use where neither has one.
+fn unit_of(column: &Column, asked: &Asked) -> Result<Unit, String> {
     let told = asked.unit(&column.name).cloned();
     let Some(own) = &column.unit else { return Ok(told.unwrap_or_else(Unit::dimensionless)) };
     Unit::parse(own).or_else(|error| told.ok_or_else(|| error.to_string()))

@@ -4,6 +4,7 @@ use super::Asked;
 use super::groups::MOST_COLUMNS;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::units::{Dimension, Unit};
+use crate::visible::unusable_name;
 
 /// One column as the header names it.
 pub(super) struct Column {
@@ -117,6 +118,11 @@ fn parse_column(field: &str, number: usize, place: &Place, asked: &Asked) -> Res
         return Err(Complaint::new(Kind::MissingEntry, format!("column {number} has no name"))
             .at(place.clone())
             .help("write `name [unit]`; remove a separator at the end of the lines"));
+    }
+    if let Some(why) = unusable_name(name) {
+        return Err(Complaint::new(Kind::Bounds, format!("the name of column {number} {why}"))
+            .at(place.clone())
+            .help("write a short name of visible characters"));
     }
     let told = asked.unit(name);
     if unit.is_empty()

@@ -7,7 +7,7 @@ use flate2::read::MultiGzDecoder;
 use ruzstd::decoding::{FrameDecoder, StreamingDecoder};
 
 use crate::complaint::{Complaint, Kind};
-use crate::files::too_large;
+use crate::files::{self, too_large};
 
 const GZIP: &[u8] = b"\x1F\x8B";
 const ZSTD: &[u8] = b"\x28\xB5\x2F\xFD";
@@ -19,29 +19,6 @@ const OTHERS: &[(&[u8], &str)] = &[
     (b"7z\xBC\xAF\x27\x1C", "a 7z archive; unpack it"),
     (b"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1", "an old workbook of a spreadsheet; save the sheet as CSV"),
 ];
-
-/// The bytes as they were before they were packed, and with what; of unpacked bytes themselves.
-///
-/// # Errors
-/// A file that is cut off or damaged, one that unpacks to more than `most` bytes, and kinds that are not unpacked.
-pub(super) fn unpack(path: &Path, bytes: Vec<u8>, most: u64) -> Result<(Vec<u8>, Option<&'static str>), Complaint> {
-    if bytes.starts_with(GZIP) {
-        let plain = gather(MultiGzDecoder::new(&bytes[..]), path, "gzip", most)?;
-        return Ok((plain, Some("gzip")));
-    }
-    if bytes.starts_with(ZSTD) {
-        let mut plain = Vec::new();
-        let mut rest = &bytes[..];
-        // One frame may follow another.
-        while !rest.is_empty() {
-            let frame = StreamingDecoder::new(&mut rest).map_err(|error| damaged(path, "zstd", &error.to_string()))?;
-            plain.extend(gather(frame, path, "zstd", most - plain.len() as u64)?);
-        }
-        return Ok((plain, Some("zstd")));
-    }
-    check_other(path, &bytes)?;
-    Ok((bytes, None))
-}
 
 fn check_other(path: &Path, bytes: &[u8]) -> Result<(), Complaint> {
     let Some((_, what)) = OTHERS.iter().find(|(mark, _)| bytes.starts_with(mark)) else { return Ok(()) };
@@ -97,18 +74,24 @@ impl Read for Frames {
     }
 }
 
-fn gather(from: impl Read, path: &Path, kind: &str, most: u64) -> Result<Vec<u8>, Complaint> {
+/// All bytes of a file that is no text, `most` at most.
+///
+/// # Errors
+/// A file that is cut off, damaged or larger.
+pub(super) fn gather(from: Bytes, path: &Path, packing: Option<&'static str>, most: u64) -> Result<Vec<u8>, Complaint> {
     let mut plain = Vec::new();
     let read = from.take(most.saturating_add(1)).read_to_end(&mut plain);
-    read.map_err(|error| not_unpacked(path, kind, &error))?;
-    if plain.len() as u64 > most {
-        return Err(too_large(path, most));
-    }
-    Ok(plain)
+    read.map_err(|error| not_read(path, packing, &error))?;
+    if plain.len() as u64 > most { Err(too_large(path, most)) } else { Ok(plain) }
+}
+
+/// The complaint about a file that could not be read on, packed or not.
+pub(super) fn not_read(path: &Path, packing: Option<&'static str>, error: &io::Error) -> Complaint {
+    packing.map_or_else(|| files::not_read(path, error), |kind| not_unpacked(path, kind, error))
 }
 
 /// The complaint about a packed file that could not be read on.
-pub(super) fn not_unpacked(path: &Path, kind: &str, error: &io::Error) -> Complaint {
+fn not_unpacked(path: &Path, kind: &str, error: &io::Error) -> Complaint {
     match error.kind() {
         io::ErrorKind::UnexpectedEof => damaged(path, kind, "it ends too early"),
         _ => damaged(path, kind, &error.to_string()),

@@ -1,14 +1,15 @@
 //! From the text of a file to a record.
 
+use std::io::{Cursor, Read};
 use std::path::Path;
 
-use super::binary::Binary;
 use super::dialect::{Dialect, separator};
-use super::packed::unpack;
+use super::packed::{Bytes, gather};
+use super::stream::{Begun as Opened, begin};
 use super::table::{Table, unclosed_quote};
 use super::{Asked, Record, header};
 use crate::complaint::{Complaint, Kind, Place};
-use crate::files;
+use crate::files::{self, Digesting};
 
 /// Most bytes of a record.
 pub(super) const MOST: u64 = 1 << 30;
@@ -27,34 +28,46 @@ pub(super) type Standing = (Record, Option<Complaint>);
 
 /// The record, and under [`Care::Survey`] the complaint that a strict reader would have made.
 pub(super) fn read(path: &Path, care: Care, asked: &Asked) -> Result<Standing, Complaint> {
-    let content = files::read(path, MOST)?;
-    let (digest, modified) = (content.digest(), content.modified);
-    let (mut record, refused) = of_bytes(path, content.bytes, care, asked)?;
-    (record.origin.digest, record.origin.modified) = (digest, modified);
+    let mut file = files::open(path)?;
+    if file.length().is_some_and(|length| length > MOST) {
+        return Err(files::too_large(path, MOST));
+    }
+    let from = std::mem::replace(&mut file.from, Box::new(std::io::empty()));
+    // What a logger adds meanwhile is not read: the file has changed then, and is refused below.
+    let from: Bytes = match file.length() {
+        Some(length) => Box::new(from.take(length)),
+        None => from,
+    };
+    let (from, digested) = Digesting::new(from);
+    let read = whole(path, Box::new(from), care, asked);
+    // What was wrong in a file that somebody still writes to may be right a moment later.
+    file.check_unchanged(path)?;
+    let (mut record, refused) = read?;
+    (record.origin.digest, record.origin.modified) = (digested.digest(), file.modified());
     Ok((record, refused))
 }
 
 /// The record of the bytes of a file.
 pub(super) fn of_bytes(path: &Path, bytes: Vec<u8>, care: Care, asked: &Asked) -> Result<Standing, Complaint> {
-    let (bytes, packing) = unpack(path, bytes, MOST)?;
-    let ((mut record, refused), mut read_as) = match Binary::of(&bytes) {
-        Some(format) => (format.read(path, &bytes, care, asked)?, format.name().to_owned()),
-        None => {
-            let (read, dialect) = parse(path, &files::text(path, bytes)?, care, asked)?;
-            (read, format!("CSV, {dialect}"))
-        }
-    };
-    if let Some(packing) = packing {
-        read_as.push_str(&format!(", packed with {packing}"));
-    }
-    record.origin.read_as = read_as;
-    Ok((record, refused))
+    whole(path, Box::new(Cursor::new(bytes)), care, asked)
 }
 
-fn parse(path: &Path, text: &str, care: Care, asked: &Asked) -> Result<(Standing, Dialect), Complaint> {
-    let mut rows = Rows::new(path, care, asked);
-    rows.feed(text, true)?;
-    rows.finish()
+/// All of a record. A text is never whole in memory, only its numbers are.
+fn whole(path: &Path, from: Bytes, care: Care, asked: &Asked) -> Result<Standing, Complaint> {
+    match begin(path, from, care, asked, MOST)? {
+        Opened::Text(stream) => {
+            let ((mut record, refused), read_as) = stream.read_whole()?;
+            record.origin.read_as = read_as;
+            Ok((record, refused))
+        }
+        Opened::Binary { format, from, packing } => {
+            let bytes = gather(from, path, packing, MOST)?;
+            let (mut record, refused) = format.read(path, &bytes, care, asked)?;
+            let packed = packing.map_or(String::new(), |packing| format!(", packed with {packing}"));
+            record.origin.read_as = format!("{}{packed}{}", format.name(), record.origin.read_as);
+            Ok((record, refused))
+        }
+    }
 }
 
 /// A table whose text comes piece by piece, cut between lines.
@@ -195,7 +208,7 @@ impl<'a> Rows<'a> {
         Ok(begun.dialect())
     }
 
-    fn finish(self) -> Result<(Standing, Dialect), Complaint> {
+    pub(super) fn finish(self) -> Result<(Standing, Dialect), Complaint> {
         let begun = self.begun.ok_or_else(|| empty(self.path))?;
         let dialect = begun.dialect();
         Ok((begun.table.finish(begun.header_line)?, dialect))
@@ -204,7 +217,8 @@ impl<'a> Rows<'a> {
 
 impl Begun<'_> {
     fn dialect(&self) -> Dialect {
-        Dialect { separator: self.separator, commas: self.table.commas(), unit_row: self.unit_row }
+        let begins_at = self.table.begins_at();
+        Dialect { separator: self.separator, commas: self.table.commas(), unit_row: self.unit_row, begins_at }
     }
 }
 

@@ -4,30 +4,68 @@ use std::io::{self, Cursor, Read};
 use std::path::Path;
 
 use super::binary::Binary;
-use super::packed::{Bytes, not_unpacked, unpacking};
-use super::read::{Care, Rows};
+use super::packed::{Bytes, not_read, unpacking};
+use super::read::{Care, Rows, Standing};
 use super::{Asked, Record};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::files::{self, Open};
 
 /// Bytes that are read at a time.
 const PIECE: usize = 1 << 20;
-/// Most bytes of a line.
-const LONGEST: usize = 1 << 24;
+/// Most bytes of a line: as many columns as a record may have, each with a name of 256 bytes.
+const LONGEST: usize = 1 << 20;
 /// Bytes by which a format is known.
 const HEAD: u64 = 16;
+
+/// A file that is begun: unpacked as it comes, and its format known.
+pub(super) enum Begun<'a> {
+    Text(Stream<'a>),
+    Binary { format: Binary, from: Bytes, packing: Option<&'static str> },
+}
+
+/// Looks what a file is. Of a text no more than `most` bytes are read.
+///
+/// # Errors
+/// A file that cannot be read, and kinds of packing that are not unpacked.
+pub(super) fn begin<'a>(
+    path: &'a Path,
+    from: Bytes,
+    care: Care,
+    asked: &'a Asked,
+    most: u64,
+) -> Result<Begun<'a>, Complaint> {
+    let (head, from) = peek(from).map_err(|error| not_read(path, None, &error))?;
+    let (from, packing) = unpacking(path, &head, from)?;
+    let (head, from) = peek(from).map_err(|error| not_read(path, packing, &error))?;
+    Ok(match Binary::of(&head) {
+        Some(format) => Begun::Binary { format, from, packing },
+        None => {
+            let rows = Rows::new(path, care, asked);
+            let text = Text { from, packing, bytes: Vec::new(), left: most, most, begun: false, ended: false };
+            Begun::Text(Stream { path, file: None, text, rows })
+        }
+    })
+}
+
+/// The text of a file, piece by piece.
+struct Text {
+    from: Bytes,
+    packing: Option<&'static str>,
+    /// Read, but not yet taken apart.
+    bytes: Vec<u8>,
+    /// Bytes that may still come, of how many.
+    left: u64,
+    most: u64,
+    begun: bool,
+    ended: bool,
+}
 
 /// A table, plain or packed with gzip or zstd, whose rows come piece by piece; each mistake is told as by [`Record::read`].
 pub struct Stream<'a> {
     path: &'a Path,
-    file: Open,
-    from: Bytes,
-    packing: Option<&'static str>,
+    file: Option<Open>,
+    text: Text,
     rows: Rows<'a>,
-    /// Read, but not yet taken apart.
-    bytes: Vec<u8>,
-    begun: bool,
-    ended: bool,
 }
 
 impl<'a> Stream<'a> {
@@ -36,14 +74,28 @@ impl<'a> Stream<'a> {
     pub fn open(path: &'a Path, asked: &'a Asked) -> Result<Self, Complaint> {
         let mut file = files::open(path)?;
         let from = std::mem::replace(&mut file.from, Box::new(std::io::empty()));
-        let (head, from) = peek(from).map_err(|error| not_read(path, None, &error))?;
-        let (from, packing) = unpacking(path, &head, from)?;
-        let (head, from) = peek(from).map_err(|error| not_read(path, packing, &error))?;
-        if let Some(format) = Binary::of(&head) {
-            return Err(format.not_in_pieces(path));
+        match begin(path, from, Care::Strict, asked, u64::MAX)? {
+            Begun::Text(stream) => Ok(Self { file: Some(file), ..stream }),
+            Begun::Binary { format, .. } => Err(format.not_in_pieces(path)),
         }
-        let rows = Rows::new(path, Care::Strict, asked);
-        Ok(Self { path, file, from, packing, rows, bytes: Vec::new(), begun: false, ended: false })
+    }
+
+    /// All rows, and what was recognised of the file.
+    ///
+    /// # Errors
+    /// Those of [`Record::read`].
+    pub(super) fn read_whole(mut self) -> Result<(Standing, String), Complaint> {
+        while !self.text.ended {
+            let text = self.text.next(self.path, self.rows.line())?;
+            self.rows.feed(&text, self.text.ended)?;
+        }
+        let packed = self.packed();
+        let (standing, dialect) = self.rows.finish()?;
+        Ok((standing, format!("CSV, {dialect}{packed}")))
+    }
+
+    fn packed(&self) -> String {
+        self.text.packing.map_or(String::new(), |packing| format!(", packed with {packing}"))
     }
 
     /// The next rows, some or many; `None` behind the last one.
@@ -51,12 +103,12 @@ impl<'a> Stream<'a> {
     /// # Errors
     /// Those of [`Record::read`], with the line in the file.
     pub fn next_rows(&mut self) -> Result<Option<Record>, Complaint> {
-        while !self.ended {
-            let text = self.text()?;
-            self.rows.feed(&text, self.ended)?;
-            if self.ended {
+        while !self.text.ended {
+            let text = self.text.next(self.path, self.rows.line())?;
+            self.rows.feed(&text, self.text.ended)?;
+            if self.text.ended {
                 self.rows.check_whole()?;
-                self.file.check_unchanged(self.path)?;
+                self.file.as_ref().map_or(Ok(()), |file| file.check_unchanged(self.path))?;
             }
             if let Some(rows) = self.rows.take().filter(|rows| !rows.time.is_empty()) {
                 return Ok(Some(rows));
@@ -70,34 +122,42 @@ impl<'a> Stream<'a> {
     /// # Errors
     /// As [`Stream::next_rows`].
     pub fn read_as(&self) -> Result<String, Complaint> {
-        let packed = self.packing.map_or(String::new(), |packing| format!(", packed with {packing}"));
-        Ok(format!("CSV, {}{packed}", self.rows.check_whole()?))
+        Ok(format!("CSV, {}{}", self.rows.check_whole()?, self.packed()))
     }
+}
 
-    /// The next whole lines. What is left behind them is more than blanks, so that the last row is known as such.
-    fn text(&mut self) -> Result<String, Complaint> {
+impl Text {
+    /// The next whole lines, the first of which is `line`. What is left behind them is more than blanks, so that the last
+    /// row is known as such.
+    fn next(&mut self, path: &Path, line: usize) -> Result<String, Complaint> {
         let mut cut = None;
         while cut.is_none() && !self.ended {
-            self.fill()?;
+            self.fill(path)?;
             cut = self.cut();
-            if cut.is_none() && self.bytes.len() > LONGEST {
-                return Err(self.too_long());
+            if self.longest_line(cut) > LONGEST {
+                return Err(too_long(path, line, self.bytes.iter().any(is_break)));
             }
         }
         let rest = if self.ended { Vec::new() } else { self.bytes.split_off(cut.unwrap_or(0)) };
         let bytes = std::mem::replace(&mut self.bytes, rest);
         if std::mem::replace(&mut self.begun, true) {
-            files::text_behind(self.path, bytes, self.rows.line() - 1)
+            files::text_behind(path, bytes, line - 1)
         } else {
-            files::text(self.path, bytes)
+            files::text(path, bytes)
         }
     }
 
-    fn fill(&mut self) -> Result<(), Complaint> {
+    fn fill(&mut self, path: &Path) -> Result<(), Complaint> {
         let read = self.from.by_ref().take(PIECE as u64).read_to_end(&mut self.bytes);
-        let count = read.map_err(|error| not_read(self.path, self.packing, &error))?;
+        let count = read.map_err(|error| not_read(path, self.packing, &error))?;
+        self.left = self.left.checked_sub(count as u64).ok_or_else(|| files::too_large(path, self.most))?;
         self.ended = count < PIECE;
         Ok(())
+    }
+
+    /// Bytes of the last line that is there, at least; a longer one before it was whole in memory when it was the last.
+    fn longest_line(&self, cut: Option<usize>) -> usize {
+        self.bytes.len() - cut.unwrap_or(0)
     }
 
     /// Where the last line ends behind which something stands.
@@ -105,16 +165,13 @@ impl<'a> Stream<'a> {
         let something = self.bytes.iter().rposition(|byte| !byte.is_ascii_whitespace())?;
         self.bytes[..something].iter().rposition(is_break).map(|at| at + 1)
     }
-
-    fn too_long(&self) -> Complaint {
-        Complaint::new(Kind::Bounds, format!("there is no line break in {} MiB", LONGEST >> 20))
-            .at(Place::line(self.path, self.rows.line()))
-            .help("a record is a table of lines; this file is something else, or damaged")
-    }
 }
 
-fn not_read(path: &Path, packing: Option<&'static str>, error: &io::Error) -> Complaint {
-    packing.map_or_else(|| files::not_read(path, error), |kind| not_unpacked(path, kind, error))
+fn too_long(path: &Path, line: usize, blank: bool) -> Complaint {
+    let what = if blank { "nothing but blank lines" } else { "no line break" };
+    Complaint::new(Kind::Bounds, format!("there is {what} in {} MiB", LONGEST >> 20))
+        .at(Place::line(path, line))
+        .help("a record is a table of lines; this file is something else, or damaged")
 }
 
 fn is_break(byte: &u8) -> bool {

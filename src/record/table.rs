@@ -17,6 +17,14 @@ pub(super) fn unclosed_quote(place: Place) -> Complaint {
     Complaint::new(Kind::Syntax, "a quotation mark opens and is not closed").at(place).help("close it, or remove it")
 }
 
+/// Most numbers of a record, 1 GiB of memory.
+const MOST_NUMBERS: usize = 1 << 27;
+/// Rows of a hydraulic record are not closer, s: waves of pressure take microseconds through a fitting.
+const CLOSEST: f64 = 1e-9;
+/// From here on times are counted from the first row, s: an `f64` resolves them to 1e-10 s, a thousandth of the shortest steps
+/// that a stiff circuit takes. Time stamps of a computer, which count from 1970, lie beyond.
+pub(super) const FAR: f64 = 1e6;
+
 /// What loggers write where there is no value.
 fn is_missing(field: &str) -> bool {
     const WORDS: &[&str] = &[
@@ -50,6 +58,20 @@ impl Decimals {
     }
 }
 
+/// A time since the first row, where that is far from 0, rounded as it was written: a difference of large numbers has digits
+/// that nobody wrote.
+fn since(begins_at: &mut Option<f64>, written: f64, decimals: Option<usize>, unit: &Unit) -> f64 {
+    let start = *begins_at.get_or_insert(if unit.to_si(written).abs() > FAR { written } else { 0.0 });
+    match decimals.and_then(|decimals| i32::try_from(decimals).ok()) {
+        _ if start == 0.0 => written,
+        Some(decimals @ 0..=12) => {
+            let scale = 10f64.powi(decimals);
+            ((written - start) * scale).round() / scale
+        }
+        _ => written - start,
+    }
+}
+
 /// The rows read so far.
 pub(super) struct Table<'a> {
     path: &'a Path,
@@ -70,6 +92,10 @@ pub(super) struct Table<'a> {
     /// The time of the last row, SI, and how many rows there were.
     last_time: Option<f64>,
     rows: usize,
+    /// Of the rows since the last call of [`take`](Self::take).
+    held: usize,
+    /// What the times count from, in their unit as written.
+    begins_at: Option<f64>,
 }
 
 impl<'a> Table<'a> {
@@ -89,6 +115,8 @@ impl<'a> Table<'a> {
             last_line: 0,
             last_time: None,
             rows: 0,
+            held: 0,
+            begins_at: None,
         }
     }
 
@@ -110,6 +138,12 @@ impl<'a> Table<'a> {
         if row.len() != self.columns.len() {
             return Err(self.wrong_length(row, line, last));
         }
+        self.held += self.columns.len();
+        if self.held > MOST_NUMBERS {
+            return Err(self
+                .complain(Kind::Bounds, line, format!("the record has more than {MOST_NUMBERS} numbers up to here"))
+                .help("split it, leave away columns that the rig does not name, or diagnose it with `--window`"));
+        }
         for (index, field) in row.iter().enumerate() {
             let field = field.trim();
             let (written, decimals) = match self.number(field, index, line, cut) {
@@ -125,12 +159,15 @@ impl<'a> Table<'a> {
                 self.check_not_cut(field, index, decimals, line)?;
             }
             let Some(column) = self.columns.get(index) else { continue };
-            let value = column.unit.to_si(written);
+            let value = match index {
+                0 => column.unit.to_si(since(&mut self.begins_at, written, decimals, &column.unit)),
+                _ => column.unit.to_si(written),
+            };
             if index == 0
                 && let Some(before) = self.last_time.replace(value)
-                && value <= before
+                && value - before < CLOSEST
             {
-                let complaint = self.time_not_rising(field, value < before, line);
+                let complaint = self.time_not_rising(field, value - before, line);
                 if self.care == Care::Strict {
                     return Err(complaint);
                 }
@@ -267,10 +304,12 @@ impl<'a> Table<'a> {
             .help("the writing broke off; remove the last line, or copy the file again")
     }
 
-    fn time_not_rising(&self, field: &str, backwards: bool, line: usize) -> Complaint {
+    fn time_not_rising(&self, field: &str, step: f64, line: usize) -> Complaint {
         let unit = self.columns.first().map_or("s", |time| &time.unit.symbol);
-        let what = if backwards {
+        let what = if step < 0.0 {
             format!("the time runs backwards to {field} {unit}")
+        } else if step > 0.0 {
+            format!("the time rises by {step:e} s only, to {field} {unit}")
         } else {
             format!("the time {field} {unit} repeats")
         };
@@ -281,6 +320,12 @@ impl<'a> Table<'a> {
                 "the time rises from row to row; sort the rows, remove those that repeat, or split the record where the clock \
                  was set",
             )
+    }
+
+    /// What the times are counted from, s, where that is not 0.
+    pub(super) fn begins_at(&self) -> Option<f64> {
+        let unit = &self.columns.first()?.unit;
+        self.begins_at.filter(|start| *start != 0.0).map(|start| unit.to_si(start))
     }
 
     /// Whether the decimal mark is the comma.
@@ -315,6 +360,7 @@ impl<'a> Table<'a> {
 
     /// The rows since the last call, as a record.
     pub(super) fn take(&mut self, header_line: usize) -> Record {
+        self.held = 0;
         let mut decimals = self.decimals.iter().map(|rule| rule.known());
         let mut columns = self.columns.iter().zip(self.values.iter_mut().map(std::mem::take));
         let (time_unit, time) = columns

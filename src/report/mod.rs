@@ -22,8 +22,10 @@ pub mod style;
 pub mod table;
 pub mod windows;
 
+use crate::visible::is_hidden;
+
 /// A text as the content of an XML or HTML element or of a quoted attribute: markup escaped, and the control characters
-/// that XML forbids replaced by U+FFFD.
+/// that XML forbids, and those that turn the reading direction, replaced by U+FFFD.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
@@ -35,6 +37,7 @@ pub fn escape(text: &str) -> String {
             '\'' => escaped.push_str("&#39;"),
             '\t' | '\n' | '\r' => escaped.push(character),
             '\0'..='\u{1f}' | '\u{7f}' | '\u{fffe}' | '\u{ffff}' => escaped.push('\u{fffd}'),
+            character if is_hidden(character) => escaped.push('\u{fffd}'),
             _ => escaped.push(character),
         }
     }

@@ -222,7 +222,7 @@ impl Rig {
     /// # Errors
     /// As [`Rig::read`].
     pub fn parse(path: impl Into<PathBuf>, text: String) -> Result<Self, Complaint> {
-        let rig = parse::parse(source::Source { path: path.into(), text })?;
+        let rig = parse::parse(source::Source::new(path, text))?;
         validate::validate(&rig)?;
         Ok(rig)
     }

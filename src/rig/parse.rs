@@ -22,11 +22,13 @@ use crate::units::{Dimension, Unit};
 
 pub fn parse(source: Source) -> Result<Rig, Complaint> {
     let document = DeTable::parse(&source.text).map_err(|error| {
-        let place = source.place(error.span().map_or(0, |span| span.start));
+        let span = error.span().unwrap_or_default();
+        let place = source.place(span.start);
+        if error.message().contains("duplicate key") {
+            return duplicate_key(&source, span);
+        }
         let help = if error.message().contains("unquoted key") {
             "put a key with a point or an `@` between quotes: `\"external-leakage@A\" = { ... }`"
-        } else if error.message().contains("duplicate key") {
-            "give each key of a table once"
         } else {
             "the rig file is named before the record; see docs/reference/rig-file.md for one to start from"
         };
@@ -40,7 +42,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         None => String::new(),
         Some(value) => {
             let table = value.table("`[rig]`")?;
-            let name = table.get("name").map(|name| name.text().map(str::to_owned)).transpose()?.unwrap_or_default();
+            let name = table.get("name").map(|name| name.name().map(str::to_owned)).transpose()?.unwrap_or_default();
             table.finish()?;
             name
         }
@@ -71,7 +73,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
     input::read_inputs(&mut rig, root.get("inputs"))?;
     let nodes = root.require("nodes", "add `[nodes]` with one line per node, such as `pump_line = {}`")?;
     let nodes = nodes.table("`[nodes]`")?;
-    for (name, value) in nodes.entries() {
+    for (name, value) in nodes.named_entries()? {
         // Ports decide below what a node is.
         rig.nodes.push(Node {
             name: name.to_owned(),
@@ -80,29 +82,29 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         });
     }
     let components = root.require("components", "add `[components.NAME]` with a `kind` and its `ports`")?;
-    for (name, value) in components.table("`[components]`")?.entries() {
+    for (name, value) in components.table("`[components]`")?.named_entries()? {
         component::read_component(&mut rig, name, &value)?;
     }
     for (name, value) in nodes.entries() {
         node::resolve_node(&mut rig, name, &value)?;
     }
     if let Some(sensors) = root.get("sensors") {
-        for (name, value) in sensors.table("`[sensors]`")?.entries() {
+        for (name, value) in sensors.table("`[sensors]`")?.named_entries()? {
             sensor::read_sensor(&mut rig, name, &value)?;
         }
     }
     if let Some(effects) = root.get("own_effects") {
-        for (name, value) in effects.table("`[own_effects]`")?.entries() {
+        for (name, value) in effects.table("`[own_effects]`")?.named_entries()? {
             own_effect::read_own_effect(&mut rig, name, &value)?;
         }
     }
     if let Some(effects) = root.get("effects") {
-        for (id, value) in effects.table("`[effects]`")?.entries() {
+        for (id, value) in effects.table("`[effects]`")?.named_entries()? {
             effect::read_effect(&mut rig, id, &value)?;
         }
     }
     if let Some(faults) = root.get("faults") {
-        for (id, value) in faults.table("`[faults]`")?.entries() {
+        for (id, value) in faults.table("`[faults]`")?.named_entries()? {
             fault::read_fault(&mut rig, id, &value)?;
         }
     }
@@ -114,6 +116,17 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
     }
     root.finish()?;
     Ok(rig)
+}
+
+/// The complaint about a key that stands twice, with both places where the first is found.
+fn duplicate_key(source: &Source, span: std::ops::Range<usize>) -> Complaint {
+    let key = source.text.get(span.clone()).unwrap_or_default().trim();
+    let complaint = Complaint::new(Kind::Duplicate, format!("this is not TOML: the key `{key}` stands twice"))
+        .help("give each key of a table once");
+    match source.earlier(key, span.start) {
+        Some(first) => complaint.at(source.place(first)).at(source.place(span.start)),
+        None => complaint.at(source.place(span.start)),
+    }
 }
 
 /// The unit of a card. Cards are constants whose units a test reads, so a miss can only be a dimensionless stand-in.

@@ -9,19 +9,48 @@ use toml_edit::DocumentMut;
 
 use crate::complaint::{Complaint, Kind, Place, did_you_mean, help_with_names};
 use crate::units::{Dimension, Quantity, Unit, UnitError};
+use crate::visible::unusable_name;
+
+/// Most components, nodes, sensors and so on of a rig: far beyond what can be identified from one record, and few enough that
+/// work which grows with their square takes no time.
+const MOST_ENTRIES: usize = 1000;
 
 /// A file and its text.
 pub struct Source {
     pub path: PathBuf,
     pub text: String,
+    /// Where each line begins.
+    lines: Vec<usize>,
 }
 
 impl Source {
+    pub fn new(path: impl Into<PathBuf>, text: String) -> Self {
+        let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
+        Self { path: path.into(), text, lines }
+    }
+
+    /// Where a key that stands at a byte stood before: in the line of its own table that begins with it, or, of a table, in the
+    /// same heading.
+    pub fn earlier(&self, key: &str, byte: usize) -> Option<usize> {
+        let before = self.lines.partition_point(|start| *start <= byte).saturating_sub(1);
+        let line = |index: usize| {
+            let start = *self.lines.get(index)?;
+            self.text.get(start..)?.lines().next().map(|line| (start, line.trim()))
+        };
+        let (_, own) = line(before)?;
+        let heading = |line: &str| line.split('#').next().unwrap_or_default().trim().to_owned();
+        let is_first = |text: &str| match own.starts_with('[') {
+            true => heading(text) == heading(own),
+            false => text.strip_prefix(key).is_some_and(|rest| rest.trim_start().starts_with(['=', '.'])),
+        };
+        let earlier = (0..before).rev().map_while(line);
+        let own_table = earlier.take_while(|(_, text)| own.starts_with('[') || !text.starts_with('['));
+        own_table.filter(|(_, text)| is_first(text)).map(|(start, _)| start).next()
+    }
+
     /// The line of a byte of the text.
     pub fn place(&self, byte: usize) -> Place {
-        let mut place = Place::of_byte(&self.path, &self.text, byte);
-        place.column = None;
-        place
+        Place::line(&self.path, self.lines.partition_point(|start| *start <= byte))
     }
 }
 
@@ -101,6 +130,22 @@ impl<'a> Table<'a> {
         entries
     }
 
+    /// Every entry of a table whose keys are names, in the order of the file.
+    ///
+    /// # Errors
+    /// More entries than a circuit has, and a name that cannot be shown.
+    pub fn named_entries(&self) -> Result<Vec<(&'a str, Value<'a>)>, Complaint> {
+        let count = self.entries.len();
+        if count > MOST_ENTRIES {
+            return Err(Complaint::new(Kind::Bounds, format!("{} has {count} entries", self.what))
+                .at(self.place())
+                .help(format!("no more than {MOST_ENTRIES}: describe the part of the circuit that the sensors see")));
+        }
+        let entries = self.entries();
+        entries.iter().try_for_each(|(name, value)| value.check_name(name))?;
+        Ok(entries)
+    }
+
     /// Complains about the first key that nobody asked for.
     pub fn finish(&self) -> Result<(), Complaint> {
         let unknown = self.entries().into_iter().find(|(name, _)| !self.was_asked(name));
@@ -147,6 +192,21 @@ impl<'a> Value<'a> {
 
     pub fn text(&self) -> Result<&'a str, Complaint> {
         self.value.get_ref().as_str().ok_or_else(|| self.wrong_type("a text in quotes"))
+    }
+
+    /// A text that names something: short, and of visible characters.
+    pub fn name(&self) -> Result<&'a str, Complaint> {
+        let name = self.text()?;
+        self.check_name(name)?;
+        Ok(name)
+    }
+
+    fn check_name(&self, name: &str) -> Result<(), Complaint> {
+        let Some(why) = unusable_name(name) else { return Ok(()) };
+        let short: String = name.chars().take(40).collect();
+        Err(self
+            .wrong(Kind::Bounds, format!("the name `{short}{}` {why}", if short == name { "" } else { "..." }))
+            .help("write a short name of visible characters"))
     }
 
     pub fn table(&self, what: impl Into<String>) -> Result<Table<'a>, Complaint> {

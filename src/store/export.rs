@@ -88,7 +88,9 @@ pub fn export_csv(runs: &[StoredRun], to: &mut dyn Write) -> io::Result<()> {
 /// A text of strangers as the cell of a table: a spreadsheet would run one that begins as a formula does, so an apostrophe goes
 /// before it, which spreadsheets take as "this is text".
 pub fn plain_cell(text: &str) -> String {
-    if text.starts_with(['=', '+', '-', '@', '\t', '\r']) { format!("'{text}") } else { text.to_owned() }
+    // A sign alone, as the unit of a pure number, is no formula.
+    let is_formula = text.len() > 1 && text.starts_with(['=', '+', '-', '@', '\t', '\r']);
+    if is_formula { format!("'{text}") } else { text.to_owned() }
 }
 
 fn text(cell: &Cell<'_>) -> String {

@@ -4,10 +4,16 @@ use super::table::{ATOMS, Atom, COMPOUNDS, MISTAKES, SPELLINGS};
 use super::{Dimension, Unit, UnitError};
 use crate::complaint::did_you_mean;
 
+/// Most characters of a unit: those of plants have a dozen, and tables show them whole.
+const LONGEST: usize = 64;
+
 pub(super) fn parse(text: &str) -> Result<Unit, UnitError> {
     let symbol = text.trim();
     if symbol.is_empty() {
         return Err(UnitError::Empty);
+    }
+    if let Some((end, _)) = symbol.char_indices().nth(LONGEST) {
+        return Err(UnitError::Malformed { unit: format!("{}...", &symbol[..end]) });
     }
     // Alone, a unit keeps its offset; inside a compound degC is a difference.
     if let Some(atom) = find(symbol) {

@@ -32,6 +32,8 @@ mod circuit {
 }
 
 mod cli {
+    #[cfg(target_os = "linux")]
+    mod bad_input;
     mod complaint_text;
     mod damaged_inputs;
     mod diagnose;

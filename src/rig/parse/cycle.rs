@@ -7,6 +7,8 @@ use crate::units::Dimension;
 
 /// Most rows of a cycle: a rig file must not be able to fill the memory.
 const MOST_ROWS: f64 = 1e6;
+/// Most phases of a cycle: one for each hundred rows of the longest.
+const MOST_PHASES: usize = 10_000;
 
 pub(super) fn read_cycle(rig: &Rig, value: &Value<'_>) -> Result<Cycle, Complaint> {
     let table = value.table("`[cycle]`")?;
@@ -19,7 +21,13 @@ pub(super) fn read_cycle(rig: &Rig, value: &Value<'_>) -> Result<Cycle, Complain
     }
     let phases_value = table.require("phases", "add `phases = [ { duration = \"1 s\", ... } ]`")?;
     let mut phases = Vec::new();
-    for (number, value) in phases_value.list()?.iter().enumerate() {
+    let listed = phases_value.list()?;
+    if listed.len() > MOST_PHASES {
+        return Err(Complaint::new(Kind::Bounds, format!("the cycle has {} phases", listed.len()))
+            .at(phases_value.place())
+            .help(format!("no more than {MOST_PHASES}; longer runs come from a record, with `--input`")));
+    }
+    for (number, value) in listed.iter().enumerate() {
         let table = value.table(format!("phase {} of `[cycle]`", number + 1))?;
         let duration = table.require("duration", "add `duration = \"1 s\"`")?;
         let duration = (duration.quantity(Dimension::TIME)?.value, duration.place());

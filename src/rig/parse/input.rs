@@ -8,7 +8,7 @@ use crate::units::{Dimension, Unit};
 
 pub(super) fn read_inputs(rig: &mut Rig, inputs: Option<Value<'_>>) -> Result<(), Complaint> {
     let Some(inputs) = inputs else { return Ok(()) };
-    for (name, value) in inputs.table("`[inputs]`")?.entries() {
+    for (name, value) in inputs.table("`[inputs]`")?.named_entries()? {
         let table = value.table(format!("input `{name}`"))?;
         let unit = table.require("unit", "add the unit of the column, such as `unit = \"N\"`")?;
         let place = unit.place();
@@ -29,7 +29,7 @@ pub(super) fn read_inputs(rig: &mut Rig, inputs: Option<Value<'_>>) -> Result<()
             None => 0.0,
             Some(value) => difference(&value, dimension)? * size,
         };
-        let column = table.get("column").map(|column| column.text()).transpose()?.unwrap_or(name).to_owned();
+        let column = table.get("column").map(|column| column.name()).transpose()?.unwrap_or(name).to_owned();
         table.finish()?;
         rig.inputs.push(Input { name: name.to_owned(), column, unit, scale, hold, noise, place: value.place() });
     }
@@ -40,7 +40,7 @@ pub(super) fn read_inputs(rig: &mut Rig, inputs: Option<Value<'_>>) -> Result<()
 pub(super) fn read_temperature(value: &Value<'_>) -> Result<Temperature, Complaint> {
     let table = value.table("`temperature` of the fluid")?;
     let column =
-        table.require("column", "add the column of the record, such as `column = \"T_oil\"`")?.text()?.to_owned();
+        table.require("column", "add the column of the record, such as `column = \"T_oil\"`")?.name()?.to_owned();
     let reference =
         table.require("reference", "add the temperature of the viscosity, such as `reference = \"40 degC\"`")?;
     let reference = reference.quantity(Dimension::TEMPERATURE)?;

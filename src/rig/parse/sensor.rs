@@ -52,7 +52,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
     let tolerance = optional("tolerance", dimension)?.map_or(TOLERANCE * noise, |tolerance| tolerance * factor);
     let lag = optional("lag", Dimension::TIME)?.unwrap_or(0.0);
     let column_unit = table.get("unit").map(|value| column_unit(&value, dimension)).transpose()?;
-    let column = table.get("column").map(|column| column.text()).transpose()?.unwrap_or(name).to_owned();
+    let column = table.get("column").map(|column| column.name()).transpose()?.unwrap_or(name).to_owned();
     let place = value.place();
     let first_parameter = rig.parameters.len();
     let own = |key: &str,

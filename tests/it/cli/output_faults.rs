@@ -40,7 +40,7 @@ fn a_file_that_cannot_be_written_to_its_end_is_not_written() {
     fs::write(&record, "what was there before\n").unwrap();
     let program = env!("CARGO_BIN_EXE_borescope");
     // The signal of the limit is ignored, so that writing fails as on a full disk.
-    let script = format!("trap '' XFSZ; ulimit -f 4; exec {program} simulate {RIG} -o {}", record.display());
+    let script = format!("trap '' XFSZ; ulimit -f 4; exec {program} simulate {RIG} --force -o {}", record.display());
     let output = Command::new("bash").args(["-c", &script]).output().unwrap();
     let told = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{told}");

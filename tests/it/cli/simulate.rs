@@ -16,7 +16,7 @@ const RIGS: [&str; 3] = ["fixtures/telescopic/rig.toml", "fixtures/two_tanks/rig
 /// Simulates into a file of this folder, which must succeed.
 fn simulate(folder: &Path, name: &str, arguments: &[&str]) -> Record {
     let path = folder.join(name);
-    let ran = borescope(["simulate", "-o", path.to_str().unwrap()].iter().chain(arguments));
+    let ran = borescope(["simulate", "--force", "-o", path.to_str().unwrap()].iter().chain(arguments));
     assert_eq!((ran.status, ran.err.as_str()), (Some(0), ""), "{arguments:?}");
     Record::read(&path).unwrap()
 }

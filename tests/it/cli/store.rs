@@ -32,7 +32,7 @@ fn made(rig: &Path, opening: f64, seed: usize, record: &Path) {
     let set = format!("leak.opening={opening}");
     let seed = seed.to_string();
     let (rig, record) = (rig.to_str().unwrap(), record.to_str().unwrap());
-    let ran = borescope(["simulate", rig, "--set", &set, "--seed", &seed, "-o", record]);
+    let ran = borescope(["simulate", rig, "--set", &set, "--seed", &seed, "--force", "-o", record]);
     assert_eq!(ran.status, Some(0), "{}", ran.err);
 }
 
@@ -162,9 +162,9 @@ fn kill(count: usize, seed: u64) {
     let words = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
     let commands = [
         several,
-        words(&["diagnose", &rig, &first, "--store", &text(&store), "--report", &text(&page)]),
-        words(&["simulate", &rig, "--seed", "3", "-o", &text(&copy)]),
-        words(&["export", "--store", &text(&store), "-o", &text(&table)]),
+        words(&["diagnose", &rig, &first, "--store", &text(&store), "--report", &text(&page), "--force"]),
+        words(&["simulate", &rig, "--seed", "3", "-o", &text(&copy), "--force"]),
+        words(&["export", "--store", &text(&store), "-o", &text(&table), "--force"]),
     ];
     let lengths: Vec<Duration> = commands
         .iter()

@@ -371,5 +371,5 @@ fn a_file_too_large_is_refused_unread() {
     for _ in 0..65 {
         packed.write_all(&zeros).unwrap();
     }
-    assert!(read(&packed.finish().unwrap()).unwrap_err().contains("the file is larger than 1024 MiB"));
+    assert!(read(&packed.finish().unwrap()).unwrap_err().contains("there is no line break in 1 MiB"));
 }
