@@ -45,6 +45,7 @@
 
 pub mod calibration;
 pub mod campaign;
+pub mod check;
 pub mod cli;
 pub mod complaint;
 pub mod context;
@@ -53,6 +54,7 @@ pub mod expression;
 pub mod files;
 pub mod fit;
 pub mod history;
+pub mod isolability;
 pub mod learn;
 pub mod model;
 pub mod numeric;

@@ -1,17 +1,18 @@
-//! `isolability`: which faults a rig and its sensors can tell apart: from the structure, and at an operating point by the
-//! residuals and by how well they could be sized.
+//! `isolability`: which faults a rig and its sensors can tell apart.
 
 use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use serde::Serialize;
 
-use super::{Failure, Format, Overwriting, Status, expected, signatures, write_json, write_page};
+use super::simulate::assigned;
+use super::{Failure, Format, Overwriting, Status, read, write_json, write_page};
 use crate::context::Context;
-use crate::report::pages::isolability::{Point, html};
+use crate::isolability::{TakenFault, isolability};
+use crate::report::isolability::{expected_text, signature_text};
+use crate::report::pages::isolability::html;
 use crate::rig::Rig;
-use crate::structure::{Isolability, analyse, render};
+use crate::structure::render;
 
 /// Tell which faults of a rig its sensors can detect and tell apart
 #[derive(Debug, Args)]
@@ -35,53 +36,26 @@ pub struct Arguments {
     overwriting: Overwriting,
 }
 
-#[derive(Serialize)]
-struct Page<'a> {
-    schema: &'static str,
-    rig: String,
-    #[serde(flatten)]
-    structure: &'a Isolability,
-    signatures: Option<Vec<signatures::Row>>,
-    expected: Option<expected::Numbers>,
-}
-
 pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     let outputs = arguments.overwriting.outputs();
     outputs.reading(arguments.input.iter().chain([&arguments.rig])).writing_all(&arguments.report)?;
     let rig = Rig::read(&arguments.rig)?.with_context(context);
-    context.stage("structure of the circuit");
-    let structure = analyse(&rig);
-    context.check()?;
-    context.stage("operating point");
-    let point = signatures::operating_point(&rig, arguments.input.as_deref())?;
-    let (signatures, expected) = match &point {
-        Some((drive, record)) => {
-            let rows = signatures::rows(&rig, drive, record)?;
-            (Some(rows), Some(expected::numbers(&rig, drive, record, &arguments.with)?))
-        }
-        None => (None, None),
-    };
+    let with = arguments.with.iter().map(|text| assigned("--with", text, |id, value| TakenFault::new(&rig, id, value)));
+    let with = with.collect::<Result<Vec<_>, _>>()?;
+    let source = arguments.input.as_deref().map(|path| read::record(&rig, path)).transpose()?;
+    let report = isolability(&rig, source.as_ref(), &with)?;
     if let Some(path) = &arguments.report {
-        let point = signatures.as_deref().zip(expected.as_ref()).map(|(rows, numbers)| Point {
-            signatures: signatures::table(&rig, rows),
-            said: expected::said(numbers),
-            widths: expected::table(numbers),
-        });
-        write_page(path, &html(&rig, &structure, point))?;
+        write_page(path, &html(&rig, &report))?;
     }
     match arguments.format {
         Format::Text => {
-            out.write_all(render(&structure).as_bytes())?;
-            out.write_all(signatures::render(&rig, signatures.as_deref()).as_bytes())?;
-            if let Some(numbers) = &expected {
-                out.write_all(expected::render(numbers).as_bytes())?;
+            out.write_all(render(&report.structure).as_bytes())?;
+            out.write_all(signature_text(&rig, report.signatures.as_deref()).as_bytes())?;
+            if let Some(expected) = &report.expected {
+                out.write_all(expected_text(expected).as_bytes())?;
             }
         }
-        Format::Json => {
-            let rig = arguments.rig.display().to_string();
-            let page = Page { schema: "borescope.isolability/1", rig, structure: &structure, signatures, expected };
-            write_json(out, &page)?;
-        }
+        Format::Json => write_json(out, &report)?,
     }
     Ok(Status::Done)
 }

@@ -63,7 +63,10 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let outputs = arguments.overwriting.outputs().reading(arguments.input.iter().chain([&arguments.rig]));
     outputs.writing(&arguments.output)?;
     let mut rig = Rig::read(&arguments.rig)?.with_context(context);
-    let set = arguments.set.iter().map(|text| set_parameter(&mut rig, "--set", text));
+    let set = arguments
+        .set
+        .iter()
+        .map(|text| assigned("--set", text, |id, value| Ok(SetParameter::new(id, &rig.set(id, value)?))));
     let set = set.collect::<Result<Vec<_>, _>>()?;
     rig.check_capacities().map_err(|complaint| {
         let what = format!("with `--set {}` {}", arguments.set.join(" --set "), complaint.what);
@@ -85,15 +88,18 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     Ok(Status::Done)
 }
 
-/// Gives the parameter of `component.parameter=value` its value.
-pub(super) fn set_parameter(rig: &mut Rig, option: &str, text: &str) -> Result<SetParameter, Complaint> {
+/// Hands both sides of `PARAMETER=VALUE` on; what `set` complains of is said of the whole.
+pub(super) fn assigned<T>(
+    option: &str,
+    text: &str,
+    set: impl FnOnce(&str, &str) -> Result<T, Complaint>,
+) -> Result<T, Complaint> {
     let Some((id, value)) = text.split_once('=') else {
         return Err(Complaint::new(Kind::Syntax, format!("`{option} {text}`: there is no `=`"))
             .help(format!("write PARAMETER=VALUE, such as `{option} cylinder.clearance=0.2mm`")));
     };
-    let value = rig.set(id, value).map_err(|complaint| {
+    set(id, value).map_err(|complaint| {
         let what = format!("`{option} {text}`: {}", complaint.what);
         Complaint { what, ..complaint }
-    })?;
-    Ok(SetParameter::new(id, &value))
+    })
 }

@@ -2,6 +2,7 @@
 
 pub mod campaign;
 pub(crate) mod caveats;
+pub mod check;
 pub mod circuit;
 pub mod comparison;
 pub mod curves;
@@ -11,6 +12,7 @@ pub mod effects;
 pub mod history;
 pub mod html;
 pub mod improvement;
+pub mod isolability;
 pub mod learn;
 pub mod number;
 pub mod pages;

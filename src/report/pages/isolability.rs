@@ -1,23 +1,16 @@
 //! The page of `isolability`.
 
 use super::learn::named;
+use crate::isolability::IsolabilityReport;
 use crate::report::circuit;
 use crate::report::html::{Cell, Column, Page, Section, Table, Tone};
+use crate::report::isolability::{expected_sentences, signature_table, width_table};
 use crate::rig::Rig;
 use crate::structure::{Isolability, Pair};
 
-/// What numbers at an operating point add to the structure.
-pub struct Point {
-    /// How far each residual moves with each fault.
-    pub signatures: Table,
-    /// What a record there would say, in words.
-    pub said: Vec<String>,
-    /// Expected widths of the intervals.
-    pub widths: Table,
-}
-
 /// The structure, and what an operating point adds to it.
-pub fn html(rig: &Rig, structure: &Isolability, point: Option<Point>) -> String {
+pub fn html(rig: &Rig, report: &IsolabilityReport) -> String {
+    let structure = &report.structure;
     let detected = structure.detectable.iter().filter(|&&one| one).count();
     let mut page = Page::new(
         format!("Isolability of {}", named(rig)),
@@ -67,12 +60,12 @@ pub fn html(rig: &Rig, structure: &Isolability, point: Option<Point>) -> String 
     }
     page.section(matrix);
     page.section(tests(structure));
-    if let Some(point) = point {
+    if let (Some(rows), Some(numbers)) = (&report.signatures, &report.expected) {
         let mut signatures = Section::new("Signatures at the operating point");
-        signatures.table(point.signatures);
+        signatures.table(signature_table(rig, rows));
         page.section(signatures);
         let mut expected = Section::new("What a record there would say");
-        expected.list(point.said).table(point.widths);
+        expected.list(expected_sentences(numbers)).table(width_table(numbers));
         page.section(expected);
     } else {
         let mut none = Section::new("Operating point");

@@ -1,15 +1,18 @@
-//! The page of `check` as text.
+//! A check as text.
 
 use std::io::{self, Write};
 
-use super::check::{Page, RigPage};
-use super::check_record::{PhaseInput, RecordPage};
-use crate::report::number::{rounded, text, with_unit};
+use super::number::{rounded, text, with_unit};
+use crate::check::{CheckReport, PhaseInput, RecordPage, RigPage};
 
 /// Phases and warnings that the text shows; the JSON has all.
 const MOST: usize = 20;
 
-pub fn write_page(out: &mut dyn Write, page: &Page) -> io::Result<()> {
+/// Writes what is in the rig file, then what is in the record.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_page(out: &mut dyn Write, page: &CheckReport) -> io::Result<()> {
     write_rig(out, &page.rig)?;
     match &page.record {
         None => Ok(()),

@@ -1,4 +1,4 @@
-//! The part of `check` that is about a record.
+//! What is in a record, and what is doubtful in it.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::record::{Channel, Record};
 use crate::report::number::{in_unit, rounded};
 use crate::rig::{Proposal, Rig};
 
-#[derive(Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RecordPage {
     pub file: String,
     /// What was recognised of the file.
@@ -34,7 +34,7 @@ pub struct RecordPage {
     pub warnings: Vec<String>,
 }
 
-#[derive(Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChannelLine {
     pub name: String,
     pub unit: String,
@@ -46,14 +46,14 @@ pub struct ChannelLine {
 }
 
 /// What stands between two jumps of the inputs.
-#[derive(Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PhaseLine {
     pub from_s: f64,
     pub to_s: f64,
     pub inputs: Vec<PhaseInput>,
 }
 
-#[derive(Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PhaseInput {
     pub name: String,
     pub from: f64,
@@ -62,7 +62,7 @@ pub struct PhaseInput {
 }
 
 /// The page, and what keeps a diagnosis from using the record.
-pub fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<Complaint>), Complaint> {
+pub(super) fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<Complaint>), Complaint> {
     let (record, refused) = rig.record_as_it_stands(path)?;
     let mapping = rig.proposals(&record);
     let drive = match refused {

@@ -1,0 +1,157 @@
+//! Isolability at an operating point as text and tables: which residual answers to which fault, and how well each fault could be
+//! sized.
+
+use std::fmt::Write;
+
+use crate::isolability::{Expectation, ExpectedWidth, SignatureRow};
+use crate::report::html::{Cell, Column, Table};
+use crate::report::number::{self, in_unit, rounded};
+use crate::rig::{Fault, Rig};
+
+/// Deviations from which on a field of the page is darkest.
+const DARKEST: f64 = 300.0;
+
+/// The matrix for a page: each fault of a component in deviations of noise and tolerance, as dark as it is plain.
+pub(super) fn signature_table(rig: &Rig, rows: &[SignatureRow]) -> Table {
+    let faults = of_components(rig);
+    let id = |fault: &&Fault| rig.parameters[fault.parameter].id.clone();
+    let row = |row: &SignatureRow| -> Vec<Cell> {
+        let cell = |fault: &&Fault| {
+            let answer = row.faults.iter().find(|answer| answer.id == id(fault));
+            answer.map_or(Cell::Shade(String::new(), 0.0), |answer| {
+                let share = (answer.deviations.abs().max(1.0).ln() / DARKEST.ln()).min(1.0);
+                Cell::Shade(number::text(rounded(answer.deviations, 2)), share)
+            })
+        };
+        let name = Cell::from(format!("{} {}, {}", row.residual, row.equation, row.phase));
+        std::iter::once(name).chain(faults.iter().map(cell)).collect()
+    };
+    let columns = faults.iter().map(|fault| Column::text(id(fault)));
+    let mut table = Table::new(
+        "How far each residual moves when a fault goes to the far end of its range, in standard deviations of noise and tolerance",
+        std::iter::once(Column::text("residual, phase")).chain(columns).collect(),
+        rows.iter().map(row).collect(),
+    );
+    table.upright = true;
+    table
+}
+
+/// The faults that are not of sensors: those would be most of the columns; programs find them.
+fn of_components(rig: &Rig) -> Vec<&Fault> {
+    let of_sensor =
+        |fault: &&Fault| rig.sensors.iter().any(|sensor| fault.parameter.wrapping_sub(sensor.first_parameter) < 2);
+    rig.faults.iter().filter(|fault| !of_sensor(fault)).collect()
+}
+
+/// The matrix as plain text, lines ended by line feeds: a row for each residual and phase, a column for each fault of a
+/// component.
+pub fn signature_text(rig: &Rig, rows: Option<&[SignatureRow]>) -> String {
+    let Some(rows) = rows else {
+        return "\nNo signatures: they need an operating point, a `[cycle]` in the rig file or `--input RECORD`.\n"
+            .to_owned();
+    };
+    if rows.is_empty() {
+        return "\nNo signatures: no residual of these sensors has windows that count.\n".to_owned();
+    }
+    let mut text = String::new();
+    // Writing to a `String` cannot fail.
+    let _ = write(&mut text, rig, rows);
+    text
+}
+
+fn write(text: &mut String, rig: &Rig, rows: &[SignatureRow]) -> std::fmt::Result {
+    writeln!(text, "\nSignatures: how far each residual moves when a fault goes to the far end of its range.")?;
+    let faults = of_components(rig);
+    for (index, fault) in faults.iter().enumerate() {
+        let parameter = &rig.parameters[fault.parameter];
+        let far = |end: f64| (end - fault.healthy).abs();
+        let end = if far(fault.bounds.1) >= far(fault.bounds.0) { fault.bounds.1 } else { fault.bounds.0 };
+        let [healthy, end] =
+            [fault.healthy, end].map(|si| number::with_unit(in_unit(si, &parameter.unit), &parameter.unit.symbol));
+        writeln!(text, "{:>4} {} from {healthy} to {end}", index + 1, parameter.id)?;
+    }
+    let width = rows.iter().map(|row| row.residual.len()).max().unwrap_or(0);
+    let numbers: String = (1..=faults.len()).map(|number| format!("{number:>10}")).collect();
+    writeln!(
+        text,
+        "  {:width$}  {:8}  {:6}  {:>8}  {:>9}{numbers}  unit",
+        "", "equation", "phase", "noise", "tolerance"
+    )?;
+    for row in rows {
+        let cell = |fault: &&Fault| {
+            let id = &rig.parameters[fault.parameter].id;
+            let answer = row.faults.iter().find(|answer| answer.id == *id);
+            match answer.map(|answer| answer.response) {
+                None => format!("{:>10}", "."),
+                // `+0.000` would look like a response.
+                Some(response) if response.abs() < 5e-4 => format!("{:>10}", "0"),
+                Some(response) => format!("{response:>+10.3}"),
+            }
+        };
+        let cells: String = faults.iter().map(cell).collect();
+        let SignatureRow { residual, equation, phase, unit, sigma_of_mean, tolerance, .. } = row;
+        writeln!(
+            text,
+            "  {residual:width$}  {equation:8}  {phase:6}  {sigma_of_mean:>8.4}  {tolerance:>9.4}{cells}  {unit}"
+        )?;
+    }
+    writeln!(
+        text,
+        "noise: one standard deviation of the mean over the phase; tolerance: of what averaging does not lower.\n\
+         Offsets and gains of sensors: with `--format json`."
+    )
+}
+
+/// What would be known, in sentences.
+pub(super) fn expected_sentences(numbers: &Expectation) -> Vec<String> {
+    let with: Vec<String> =
+        numbers.with.iter().map(|one| format!("{} {}", one.id, number::with_unit(one.value, &one.unit))).collect();
+    let mut said = vec![
+        format!("With {}.", if with.is_empty() { "the healthy rig".to_owned() } else { with.join(" + ") }),
+        format!("Rank {} of {} faults.", numbers.rank, numbers.of),
+    ];
+    let lost = numbers.with.iter().filter(|one| !one.identifiable);
+    said.extend(lost.map(|one| format!("{}: not identifiable at this size.", one.id)));
+    let name = if numbers.rival.is_empty() { "healthy".to_owned() } else { numbers.rival.join(" + ") };
+    said.push(format!("Most easily mistaken for {name}, {} %.", number::text(rounded(100.0 * numbers.mistaken, 3))));
+    said
+}
+
+/// Expected widths of the intervals, for a page.
+pub(super) fn width_table(numbers: &Expectation) -> Table {
+    let row = |width: &ExpectedWidth| {
+        let half = width.half_width.map_or("unknown".to_owned(), |half| format!("+- {}", number::text(half)));
+        vec![width.id.clone().into(), half.into(), width.unit.clone().into()]
+    };
+    Table::new(
+        "Half the 95 % interval that a record there would leave each fault, the present ones unknown too",
+        vec![Column::text("fault"), Column::number("half width", ""), Column::text("unit")],
+        numbers.widths.iter().map(row).collect(),
+    )
+}
+
+/// The numbers as plain text.
+pub fn expected_text(numbers: &Expectation) -> String {
+    let mut text = String::new();
+    let with: Vec<String> =
+        numbers.with.iter().map(|one| format!("{} {}", one.id, number::with_unit(one.value, &one.unit))).collect();
+    let with = if with.is_empty() { "the healthy rig".to_owned() } else { with.join(" + ") };
+    let _ = writeln!(text, "\nExpected at the operating point, with {with}");
+    let _ = writeln!(text, "  rank {} of {} faults", numbers.rank, numbers.of);
+    for one in numbers.with.iter().filter(|one| !one.identifiable) {
+        let _ = writeln!(text, "  {}: not identifiable at this size", one.id);
+    }
+    let name = if numbers.rival.is_empty() { "healthy".to_owned() } else { numbers.rival.join(" + ") };
+    let _ =
+        writeln!(text, "  most easily mistaken for {name}, {} %", number::text(rounded(100.0 * numbers.mistaken, 3)));
+    let longest = numbers.widths.iter().map(|width| width.id.len()).max().unwrap_or(0);
+    let _ = writeln!(
+        text,
+        "  half the 95 % interval that a record there would leave each fault, the present ones unknown too"
+    );
+    for ExpectedWidth { id, unit, half_width } in &numbers.widths {
+        let width = half_width.map_or("unknown".to_owned(), |half| format!("+- {}", number::with_unit(half, unit)));
+        let _ = writeln!(text, "  {id:longest$}  {width}");
+    }
+    text
+}
