@@ -1,22 +1,16 @@
 //! `add`: an effect written into a new rig file.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use serde::Serialize;
 
 use super::{Failure, Format, Overwriting, Status, read, write_json};
 use crate::context::Context;
 use crate::files::{is_kept, read_text, write_atomically};
 use crate::learn::add::add;
-use crate::learn::suggest::RIVAL;
-use crate::report::digits::plus_minus;
-use crate::report::number::{before_unit, rounded};
+use crate::learn::addition::AdditionReport;
 use crate::rig::Rig;
-
-/// Digits of a reported number.
-const DIGITS: usize = 7;
 
 /// Add an effect to a rig file, fitted to a record if one is given
 ///
@@ -54,100 +48,11 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     write_atomically(&arguments.output, |file| file.write_all(new.text.as_bytes()))?;
     // With `-o /dev/stdout` more would stand in the rig file.
     if is_kept(&arguments.output) {
-        let added = Rig::parse(&arguments.output, new.text)?;
-        let summary = Summary::new(arguments, &rig, &added, (new.delta_bic, new.warnings));
+        let report = AdditionReport::new(&rig, &new, &arguments.output)?;
         match arguments.format {
-            Format::Json => write_json(out, &summary)?,
-            Format::Text => write_text(out, &summary)?,
+            Format::Json => write_json(out, &report)?,
+            Format::Text => write!(out, "{report}")?,
         }
     }
     Ok(Status::Done)
-}
-
-/// What was added, as programs read it.
-#[derive(Serialize)]
-struct Summary {
-    schema: &'static str,
-    /// The new rig file, as it was called.
-    rig: String,
-    effects: Vec<Effect>,
-    /// Fall of the information criterion on the record with them.
-    delta_bic: Option<f64>,
-    /// What speaks against them as fitted.
-    warnings: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct Effect {
-    id: String,
-    parameters: Vec<Parameter>,
-}
-
-/// Numbers in `unit`; `sigma` is one standard deviation, 0 for a value taken as exact.
-#[derive(Serialize)]
-struct Parameter {
-    id: String,
-    value: f64,
-    sigma: f64,
-    unit: String,
-}
-
-impl Summary {
-    /// The effects of `added` that `before` does not have.
-    fn new(
-        arguments: &Arguments,
-        before: &Rig,
-        added: &Rig,
-        (delta_bic, warnings): (Option<f64>, Vec<String>),
-    ) -> Self {
-        let parameter = |&index: &usize| {
-            let parameter = &added.parameters[index];
-            Parameter {
-                id: parameter.id.clone(),
-                value: rounded(parameter.unit.from_si(parameter.value), DIGITS),
-                sigma: rounded(parameter.unit.difference_from_si(parameter.sigma), DIGITS),
-                unit: parameter.unit.to_string(),
-            }
-        };
-        let new = added.effects.iter().filter(|effect| before.effects.iter().all(|old| old.id != effect.id));
-        let effects = new
-            .map(|effect| Effect {
-                id: effect.id.clone(),
-                parameters: effect.parameters.iter().map(parameter).collect(),
-            })
-            .collect();
-        Self {
-            schema: "borescope.addition/1",
-            rig: arguments.output.display().to_string(),
-            effects,
-            delta_bic: delta_bic.map(|fall| rounded(fall, DIGITS)),
-            warnings,
-        }
-    }
-}
-
-fn write_text(out: &mut dyn Write, summary: &Summary) -> io::Result<()> {
-    for effect in &summary.effects {
-        writeln!(out, "{}: {} added", summary.rig, effect.id)?;
-        for Parameter { id, value, sigma, unit } in &effect.parameters {
-            writeln!(out, "  {id} = {} (one standard deviation)", before_unit(plus_minus(*value, *sigma), unit))?;
-        }
-    }
-    for warning in &summary.warnings {
-        writeln!(out, "  {warning}")?;
-    }
-    match summary.delta_bic {
-        Some(fall) if fall < 0.0 => writeln!(
-            out,
-            "  the record does not ask for it: the information criterion rises by {:.1}, and has to fall by {RIVAL:.0}",
-            -fall
-        )?,
-        Some(fall) if fall < RIVAL => writeln!(
-            out,
-            "  the record does not ask for it: the information criterion falls by {fall:.1}, and has to by {RIVAL:.0}"
-        )?,
-        Some(fall) => writeln!(out, "  the record asks for it: the information criterion falls by {fall:.1}")?,
-        None => {}
-    }
-    Ok(())
 }

@@ -15,9 +15,11 @@
 //! | [`result`] | the suggestion as programs read it |
 //! | [`missing`] | what a missing flow or force looks like over the states |
 //! | [`add`] | the rig file with an effect more |
+//! | [`addition`] | what was added, as programs read it |
 //! | [`improve`] | the whole loop with its ledger |
 
 pub mod add;
+pub mod addition;
 pub mod candidate;
 pub mod compare;
 pub mod improve;

@@ -1,5 +1,6 @@
 //! What a reader gets to see: texts, line charts, self-contained pages, and the part of the reference that the cards give.
 
+pub mod addition;
 pub mod campaign;
 pub(crate) mod caveats;
 pub mod check;
