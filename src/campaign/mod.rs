@@ -5,12 +5,12 @@
 //! ([`measured`]), diagnoses them with the calibrated rig, and compares ([`score`]). Every number has a stream of
 //! random numbers of its own ([`random`]), so that results depend on the options only.
 
-pub mod case;
+pub(crate) mod case;
 pub mod disturb;
 pub mod draw;
-pub mod measured;
+pub(crate) mod measured;
 pub mod random;
-pub mod row;
+pub(crate) mod row;
 pub mod score;
 pub mod statistics;
 pub mod store;

@@ -52,96 +52,151 @@ pub struct CheckReport {
     pub record: Option<RecordPage>,
 }
 
+/// What is in a rig file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RigPage {
+    /// As the user named it.
     pub file: String,
+    /// The `name` of `[rig]`; empty without.
     pub name: String,
+    /// In the order of the file.
     pub nodes: Vec<NodeLine>,
+    /// In the order of the file; those of effects behind them.
     pub components: Vec<ComponentLine>,
+    /// Physics beyond that of the components.
     pub effects: Vec<EffectLine>,
     /// Formulas of the rig file's own that the model does not have.
     pub own_effects: Vec<String>,
+    /// Names of the states of the model.
     pub states: Vec<String>,
+    /// Every parameter of the model.
     pub parameters: Vec<ParameterLine>,
+    /// In the order of the file.
     pub sensors: Vec<SensorLine>,
+    /// In the order of the file.
     pub inputs: Vec<InputLine>,
+    /// In the order of the file.
     pub faults: Vec<FaultLine>,
+    /// What `simulate` runs without a record.
     pub cycle: Option<CycleLine>,
 }
 
+/// A node.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NodeLine {
+    /// As the rig file has it.
     pub name: String,
+    /// Held pressure, volume or body.
     pub kind: &'static str,
+    /// What it starts with, in words; empty where its pressure is held.
     pub start: String,
 }
 
+/// A component.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ComponentLine {
+    /// As the rig file has it.
     pub name: String,
+    /// Such as `cylinder`.
     pub kind: &'static str,
+    /// In the order of its card.
     pub ports: Vec<PortLine>,
 }
 
+/// A port of a component.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PortLine {
+    /// Its name on the card.
     pub port: &'static str,
+    /// The node that it meets.
     pub node: String,
 }
 
+/// An effect that the model has.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectLine {
+    /// Effect and place, such as `external-leakage@A`.
     pub id: String,
+    /// Its formula.
     pub law: &'static str,
     /// Ids of its parameters.
     pub parameters: Vec<String>,
 }
 
+/// A parameter of the model. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParameterLine {
+    /// Such as `cylinder.clearance`.
     pub id: String,
+    /// By the rig file, or the default of its card.
     pub value: f64,
+    /// As the rig file has it.
     pub unit: String,
     /// 0 for a value taken as exact.
     pub sigma: f64,
     /// Whether a fit estimates it: a fault, or uncertain.
     pub fitted: bool,
+    /// From the card.
     pub meaning: String,
 }
 
+/// A sensor. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SensorLine {
+    /// As the rig file has it.
     pub name: String,
+    /// The column of a record that it reads.
     pub column: String,
+    /// Such as `pressure`.
     pub quantity: &'static str,
+    /// The node or port where it sits.
     pub at: String,
+    /// Of its readings.
     pub unit: String,
+    /// One standard deviation of a reading.
     pub noise: f64,
+    /// Step of its readings; 0 where none is stated.
     pub resolution: f64,
+    /// Time constant of its lag, s; 0 without.
     pub lag_s: f64,
 }
 
+/// An input. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct InputLine {
+    /// As the rig file has it.
     pub name: String,
+    /// The column of a record that it reads.
     pub column: String,
+    /// As the rig file has it.
     pub unit: String,
+    /// What a row says of the time around it.
     pub hold: &'static str,
+    /// One standard deviation of a value.
     pub noise: f64,
 }
 
+/// A fault. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FaultLine {
+    /// The parameter that it changes.
     pub id: String,
+    /// Without the fault.
     pub healthy: f64,
+    /// Least and greatest value that is searched.
     pub bounds: [f64; 2],
+    /// As the rig file has it.
     pub unit: String,
 }
 
+/// The cycle of the rig file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CycleLine {
+    /// How many there are.
     pub phases: usize,
+    /// Between two rows, s.
     pub interval_s: f64,
+    /// Of the whole, s.
     pub duration_s: f64,
 }
 

@@ -12,19 +12,28 @@ use crate::record::{Channel, Record};
 use crate::report::number::{in_unit, rounded};
 use crate::rig::{Proposal, Rig};
 
+/// What is in a record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RecordPage {
+    /// As the user named it.
     pub file: String,
     /// What was recognised of the file.
     pub read_as: String,
     /// Whether a diagnosis can use the record.
     pub usable: bool,
+    /// How many there are.
     pub rows: usize,
+    /// First time, s.
     pub from_s: f64,
+    /// Last time, s.
     pub to_s: f64,
+    /// The most frequent one between rows, s; 0 with fewer than two rows.
     pub interval_s: f64,
+    /// From the first to the last row, s.
     pub duration_s: f64,
+    /// Every column but the time.
     pub channels: Vec<ChannelLine>,
+    /// Between jumps of the inputs; empty where the record lacks an input.
     pub phases: Vec<PhaseLine>,
     /// Columns that the rig asks for and the record lacks, with those that they may be.
     pub mapping: Vec<Proposal>,
@@ -34,12 +43,16 @@ pub struct RecordPage {
     pub warnings: Vec<String>,
 }
 
+/// A column of a record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChannelLine {
+    /// From the header.
     pub name: String,
+    /// As the record has it.
     pub unit: String,
     /// In `unit`; `null` of a column without any value.
     pub least: Option<f64>,
+    /// The same.
     pub greatest: Option<f64>,
     /// `sensor`, `input`, or nothing of this rig.
     pub role: Option<&'static str>,
@@ -48,16 +61,24 @@ pub struct ChannelLine {
 /// What stands between two jumps of the inputs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PhaseLine {
+    /// Its beginning, s.
     pub from_s: f64,
+    /// Its end, s.
     pub to_s: f64,
+    /// In the order of the rig file.
     pub inputs: Vec<PhaseInput>,
 }
 
+/// An input over a phase. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PhaseInput {
+    /// As the rig file has it.
     pub name: String,
+    /// At the beginning.
     pub from: f64,
+    /// At the end.
     pub to: f64,
+    /// As the rig file has it.
     pub unit: String,
 }
 

@@ -47,6 +47,7 @@ impl Drop for Unfinished {
 
 /// Removes what is half-written, for a program that ends without running destructors: from here on no file of this process
 /// takes its place any more.
+#[cfg(all(unix, feature = "cli"))]
 pub(crate) fn remove_unfinished() {
     let all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
     for path in all.iter() {

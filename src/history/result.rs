@@ -1,6 +1,5 @@
 //! The history as programs read it (`borescope.history/1`).
 
-use clap::ValueEnum;
 use serde::Serialize;
 
 use super::forecast::State;
@@ -10,7 +9,8 @@ use super::regression::Line;
 pub const SCHEMA: &str = "borescope.history/1";
 
 /// What the trend goes over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum By {
     /// The times at which the records were measured.

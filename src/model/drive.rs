@@ -24,6 +24,7 @@ pub struct Piece {
 /// The pieces of a whole record, one after the other without gap.
 #[derive(Debug, Clone)]
 pub struct Drive {
+    /// In the order of time.
     pub pieces: Vec<Piece>,
     /// First readings of the nodes' gauge pressures, Pa; 0 where nothing measures.
     pub readings: Vec<f64>,
@@ -44,6 +45,7 @@ pub struct Shown {
     pub sensor: usize,
     /// The reading, and one standard deviation of it by noise, SI.
     pub value: f64,
+    /// One standard deviation of `value` by noise, SI.
     pub sigma: f64,
     /// Rate of the reading, SI per s.
     pub rate: f64,

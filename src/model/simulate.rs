@@ -41,21 +41,27 @@ impl Default for Tolerance {
 /// What the integrator spent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Effort {
+    /// Steps that were taken.
     pub steps: usize,
+    /// Steps that were tried and taken back.
     pub rejected: usize,
 }
 
 /// What the sensors of the model read: `[sensor][sample]`, SI, pressures gauge.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outputs {
+    /// `[sensor][sample]`, SI.
     pub values: Vec<Vec<f64>>,
+    /// What the integrator spent.
     pub effort: Effort,
 }
 
 /// Outputs with their derivatives: `[parameter][sensor][sample]`, per SI unit of the parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensitivities {
+    /// The plain run.
     pub outputs: Outputs,
+    /// `[parameter][sensor][sample]`, per SI unit of the parameter.
     pub derivatives: Vec<Vec<Vec<f64>>>,
 }
 
@@ -63,11 +69,26 @@ pub struct Sensitivities {
 #[derive(Debug, Clone, PartialEq)]
 pub enum SimulationError {
     /// The integrator gave up, at this state.
-    Integration { error: IntegrationError, state: String },
+    Integration {
+        /// What went wrong, and when.
+        error: IntegrationError,
+        /// The state that had the largest error.
+        state: String,
+    },
     /// More states than the solver is built for.
-    TooLarge { states: usize, most: usize },
+    TooLarge {
+        /// Of the rig.
+        states: usize,
+        /// Of the solver.
+        most: usize,
+    },
     /// The explicit method gave up behind time `t` (s).
-    Explicit { t: f64, reason: String },
+    Explicit {
+        /// s.
+        t: f64,
+        /// In the words of the library.
+        reason: String,
+    },
     /// The context of the rig was cancelled.
     Interrupted,
 }
@@ -94,8 +115,10 @@ impl From<Interrupted> for SimulationError {
 /// A rig with its equations laid out.
 #[derive(Debug, Clone)]
 pub struct Model {
+    /// With the values of its parameters as the rig file has them.
     pub rig: Rig,
     layout: Layout,
+    /// Accuracy of the integration.
     pub tolerance: Tolerance,
 }
 
@@ -132,6 +155,7 @@ mod explicit;
 mod sensitive;
 
 impl Model {
+    /// The equations of a rig, solved with the default accuracy.
     pub fn new(rig: Rig) -> Self {
         let layout = Layout::of(&rig);
         Self { rig, layout, tolerance: Tolerance::default() }

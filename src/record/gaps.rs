@@ -8,12 +8,15 @@ use crate::report::number::rounded;
 /// The rows in which one channel has no value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gap {
+    /// Its name.
     pub channel: String,
     /// Rows without a value, and all rows.
     pub missing: usize,
+    /// Rows of the record.
     pub rows: usize,
     /// Times of the first and the last row without a value, s.
     pub from_s: f64,
+    /// Time of the last row without a value, s.
     pub to_s: f64,
 }
 

@@ -20,7 +20,9 @@ pub struct Window {
     pub number: usize,
     /// Begin and nominal end, s.
     pub from_s: f64,
+    /// Nominal end, s.
     pub to_s: f64,
+    /// Its rows.
     pub record: Record,
     /// Whether no row follows.
     pub last: bool,

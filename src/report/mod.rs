@@ -1,29 +1,30 @@
 //! What a reader gets to see: texts, line charts, self-contained pages, and the part of the reference that the cards give.
 
-pub mod addition;
+pub(crate) mod addition;
 pub mod campaign;
 pub(crate) mod caveats;
-pub mod check;
+pub(crate) mod check;
 pub mod circuit;
-pub mod comparison;
-pub mod curves;
+pub(crate) mod comparison;
+pub(crate) mod curves;
 pub mod diagnosis;
-pub mod digits;
+pub(crate) mod digits;
 pub mod effects;
+#[cfg(feature = "store")]
 pub mod history;
-pub mod html;
+pub(crate) mod html;
 pub mod improvement;
-pub mod isolability;
+pub(crate) mod isolability;
 pub mod learn;
 pub mod number;
-pub mod pages;
+pub(crate) mod pages;
 pub mod plot;
 pub mod reference;
 mod residuals;
-pub mod simulation;
-pub mod style;
-pub mod table;
-pub mod windows;
+pub(crate) mod simulation;
+pub(crate) mod style;
+pub(crate) mod table;
+pub(crate) mod windows;
 
 use crate::visible::is_hidden;
 

@@ -7,11 +7,15 @@ use super::StoredRun;
 /// One cell of the table.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell<'a> {
+    /// A text.
     Text(&'a str),
     /// Milliseconds are written, UTC.
     Time(super::Moment),
+    /// A whole number.
     Whole(i64),
+    /// A number; `None` where there is none.
     Number(Option<f64>),
+    /// Yes or no.
     Truth(bool),
 }
 

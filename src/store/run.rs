@@ -58,15 +58,19 @@ impl Dated {
 /// A diagnosis to be kept.
 #[derive(Debug, Clone)]
 pub struct NewRun<'a> {
+    /// The rig that was diagnosed.
     pub rig: &'a RigIdentity,
     /// SHA-256 of the record's file, in hexadecimal digits.
     pub record_digest: &'a str,
     /// When the record was measured.
     pub measured_at: Moment,
+    /// When the record was measured, and how that is known.
     pub dated: Dated,
     /// When it was diagnosed.
     pub diagnosed_at: Moment,
+    /// With which it was diagnosed.
     pub options: &'a Options,
+    /// The result.
     pub diagnosis: &'a Diagnosis,
 }
 
@@ -95,37 +99,55 @@ impl<'a> NewRun<'a> {
 pub struct StoredRun {
     /// Number of the run, rising in the order of storing.
     pub id: i64,
+    /// Key of the rig.
     pub rig: String,
+    /// Name of the rig; empty without.
     pub rig_name: String,
+    /// SHA-256 of the rig file.
     pub rig_digest: String,
+    /// The record, as the user named it.
     pub record: String,
+    /// SHA-256 of the record.
     pub record_digest: String,
+    /// When the record was measured.
     pub measured_at: Moment,
     /// Where `measured_at` comes from: `given`, `file` or `diagnosis`.
     pub dated_by: String,
+    /// When it was diagnosed.
     pub diagnosed_at: Moment,
+    /// The word of the verdict.
     pub verdict: String,
+    /// Of the fit; `None` where there is none.
     pub chi2_reduced: Option<f64>,
     /// Version of the program, whose laws the model is made of.
     pub model_version: String,
     /// As JSON.
     pub options: String,
+    /// Every fault of the rig, in its order.
     pub faults: Vec<StoredFault>,
 }
 
 /// What a run says about one fault. Numbers in `unit`; `None` where there was no finite one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoredFault {
+    /// The parameter that it changes.
     pub id: String,
+    /// Of all its numbers.
     pub unit: String,
+    /// Estimate; `None` where there is none.
     pub value: Option<f64>,
     /// Ends of the 95 % interval; `None` where the record does not bound the value.
     pub low: Option<f64>,
+    /// Upper end of the 95 % interval; `None` where it is open.
     pub high: Option<f64>,
+    /// Healthy value.
     pub healthy: Option<f64>,
+    /// Whether it is there.
     pub present: bool,
+    /// Of its being there.
     pub probability: Option<f64>,
     /// `bounded`, `lower-bound-only`, `upper-bound-only` or `unidentifiable`.
     pub identifiable: String,
+    /// Whether the model missed something, so that the value may be off by more than its interval.
     pub biased: bool,
 }

@@ -22,6 +22,7 @@ const MOST_SENSORS: usize = 4;
 /// How many there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Count {
+    /// How many were counted.
     pub count: usize,
     /// `false` where there are more.
     pub complete: bool,
@@ -34,13 +35,16 @@ pub struct Test {
     pub faults: Vec<String>,
     /// Sensors and inputs that it can use.
     pub signals: Vec<String>,
+    /// Names of the equations.
     pub equations: Vec<String>,
 }
 
 /// Two faults of which the second explains all that the first does.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Pair {
+    /// Id of the first.
     pub fault: String,
+    /// Id of the second.
     pub explained_by: String,
 }
 
@@ -51,10 +55,13 @@ pub struct Pair {
 /// has.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Isolability {
+    /// How many the structure has.
     pub equations: usize,
+    /// How many the structure has.
     pub unknowns: usize,
     /// Equations more than unknowns, in the part that can be tested.
     pub redundancy: usize,
+    /// Ids, in the order of the rig.
     pub faults: Vec<String>,
     /// Per fault.
     pub detectable: Vec<bool>,

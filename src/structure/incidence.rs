@@ -5,6 +5,7 @@ use std::fmt;
 /// A quantity that no record shows.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unknown {
+    /// Its name.
     pub name: String,
     /// Whether a sensor could be put there.
     pub measurable: bool,
@@ -13,11 +14,13 @@ pub struct Unknown {
 /// One equation, by the unknowns and faults that it holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Equation {
+    /// Its name.
     pub name: String,
     /// Sorted, none twice.
     pub unknowns: Vec<usize>,
     /// Recorded signals.
     pub knowns: Vec<usize>,
+    /// Indices among the faults.
     pub faults: Vec<usize>,
     /// Whether it only says that one unknown is the time derivative of another.
     pub differential: bool,
@@ -26,15 +29,20 @@ pub struct Equation {
 /// Equations and what they hold.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Structure {
+    /// In the order of their indices.
     pub unknowns: Vec<Unknown>,
+    /// Recorded signals, in the order of their indices.
     pub knowns: Vec<String>,
+    /// In the order of their indices.
     pub faults: Vec<String>,
+    /// In the order of their indices.
     pub equations: Vec<Equation>,
 }
 
 /// A relation names something that no list holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownName {
+    /// The name.
     pub name: String,
     /// Place of the relation in its list, from 0.
     pub relation: usize,

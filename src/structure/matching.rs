@@ -30,6 +30,7 @@ pub struct Decomposition {
     pub just: Vec<Part>,
     /// More equations than unknowns: the part that can be tested.
     pub over: Part,
+    /// Which unknown each equation gives.
     pub matching: Matching,
 }
 

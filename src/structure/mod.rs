@@ -36,8 +36,10 @@ pub use from_rig::from_rig;
 pub use incidence::{Equation, Structure, Unknown, UnknownName};
 pub use text::render;
 
+/// Sets of equations that a search found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Search {
+    /// Indices of the equations of each.
     pub sets: Vec<Vec<usize>>,
     /// `false` where the search stopped at its limit, or where the structure is too large to begin.
     pub complete: bool,

@@ -18,8 +18,11 @@ pub trait Curved<const N: usize> {
 /// A derivative of one row by one parameter; several of the same place add up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
+    /// Index of the row.
     pub row: usize,
+    /// Index of the parameter among those that are led along.
     pub parameter: usize,
+    /// The derivative.
     pub value: f64,
 }
 

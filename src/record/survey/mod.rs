@@ -41,11 +41,13 @@ pub enum Doubt {
 /// One doubt.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Finding {
+    /// What is doubtful.
     pub doubt: Doubt,
     /// The column; `None` for the clock.
     pub channel: Option<String>,
     /// First and last time, s, of the rows that it is about.
     pub from_s: f64,
+    /// Last time of the rows that it is about, s.
     pub to_s: f64,
     /// Rows that it is about; of missing ones, and of a channel that lacks some, how many.
     pub rows: usize,
@@ -55,6 +57,7 @@ pub struct Finding {
     /// The value at which it stands, or the one that is off, in `unit`; of jitter its root mean square; of a clock that was
     /// set the time before.
     pub value: Option<f64>,
+    /// Unit of `value`; `None` without one.
     pub unit: Option<String>,
 }
 

@@ -6,7 +6,7 @@ mod table;
 use std::fmt::Write;
 
 use super::escape;
-use super::plot::{Chart, Figure, Live, Map};
+use super::plot::{Chart, Live, Map};
 
 pub use table::{Cell, Column, Mark, Scale, Table};
 
@@ -34,7 +34,6 @@ enum Block {
     Facts(Vec<(String, String)>),
     Preformatted(String),
     Table(Table),
-    Figure(String, String),
     Subheading(String),
     /// Markup that this crate made.
     Made(String),
@@ -76,11 +75,6 @@ impl Section {
     /// Adds a table.
     pub fn table(&mut self, table: Table) -> &mut Self {
         self.add(Block::Table(table))
-    }
-
-    /// Adds a picture with a caption.
-    pub fn figure(&mut self, figure: &Figure, caption: impl Into<String>) -> &mut Self {
-        self.add(Block::Figure(figure.svg(), caption.into()))
     }
 
     /// Adds a heading of what follows within the section.
@@ -215,9 +209,6 @@ impl Block {
             Self::Table(table) => table.html(out),
             Self::Subheading(text) => line(out, format_args!("<h3>{}</h3>", escape(text))),
             Self::Made(markup) => out.push_str(markup),
-            Self::Figure(svg, caption) => {
-                line(out, format_args!("<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>", escape(caption)));
-            }
         }
     }
 }
@@ -248,7 +239,7 @@ mod tests {
             .preformatted("a  <b");
         let chart =
             Chart::new("p", Axis::new("t", "s"), Axis::new("p", "bar"), vec![Series::line("s", vec![(0.0, 1.0)])]);
-        faults.paragraph("text").figure(&Figure::new("p", "p over t", vec![chart.clone()]), "caption");
+        faults.paragraph("text");
         faults.chart(&chart, &Live::new("time", "p <over> t"));
         let page = Page::new("Diagnosis of <x>", "lead").section(faults).clone().html();
         for part in [

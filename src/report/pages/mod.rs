@@ -4,6 +4,7 @@ pub mod calibration;
 pub mod campaign;
 pub mod diagnosis;
 pub mod effects;
+#[cfg(feature = "store")]
 pub mod history;
 pub mod improvement;
 pub mod isolability;
