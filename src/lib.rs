@@ -68,6 +68,7 @@ pub mod simulation;
 #[cfg(feature = "store")]
 pub mod store;
 pub mod units;
+#[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "only the command writes through `Visible`"))]
 mod visible;
 
 // No part of what the library promises: public for the command, tests, benches and fuzz targets.

@@ -17,6 +17,7 @@ use crate::complaint::{Complaint, Kind, Place};
 pub use outputs::Outputs;
 #[cfg(all(unix, feature = "cli"))]
 pub(crate) use temporary::remove_unfinished;
+#[cfg(feature = "cli")]
 pub(crate) use write::is_closed_pipe;
 pub use write::{check_folder, is_kept, is_standard_output, write_atomically};
 

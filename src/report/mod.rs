@@ -1,30 +1,30 @@
 //! What a reader gets to see: texts, line charts, self-contained pages, and the part of the reference that the cards give.
 
-pub(crate) mod addition;
+pub mod addition;
 pub mod campaign;
 pub(crate) mod caveats;
-pub(crate) mod check;
+pub mod check;
 pub mod circuit;
-pub(crate) mod comparison;
-pub(crate) mod curves;
+pub mod comparison;
+pub mod curves;
 pub mod diagnosis;
-pub(crate) mod digits;
+pub mod digits;
 pub mod effects;
 #[cfg(feature = "store")]
 pub mod history;
-pub(crate) mod html;
+pub mod html;
 pub mod improvement;
-pub(crate) mod isolability;
+pub mod isolability;
 pub mod learn;
 pub mod number;
-pub(crate) mod pages;
+pub mod pages;
 pub mod plot;
 pub mod reference;
 mod residuals;
-pub(crate) mod simulation;
-pub(crate) mod style;
-pub(crate) mod table;
-pub(crate) mod windows;
+pub mod simulation;
+pub mod style;
+pub mod table;
+pub mod windows;
 
 use crate::visible::is_hidden;
 
