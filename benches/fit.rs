@@ -7,12 +7,12 @@ mod problem;
 mod stroke;
 mod timing;
 
-use borescope::fit::{Fit, Loss, Tolerances, fit};
+use borescope::estimation::{Fit, Loss, Options, fit};
 use problem::{Measured, STARTS, is_optimum, random_starts};
 use timing::{Timed, line, time};
 
 fn found(measured: &Measured, start: &[f64]) -> Fit {
-    fit(measured, start, Loss::None, Tolerances::default()).expect("fitted")
+    fit(measured, start, Loss::None, Options::default()).expect("fitted")
 }
 
 fn main() {
@@ -22,7 +22,7 @@ fn main() {
         let timed = time(7, || {
             found(&measured, &start);
         });
-        let remark = format!("cost {:.1}, {} iterations", fitted.cost, fitted.iterations);
+        let remark = format!("cost {:.1}, {} iterations", 0.5 * fitted.cost, fitted.iterations);
         line(&format!("fit from {start:?}"), "borescope", timed, &remark);
     }
     let mut times = Vec::new();

@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::joint::Joint;
-use crate::fit::{Linearised, Loss};
+use crate::estimation::{Linearised, Loss};
 
 /// Variance of each parameter (SI squared), from all misfits and their derivatives at the optimum and the white covariance.
 pub(super) fn variances(joint: &Joint<'_>, at: &Linearised, loss: Loss, white: &DMatrix<f64>) -> Vec<f64> {
@@ -22,8 +22,7 @@ pub(super) fn variances(joint: &Joint<'_>, at: &Linearised, loss: Loss, white: &
                 let range = first + sensor * rows + phase.start..first + sensor * rows + phase.end;
                 let gradient = |(j, slot): (usize, &mut f64)| {
                     let column = at.jacobian.column(j);
-                    *slot +=
-                        range.clone().map(|k| column[k] * at.misfit[k] * loss.at(at.misfit[k].powi(2)).1).sum::<f64>();
+                    *slot += range.clone().map(|k| column[k] * at.misfit[k] * loss.weight(at.misfit[k])).sum::<f64>();
                 };
                 score.iter_mut().enumerate().for_each(gradient);
             }

@@ -2,13 +2,12 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::diagnosis::noise::Weights;
-use crate::diagnosis::prior::Gaussian;
 use crate::diagnosis::problem::{Estimated, away};
-use crate::fit::{Linearised, Loss, Problem};
+use crate::estimation::{Fit, FitError, Gaussian, Linearised, LocalModel, Loss, Options, Problem, fit_along};
 use crate::model::{Drive, Model, SimulationError};
 use crate::record::Record;
 
@@ -154,40 +153,27 @@ impl<'a> Solutions<'a> {
     }
 }
 
-/// The misfits to all records, one record after the other, weighted; behind them those of what the data sheet says.
-///
-/// As a [`Problem`] it is turned into as many rows as there are parameters, and one more for what none of them explains:
-/// with `J = Q R`, `Q'r` and `|r - Q Q'r|` have the cost and the gradient of `r`, and the search need not see the samples.
+/// All records as one problem: the misfits of one record after the other, weighted.
 pub(super) struct Joint<'a> {
     pub solutions: &'a Solutions<'a>,
     /// One per record.
     pub weights: Vec<Weights>,
     pub prior: &'a Gaussian,
     pub bounds: Vec<(f64, f64)>,
-    /// Factors on the misfits that keep wild ones from pulling, as found at the start; empty for ones.
+    /// Factors on the misfits that keep outliers from pulling, as found at the start; empty for ones.
     pub robust: Vec<f64>,
-    reduced: Mutex<Option<Arc<Reduced>>>,
-}
-
-/// A Jacobian, weighted and with the robust factors, and its triangle.
-struct Reduced {
-    jacobian: DMatrix<f64>,
-    /// Lower triangle, the transpose of `R`.
-    lower: DMatrix<f64>,
+    local: Mutex<Option<Arc<LocalModel>>>,
 }
 
 impl<'a> Joint<'a> {
     pub fn new(solutions: &'a Solutions<'a>, weights: Vec<Weights>, prior: &'a Gaussian) -> Self {
         let bounds = solutions.estimated.iter().map(|one| one.bounds).collect();
-        Self { solutions, weights, prior, bounds, robust: Vec::new(), reduced: Mutex::default() }
+        Self { solutions, weights, prior, bounds, robust: Vec::new(), local: Mutex::default() }
     }
 
     /// The same with robust factors: those of a loss at the misfits of `theta`.
     pub fn robust(mut self, theta: &[f64], loss: Loss) -> Result<Self, SimulationError> {
-        self.robust = self.weighted(theta)?.iter().map(|r| loss.at(r * r).1.sqrt()).collect();
-        // What the data sheet says is no sample that may be wild.
-        let first = self.robust.len() - self.prior.len();
-        self.robust[first..].fill(1.0);
+        self.robust = self.weighted(theta)?.iter().map(|&r| loss.weight(r).sqrt()).collect();
         Ok(self)
     }
 
@@ -211,8 +197,8 @@ impl<'a> Joint<'a> {
         series
     }
 
-    /// All misfits, without robust factors.
-    pub fn weighted(&self, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
+    /// Misfits of the records, without robust factors.
+    fn weighted(&self, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
         let curves = self.solutions.curves(theta)?;
         let mut all = Vec::new();
         for (record, weights) in self.weights.iter().enumerate() {
@@ -220,12 +206,11 @@ impl<'a> Joint<'a> {
             weights.apply(&mut misfit);
             all.append(&mut misfit);
         }
-        all.extend(self.prior.misfit(theta).iter());
         Ok(all)
     }
 
-    /// All misfits and their derivatives, without robust factors.
-    pub fn whole(&self, theta: &[f64]) -> Result<Linearised, SimulationError> {
+    /// Misfits of the records and their derivatives, without robust factors.
+    fn records(&self, theta: &[f64]) -> Result<Linearised, SimulationError> {
         let misfit = self.weighted(theta)?;
         let mut jacobian = DMatrix::zeros(misfit.len(), theta.len());
         let mut first = 0;
@@ -237,56 +222,50 @@ impl<'a> Joint<'a> {
             jacobian.rows_mut(first, columns.nrows()).copy_from(&columns);
             first += columns.nrows();
         }
-        self.prior.linearise(&mut jacobian, first);
         Ok(Linearised { misfit, jacobian })
     }
 
-    /// The Jacobian near `theta`, kept for the life of the problem: the rounds take it anew.
-    fn reduced(&self, theta: &[f64]) -> Result<Arc<Reduced>, SimulationError> {
-        let mut kept = self.reduced.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(reduced) = &*kept {
-            return Ok(reduced.clone());
-        }
-        let mut jacobian = self.whole(theta)?.jacobian;
-        for mut column in jacobian.column_iter_mut() {
-            column.iter_mut().zip(&self.robust).for_each(|(slot, factor)| *slot *= factor);
-        }
-        // The prior gives every direction a length, so that there is a factor.
-        let gram = jacobian.transpose() * &jacobian;
-        let p = gram.nrows();
-        // Derivatives that are not finite have no factor; the fit then says that it has none.
-        let lower = gram.cholesky().map_or_else(|| DMatrix::from_element(p, p, f64::NAN), |factor| factor.l());
-        let reduced = Arc::new(Reduced { jacobian, lower });
-        *kept = Some(reduced.clone());
-        Ok(reduced)
+    /// The same with what the data sheet says as further rows.
+    pub fn whole(&self, theta: &[f64]) -> Result<Linearised, SimulationError> {
+        let Linearised { mut misfit, jacobian } = self.records(theta)?;
+        misfit.extend(self.prior.misfit(theta).iter());
+        let known = self.prior.jacobian(theta.len());
+        let first = jacobian.nrows();
+        let mut jacobian = jacobian.resize_vertically(first + known.nrows(), 0.0);
+        jacobian.rows_mut(first, known.nrows()).copy_from(&known);
+        Ok(Linearised { misfit, jacobian })
     }
 
-    fn rows(&self, theta: &[f64], reduced: &Reduced) -> Result<Vec<f64>, SimulationError> {
-        let mut misfit = DVector::from_vec(self.weighted(theta)?);
-        misfit.iter_mut().zip(&self.robust).for_each(|(slot, factor)| *slot *= factor);
-        let gradient = reduced.jacobian.tr_mul(&misfit);
-        let along = reduced.lower.solve_lower_triangular(&gradient).unwrap_or(gradient);
-        let rest = (misfit.norm_squared() - along.norm_squared()).max(0.0).sqrt();
-        let mut rows: Vec<f64> = along.iter().copied().collect();
-        rows.push(rest);
-        Ok(rows)
+    /// The local model near `theta`, kept for the life of the problem: each round has a new one.
+    fn local_model(&self, theta: &[f64]) -> Result<Arc<LocalModel>, FitError> {
+        let mut kept = self.local.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(local) = &*kept {
+            return Ok(local.clone());
+        }
+        let local = Arc::new(LocalModel::at(self, theta, Loss::None)?);
+        *kept = Some(local.clone());
+        Ok(local)
+    }
+
+    /// Fits from `start` along the derivatives from there.
+    pub fn fit(&self, start: &[f64], options: Options) -> Result<Fit, FitError> {
+        let local = self.local_model(start)?;
+        fit_along(self, &local, start, options)
     }
 
     /// Whether no parameter has moved by more than so many standard errors (for white misfits).
-    pub fn within(&self, now: &[f64], before: &[f64], errors: f64) -> Result<bool, SimulationError> {
+    pub fn within(&self, now: &[f64], before: &[f64], errors: f64) -> Result<bool, FitError> {
         let covariance = self.covariance(now)?;
         let moved = now.iter().zip(before).enumerate();
         Ok(moved.into_iter().all(|(i, (now, before))| (now - before).abs() <= errors * covariance[(i, i)].sqrt()))
     }
 
-    /// Covariance of the parameters near `theta` for white misfits, SI: that of the linear model, bounds ignored. The prior
+    /// Covariance of the parameters near `theta` for white misfits, SI: that of the local model, bounds ignored. The prior
     /// bounds every direction.
-    pub fn covariance(&self, theta: &[f64]) -> Result<DMatrix<f64>, SimulationError> {
-        let lower = &self.reduced(theta)?.lower;
-        let p = lower.nrows();
-        let unit = DMatrix::identity(p, p);
-        let inverse = lower.solve_lower_triangular(&unit).unwrap_or(unit);
-        Ok(inverse.tr_mul(&inverse))
+    pub fn covariance(&self, theta: &[f64]) -> Result<DMatrix<f64>, FitError> {
+        let local = self.local_model(theta)?;
+        let scaled = local.information(self)?.covariance();
+        Ok(DMatrix::from_fn(theta.len(), theta.len(), |i, j| scaled[(i, j)] * local.scale[i] * local.scale[j]))
     }
 }
 
@@ -298,17 +277,29 @@ impl Problem for Joint<'_> {
     }
 
     fn misfit(&self, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
-        self.rows(theta, &*self.reduced(theta)?)
+        let mut misfit = self.weighted(theta)?;
+        misfit.iter_mut().zip(&self.robust).for_each(|(slot, factor)| *slot *= factor);
+        Ok(misfit)
     }
 
     fn linearise(&self, theta: &[f64]) -> Result<Linearised, SimulationError> {
-        let reduced = self.reduced(theta)?;
-        let mut jacobian = reduced.lower.transpose();
-        jacobian = jacobian.insert_row(theta.len(), 0.0);
-        Ok(Linearised { misfit: self.rows(theta, &reduced)?, jacobian })
+        let Linearised { mut misfit, mut jacobian } = self.records(theta)?;
+        misfit.iter_mut().zip(&self.robust).for_each(|(slot, factor)| *slot *= factor);
+        for mut column in jacobian.column_iter_mut() {
+            column.iter_mut().zip(&self.robust).for_each(|(slot, factor)| *slot *= factor);
+        }
+        Ok(Linearised { misfit, jacobian })
     }
 
     fn scale(&self) -> Vec<f64> {
         self.solutions.estimated.iter().map(|estimated| estimated.scale).collect()
+    }
+
+    fn prior(&self) -> Option<&Gaussian> {
+        Some(self.prior)
+    }
+
+    fn name(&self, parameter: usize) -> String {
+        self.solutions.model.rig.parameters[self.solutions.estimated[parameter].parameter].id.clone()
     }
 }

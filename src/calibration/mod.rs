@@ -21,9 +21,8 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::estimate;
 use crate::diagnosis::events::{self, Events};
 use crate::diagnosis::noise::{Weights, phases, variances};
-use crate::diagnosis::prior::Gaussian;
 use crate::diagnosis::problem::{Estimated, RecordProblem};
-use crate::fit::{self, FitError, Loss, Tolerances};
+use crate::estimation::{FitError, Gaussian, Loss, Options as Steps};
 use crate::model::{Drive, Model, SimulationError};
 use crate::record::Record;
 use crate::residual::settling;
@@ -117,7 +116,7 @@ fn fit_all(rig: &Rig, records: &[Record], options: &Options) -> Result<(Rig, Rep
         complaint.places.extend(records.iter().map(|record| Place::file(&record.path)));
         complaint.help("check values and units of the rig with `borescope check`")
     };
-    let unsolved = |error: SimulationError| failed(FitError::Start { source: error.into() });
+    let unsolved = |error: SimulationError| failed(error.into());
 
     let mut margins = rig.calibration.as_ref().map_or_else(Vec::new, |known| known.margins.clone());
     let mut with = rig.clone();
@@ -151,7 +150,7 @@ fn fit_all(rig: &Rig, records: &[Record], options: &Options) -> Result<(Rig, Rep
     for reach in FIRST {
         let mut joint = rounds.joint(rough.clone(), &theta, Loss::SoftL1 { k: FAR }).map_err(unsolved)?;
         joint.confine(reach);
-        let fit = fit::fit(&joint, &theta, Loss::None, ends()).map_err(failed)?;
+        let fit = joint.fit(&theta, ends()).map_err(failed)?;
         count.one();
         let gained = cost - fit.cost;
         (theta, cost) = (fit.theta, fit.cost);
@@ -169,19 +168,19 @@ fn fit_all(rig: &Rig, records: &[Record], options: &Options) -> Result<(Rig, Rep
         rounds.estimate_tolerance(&theta, &events, if round == 1 { 2 } else { 1 }).map_err(unsolved)?;
         let weights = rounds.weights(&events);
         let joint = rounds.joint(weights.clone(), &theta, Loss::Huber { k: ROBUST }).map_err(unsolved)?;
-        let fit = fit::fit(&joint, &theta, Loss::None, ends()).map_err(failed)?;
-        let settled = joint.within(&fit.theta, &theta, SETTLED.2).map_err(unsolved)? && alike(&before, &rounds.rig);
+        let fit = joint.fit(&theta, ends()).map_err(failed)?;
+        let settled = joint.within(&fit.theta, &theta, SETTLED.2).map_err(failed)? && alike(&before, &rounds.rig);
         theta.clone_from(&fit.theta);
         count.one();
         if settled || round >= options.rounds.max(1) {
             break (fit, weights, settled);
         }
     };
-    rounds.finish((rig, margins), records, fit, weights, (round, settled)).map_err(unsolved)
+    rounds.finish((rig, margins), records, fit, weights, (round, settled)).map_err(failed)
 }
 
-fn ends() -> Tolerances {
-    Tolerances { function: END, max_iterations: MOST_ITERATIONS, ..Tolerances::default() }
+fn ends() -> Steps {
+    Steps { function: END, ..Steps::steps(MOST_ITERATIONS, 0.0) }
 }
 
 /// Whether noise and tolerance have settled.
@@ -261,7 +260,7 @@ impl Rounds<'_> {
             let empty = Weights::new(&self.rig, &[], &[], &[]);
             let (times, open) = (&one.record.time, self.solutions.estimated.clone());
             let measured = one.measured.clone();
-            let problem = RecordProblem::new(&model, &one.drive, times, measured, empty, open, Gaussian::none());
+            let problem = RecordProblem::new(&model, &one.drive, times, measured, empty, open);
             let mut events = events::events(&problem, one.record, theta)?;
             unsettled(&self.rig, one, &mut events.variance);
             Ok(events)

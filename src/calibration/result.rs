@@ -9,8 +9,7 @@ use super::{Noise, ROBUST, Rounds};
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::{count_there, square_sum};
 use crate::diagnosis::{adequate, tame_squares};
-use crate::fit::{Fit, Loss, Uncertainty, UncertaintyOptions};
-use crate::model::SimulationError;
+use crate::estimation::{Fit, FitError, LocalModel, Loss, Uncertainty, UncertaintyOptions};
 use crate::record::Record;
 use crate::report::number::rounded;
 use crate::rig::{Calibration, NEVER_KNOWN, Rig};
@@ -54,14 +53,16 @@ impl Rounds<'_> {
         mut fit: Fit,
         weights: Vec<Weights>,
         (rounds, settled): (usize, bool),
-    ) -> Result<(Rig, Report), SimulationError> {
+    ) -> Result<(Rig, Report), FitError> {
         let loss = Loss::Huber { k: ROBUST };
         let joint = self.joint(weights, &fit.theta, loss)?;
         let options = UncertaintyOptions { series: joint.series(), ..UncertaintyOptions::default() };
-        (fit.linearised, fit.loss) = (joint.whole(&fit.theta)?, loss);
-        let mut inflation = Uncertainty::at(&fit, &options).inflation;
+        let whole = joint.whole(&fit.theta)?;
+        let local = LocalModel::of(&joint, &fit.theta, whole.clone(), loss)?;
+        let mut inflation = Uncertainty::at(&local, &fit.at_bound, &options).inflation;
+        fit.misfit = local.misfit;
         let white = joint.covariance(&fit.theta)?;
-        for (i, variance) in clusters::variances(&joint, &fit.linearised, loss, &white).into_iter().enumerate() {
+        for (i, variance) in clusters::variances(&joint, &whole, loss, &white).into_iter().enumerate() {
             inflation[i] = inflation[i].max(variance / white[(i, i)]);
         }
         let before = &self.prior.sigma;
@@ -179,7 +180,7 @@ impl Rounds<'_> {
             let (mut channels, mut missed) = (Vec::new(), Vec::new());
             for (sensor, (known, range)) in sheet.sensors.iter().zip(series.by_ref()).enumerate() {
                 let samples = count_there(one.measured[sensor]).max(1);
-                let chi2 = tame_squares(&fit.linearised.misfit[range]) / samples as f64;
+                let chi2 = tame_squares(&fit.misfit[range]) / samples as f64;
                 let away = |curves: &super::joint::Curves| square_sum(&curves[record][sensor], one.measured[sensor]);
                 let square = plain.as_deref().map_or(f64::NAN, away);
                 let unit = sheet.sensor_unit(known);

@@ -1,16 +1,22 @@
 //! Everything that stays the same while sets of faults are tried on a record.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::noise::Weights;
-use super::prior::Gaussian;
 use super::problem::{Estimated, RecordProblem};
-use crate::fit::Loss;
-use crate::model::{Drive, Model};
+use crate::estimation::local_model::Information;
+use crate::estimation::{
+    Fit, FitError, Gaussian, Held, Linearised, LocalModel, Loss, Options, Problem, SchurComplement, fit_along,
+};
+use crate::model::{Drive, Model, SimulationError};
 use crate::record::Record;
 use crate::rig::FaultSet;
 use crate::rig::Rig;
 
+/// A decrease of the cost of less is not worth a step towards a value that is reported.
+pub const EXACT: f64 = 0.02;
+/// Nor, where sets of faults are compared, one of less than this: what is promised itself is counted.
+pub const ROUGH: f64 = 0.5;
 /// Uncertain parameters are searched this many standard deviations to both sides.
 pub(crate) const REACH: f64 = 6.0;
 /// Least share of its stated value that something positive is estimated as.
@@ -57,7 +63,7 @@ impl<'a> Case<'a> {
                 covariance[(place, place)] *= 1.0 + APART * APART;
             }
         }
-        let mut full = RecordProblem::new(model, drive, &record.time, measured, weights, estimated, Gaussian::none());
+        let mut full = RecordProblem::new(model, drive, &record.time, measured, weights, estimated);
         full.base = rig.healthy();
         Self { full, record, mean, known, covariance }
     }
@@ -136,34 +142,103 @@ impl<'a> Case<'a> {
         theta.iter().enumerate().map(|(index, &value)| if stays(index) { value } else { self.mean[index] }).collect()
     }
 
-    /// Parameters that are free while the faults of `set` are present.
-    pub fn free(&self, set: FaultSet) -> Vec<usize> {
-        (0..self.count()).filter(|&index| !self.is_held(set, index)).collect()
-    }
-
-    /// What the prior adds to the information on all estimated parameters while the faults of `set` are present, per `scale`.
-    pub fn precision(&self, set: FaultSet, scale: &[f64]) -> DMatrix<f64> {
-        let prior = self.prior(set);
-        let known = prior.precision();
-        let mut precision = DMatrix::zeros(self.count(), self.count());
-        for (a, &i) in prior.members.iter().enumerate() {
-            for (b, &j) in prior.members.iter().enumerate() {
-                precision[(i, j)] = known[(a, b)] * scale[i] * scale[j];
-            }
+    /// The fit of one set of faults: the others held at their healthy values, with what is known while it is present.
+    pub fn problem(&self, set: FaultSet) -> SetProblem<'_, 'a> {
+        let mut bounds = self.full.bounds().to_vec();
+        for index in (0..self.faults()).filter(|&index| self.is_held(set, index)) {
+            bounds[index] = (self.mean[index], self.mean[index]);
         }
-        precision
+        SetProblem { case: self, bounds, prior: self.prior(set) }
     }
 
-    /// How far values of all estimated parameters are from what is expected of them, in scales.
-    pub fn away(&self, theta: &[f64], scale: &[f64]) -> DVector<f64> {
-        DVector::from_fn(self.count(), |index, _| (theta[index] - self.mean[index]) / scale[index])
+    /// The local model at values of all estimated parameters, SI.
+    ///
+    /// # Errors
+    /// The model cannot be solved there, or what it gives is not finite.
+    pub fn local_model(&self, theta: &[f64]) -> Result<LocalModel, FitError> {
+        LocalModel::at(&self.full, theta, ROBUST)
+    }
+
+    /// Fits the faults of `set` along a local model from nearby, in so many steps.
+    ///
+    /// # Errors
+    /// The model cannot be solved at the start.
+    pub fn fit(&self, near: &LocalModel, set: FaultSet, start: &[f64], steps: Options) -> Result<Fit, FitError> {
+        fit_along(&self.problem(set), near, start, steps)
+    }
+
+    /// The same with one of the parameters held at a value, SI.
+    ///
+    /// # Errors
+    /// The model cannot be solved at the start.
+    pub fn fit_held(
+        &self,
+        near: &LocalModel,
+        set: FaultSet,
+        held: Holding,
+        start: &[f64],
+        steps: Options,
+    ) -> Result<Fit, FitError> {
+        fit_along(&Held::new(&self.problem(set), held.parameter, held.value), near, start, steps)
+    }
+
+    /// What record and prior say of all that is estimated while the faults of `set` are present.
+    ///
+    /// # Errors
+    /// Bounds or scales that do not fit together.
+    pub fn information(&self, near: &LocalModel, set: FaultSet) -> Result<Information, FitError> {
+        near.information(&self.problem(set))
+    }
+
+    /// The form over the deviations of all faults from healthy, with everything uncertain left to follow.
+    pub fn schur_complement(&self, near: &LocalModel) -> SchurComplement {
+        let bounds: Vec<(f64, f64)> = self.rig().faults.iter().map(|fault| fault.bounds).collect();
+        SchurComplement::new(near, &self.healthy_prior(), &self.mean, &bounds)
     }
 }
 
-/// What an explanation costs, `cost` being `2 F` of its fit, with each fault priced as a parameter is (Schwarz 1978): fewer
-/// are better where both explain so many samples alike.
-pub fn priced(cost: f64, set: FaultSet, samples: f64) -> f64 {
-    cost + set.len() as f64 * samples.ln()
+/// A parameter held at a value.
+#[derive(Debug, Clone, Copy)]
+pub struct Holding {
+    /// Index among the estimated ones.
+    pub parameter: usize,
+    /// SI.
+    pub value: f64,
+}
+
+/// The fit of one set of faults to a record.
+pub struct SetProblem<'c, 'a> {
+    case: &'c Case<'a>,
+    bounds: Vec<(f64, f64)>,
+    prior: Gaussian,
+}
+
+impl Problem for SetProblem<'_, '_> {
+    type Error = SimulationError;
+
+    fn bounds(&self) -> &[(f64, f64)] {
+        &self.bounds
+    }
+
+    fn misfit(&self, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
+        self.case.full.misfit(theta)
+    }
+
+    fn linearise(&self, theta: &[f64]) -> Result<Linearised, SimulationError> {
+        self.case.full.linearise(theta)
+    }
+
+    fn scale(&self) -> Vec<f64> {
+        self.case.full.scale()
+    }
+
+    fn prior(&self) -> Option<&Gaussian> {
+        Some(&self.prior)
+    }
+
+    fn name(&self, parameter: usize) -> String {
+        self.case.full.name(parameter)
+    }
 }
 
 /// The faults of a rig, then everything uncertain that is no fault, what sensors show at zero included. What is uncertain

@@ -13,8 +13,8 @@ use super::estimate::{self, Estimate, FROM_HEALTHY};
 use super::hypotheses::prior_odds;
 use super::noise::Weights;
 use super::problem::away;
-use super::quadratic::Score;
 use super::{Diagnosed, Verdict};
+use crate::estimation::Score;
 use crate::model::{Drive, Model};
 use crate::record::{Channel, Record};
 use crate::report::number::{rounded, text};
@@ -234,7 +234,8 @@ fn score_of_rate(near: &Estimate<'_>) -> Option<Score> {
     let pairs = with.iter().flatten().zip(plain.iter().flatten());
     let mut change: Vec<f64> = pairs.map(|(with, plain)| with - plain).collect();
     full.weights.apply(&mut change);
-    Some(isolation.quadratic.scoring(case, isolation.set(), (&best.theta, &best.misfit))?.of(&change))
+    let test = isolation.local.score_test(&case.problem(isolation.set()), &best.theta, &best.misfit).ok()?;
+    Some(test.of(&change))
 }
 
 /// A cause taken back, and the record then explained like any other.

@@ -2,17 +2,16 @@
 
 use rayon::prelude::*;
 
-use super::case::{Case, priced};
-use super::descend::{ROUGH, descend};
+use super::case::{Case, ROBUST, ROUGH};
 use super::events::{weights, weights_along};
 use super::hypotheses::{Isolation, MOST_ROUNDS, Stopped, held, isolate, isolate_from};
 use super::noise::{self, Weights};
-use super::quadratic::Quadratic;
 use super::search;
 use super::unseen::{in_step, simpler, unseen};
 use crate::complaint::{Complaint, Kind, Place};
-use crate::fit::FitError;
-use crate::model::{Drive, Model, SimulationError};
+use crate::estimation::criteria::bic;
+use crate::estimation::{FitError, LocalModel, Options, StoppedBecause};
+use crate::model::{Drive, Model};
 use crate::record::{Channel, Record};
 use crate::rig::FaultSet;
 use crate::rig::Rig;
@@ -29,7 +28,7 @@ pub(crate) const HOPE: f64 = 5.0;
 /// Forms of a first fit of each of several starts.
 pub(crate) const FIRST_FORMS: usize = 2;
 /// Steps along one form where only a neighbourhood is looked for.
-const QUICK: usize = 4;
+const QUICK: u64 = 4;
 /// A round that leaves this share of a cost that is far too large is the last.
 const STUCK: f64 = 0.5;
 /// Standard errors by which no fault moves any more when the rounds end.
@@ -115,17 +114,17 @@ fn case_at<'a>(
     record: &'a Record,
     drive: &'a Drive,
     theta: &[f64],
-) -> Result<(Case<'a>, Quadratic), Complaint> {
+) -> Result<(Case<'a>, LocalModel), Complaint> {
     let mut case = unweighed(model, record, drive)?;
     let form = renewed(&mut case, theta).map_err(|error| unsolvable(model, record, error))?;
     Ok((case, form))
 }
 
 /// Renews the weights of a case at `theta`, and gives the form there.
-fn renewed(case: &mut Case<'_>, theta: &[f64]) -> Result<Quadratic, SimulationError> {
+fn renewed(case: &mut Case<'_>, theta: &[f64]) -> Result<LocalModel, FitError> {
     let (weights, solved) = weights_along(&case.full, case.record, theta)?;
     case.full.weights = weights;
-    Ok(Quadratic::of(case, theta, case.full.linearised(theta, &solved)))
+    LocalModel::of(&case.full, theta, case.full.linearised(theta, &solved), ROBUST)
 }
 
 /// Isolates the faults of a record from values of all estimated parameters that are near already, with weights of there.
@@ -145,13 +144,15 @@ pub fn isolated<'a>(
 }
 
 /// A fit that did not have to go to its end.
-pub(crate) struct Quick {
+pub struct Quick {
     /// All estimated parameters, SI.
     pub theta: Vec<f64>,
     /// `2 F` of record and prior.
     pub cost: f64,
-    /// By how much the last form lowered it.
+    /// By how much the last local model lowered it.
     pub gained: f64,
+    /// Which inequality ended the steps along the last one; `None` before any.
+    pub stopped: Option<StoppedBecause>,
 }
 
 /// Fits a record with the faults of `set` present, from values of all estimated parameters.
@@ -160,7 +161,7 @@ pub(crate) struct Quick {
 ///
 /// # Errors
 /// A model that cannot be solved there.
-pub(crate) fn quick(
+pub fn quick(
     model: &Model,
     record: &Record,
     drive: &Drive,
@@ -177,7 +178,7 @@ pub(crate) fn quick(
         return Ok(fit);
     }
     let again = |start: &[f64], forms: usize| {
-        Quadratic::at(&case, start).and_then(|form| walked(&case, form, (start, set), forms)).ok()
+        case.local_model(start).and_then(|form| walked(&case, form, (start, set), forms)).ok()
     };
     let near = |again: &Quick| again.cost - HOPE * again.gained < fit.cost;
     let fresh = again(&expected, FIRST_FORMS).filter(near);
@@ -188,29 +189,30 @@ pub(crate) fn quick(
 /// A fit from a form and where it was taken, the form taken so many times.
 fn walked(
     case: &Case<'_>,
-    mut form: Quadratic,
+    mut form: LocalModel,
     (start, set): (&[f64], FaultSet),
     forms: usize,
-) -> Result<Quick, SimulationError> {
-    let mut fit = Quick { theta: start.to_vec(), cost: f64::INFINITY, gained: f64::INFINITY };
+) -> Result<Quick, FitError> {
+    let mut fit = Quick { theta: start.to_vec(), cost: f64::INFINITY, gained: f64::INFINITY, stopped: None };
     let mut damping = 0.0;
     for left in (0..forms).rev() {
-        let Some(point) = descend(case, &form, set, &[], &fit.theta, damping, (QUICK, ROUGH)) else { break };
+        let steps = Options::steps(QUICK, ROUGH).damped(damping);
+        let Ok(point) = case.fit(&form, set, &fit.theta, steps) else { break };
         let before = if fit.cost.is_finite() { fit.cost } else { case.cost(set, &form.misfit, &form.theta) };
         damping = point.damping;
-        fit = Quick { theta: point.theta, cost: point.cost, gained: before - point.cost };
+        fit = Quick { theta: point.theta, cost: point.cost, gained: before - point.cost, stopped: Some(point.stopped) };
         let again = left + 1 < forms;
         if left == 0 || (again && fit.gained < 1e-3 * fit.cost) {
             break;
         }
-        form = Quadratic::at(case, &fit.theta)?;
+        form = case.local_model(&fit.theta)?;
     }
     Ok(fit)
 }
 
 /// The complaint about a model that cannot be solved on a record.
-pub(crate) fn unsolvable(model: &Model, record: &Record, error: SimulationError) -> Complaint {
-    let error = FitError::Start { source: error.into() };
+pub(crate) fn unsolvable(model: &Model, record: &Record, error: impl Into<FitError>) -> Complaint {
+    let error = error.into();
     Complaint::new(Kind::Computation, format!("the faults could not be fitted: {error}"))
         .at(Place::file(&model.rig.path))
         .at(Place::file(&record.path))
@@ -235,7 +237,8 @@ impl Estimate<'_> {
             let before = self.case.full.weights.clone();
             let theta = place.theta(&self.case);
             // A place from which the model cannot be solved is passed over.
-            let isolation = weights(&self.case.full, self.case.record, &theta).and_then(|weights| {
+            let weights = weights(&self.case.full, self.case.record, &theta).map_err(FitError::from);
+            let isolation = weights.and_then(|weights| {
                 self.case.full.weights = weights;
                 settle(&mut self.case, &theta, place.set(), rounds)
             });
@@ -286,7 +289,7 @@ impl Estimate<'_> {
         let samples = unfollowed.full.weights.all_samples() as f64;
         let fitted = starts.par_iter().filter_map(|(start, set)| {
             let fit = quick(&roughly, record, full.drive, (start, *set), FIRST_FORMS).ok()?;
-            Some((fit.theta, *set, priced(fit.cost, *set, samples)))
+            Some((fit.theta, *set, bic(fit.cost, set.len(), samples)))
         });
         let fitted: Vec<_> = fitted.collect();
         let best = fitted.into_iter().min_by(|a, b| a.2.total_cmp(&b.2));
@@ -337,7 +340,7 @@ fn rough(model: &Model, record: &Record, drive: &Drive, data: &[&[f64]]) -> Weig
 
 /// Explains the record from a guess. Where that does, weights are renewed where the explanation puts the events, and the
 /// explanation with them, until no fault moves.
-fn settle(case: &mut Case<'_>, guess: &[f64], set: FaultSet, most_rounds: u64) -> Result<Isolation, SimulationError> {
+fn settle(case: &mut Case<'_>, guess: &[f64], set: FaultSet, most_rounds: u64) -> Result<Isolation, FitError> {
     let mut isolation = isolate(case, guess, set, most_rounds)?;
     for _ in 0..MOST_RENEWALS {
         if most_rounds < MOST_ROUNDS && missed(case, &isolation) {
@@ -350,8 +353,8 @@ fn settle(case: &mut Case<'_>, guess: &[f64], set: FaultSet, most_rounds: u64) -
             break;
         }
         let still = |fault: usize| {
-            let sigma = isolation.reduced.sigma(isolation.set(), fault);
-            let sigma = sigma.map_or(case.range(fault), |sigma| sigma * isolation.quadratic.scale[fault]);
+            let sigma = isolation.schur.sigma(isolation.set().iter(), fault);
+            let sigma = sigma.map_or(case.range(fault), |sigma| sigma * isolation.local.scale[fault]);
             (isolation.best.theta[fault] - before.best.theta[fault]).abs() <= SETTLED * sigma
         };
         if isolation.set() != before.set() || !isolation.set().iter().all(still) {

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use super::noise::{self, Weights};
-use super::prior::Gaussian;
 use super::problem::RecordProblem;
 use super::starts;
 use crate::model::{Drive, Late, Model, Sensitivities, SimulationError};
@@ -17,7 +16,7 @@ pub(crate) fn weights_of(
     parameters: &[f64],
 ) -> Result<(Weights, Vec<Vec<f64>>), SimulationError> {
     let nothing = Weights::new(&model.rig, &[], &[], &[]);
-    let mut problem = RecordProblem::new(model, drive, &record.time, Vec::new(), nothing, Vec::new(), Gaussian::none());
+    let mut problem = RecordProblem::new(model, drive, &record.time, Vec::new(), nothing, Vec::new());
     problem.base = parameters.to_vec();
     let (weights, solved) = weights_along(&problem, record, &[])?;
     Ok((weights, solved.outputs.values))

@@ -1,7 +1,7 @@
 //! What a record would say about faults before it is taken: expected widths, rank, and the set most easily mistaken for the
 //! true one.
 //!
-//! The quadratic form of a record without noise, taken at the faults themselves, weighs every other set of faults as
+//! The local quadratic model of a record without noise, taken at the faults themselves, weighs every other set of faults as
 //! [`super::hypotheses`] does. Under noise the logarithm of the ratio of two likelihoods is normal with the variance of
 //! twice its mean, so what a set is expected to win by tells how often it wins.
 
@@ -9,8 +9,8 @@ use super::case::Case;
 use super::events::weights;
 use super::hypotheses::{candidates, prior_odds};
 use super::noise::Weights;
-use super::quadratic::{Quadratic, Reduced};
-use crate::model::{Drive, Model, SimulationError};
+use crate::estimation::{FitError, SchurComplement};
+use crate::model::{Drive, Model};
 use crate::record::Record;
 use crate::rig::FaultSet;
 
@@ -46,12 +46,7 @@ const ONE_IN: f64 = 100.0;
 ///
 /// # Errors
 /// The model cannot be solved with these faults.
-pub fn expected(
-    model: &Model,
-    record: &Record,
-    drive: &Drive,
-    faults: &[(usize, f64)],
-) -> Result<Expected, SimulationError> {
+pub fn expected(model: &Model, record: &Record, drive: &Drive, faults: &[(usize, f64)]) -> Result<Expected, FitError> {
     let rig = &model.rig;
     let mut parameters = rig.healthy();
     for &(fault, value) in faults {
@@ -65,35 +60,35 @@ pub fn expected(
         theta[fault] = value;
     }
     case.full.weights = weights(&case.full, record, &theta)?;
-    let quadratic = Quadratic::at(&case, &theta)?;
-    let reduced = quadratic.reduced(&case);
+    let local = case.local_model(&theta)?;
+    let schur = case.schur_complement(&local);
     let truth: FaultSet = faults.iter().map(|&(fault, _)| fault).collect();
-    let rivals = rivals(&case, &reduced, truth);
+    let rivals = rivals(&case, &schur, truth);
     let identifiable = faults.iter().map(|&(fault, _)| {
         rivals.iter().filter(|(set, _)| !set.contains(fault)).all(|(_, rival)| rival.mistaken * ONE_IN <= 1.0)
     });
     let identifiable = identifiable.collect();
-    let sigma = |fault: usize| Some(reduced.sigma(truth, fault)? * quadratic.scale[fault]);
+    let sigma = |fault: usize| Some(schur.sigma(truth.iter(), fault)? * local.scale[fault]);
     Ok(Expected {
         sigma: (0..case.faults()).map(sigma).collect(),
-        rank: reduced.rank(),
+        rank: schur.rank(),
         identifiable,
         rival: rivals.into_iter().map(|(_, rival)| rival).max_by(|a, b| a.mistaken.total_cmp(&b.mistaken)),
     })
 }
 
 /// Every other set that might be taken for `truth`.
-fn rivals(case: &Case<'_>, reduced: &Reduced, truth: FaultSet) -> Vec<(FaultSet, Rival)> {
+fn rivals(case: &Case<'_>, schur: &SchurComplement, truth: FaultSet) -> Vec<(FaultSet, Rival)> {
     let odds = prior_odds(case.faults());
-    let priced = |set: FaultSet| reduced.occam(set, 1.0) + odds * set.len() as f64;
-    let Some(best) = reduced.best(truth) else { return Vec::new() };
+    let priced = |set: FaultSet| schur.occam(set.iter(), 1.0) + odds * set.len() as f64;
+    let Some(best) = schur.best(truth.iter()) else { return Vec::new() };
     let own = priced(truth);
-    let alone = |set: FaultSet| Some(priced(set) - 0.5 * reduced.best(set)?.cost);
+    let alone = |set: FaultSet| Some(priced(set) - 0.5 * schur.best(set.iter())?.cost);
     candidates(case.faults(), truth, alone)
         .into_iter()
         .filter(|&set| set != truth)
         .filter_map(|set| {
-            let rise = (reduced.best(set)?.cost - best.cost).max(0.0);
+            let rise = (schur.best(set.iter())?.cost - best.cost).max(0.0);
             let nats = own - priced(set) + 0.5 * rise;
             // With one fault more than the truth the likelihood gains half a chi-square; 1 stands for its spread.
             let spread = rise.max(1.0).sqrt();

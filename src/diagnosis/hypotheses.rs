@@ -1,17 +1,16 @@
 //! Isolation: which set of faults explains the record, each set with its probability.
 //!
-//! Around the best explanation so far the cost is a quadratic form, and with everything uncertain eliminated a set of
+//! Around the best explanation so far the cost has a local quadratic model, and with everything uncertain eliminated a set of
 //! faults is weighed by solving a system as small as the set. So every set of up to three faults, and every set near the
-//! best one, is weighed in that form; the best of them are fitted to the record itself; the form is renewed at the
+//! best one, is weighed in that model; the best of them are fitted to the record itself; the model is taken again at the
 //! winner; until the winner stays.
 
 use std::fmt;
 
 use serde::Serialize;
 
-use super::case::{Case, ROBUST};
-use super::descend::{EXACT, Point, ROUGH, descend};
-use super::quadratic::{Quadratic, Reduced};
+use super::case::{Case, EXACT, ROBUST, ROUGH};
+use crate::estimation::{Fit, FitError, LocalModel, Options, SchurComplement};
 use crate::model::SimulationError;
 use crate::rig::FaultSet;
 
@@ -33,10 +32,10 @@ const FAR: f64 = 4.0;
 /// Most rounds.
 pub const MOST_ROUNDS: u64 = 8;
 /// Steps of each fit in a round.
-const STEPS: usize = 3;
+const STEPS: u64 = 3;
 /// A winner that promises no more than this decrease of the cost stays.
 const SETTLED: f64 = 0.1;
-/// Share of the cost beyond which colour in the misfits does not excuse a rise: where much is missed, colour is without bound.
+/// Share of the cost beyond which autocorrelation of the misfits does not excuse a rise: where much is missed, it is without bound.
 const UNEXCUSED: f64 = 0.02;
 /// Sets with less probability are left out of the list.
 const NEGLIGIBLE: f64 = 1e-6;
@@ -55,18 +54,18 @@ pub struct Weighed {
     pub set: FaultSet,
     pub score: f64,
     /// Its fit, where it was fitted to the record.
-    pub point: Option<Point>,
+    pub point: Option<Fit>,
 }
 
 /// Where the search ended.
 pub struct Isolation {
     /// The best first.
     pub weighed: Vec<Weighed>,
-    pub best: Point,
-    /// The form at the best.
-    pub quadratic: Quadratic,
-    pub reduced: Reduced,
-    /// Of each fault: what colour in the misfits does to its variance.
+    pub best: Fit,
+    /// The local model near the best.
+    pub local: LocalModel,
+    pub schur: SchurComplement,
+    /// Of each fault: variance inflation by autocorrelation of the misfits.
     pub inflation: Vec<f64>,
     pub rounds: u64,
     pub stopped: Stopped,
@@ -103,7 +102,7 @@ impl Isolation {
     /// Logarithm of the evidence of its set, up to what is the same for all sets of the record.
     pub fn evidence(&self, case: &Case<'_>) -> f64 {
         let set = self.set();
-        prior_odds(case.faults()) * set.len() as f64 + self.reduced.occam(set, 1.0) - 0.5 * self.best.cost
+        prior_odds(case.faults()) * set.len() as f64 + self.schur.occam(set.iter(), 1.0) - 0.5 * self.best.cost
     }
 
     /// Probability of each set, in the order of `weighed`.
@@ -151,96 +150,101 @@ pub(super) fn prior_odds(faults: usize) -> f64 {
 ///
 /// # Errors
 /// The model cannot be solved at the guess.
-pub fn isolate(
-    case: &Case<'_>,
-    guess: &[f64],
-    centre: FaultSet,
-    most_rounds: u64,
-) -> Result<Isolation, SimulationError> {
-    isolate_from(case, Quadratic::at(case, guess)?, centre, most_rounds)
+pub fn isolate(case: &Case<'_>, guess: &[f64], centre: FaultSet, most_rounds: u64) -> Result<Isolation, FitError> {
+    isolate_from(case, case.local_model(guess)?, centre, most_rounds)
 }
 
-/// The same from the form at the guess.
+/// The same from the local model at the guess.
 ///
 /// # Errors
 /// The model cannot be solved.
 pub(super) fn isolate_from(
     case: &Case<'_>,
-    mut quadratic: Quadratic,
+    mut local: LocalModel,
     mut centre: FaultSet,
     most_rounds: u64,
-) -> Result<Isolation, SimulationError> {
+) -> Result<Isolation, FitError> {
     let (mut rounds, mut damping) = (0, 0.0);
     loop {
         case.rig().context().check()?;
         rounds += 1;
-        let reduced = quadratic.reduced(case);
-        let inflation = inflations(case, &quadratic, centre);
-        let weighed = weigh(case, &quadratic, &reduced, (centre, damping), &inflation);
+        let schur = case.schur_complement(&local);
+        let inflation = inflations(case, &local, centre)?;
+        let weighed = weigh(case, Around { local: &local, schur: &schur, centre, damping, inflation: &inflation });
         let Some((set, best)) = weighed.iter().find_map(|set| Some((set.set, set.point.clone()?))) else {
             // Nothing could be solved: the guess is all there is.
-            let unsolvable =
-                || SimulationError::Explicit { t: 0.0, reason: "no set of faults can be simulated".to_owned() };
-            let best =
-                descend(case, &quadratic, centre, &[], &quadratic.theta, 0.0, (0, ROUGH)).ok_or_else(unsolvable)?;
+            let unsolvable = || {
+                FitError::from(SimulationError::Explicit {
+                    t: 0.0,
+                    reason: "no set of faults can be simulated".to_owned(),
+                })
+            };
+            let best = case.fit(&local, centre, &local.theta, Options::steps(0, ROUGH)).map_err(|_| unsolvable())?;
             let stopped = Stopped::Unsolvable;
-            return Ok(Isolation { weighed, best, quadratic, reduced, inflation, rounds, stopped });
+            return Ok(Isolation { weighed, best, local, schur, inflation, rounds, stopped });
         };
-        let gained = case.cost(set, &quadratic.misfit, &quadratic.theta) - best.cost;
+        let gained = case.cost(set, &local.misfit, &local.theta) - best.cost;
         let stays = set == centre && gained < SETTLED;
         if stays || rounds >= most_rounds {
             let stopped = if stays { Stopped::Settled } else { Stopped::Rounds };
-            return Ok(Isolation { weighed, best, quadratic, reduced, inflation, rounds, stopped });
+            return Ok(Isolation { weighed, best, local, schur, inflation, rounds, stopped });
         }
         damping = best.damping;
-        quadratic = Quadratic::at(case, &best.theta)?;
+        local = case.local_model(&best.theta)?;
         centre = set;
     }
 }
 
-/// The fit of one set of faults as if it were isolated, from the form at values of all estimated parameters.
+/// The fit of one set of faults as if it were isolated, from the local model at values of all estimated parameters.
 ///
 /// # Errors
 /// The model cannot be solved there.
-pub(super) fn held(case: &Case<'_>, quadratic: Quadratic, set: FaultSet) -> Result<Isolation, SimulationError> {
-    let theta = &quadratic.theta;
-    let reduced = quadratic.reduced(case);
+pub(super) fn held(case: &Case<'_>, local: LocalModel, set: FaultSet) -> Result<Isolation, FitError> {
+    let schur = case.schur_complement(&local);
     let inflation = vec![1.0; case.faults()];
-    let unsolvable =
-        || SimulationError::Explicit { t: 0.0, reason: "the set of faults cannot be simulated".to_owned() };
-    let best = descend(case, &quadratic, set, &[], theta, 0.0, (STEPS, ROUGH)).ok_or_else(unsolvable)?;
+    let best = case.fit(&local, set, &local.theta, Options::steps(STEPS, ROUGH))?;
     let weighed = vec![Weighed { set, score: 0.0, point: Some(best.clone()) }];
-    Ok(Isolation { weighed, best, quadratic, reduced, inflation, rounds: 1, stopped: Stopped::Settled })
+    Ok(Isolation { weighed, best, local, schur, inflation, rounds: 1, stopped: Stopped::Settled })
 }
 
-/// Weighs all candidates in the quadratic form and fits the best of them.
-fn weigh(
-    case: &Case<'_>,
-    quadratic: &Quadratic,
-    reduced: &Reduced,
-    (centre, damping): (FaultSet, f64),
-    inflation: &[f64],
-) -> Vec<Weighed> {
+/// Where candidates are weighed.
+#[derive(Clone, Copy)]
+struct Around<'a> {
+    local: &'a LocalModel,
+    schur: &'a SchurComplement,
+    /// The best set so far.
+    centre: FaultSet,
+    /// Damping with which its fit ended.
+    damping: f64,
+    /// Variance inflation of each fault.
+    inflation: &'a [f64],
+}
+
+/// Weighs all candidates in the local quadratic model and fits the best of them.
+fn weigh(case: &Case<'_>, around: Around<'_>) -> Vec<Weighed> {
+    let Around { local, schur, centre, damping, inflation } = around;
     let odds = prior_odds(case.faults());
-    let priced = |set: FaultSet| reduced.occam(set, colour(set, FaultSet::EMPTY, inflation)) + odds * set.len() as f64;
-    let reference = reduced.best(centre).map_or(0.0, |best| best.cost);
+    let priced = |set: FaultSet| {
+        schur.occam(set.iter(), inflation_between(set, FaultSet::EMPTY, inflation)) + odds * set.len() as f64
+    };
+    let reference = schur.best(centre.iter()).map_or(0.0, |best| best.cost);
     let score = |set: FaultSet, cost: f64, reference: f64| {
         let rise = cost - reference;
-        let colour = if rise > UNEXCUSED * reference.abs() { 1.0 } else { colour(set, centre, inflation) };
-        -0.5 * rise / colour + priced(set)
+        let excused = if rise > UNEXCUSED * reference.abs() { 1.0 } else { inflation_between(set, centre, inflation) };
+        -0.5 * rise / excused + priced(set)
     };
-    let alone = |set: FaultSet| Some(score(set, reduced.best(set)?.cost, reference));
+    let alone = |set: FaultSet| Some(score(set, schur.best(set.iter())?.cost, reference));
     let mut weighed: Vec<(Weighed, Vec<f64>)> = candidates(case.faults(), centre, alone)
         .into_iter()
         .filter_map(|set| {
-            let best = reduced.best(set)?;
+            let best = schur.best(set.iter())?;
             Some((Weighed { set, score: score(set, best.cost, reference), point: None }, best.deviation))
         })
         .collect();
     weighed.sort_by(|a, b| b.0.score.total_cmp(&a.0.score));
     let top = weighed.first().map_or(0.0, |(best, _)| best.score);
     // From afar the form is too rough to tell more than a few sets apart.
-    let far = quadratic.misfit.len() as f64 * FAR < 2.0 * ROBUST.cost(&quadratic.misfit);
+    let far = local.misfit.len() as f64 * FAR < 2.0 * ROBUST.cost(&local.misfit);
     let most = if far { MOST_FITS_FAR } else { MOST_FITS };
     let mut fitted = 0;
     for (place, (set, deviation)) in weighed.iter_mut().enumerate() {
@@ -250,16 +254,16 @@ fn weigh(
             continue;
         }
         fitted += 1;
-        let mut start = quadratic.theta.clone();
+        let mut start = local.theta.clone();
         // The set at hand goes on from where it is, so that no round ends worse than it began.
         if !stay {
             start[..case.faults()].copy_from_slice(&case.mean[..case.faults()]);
             for (fault, deviation) in set.set.iter().zip(deviation.iter()) {
-                start[fault] += deviation * quadratic.scale[fault];
+                start[fault] += deviation * local.scale[fault];
             }
         }
         let enough = if place == 0 || stay { EXACT } else { ROUGH };
-        set.point = descend(case, quadratic, set.set, &[], &start, damping, (STEPS, enough));
+        set.point = case.fit(local, set.set, &start, Options::steps(STEPS, enough).damped(damping)).ok();
     }
     // Fitted sets are compared by what they reach; the others keep what the form promises, from the same reference.
     let stays = weighed.iter().find(|(set, _)| set.set == centre).and_then(|(set, _)| set.point.as_ref());
@@ -277,20 +281,20 @@ fn weigh(
     weighed
 }
 
-/// Colour that counts when two sets are compared: the most of any fault in which they differ; of a set alone, of its own.
-pub(super) fn colour(set: FaultSet, centre: FaultSet, inflation: &[f64]) -> f64 {
+/// Variance inflation that counts when two sets are compared: the most of any fault in which they differ; of a set alone, of
+/// its own.
+pub(super) fn inflation_between(set: FaultSet, centre: FaultSet, inflation: &[f64]) -> f64 {
     set.symmetric_difference(centre).iter().map(|fault| inflation[fault]).fold(1.0, f64::max)
 }
 
-/// What colour in the misfits does to the variance of each fault while those of `set` are present.
-fn inflations(case: &Case<'_>, quadratic: &Quadratic, set: FaultSet) -> Vec<f64> {
-    (0..case.faults())
-        .map(|fault| {
-            quadratic
-                .direction(case, set.with(fault), fault)
-                .map_or(1.0, |direction| quadratic.inflation(&direction, &case.full.series()))
-        })
-        .collect()
+/// Variance inflation by autocorrelation of each fault while those of `set` are present.
+fn inflations(case: &Case<'_>, local: &LocalModel, set: FaultSet) -> Result<Vec<f64>, FitError> {
+    let series = case.full.series();
+    let one = |fault: usize| {
+        let direction = case.information(local, set.with(fault))?.direction(fault);
+        Ok(direction.map_or(1.0, |direction| local.inflation(&direction, &series)))
+    };
+    (0..case.faults()).map(one).collect()
 }
 
 /// Sets to be weighed: those of up to three faults, and those within two exchanges of the best one. Of a rig with many faults

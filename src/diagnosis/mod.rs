@@ -6,7 +6,6 @@
 
 pub mod case;
 mod common_cause;
-pub mod descend;
 mod doubtful;
 pub mod estimate;
 pub(crate) mod events;
@@ -15,9 +14,7 @@ pub mod hypotheses;
 pub mod interval;
 pub mod noise;
 pub mod onset;
-pub mod prior;
 pub mod problem;
-pub mod quadratic;
 mod result;
 pub(crate) mod search;
 mod starts;
@@ -26,6 +23,7 @@ mod unseen;
 pub mod watch;
 
 use crate::complaint::{Complaint, Kind, Place};
+use crate::estimation::Interval;
 use crate::model::{Drive, Model, Shown};
 use crate::record::Record;
 use crate::report::number::rounded;
@@ -55,7 +53,7 @@ pub struct Diagnosed {
     /// What the misfits are weighted with.
     pub weights: noise::Weights,
     /// What the record leaves of each fault, in the order of the rig; `None` where the model cannot be solved.
-    pub intervals: Vec<Option<interval::Interval>>,
+    pub intervals: Vec<Option<Interval>>,
     /// The record without the mistake that [`Diagnosis::common_cause`] names.
     pub corrected: Option<Record>,
     /// Logarithm of the evidence of the fault combination, up to what is the same for all of the record.

@@ -13,7 +13,7 @@ use super::hypotheses::Isolation;
 use super::problem::away;
 use super::summary::{mean_squares, tame};
 use super::{SEVERAL, adequate};
-use crate::fit::Problem;
+use crate::estimation::Problem;
 use crate::model::{Before, Drive, Model, Onset};
 use crate::record::Record;
 use crate::rig::FaultSet;

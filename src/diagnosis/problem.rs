@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use nalgebra::DMatrix;
 
 use super::noise::Weights;
-use super::prior::Gaussian;
-use crate::fit::{Linearised, Problem};
+use crate::context::Interrupted;
+use crate::estimation::{FitError, Linearised, Problem};
 use crate::model::{Drive, Model, Onset, Sensitivities, SimulationError};
 
 /// A parameter that is fitted.
@@ -38,7 +38,7 @@ pub(crate) fn count_there(measured: &[f64]) -> usize {
     measured.iter().filter(|value| !value.is_nan()).count()
 }
 
-/// Misfits of a model to a record: every sensor's samples one after the other, then those of what is known before.
+/// Misfits of a model to a record: every sensor's samples one after the other.
 pub struct RecordProblem<'a> {
     pub model: &'a Model,
     pub drive: &'a Drive,
@@ -47,7 +47,6 @@ pub struct RecordProblem<'a> {
     pub measured: Vec<&'a [f64]>,
     pub weights: Weights,
     pub estimated: Vec<Estimated>,
-    pub prior: Gaussian,
     /// All parameters of the rig; the estimated ones are replaced.
     pub base: Vec<f64>,
     bounds: Vec<(f64, f64)>,
@@ -63,7 +62,6 @@ impl<'a> RecordProblem<'a> {
         measured: Vec<&'a [f64]>,
         weights: Weights,
         estimated: Vec<Estimated>,
-        prior: Gaussian,
     ) -> Self {
         let bounds = estimated.iter().map(|estimated| estimated.bounds).collect();
         Self {
@@ -73,7 +71,6 @@ impl<'a> RecordProblem<'a> {
             measured,
             weights,
             estimated,
-            prior,
             base: model.rig.nominal(),
             bounds,
             solves: AtomicU64::new(0),
@@ -101,7 +98,7 @@ impl<'a> RecordProblem<'a> {
     pub fn misfit_with(&self, drive: &Drive, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
         self.solves.fetch_add(1, Ordering::Relaxed);
         let outputs = self.model.solve(&self.parameters(theta), drive, self.times)?;
-        Ok(self.weigh(&outputs.values, theta))
+        Ok(self.weigh(&outputs.values))
     }
 
     /// The parts of the misfit vector that are time series, one per sensor.
@@ -110,10 +107,9 @@ impl<'a> RecordProblem<'a> {
         (0..self.measured.len()).map(|sensor| sensor * rows..(sensor + 1) * rows).collect()
     }
 
-    fn weigh(&self, outputs: &[Vec<f64>], theta: &[f64]) -> Vec<f64> {
+    fn weigh(&self, outputs: &[Vec<f64>]) -> Vec<f64> {
         let mut misfit = away(outputs, &self.measured);
         self.weights.apply(&mut misfit);
-        misfit.extend(self.prior.misfit(theta).iter());
         misfit
     }
 }
@@ -137,6 +133,23 @@ impl Problem for RecordProblem<'_> {
     fn scale(&self) -> Vec<f64> {
         self.estimated.iter().map(|estimated| estimated.scale).collect()
     }
+
+    fn name(&self, parameter: usize) -> String {
+        let own = self.model.rig.original(self.estimated[parameter].parameter);
+        self.model.rig.parameters[own].id.clone()
+    }
+}
+
+impl From<Interrupted> for FitError {
+    fn from(interrupted: Interrupted) -> Self {
+        SimulationError::from(interrupted).into()
+    }
+}
+
+impl From<SimulationError> for FitError {
+    fn from(error: SimulationError) -> Self {
+        Self::start(error)
+    }
 }
 
 impl RecordProblem<'_> {
@@ -153,7 +166,7 @@ impl RecordProblem<'_> {
         self.solves.fetch_add(1, Ordering::Relaxed);
         let Sensitivities { outputs, derivatives } = solved;
         let parameters = self.parameters(theta);
-        let misfit = self.weigh(&outputs.values, theta);
+        let misfit = self.weigh(&outputs.values);
         let rows = self.times.len();
         let (before, until) = (self.drive.before(&parameters).0, self.until());
         let mut jacobian = DMatrix::zeros(misfit.len(), theta.len());
@@ -175,8 +188,6 @@ impl RecordProblem<'_> {
             }
             self.weights.apply(column.as_mut_slice());
         }
-        let first_prior = rows * self.measured.len();
-        self.prior.linearise(&mut jacobian, first_prior);
         Linearised { misfit, jacobian }
     }
 

@@ -4,8 +4,8 @@ use serde::{Serialize, Serializer};
 
 use super::common_cause::CommonCause;
 use super::hypotheses::Hypothesis;
-use super::interval::QUANTILE;
-use crate::fit::Identifiable;
+use crate::estimation::Identifiable;
+use crate::estimation::profile::QUANTILE;
 use crate::record::survey::Finding;
 use crate::residual::ResidualReport;
 

@@ -9,9 +9,8 @@ use rayon::prelude::*;
 
 use super::case::{Case, ROBUST};
 use super::events::weights;
-use super::prior::Gaussian;
 use super::problem::RecordProblem;
-use crate::fit::{self, Loss, Problem, Tolerances};
+use crate::estimation::{self, Loss, Options, Problem};
 use crate::model::{Model, Tolerance};
 use crate::rig::FaultSet;
 
@@ -141,8 +140,7 @@ impl Search<'_> {
         let full = &self.case.full;
         let estimated = faults.iter().map(|&(fault, _)| full.estimated[fault].clone()).collect();
         let (measured, weights) = (full.measured.clone(), full.weights.clone());
-        let mut problem =
-            RecordProblem::new(&self.model, full.drive, full.times, measured, weights, estimated, Gaussian::none());
+        let mut problem = RecordProblem::new(&self.model, full.drive, full.times, measured, weights, estimated);
         problem.base.clone_from(&full.base);
         problem
     }
@@ -163,10 +161,10 @@ impl Search<'_> {
         let mut sizes: Vec<f64> = problem.misfit(&start).ok()?.into_iter().map(f64::abs).collect();
         let at = ((sizes.len() as f64 * WITHIN) as usize).min(sizes.len().checked_sub(1)?);
         let loss = Loss::SoftL1 { k: sizes.select_nth_unstable_by(at, f64::total_cmp).1.max(WIDTH) };
-        let tolerances = Tolerances { function: NEIGHBOURHOOD, max_iterations: ITERATIONS, ..Tolerances::default() };
-        let found = fit::fit(&problem, &start, loss, tolerances).ok()?;
+        let options = Options { function: NEIGHBOURHOOD, max_iterations: ITERATIONS, ..Options::default() };
+        let found = estimation::fit(&problem, &start, loss, options).ok()?;
         let faults = faults.iter().zip(&found.theta).map(|(&(fault, _), &value)| (fault, value)).collect();
-        Some(Place { faults, cost: FAR.cost(&found.linearised.misfit), left: f64::INFINITY })
+        Some(Place { faults, cost: FAR.cost(&found.misfit), left: f64::INFINITY })
     }
 
     /// Cost per sample that a place leaves once its events have got their tolerance; infinite where it is far off anyway.

@@ -55,7 +55,6 @@ fn unknown(problem: &RecordProblem<'_>, parameters: &[f64], node: usize) -> Opti
 #[cfg(test)]
 mod tests {
     use super::super::noise::Weights;
-    use super::super::prior::Gaussian;
     use super::*;
     use crate::model::{Drive, Model, Shown, cycle_times};
     use crate::physics::GRAVITY;
@@ -69,7 +68,7 @@ mod tests {
         let (times, mut drive) = (cycle_times(rig, cycle), Drive::from_cycle(rig, cycle));
         drive.shown.push(Shown { sensor: 0, value: 0.1, sigma: 5e-4, rate: 0.0 });
         let nothing = Weights::new(rig, &[], &[], &[]);
-        let problem = RecordProblem::new(&model, &drive, &times, Vec::new(), nothing, Vec::new(), Gaussian::none());
+        let problem = RecordProblem::new(&model, &drive, &times, Vec::new(), nothing, Vec::new());
         let parameters = rig.nominal();
         let Target::Node(upper) = rig.sensors[0].target else { panic!("a level is that of a node") };
         let (sigma, lasts) = unknown(&problem, &parameters, upper).unwrap();

@@ -1,12 +1,12 @@
 //! From an explanation to what is reported of each fault, sensor and uncertain parameter.
 
 use super::estimate::Estimate;
-use super::interval::{Interval, QUANTILE, RISE, Side};
 use super::noise::Weights;
 use super::problem::square_sum;
 use super::result::{ChannelReport, FaultReport, UncertainReport};
 use super::{DIGITS, PRESENT, WILD, adequate};
-use crate::fit::{End, Identifiable};
+use crate::estimation::profile::{QUANTILE, RISE};
+use crate::estimation::{End, Identifiable, Interval, Side};
 use crate::report::number::rounded;
 
 /// Sum of squares of weighted misfits, wild ones tamed.
@@ -157,7 +157,7 @@ fn remark(interval: &Interval, fault: &crate::rig::Fault, shown: impl Fn(f64) ->
             "going to the {side} end of the search, {} {unit}, worsens the fit by {:.2} in chi-square, less than the {RISE:.2} \
              that would bound it",
             shown(bound),
-            end.rise / interval.colour(),
+            end.rise / interval.inflation(),
         )),
         End::ModelFails => {
             Some(format!("the model cannot be solved towards the {side} end; it is taken from the standard error"))
@@ -179,7 +179,7 @@ pub(super) fn uncertain(estimate: &Estimate<'_>) -> Vec<UncertainReport> {
     let (case, isolation) = (&estimate.case, &estimate.isolation);
     let rig = case.rig();
     let prior = case.healthy_prior();
-    let inverse = isolation.quadratic.inverse(case, isolation.set());
+    let inverse = case.information(&isolation.local, isolation.set()).map(|known| known.covariance()).ok();
     (case.faults()..case.count())
         .filter(|&index| {
             let own = case.full.estimated[index].parameter;
@@ -190,7 +190,7 @@ pub(super) fn uncertain(estimate: &Estimate<'_>) -> Vec<UncertainReport> {
             let (mean, sigma) = prior.of(index)?;
             let unit = &parameter.unit;
             let variance = inverse.as_ref().map(|inverse| inverse[(index, index)]);
-            let after = variance.map(|variance| variance.sqrt() * isolation.quadratic.scale[index]);
+            let after = variance.map(|variance| variance.sqrt() * isolation.local.scale[index]);
             Some(UncertainReport {
                 id: parameter.id.clone(),
                 value: rounded(unit.from_si(isolation.best.theta[index]), DIGITS),

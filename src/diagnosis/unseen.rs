@@ -6,11 +6,11 @@
 
 use rayon::prelude::*;
 
-use super::case::{Case, priced};
-use super::descend::{Point, ROUGH, descend};
-use super::hypotheses::{Isolation, colour, prior_odds};
-use super::quadratic::Quadratic;
-use crate::fit::Problem;
+use super::case::{Case, Holding, ROUGH};
+use super::hypotheses::{Isolation, inflation_between, prior_odds};
+use crate::estimation::criteria::bic;
+use crate::estimation::local_model::Evaluated;
+use crate::estimation::{Fit, Options, Problem};
 use crate::rig::FaultSet;
 
 /// Shares of the way to a bound at which a fault is tried that the form may not see: a clearance leaks with its cube.
@@ -22,13 +22,13 @@ const LEVELS: [f64; 4] = [0.1, 0.25, 0.45, 0.7];
 /// Such faults that are fitted, the most promising ones.
 const FITTED: usize = 3;
 /// Forms, and steps with each, of such a fit.
-const STEPS: usize = 3;
+const STEPS: u64 = 3;
 /// Least fall of the cost for which a fit goes on from elsewhere.
 const IN_STEP: f64 = 1.0;
 
 /// A fault of a component that explains the record better than several of the best set do, or one of two that are of the same
 /// sensor.
-pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Point)> {
+pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)> {
     let (set, point) = (isolation.set(), &isolation.best);
     let samples = case.full.weights.all_samples() as f64;
     let mut tried: Vec<(FaultSet, usize)> = Vec::new();
@@ -40,8 +40,9 @@ pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Poin
         let other = kept.with(fault);
         let levels = case.levels(fault, &LEVELS).filter_map(|at| {
             let start = case.without_others(&point.theta, kept);
-            let near = descend(case, &isolation.quadratic, other, &[(fault, at)], &start, 0.0, (1, ROUGH))?;
-            Some((priced(near.cost, other, samples), other, near.theta))
+            let held = Holding { parameter: fault, value: at };
+            let near = case.fit_held(&isolation.local, other, held, &start, Options::steps(1, ROUGH)).ok()?;
+            Some((bic(near.cost, other.len(), samples), other, near.theta))
         });
         levels.min_by(|a, b| a.0.total_cmp(&b.0))
     };
@@ -50,12 +51,12 @@ pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Poin
     let odds = prior_odds(case.faults());
     for (_, other, mut theta) in screened.into_iter().take(FITTED) {
         for _ in 0..STEPS {
-            let near = Quadratic::at(case, &theta).ok()?;
-            let Some(fit) = descend(case, &near, other, &[], &theta, 0.0, (STEPS, ROUGH)) else { break };
-            let colour = colour(other, set, &isolation.inflation);
-            let charged = near.reduced(case).occam(other, 1.0) - isolation.reduced.occam(set, 1.0);
+            let near = case.local_model(&theta).ok()?;
+            let Ok(fit) = case.fit(&near, other, &theta, Options::steps(STEPS, ROUGH)) else { break };
+            let inflation = inflation_between(other, set, &isolation.inflation);
+            let occam = case.schur_complement(&near).occam(other.iter(), 1.0) - isolation.schur.occam(set.iter(), 1.0);
             let fewer = odds * (other.len() as f64 - set.len() as f64);
-            if -0.5 * (fit.cost - fit.promised - point.cost) / colour + charged + fewer > 0.0 {
+            if -0.5 * (fit.cost - fit.promised - point.cost) / inflation + occam + fewer > 0.0 {
                 return Some((other, fit));
             }
             theta = fit.theta;
@@ -83,17 +84,17 @@ fn replaceable(case: &Case<'_>, set: FaultSet) -> Vec<FaultSet> {
 
 /// The same set, explained better from what is expected of everything uncertain: oil that rings is in step with the record at
 /// several bulk moduli, and a fit ends at the nearest.
-pub fn in_step(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Point)> {
-    let Isolation { quadratic, best: point, .. } = isolation;
+pub fn in_step(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)> {
+    let Isolation { local, best: point, .. } = isolation;
     let mut theta = case.as_expected(&point.theta);
     let misfit = case.full.misfit(&theta).ok()?;
-    if quadratic.foresees((&point.theta, &point.misfit), (&theta, &misfit), UNSEEN) {
+    if local.foresees(at(&point.theta, &point.misfit), at(&theta, &misfit), UNSEEN) {
         return None;
     }
     let set = isolation.set();
     for _ in 0..STEPS {
-        let form = Quadratic::at(case, &theta).ok()?;
-        let fit = descend(case, &form, set, &[], &theta, 0.0, (STEPS, ROUGH))?;
+        let near = case.local_model(&theta).ok()?;
+        let fit = case.fit(&near, set, &theta, Options::steps(STEPS, ROUGH)).ok()?;
         if fit.cost < point.cost - IN_STEP {
             return Some((set, fit));
         }
@@ -103,28 +104,33 @@ pub fn in_step(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Poin
 }
 
 /// A better set than the best so far, with one fault more, that its quadratic form does not promise.
-pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Point)> {
+pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)> {
     let odds = prior_odds(case.faults());
-    let Isolation { quadratic, reduced, best: point, inflation, .. } = isolation;
+    let Isolation { local, schur, best: point, inflation, .. } = isolation;
     let set = isolation.set();
-    let mut best: Option<(f64, FaultSet, Point)> = None;
+    let mut best: Option<(f64, FaultSet, Fit)> = None;
     for fault in (0..case.faults()).filter(|&fault| !set.contains(fault) && !case.is_of_sensor(fault)) {
-        for at in case.levels(fault, &PROBES) {
+        for value in case.levels(fault, &PROBES) {
             let mut theta = point.theta.clone();
-            theta[fault] = at;
+            theta[fault] = value;
             let Ok(misfit) = case.full.misfit(&theta) else { continue };
-            if quadratic.foresees((&point.theta, &point.misfit), (&theta, &misfit), UNSEEN) {
+            if local.foresees(at(&point.theta, &point.misfit), at(&theta, &misfit), UNSEEN) {
                 continue;
             }
             let more = set.with(fault);
-            let Some(near) = descend(case, quadratic, more, &[(fault, at)], &theta, 0.0, (1, ROUGH)) else { continue };
+            let held = Holding { parameter: fault, value };
+            let Ok(near) = case.fit_held(local, more, held, &theta, Options::steps(1, ROUGH)) else { continue };
             // The best value along the way is not known yet, so what the fault costs is taken at its cheapest.
             let gain = 0.5 * (point.cost - near.cost + near.promised) / inflation[fault] + odds;
-            let price = reduced.occam(FaultSet::of(fault), 1.0).min(0.0);
+            let price = schur.occam([fault].into_iter(), 1.0).min(0.0);
             if gain + price.max(-3.0) > 0.0 && best.as_ref().is_none_or(|(before, ..)| gain > *before) {
                 best = Some((gain, more, near));
             }
         }
     }
     best.map(|(_, set, point)| (set, point))
+}
+
+fn at<'a>(theta: &'a [f64], misfit: &'a [f64]) -> Evaluated<'a> {
+    Evaluated { theta, misfit }
 }

@@ -3,9 +3,9 @@
 use super::candidate::Candidate;
 use super::trial::Trial;
 use crate::complaint::Complaint;
-use crate::diagnosis::case::priced;
 use crate::diagnosis::estimate::{self, FIRST_FORMS, Quick};
 use crate::diagnosis::search::ROUGH;
+use crate::estimation::criteria::bic;
 use crate::model::{Drive, Model, Tolerance};
 use crate::physics::effect::First;
 use crate::record::Record;
@@ -42,7 +42,7 @@ impl Rough {
 
 /// A cost (`2 F` of record and prior) with faults and parameters of effects priced alike, as the information criterion does.
 pub(super) fn charged(rig: &Rig, cost: f64, set: FaultSet, samples: f64) -> f64 {
-    priced(cost, set, samples) + effect_parameters(rig) as f64 * samples.ln()
+    bic(cost, set.len(), samples) + effect_parameters(rig) as f64 * samples.ln()
 }
 
 /// Number of parameters of effects that are fitted.

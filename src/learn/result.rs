@@ -9,7 +9,7 @@ use super::suggest::{Conclusion, Judged, Suggestion};
 use super::trial::{Run, Trial};
 use super::tries::distance;
 use crate::complaint::Complaint;
-use crate::diagnosis::interval::QUANTILE;
+use crate::estimation::profile::QUANTILE;
 use crate::model::Model;
 use crate::physics::card::{Answer, Card, PortKind};
 use crate::physics::effect::{First, Form, Free};

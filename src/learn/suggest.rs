@@ -7,10 +7,10 @@ use super::separate::{Experiment, separating};
 use super::trial::{Run, Trial};
 use super::verdict::{conclude, conclude_near, explains};
 use crate::complaint::{Complaint, Kind, Place};
-use crate::diagnosis::case::priced;
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::search;
 use crate::diagnosis::{adequate, mean_squares};
+use crate::estimation::criteria::bic;
 use crate::model::{Drive, Model};
 use crate::record::Record;
 use crate::rig::FaultSet;
@@ -150,7 +150,7 @@ pub(super) fn rough_base<T>(
     rig.context().stage("fit with several faults");
     let deep = simple.by_components_alone(search::SEVERAL, FORMS)?;
     let samples = base.fit.weights.all_samples() as f64;
-    let cost = |estimate: &Estimate<'_>| priced(estimate.isolation.best.cost, estimate.isolation.set(), samples);
+    let cost = |estimate: &Estimate<'_>| bic(estimate.isolation.best.cost, estimate.isolation.set().len(), samples);
     if cost(&deep) < cost(&simple)
         && deep.isolation.set() != simple.isolation.set()
         && let Ok(found) = then(&deep, Trial::of(&deep)?)

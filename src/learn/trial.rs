@@ -9,7 +9,7 @@ use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::events;
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::{away, count_there, square_sum};
-use crate::fit::Problem;
+use crate::estimation::Problem;
 use crate::model::{Drive, Model};
 use crate::record::Record;
 use crate::rig::FaultSet;
@@ -57,13 +57,13 @@ impl Trial {
         let (case, isolation) = (&estimate.case, &estimate.isolation);
         let theta = &isolation.best.theta;
         let values = case.full.parameters(theta);
-        let inverse = isolation.quadratic.inverse(case, isolation.set());
+        let inverse = case.information(&isolation.local, isolation.set()).map(|known| known.covariance()).ok();
         let (mut sigmas, mut at_bound) = (BTreeMap::new(), Vec::new());
         let rig = case.rig();
         for (index, estimated) in case.full.estimated.iter().enumerate() {
             let variance = inverse.as_ref().map_or(0.0, |inverse| inverse[(index, index)]);
             if variance > 0.0 {
-                sigmas.insert(estimated.parameter, variance.sqrt() * isolation.quadratic.scale[index]);
+                sigmas.insert(estimated.parameter, variance.sqrt() * isolation.local.scale[index]);
             }
             let (low, high) = case.full.bounds()[index];
             if rig.is_of_effect(estimated.parameter) && (theta[index] <= low || theta[index] >= high) {

@@ -2,8 +2,8 @@
 
 use super::candidate::Candidate;
 use crate::diagnosis::estimate::Estimate;
-use crate::diagnosis::quadratic::Scoring;
 use crate::diagnosis::search::ROUGH;
+use crate::estimation::ScoreTest;
 use crate::model::{Drive, Model};
 use crate::physics::effect::{self, First, Form, Free};
 use crate::rig::{Given, NodeKind, Placed, Quantity, Rig, Sensor, Spot, Target};
@@ -41,7 +41,7 @@ const BEYOND: f64 = 1.5;
 /// Where candidates are scored.
 pub(super) struct Here<'a, 'e> {
     estimate: &'a Estimate<'e>,
-    scoring: Scoring<'a>,
+    scoring: ScoreTest<'a>,
     /// What the sensors show there, `[sensor][row]`, SI, solved as roughly as what it is compared with.
     plain: Vec<Vec<f64>>,
     /// Fall of chi-square from which on an effect is looked at.
@@ -55,7 +55,7 @@ impl<'a, 'e> Here<'a, 'e> {
         let (full, best) = (&case.full, &isolation.best);
         let model = full.model.clone().with_tolerance(ROUGH);
         let plain = model.solve(&full.parameters(&best.theta), full.drive, full.times).ok()?.values;
-        let scoring = isolation.quadratic.scoring(case, isolation.set(), (&best.theta, &best.misfit))?;
+        let scoring = isolation.local.score_test(&case.problem(isolation.set()), &best.theta, &best.misfit).ok()?;
         Some(Self { estimate, scoring, plain, worth })
     }
 

@@ -2,7 +2,7 @@
 
 use super::number::{rounded, text};
 use crate::diagnosis::{Diagnosis, Verdict};
-use crate::fit::Identifiable;
+use crate::estimation::Identifiable;
 use crate::learn::phase::SWITCH;
 use crate::record::survey::{Doubt, Finding, told};
 

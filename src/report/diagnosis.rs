@@ -355,7 +355,7 @@ fn fitted(diagnosis: &Diagnosis) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::Identifiable;
+    use crate::estimation::Identifiable;
 
     #[test]
     fn what_was_left_out_is_a_gap() {

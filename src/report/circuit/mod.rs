@@ -284,7 +284,7 @@ mod tests {
             ci95: [None, None],
             present: true,
             probability: 1.0,
-            identifiable: crate::fit::Identifiable::Bounded,
+            identifiable: crate::estimation::Identifiable::Bounded,
             remark: None,
             biased: false,
         };

@@ -1,8 +1,9 @@
 //! Profile likelihood of each fault: how fast the fit worsens when the fault is held elsewhere.
 
-use crate::diagnosis::interval::{Interval, RISE};
 use crate::diagnosis::{Diagnosed, FaultReport};
-use crate::fit::ProfilePoint;
+use crate::estimation::Interval;
+use crate::estimation::ProfilePoint;
+use crate::estimation::profile::RISE;
 use crate::report::diagnosis as words;
 use crate::report::html::Section;
 use crate::report::plot::{Axis, Band, Chart, Live, Rule, Series};
@@ -55,9 +56,9 @@ pub(super) fn section(rig: &Rig, diagnosed: &Diagnosed) -> Option<Section> {
 
 fn chart(rig: &Rig, fault: &Fault, report: &FaultReport, interval: &Interval) -> (Chart, Live) {
     let unit = &rig.parameters[fault.parameter].unit;
-    let colour = interval.colour();
+    let inflation = interval.inflation();
     let shown = |points: Vec<(f64, f64)>| -> Vec<(f64, f64)> {
-        points.into_iter().map(|(si, rise)| (unit.from_si(si), rise / colour)).collect()
+        points.into_iter().map(|(si, rise)| (unit.from_si(si), rise / inflation)).collect()
     };
     let tried = shown(interval.points.iter().map(|point| (point.value, point.rise)).collect());
     let told = report.ci95.into_iter().flatten();

@@ -1,9 +1,8 @@
 //! Derivatives of a run in which faults begin: by what they are, and by what they were before.
 
 use borescope::diagnosis::noise::Weights;
-use borescope::diagnosis::prior::Gaussian;
 use borescope::diagnosis::problem::{Estimated, RecordProblem};
-use borescope::fit::Problem;
+use borescope::estimation::Problem;
 use borescope::model::{Before, Drive, Model, Onset, Tolerance, cycle_times};
 use borescope::rig::Rig;
 
@@ -40,7 +39,7 @@ fn derivatives_with_a_beginning_are_those_of_differences() {
     let measured = vec![&nothing[..]; rig.sensors.len()];
     let weights = Weights::new(&rig, &[], &[], &[]);
     let model = Model::new(rig).with_tolerance(Tolerance { relative: 1e-10, absolute: 1e-10 });
-    let problem = RecordProblem::new(&model, &drive, &times, measured, weights, estimated, Gaussian::none());
+    let problem = RecordProblem::new(&model, &drive, &times, measured, weights, estimated);
     let jacobian = problem.linearise(&theta).unwrap().jacobian;
     for (column, step) in steps.iter().enumerate() {
         let moved = |by: f64| {

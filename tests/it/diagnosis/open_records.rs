@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use borescope::diagnosis::{Diagnosis, Options, Verdict, diagnose};
-use borescope::fit::Identifiable;
+use borescope::estimation::Identifiable;
 use borescope::model::Model;
 use borescope::record::Record;
 use borescope::rig::Rig;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use borescope::complaint::Kind;
 use borescope::diagnosis::{Diagnosis, FaultReport, FitReport, Options, SCHEMA, Verdict};
-use borescope::fit::Identifiable;
+use borescope::estimation::Identifiable;
 use borescope::history::forecast::{State, passing};
 use borescope::history::regression::{Line, Point, bend};
 use borescope::history::{Axis, By, History, history};

@@ -2,7 +2,7 @@
 
 use crate::support::curve;
 
-use borescope::fit::*;
+use borescope::estimation::*;
 use curve::*;
 
 #[test]
@@ -11,15 +11,15 @@ fn tied_parameters_are_named_with_the_slope_between_them() {
     let y: Vec<f64> = x.iter().map(|x| 2.0 + x).collect();
     let model = |x: f64, t: &[f64]| t[0] + 4.0 * t[2] + t[1] * x;
     let problem = curve(model, x, y, vec![OPEN; 3]);
-    let found = fit(&problem, &[0.1, 0.1, 0.1], Loss::None, Tolerances::default()).unwrap();
-    let known = Uncertainty::at(&found, &UncertaintyOptions { tie: 1e-6, ..UncertaintyOptions::default() });
+    let found = fit(&problem, &[0.1, 0.1, 0.1], Loss::None, Options::default()).unwrap();
+    let known = uncertainty(&found, &UncertaintyOptions { tie: 1e-6, ..UncertaintyOptions::default() });
     let Err(Missing::TiedTo(others)) = &known.standard_error[0] else { panic!("{:?}", known.standard_error) };
     assert_eq!(others.len(), 1);
     assert_eq!(others[0].0, 2);
     approx::assert_relative_eq!(others[0].1, -0.25, max_relative = 1e-5);
     assert!(known.standard_error[1].is_ok());
-    let open = Profiler::new(&problem, &found).unwrap().interval(0, 0.95, 1.0).unwrap();
-    assert_eq!(open.identifiable, Identifiable::Unidentifiable, "{open:?}");
+    let open = profile(&problem, &found, 0, 1.0).0;
+    assert_eq!(open.identifiable(), Identifiable::Unidentifiable, "{open:?}");
 }
 
 #[test]
@@ -29,17 +29,16 @@ fn the_profile_of_a_line_is_its_normal_interval() {
     let y: Vec<f64> = x.iter().map(|x| 1.0 + 2.0 * x + 0.2 * random.normal()).collect();
     let mut problem = curve(line, x, y, vec![OPEN, OPEN]);
     problem.sigma = 0.2;
-    let found = fit(&problem, &[0.0, 0.0], Loss::None, Tolerances::default()).unwrap();
-    let known = Uncertainty::at(&found, &UncertaintyOptions::default());
-    let mut profiler = Profiler::new(&problem, &found).unwrap();
+    let found = fit(&problem, &[0.0, 0.0], Loss::None, Options::default()).unwrap();
+    let known = uncertainty(&found, &UncertaintyOptions::default());
     for inflation in [1.0, 4.0] {
         for i in 0..2 {
-            let interval = profiler.interval(i, 0.95, inflation).unwrap();
+            let (interval, effort) = profile(&problem, &found, i, inflation);
             let half = 1.959_963_985 * known.standard_error[i].clone().unwrap() * inflation.sqrt();
-            approx::assert_relative_eq!(interval.lower.unwrap(), found.theta[i] - half, epsilon = 1e-3 * half);
-            approx::assert_relative_eq!(interval.upper.unwrap(), found.theta[i] + half, epsilon = 1e-3 * half);
-            assert_eq!(interval.identifiable.to_string(), "bounded");
-            assert!(interval.misfit_evaluations <= 6 && interval.linearisations <= 2, "{interval:?}");
+            approx::assert_relative_eq!(interval.lower.end.unwrap(), found.theta[i] - half, epsilon = 1e-3 * half);
+            approx::assert_relative_eq!(interval.upper.end.unwrap(), found.theta[i] + half, epsilon = 1e-3 * half);
+            assert_eq!(interval.identifiable().to_string(), "bounded");
+            assert!(effort[0] <= 6 && effort[1] <= 2, "{effort:?} {interval:?}");
         }
     }
 }
@@ -52,14 +51,12 @@ fn a_saturated_model_bounds_its_parameter_from_below_only() {
     let model = |x: f64, t: &[f64]| t[1] * (t[0] * (t[1] * x / t[0]).tanh()).max(0.0) / t[1];
     let mut problem = curve(model, x, y, vec![(0.1, 1000.0), (0.1, 10.0)]);
     problem.sigma = 0.05;
-    let found = fit(&problem, &[10.0, 2.0], Loss::None, Tolerances::default()).unwrap();
-    let interval = Profiler::new(&problem, &found).unwrap().interval(0, 0.95, 1.0).unwrap();
-    assert_eq!(interval.identifiable.to_string(), "lower-bound-only", "{interval:?}");
-    assert_eq!(interval.upper_end, End::BoundReached);
-    let lower = interval.lower.unwrap();
-    let (rise, held) = profile_cost_at(&problem, &found, 0, lower).unwrap();
-    approx::assert_relative_eq!(rise, interval.threshold, max_relative = 0.01);
-    assert!(held.converged && held.exact);
+    let found = fit(&problem, &[10.0, 2.0], Loss::None, Options::default()).unwrap();
+    let interval = profile(&problem, &found, 0, 1.0).0;
+    assert_eq!(interval.identifiable().to_string(), "lower-bound-only", "{interval:?}");
+    assert_eq!(interval.upper.why, End::BoundReached);
+    let lower = interval.lower.end.unwrap();
+    approx::assert_relative_eq!(rise_at(&problem, &found, 0, lower), interval.threshold, max_relative = 0.01);
 }
 
 #[test]
@@ -70,19 +67,16 @@ fn a_curved_profile_agrees_with_refitting_at_its_ends() {
     let y: Vec<f64> = x.iter().map(|x| truth(*x, &[2.0, 0.8, 0.3]) + 0.1 * random.normal()).collect();
     let mut problem = curve(truth, x, y, vec![(0.0, 50.0), (0.0, 20.0), (-5.0, 5.0)]);
     problem.sigma = 0.1;
-    let found = fit(&problem, &[1.0, 1.0, 0.0], Loss::None, Tolerances::default()).unwrap();
-    let mut profiler = Profiler::new(&problem, &found).unwrap();
+    let found = fit(&problem, &[1.0, 1.0, 0.0], Loss::None, Options::default()).unwrap();
     for i in 0..3 {
-        let interval = profiler.interval(i, 0.9, 1.0).unwrap();
-        println!(
-            "parameter {i}: [{:?}, {:?}] {} misfits, {} linearisations",
-            interval.lower, interval.upper, interval.misfit_evaluations, interval.linearisations
-        );
-        for end in [interval.lower, interval.upper].into_iter().flatten() {
-            let (rise, _) = profile_cost_at(&problem, &found, i, end).unwrap();
+        let (interval, [evaluations, linearisations]) = profile(&problem, &found, i, 1.0);
+        println!("parameter {i}: {:?} {:?} {evaluations} {linearisations}", interval.lower, interval.upper);
+        for end in [interval.lower.end, interval.upper.end].into_iter().flatten() {
+            let rise = rise_at(&problem, &found, i, end);
+            println!("{rise} of {}", interval.threshold);
             approx::assert_relative_eq!(rise, interval.threshold, max_relative = 0.02);
         }
-        assert!(interval.linearisations <= 8, "{interval:?}");
+        assert!(linearisations <= 8, "{interval:?}");
     }
 }
 
@@ -91,11 +85,11 @@ fn a_profile_around_an_unfinished_fit_hands_back_the_better_optimum() {
     let x = grid(30, 1.0);
     let y: Vec<f64> = x.iter().map(|x| 1.0 + 2.0 * x).collect();
     let problem = curve(line, x, y, vec![OPEN, OPEN]);
-    let hasty = Tolerances { max_iterations: 0, ..Tolerances::default() };
+    let hasty = Options { max_iterations: 0, ..Options::default() };
     let unfinished = fit(&problem, &[0.0, 1.0], Loss::None, hasty).unwrap();
     assert_eq!(unfinished.stopped, StoppedBecause::MaxIterations { iterations: 0 });
-    let interval = Profiler::new(&problem, &unfinished).unwrap().interval(1, 0.95, 1.0).unwrap();
-    assert_eq!(interval.upper_end, End::BetterOptimum, "{interval:?}");
+    let interval = profile(&problem, &unfinished, 1, 1.0).0;
+    assert_eq!(interval.upper.why, End::BetterOptimum, "{interval:?}");
     assert!(interval.better.unwrap().cost < unfinished.cost);
 }
 
@@ -115,9 +109,9 @@ fn coloured_noise_inflates_the_variance_by_its_known_factor() {
                 })
                 .collect();
             let problem = curve(|_, t| t[0], grid(2 * n, 1.0), y, vec![OPEN]);
-            let found = fit(&problem, &[0.0], Loss::None, Tolerances::default()).unwrap();
+            let found = fit(&problem, &[0.0], Loss::None, Options::default()).unwrap();
             let options = UncertaintyOptions { series: vec![0..n, n..2 * n], ..UncertaintyOptions::default() };
-            let known = Uncertainty::at(&found, &options);
+            let known = uncertainty(&found, &options);
             mean += known.sandwich[(0, 0)] / known.covariance[(0, 0)] / 20.0;
         }
         let expected = (1.0 + rho) / (1.0 - rho);
@@ -147,17 +141,16 @@ fn intervals_cover_the_truth_as_often_as_they_say() {
             .collect();
         let mut problem = curve(model, x.clone(), y, vec![(0.0, 10.0), (0.0, 10.0)]);
         problem.sigma = 0.1;
-        let found = fit(&problem, &[1.0, 1.0], Loss::None, Tolerances::default()).unwrap();
+        let found = fit(&problem, &[1.0, 1.0], Loss::None, Options::default()).unwrap();
         let series: Vec<_> = std::iter::once(0..n).collect();
-        let known = Uncertainty::at(&found, &UncertaintyOptions { series, ..UncertaintyOptions::default() });
-        let mut profiler = Profiler::new(&problem, &found).unwrap();
+        let known = uncertainty(&found, &UncertaintyOptions { series, ..UncertaintyOptions::default() });
         for i in 0..2 {
-            let inside = |inflation: f64, profiler: &mut Profiler<'_, _>| {
-                let interval = profiler.interval(i, 0.95, inflation).unwrap();
-                interval.lower.unwrap() <= truth[i] && truth[i] <= interval.upper.unwrap()
+            let inside = |inflation: f64| {
+                let (interval, _) = profile(&problem, &found, i, inflation);
+                interval.lower.end.unwrap() <= truth[i] && truth[i] <= interval.upper.end.unwrap()
             };
-            covered[i] += usize::from(inside(known.inflation[i], &mut profiler));
-            naive[i] += usize::from(inside(1.0, &mut profiler));
+            covered[i] += usize::from(inside(known.inflation[i]));
+            naive[i] += usize::from(inside(1.0));
         }
     }
     println!("of {trials}: inflated {covered:?}, white {naive:?}");

@@ -4,11 +4,11 @@
 mod problem;
 use crate::support::stroke;
 
-use borescope::fit::{Fit, Loss, Tolerances, fit};
+use borescope::estimation::{Fit, Loss, Options, fit};
 use problem::{Measured, STARTS, is_optimum, random_starts};
 
 fn found(measured: &Measured, start: &[f64]) -> Fit {
-    fit(measured, start, Loss::None, Tolerances::default()).expect("fitted")
+    fit(measured, start, Loss::None, Options::default()).expect("fitted")
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! Curves with noise, for the tests of the fit.
 
-use borescope::fit::{Linearised, Problem};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use borescope::estimation::*;
 use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -24,6 +26,8 @@ pub struct Curve<F: Fn(f64, &[f64]) -> f64 + Sync> {
     pub sigma: f64,
     pub bounds: Vec<(f64, f64)>,
     pub fails: fn(&[f64]) -> bool,
+    pub evaluations: AtomicU64,
+    pub linearisations: AtomicU64,
 }
 
 pub fn curve<F: Fn(f64, &[f64]) -> f64 + Sync>(
@@ -32,7 +36,16 @@ pub fn curve<F: Fn(f64, &[f64]) -> f64 + Sync>(
     y: Vec<f64>,
     bounds: Vec<(f64, f64)>,
 ) -> Curve<F> {
-    Curve { model, x, y, sigma: 1.0, bounds, fails: |_| false }
+    Curve {
+        model,
+        x,
+        y,
+        sigma: 1.0,
+        bounds,
+        fails: |_| false,
+        evaluations: AtomicU64::new(0),
+        linearisations: AtomicU64::new(0),
+    }
 }
 
 impl<F: Fn(f64, &[f64]) -> f64 + Sync> Problem for Curve<F> {
@@ -41,12 +54,14 @@ impl<F: Fn(f64, &[f64]) -> f64 + Sync> Problem for Curve<F> {
         &self.bounds
     }
     fn misfit(&self, theta: &[f64]) -> Result<Vec<f64>, Broken> {
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
         if (self.fails)(theta) {
             return Err(Broken);
         }
         Ok(self.x.iter().zip(&self.y).map(|(x, y)| ((self.model)(*x, theta) - y) / self.sigma).collect())
     }
     fn linearise(&self, theta: &[f64]) -> Result<Linearised, Broken> {
+        self.linearisations.fetch_add(1, Ordering::Relaxed);
         let misfit = self.misfit(theta)?;
         let mut jacobian = DMatrix::zeros(misfit.len(), theta.len());
         for j in 0..theta.len() {
@@ -64,6 +79,36 @@ impl<F: Fn(f64, &[f64]) -> f64 + Sync> Problem for Curve<F> {
     fn scale(&self) -> Vec<f64> {
         vec![1.0; self.bounds.len()]
     }
+}
+
+/// The interval of parameter `i` around a fit, and how many calls of misfits (those of linearisations included) and of
+/// linearisations it took.
+#[allow(dead_code)]
+pub fn profile<F: Fn(f64, &[f64]) -> f64 + Sync>(
+    problem: &Curve<F>,
+    fit: &Fit,
+    i: usize,
+    inflation: f64,
+) -> (Interval, [u64; 2]) {
+    let near = fit.model.as_ref().unwrap();
+    let direction = near.information(problem).unwrap().direction(i).unwrap();
+    let effort = || [&problem.evaluations, &problem.linearisations].map(|count| count.load(Ordering::Relaxed));
+    let before = effort();
+    let interval = interval(problem, near, fit, i, direction, inflation);
+    let after = effort();
+    (interval, [after[0] - before[0], after[1] - before[1]])
+}
+
+/// Rise of the cost where parameter `i` is held at a value and all others are fitted anew to the end.
+#[allow(dead_code)]
+pub fn rise_at<P: Problem>(problem: &P, fit: &Fit, i: usize, value: f64) -> f64 {
+    let held = borescope::estimation::fit(&Held::new(problem, i, value), &fit.theta, Loss::None, Options::default());
+    held.unwrap().cost - fit.cost
+}
+
+#[allow(dead_code)]
+pub fn uncertainty(fit: &Fit, options: &UncertaintyOptions) -> Uncertainty {
+    Uncertainty::at(fit.model.as_ref().unwrap(), &fit.at_bound, options)
 }
 
 pub struct Random(ChaCha8Rng);

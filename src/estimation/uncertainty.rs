@@ -1,7 +1,7 @@
 //! How well the parameters are known at an optimum, and why a figure is missing where it is.
 
-use super::coloured::scores_variance;
-use super::{Fit, Triangle};
+use super::autocorrelation::scores_variance;
+use super::{Bound, LocalModel};
 use nalgebra::{DMatrix, DVector};
 use std::fmt;
 use std::ops::Range;
@@ -44,7 +44,7 @@ pub enum Noise {
     FromMisfit,
 }
 
-/// How many neighbours in time count for a coloured misfit.
+/// How many neighbours in time count for an autocorrelated misfit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bandwidth {
     /// From the data: Andrews, Econometrica 59 (1991), equations 6.2 and 6.4, Bartlett kernel, first-order plug-in.
@@ -82,7 +82,7 @@ pub struct Uncertainty {
     pub variance: f64,
     /// `p` by `p`, in the product of the units, for white misfits; NaN in rows and columns of a missing parameter.
     pub covariance: DMatrix<f64>,
-    /// The same, with coloured misfits accounted for (sandwich with a Bartlett kernel); equal to `covariance` where no
+    /// The same, with autocorrelated misfits accounted for (sandwich with a Bartlett kernel); equal to `covariance` where no
     /// series were given.
     pub sandwich: DMatrix<f64>,
     /// Standard error of each parameter, in its unit, inflated: `sqrt(covariance_ii * inflation_i)`.
@@ -98,46 +98,48 @@ const INSENSITIVE: f64 = 1e-13;
 const LEAST_SHARE: f64 = 1e-4;
 
 impl Uncertainty {
-    /// The uncertainty at the optimum of `fit`. Ranges in `options.series` beyond the misfits are cut off.
+    /// The uncertainty at an optimum, from the local model there and the bounds that parameters lie on. Ranges in
+    /// `options.series` beyond the misfits are cut off.
     ///
     /// Parameters at a bound are taken as fixed there. Source: Seber and Wild, *Nonlinear Regression* (1989), 2.1 and
     /// 6.2; Newey and West, Econometrica 55 (1987); for robust losses Huber and Ronchetti, *Robust Statistics*, 7.6.
-    pub fn at(fit: &Fit, options: &UncertaintyOptions) -> Self {
-        let p = fit.theta.len();
-        let triangle = Triangle::reduce(&fit.linearised, fit.loss);
-        let norms = triangle.column_norms();
-        let influence = |j: usize| norms[j] * fit.theta[j].abs().max(f64::MIN_POSITIVE.sqrt());
+    pub fn at(model: &LocalModel, at_bound: &[Option<Bound>], options: &UncertaintyOptions) -> Self {
+        let p = model.count();
+        let norms = model.triangle().column_norms();
+        let influence = |j: usize| norms[j] / model.scale[j] * model.theta[j].abs().max(f64::MIN_POSITIVE.sqrt());
         let most = (0..p).map(influence).fold(0.0, f64::max);
         let mut missing: Vec<Option<Missing>> = (0..p)
-            .map(|j| match fit.at_bound[j] {
+            .map(|j| match at_bound[j] {
                 _ if norms[j] == 0.0 => Some(Missing::Insensitive),
                 Some(_) => Some(Missing::AtBound),
-                None if fit.theta[j] != 0.0 && influence(j) < INSENSITIVE * most => Some(Missing::Insensitive),
+                None if model.theta[j] != 0.0 && influence(j) < INSENSITIVE * most => Some(Missing::Insensitive),
                 None => None,
             })
             .collect();
         let free: Vec<usize> = (0..p).filter(|&j| missing[j].is_none()).collect();
-        let inverse = scaled_inverse(&triangle, &free, &norms, options.tie, &mut missing);
-        let m = fit.linearised.misfit.len();
+        let inverse = scaled_inverse(model, &free, &norms, options.tie, &mut missing);
+        let m = model.misfit.len();
         let known = inverse.ncols();
         let variance = match options.noise {
             Noise::Known => 1.0,
-            Noise::FromMisfit => 2.0 * fit.cost / m.saturating_sub(known).max(1) as f64,
+            Noise::FromMisfit => 2.0 * model.loss.cost(&model.misfit) / m.saturating_sub(known).max(1) as f64,
         };
-        let naive = &inverse * inverse.transpose() * variance;
-        let coloured = if options.series.is_empty() || known == 0 {
+        // In the units of the parameters from here on.
+        let units = DMatrix::from_diagonal(&DVector::from_iterator(free.len(), free.iter().map(|&j| model.scale[j])));
+        let naive = &units * &inverse * inverse.transpose() * &units * variance;
+        let inflated = if options.series.is_empty() || known == 0 {
             naive.clone()
         } else {
             let correction = m as f64 / m.saturating_sub(known).max(1) as f64;
-            let middle = scores_variance(fit, &free, &inverse, &options.series, options.bandwidth) * correction;
-            &inverse * middle * inverse.transpose()
+            let middle = scores_variance(model, &free, &inverse, &options.series, options.bandwidth) * correction;
+            &units * &inverse * middle * inverse.transpose() * &units
         };
         let mut covariance = DMatrix::from_element(p, p, f64::NAN);
         let mut sandwich = covariance.clone();
         for (a, &i) in free.iter().enumerate().filter(|(_, i)| missing[**i].is_none()) {
             for (b, &j) in free.iter().enumerate().filter(|(_, j)| missing[**j].is_none()) {
                 covariance[(i, j)] = naive[(a, b)];
-                sandwich[(i, j)] = coloured[(a, b)];
+                sandwich[(i, j)] = inflated[(a, b)];
             }
         }
         // f64::max ignores a NaN, so a missing parameter gets 1.
@@ -158,16 +160,17 @@ impl Uncertainty {
     }
 }
 
-/// `B` (free parameters by known directions) with `B B^T = (J^T J)^+`; names the parameters that are tied.
+/// `B` (free parameters per scale by known directions) with `B B^T = (J^T J)^+`; names the parameters that are tied.
 fn scaled_inverse(
-    triangle: &Triangle,
+    model: &LocalModel,
     free: &[usize],
     norms: &[f64],
     tie: f64,
     missing: &mut [Option<Missing>],
 ) -> DMatrix<f64> {
     let n = free.len();
-    let scaled = DMatrix::from_fn(triangle.len(), n, |i, a| triangle.r[(i, free[a])] / norms[free[a]]);
+    let r = &model.triangle().r;
+    let scaled = DMatrix::from_fn(r.nrows(), n, |i, a| r[(i, free[a])] / norms[free[a]]);
     if n == 0 {
         return DMatrix::zeros(0, 0);
     }
@@ -186,7 +189,8 @@ fn scaled_inverse(
         // Of all directions without influence, the one that moves parameter i most: the projection of its axis.
         let along: DVector<f64> = lost.iter().map(|v| v * v[a]).fold(DVector::zeros(n), |sum, v| sum + v);
         let others = free.iter().enumerate().filter(|(b, _)| *b != a && along[*b].abs() > LEAST_SHARE * along[a]);
-        let slopes = others.map(|(b, &j)| (j, along[b] / norms[j] * norms[i] / along[a]));
+        let in_units = |j: usize| norms[j] / model.scale[j];
+        let slopes = others.map(|(b, &j)| (j, along[b] / in_units(j) * in_units(i) / along[a]));
         missing[i] = Some(Missing::TiedTo(slopes.collect()));
     }
     DMatrix::from_fn(n, known.len(), |a, c| {

@@ -17,10 +17,6 @@ pub enum Loss {
     Cauchy { k: f64 },
 }
 
-/// Least curvature that is kept of a row, as a share of its weight. Exact second derivatives vanish or turn negative for
-/// an outlier, which would take the row out of the linear model while its gradient is still there.
-const LEAST_CURVATURE: f64 = 0.1;
-
 impl Loss {
     /// `rho`, its first and its second derivative at `s = r^2`.
     pub fn at(self, s: f64) -> (f64, f64, f64) {
@@ -51,16 +47,12 @@ impl Loss {
         0.5 * misfit.iter().map(|r| self.at(r * r).0).sum::<f64>()
     }
 
-    /// Factors on a misfit and on its row of the Jacobian that turn the robust problem into plain least squares with the
-    /// same gradient and, where it is positive, the same curvature (Triggs' correction).
-    pub fn row_factors(self, r: f64) -> (f64, f64) {
-        if self == Self::None {
-            return (1.0, 1.0);
-        }
-        let s = r * r;
-        let (_, slope, bend) = self.at(s);
-        let curvature = (1.0 + 2.0 * s * bend / slope).max(LEAST_CURVATURE);
-        ((slope / curvature).sqrt(), (slope * curvature).sqrt())
+    /// `rho'(r^2)`: the weight of a row in the quadratic model of the cost that never lies below it.
+    ///
+    /// With it each step of least squares lowers the cost (iteratively reweighted least squares; Holland and Welsch,
+    /// Communications in Statistics A6 (1977)).
+    pub fn weight(self, r: f64) -> f64 {
+        self.at(r * r).1
     }
 }
 
@@ -82,11 +74,14 @@ mod tests {
     }
 
     #[test]
-    fn corrected_rows_keep_the_gradient() {
-        let loss = Loss::Cauchy { k: 1.0 };
-        for r in [0.0_f64, 0.3, -2.0, 50.0] {
-            let (on_misfit, on_row) = loss.row_factors(r);
-            approx::assert_relative_eq!(on_misfit * on_row, loss.at(r * r).1, max_relative = 1e-12);
+    fn the_weighted_square_never_lies_below_the_loss() {
+        for loss in [Loss::Huber { k: 1.3 }, Loss::SoftL1 { k: 0.7 }, Loss::Cauchy { k: 2.0 }] {
+            for at in [0.3_f64, 2.0, -9.0] {
+                for r in [0.0_f64, 0.7, 5.0, 40.0] {
+                    let square = loss.at(at * at).0 + loss.weight(at) * (r * r - at * at);
+                    assert!(square >= loss.at(r * r).0 - 1e-9, "{loss:?} at {at}: {r}");
+                }
+            }
         }
     }
 }

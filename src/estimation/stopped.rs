@@ -11,18 +11,18 @@ pub enum StoppedBecause {
     GradientTolerance { cosine: f64, tolerance: f64 },
     /// The last step changed no parameter by more than `tolerance` of its magnitude.
     StepTolerance { relative_step: f64, tolerance: f64 },
+    /// The next step promises to lower the cost by less than `tolerance`.
+    PromiseTolerance { promised: f64, tolerance: f64 },
     /// No step, down to `relative_step`, lowers the cost: that is what rounding, or the integrator's error, leaves.
     NoFurtherDecrease { relative_step: f64, promised: f64 },
-    /// The iterations that were allowed are used up.
+    /// The steps that were allowed are used up.
     MaxIterations { iterations: u64 },
-    /// The executor ended it: a target cost, a time limit, an interrupt.
-    Executor { reason: argmin::core::TerminationReason },
 }
 
 impl StoppedBecause {
     /// Whether the point found is an optimum as far as the arithmetic can tell.
     pub fn converged(&self) -> bool {
-        !matches!(self, Self::MaxIterations { .. } | Self::Executor { .. })
+        !matches!(self, Self::MaxIterations { .. })
     }
 }
 
@@ -38,6 +38,9 @@ impl fmt::Display for StoppedBecause {
             Self::StepTolerance { relative_step, tolerance } => {
                 write!(f, "relative step {relative_step:.2e} <= {tolerance:.1e}")
             }
+            Self::PromiseTolerance { promised, tolerance } => {
+                write!(f, "the next step promises to lower chi-square by {promised:.2e} < {tolerance:.1e}")
+            }
             Self::NoFurtherDecrease { relative_step, promised } => {
                 write!(
                     f,
@@ -45,7 +48,6 @@ impl fmt::Display for StoppedBecause {
                 )
             }
             Self::MaxIterations { iterations } => write!(f, "{iterations} iterations used up"),
-            Self::Executor { reason } => write!(f, "{reason}"),
         }
     }
 }

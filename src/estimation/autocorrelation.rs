@@ -1,31 +1,30 @@
 //! The variance of the scores when neighbouring misfits resemble each other.
 
-use super::{Bandwidth, Fit};
+use super::{Bandwidth, LocalModel};
 use nalgebra::DMatrix;
 use std::ops::Range;
 
-/// Slowest first-order colour that is believed: beyond it the plug-in formulas explode (Andrews and Monahan, 1992).
-const SLOWEST: f64 = 0.97;
+/// Strongest first-order autocorrelation that is believed: beyond it the plug-in formulas explode (Andrews and Monahan, 1992).
+const STRONGEST: f64 = 0.97;
 
 /// Long-run covariance of the scores `B^T J_t^T r_t`, summed over all series; the identity for white misfits of variance 1.
 ///
 /// `B` makes the scores orthonormal, so that no parameter's unit weighs in the choice of the bandwidth. Each score is
-/// whitened to first order, its Bartlett-weighted covariance summed, and coloured again: Andrews and Monahan,
+/// whitened to first order, its Bartlett-weighted covariance summed, and the whitening undone: Andrews and Monahan,
 /// Econometrica 60 (1992); kernel of Newey and West, Econometrica 55 (1987). Misfits outside every series count as white.
 pub(super) fn scores_variance(
-    fit: &Fit,
+    model: &LocalModel,
     free: &[usize],
     inverse: &DMatrix<f64>,
     series: &[Range<usize>],
     bandwidth: Bandwidth,
 ) -> DMatrix<f64> {
-    let (m, n) = (fit.linearised.misfit.len(), inverse.ncols());
+    let (m, n) = (model.misfit.len(), inverse.ncols());
     let mut scores = DMatrix::zeros(n, m); // one column per misfit: neighbours in time are neighbours in memory
-    for (t, &r) in fit.linearised.misfit.iter().enumerate() {
-        let pull = fit.loss.at(r * r).1 * r;
+    for (t, &r) in model.misfit.iter().enumerate() {
+        let pull = model.loss.weight(r) * r;
         for c in 0..n {
-            let row: f64 =
-                free.iter().enumerate().map(|(a, &j)| fit.linearised.jacobian[(t, j)] * inverse[(a, c)]).sum();
+            let row: f64 = free.iter().enumerate().map(|(a, &j)| model.jacobian()[(t, j)] * inverse[(a, c)]).sum();
             scores[(c, t)] = row * pull;
         }
     }
@@ -54,16 +53,16 @@ pub fn long_run_variance(scores: &[f64]) -> f64 {
 /// Long-run covariance of one series of scores, times its length.
 fn long_run(scores: DMatrix<f64>, bandwidth: Bandwidth) -> DMatrix<f64> {
     let (n, length) = scores.shape();
-    let colour: Vec<f64> = (0..n).map(|c| first_order(scores.row(c).iter().copied())).collect();
+    let first: Vec<f64> = (0..n).map(|c| first_order(scores.row(c).iter().copied())).collect();
     let mut white = scores;
     for t in (1..length).rev() {
         for c in 0..n {
-            white[(c, t)] -= colour[c] * white[(c, t - 1)];
+            white[(c, t)] -= first[c] * white[(c, t - 1)];
         }
     }
     // The first value has no predecessor; scaled, it keeps its share of the innovations' variance.
     for c in 0..n {
-        white[(c, 0)] *= (1.0 - colour[c] * colour[c]).sqrt();
+        white[(c, 0)] *= (1.0 - first[c] * first[c]).sqrt();
     }
     let lags = match bandwidth {
         Bandwidth::Lags(lags) => lags,
@@ -76,7 +75,7 @@ fn long_run(scores: DMatrix<f64>, bandwidth: Bandwidth) -> DMatrix<f64> {
         let shifted = white.columns(lag, length - lag) * white.columns(0, length - lag).transpose();
         sum += (&shifted + shifted.transpose()) * weight;
     }
-    DMatrix::from_fn(n, n, |a, b| sum[(a, b)] / ((1.0 - colour[a]) * (1.0 - colour[b])))
+    DMatrix::from_fn(n, n, |a, b| sum[(a, b)] / ((1.0 - first[a]) * (1.0 - first[b])))
 }
 
 /// First-order autocorrelation, clipped to what is believed.
@@ -87,7 +86,7 @@ fn first_order(values: impl Iterator<Item = f64>) -> f64 {
         square += before * before;
         before = v;
     }
-    if square > 0.0 { (product / square).clamp(-SLOWEST, SLOWEST) } else { 0.0 }
+    if square > 0.0 { (product / square).clamp(-STRONGEST, STRONGEST) } else { 0.0 }
 }
 
 /// Andrews' lag for the Bartlett kernel: `1.1447 (alpha T)^(1/3)`, his equations 6.2 and 6.4 with equal weights.

@@ -1,8 +1,8 @@
 //! The triangle that a long Jacobian is reduced to.
 
-use super::loss::Loss;
-use super::problem::Linearised;
 use nalgebra::{DMatrix, DVector};
+
+use super::loss::Loss;
 
 /// Rows that are taken in at a time: a block of this size with some ten columns stays in the first-level cache.
 const BLOCK: usize = 128;
@@ -13,7 +13,7 @@ const BLOCK: usize = 128;
 /// not square the condition number, and unlike a QR of the whole it needs no copy of `J`.
 /// Source: Golub and Van Loan, *Matrix Computations* (4th ed.), sections 5.2 and 6.5 (updating by rows).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Triangle {
+pub(super) struct Triangle {
     /// `p` by `p`, upper triangular; diagonal of any sign.
     pub r: DMatrix<f64>,
     /// `p`.
@@ -23,46 +23,40 @@ pub struct Triangle {
 }
 
 impl Triangle {
-    /// Reduces `[J r]`, with the rows corrected for the loss, block by block: `2 m (p+1)^2` operations.
-    pub fn reduce(seen: &Linearised, loss: Loss) -> Self {
-        let (m, p) = seen.jacobian.shape();
+    /// Reduces `[J r]`, each row times the root of its weight in the loss, block by block: `2 m (p+1)^2` operations.
+    pub fn reduce(jacobian: &DMatrix<f64>, misfit: &[f64], loss: Loss) -> Self {
+        let (m, p) = jacobian.shape();
         let width = p + 1;
         let mut work = DMatrix::zeros(width + BLOCK, width);
         let mut from = 0;
         while from < m {
             let rows = BLOCK.min(m - from);
-            let factors: Vec<_> = seen.misfit[from..from + rows].iter().map(|&r| loss.row_factors(r)).collect();
-            for j in 0..p {
-                let source = &seen.jacobian.as_slice()[j * m + from..j * m + from + rows];
+            let roots: Vec<f64> = misfit[from..from + rows].iter().map(|&r| loss.weight(r).sqrt()).collect();
+            let columns = jacobian.as_slice().chunks_exact(m).map(|column| &column[from..from + rows]);
+            for (j, source) in columns.chain([&misfit[from..from + rows]]).enumerate() {
                 let target = &mut work.as_mut_slice()[j * (width + BLOCK) + width..][..rows];
-                for ((t, s), (_, on_row)) in target.iter_mut().zip(source).zip(&factors) {
-                    *t = s * on_row;
+                for ((t, s), root) in target.iter_mut().zip(source).zip(&roots) {
+                    *t = s * root;
                 }
-            }
-            for (i, (on_misfit, _)) in factors.iter().enumerate() {
-                work[(width + i, p)] = seen.misfit[from + i] * on_misfit;
             }
             triangularise(&mut work, width, rows);
             from += rows;
         }
-        let r = work.view((0, 0), (p, p)).into_owned();
-        let z = DVector::from_fn(p, |i, _| work[(i, p)]);
-        Self { r, z, rest: work[(p, p)].abs() }
+        Self::split(&work, p)
     }
 
-    /// Number of parameters.
-    pub fn len(&self) -> usize {
-        self.z.len()
+    /// Of a small matrix `[A b]`.
+    pub fn of(rows: DMatrix<f64>) -> Self {
+        let p = rows.ncols() - 1;
+        let missing = (p + 1).saturating_sub(rows.nrows());
+        let below = rows.nrows();
+        let square = rows.insert_rows(below, missing, 0.0).qr().r();
+        Self::split(&square, p)
     }
 
-    /// Whether there are no parameters.
-    pub fn is_empty(&self) -> bool {
-        self.z.is_empty()
-    }
-
-    /// `J^T r`, the gradient of the cost.
-    pub fn gradient(&self) -> DVector<f64> {
-        self.r.tr_mul(&self.z)
+    fn split(square: &DMatrix<f64>, p: usize) -> Self {
+        let r = square.view((0, 0), (p, p)).upper_triangle();
+        Self { r, z: square.view((0, p), (p, 1)).column(0).into_owned(), rest: square[(p, p)].abs() }
     }
 
     /// `|J_j|`, the length of each column: how much all misfits together move per unit of a parameter.
@@ -70,10 +64,28 @@ impl Triangle {
         self.r.column_iter().map(|c| c.norm()).collect()
     }
 
-    /// `F(0) - F(d)` of the linear model, free of the cancellation of subtracting two costs.
+    /// `J^T r`, half the gradient of the sum of squares.
+    pub fn gradient(&self) -> DVector<f64> {
+        self.r.tr_mul(&self.z)
+    }
+
+    /// The same triangle for other misfits, of which half the gradient is known: `R^T z = gradient`.
+    pub fn with_gradient(&self, gradient: &DVector<f64>) -> Self {
+        let p = gradient.len();
+        let mut z = DVector::zeros(p);
+        for j in 0..p {
+            let column = self.r.column(j);
+            let known: f64 = (0..j).map(|k| column[k] * z[k]).sum();
+            // A direction without influence has no gradient either.
+            z[j] = if column[j].abs() > 1e-12 * column.norm() { (gradient[j] - known) / column[j] } else { 0.0 };
+        }
+        Self { r: self.r.clone(), z, rest: self.rest }
+    }
+
+    /// Fall of the sum of squares over a step in the linear model, free of the cancellation of subtracting two costs.
     pub fn predicted_decrease(&self, step: &[f64]) -> f64 {
         let moved = &self.r * DVector::from_column_slice(step);
-        -(self.z.dot(&moved) + 0.5 * moved.norm_squared())
+        -(2.0 * self.z.dot(&moved) + moved.norm_squared())
     }
 }
 
@@ -131,13 +143,21 @@ mod tests {
         let m = 1000;
         let jacobian = DMatrix::from_fn(m, 4, |i, j| ((i * (j + 2)) as f64 * 0.37).sin() * 10f64.powi(j as i32));
         let misfit: Vec<f64> = (0..m).map(|i| (i as f64 * 0.11).cos() + 0.5).collect();
-        let seen = Linearised { misfit: misfit.clone(), jacobian: jacobian.clone() };
-        let triangle = Triangle::reduce(&seen, Loss::None);
+        let triangle = Triangle::reduce(&jacobian, &misfit, Loss::None);
         let (squared, expected) = (triangle.r.tr_mul(&triangle.r), jacobian.tr_mul(&jacobian));
         approx::assert_relative_eq!(squared, expected, max_relative = 1e-12, epsilon = 1e-8);
         let gradient = jacobian.tr_mul(&DVector::from_vec(misfit.clone()));
         approx::assert_relative_eq!(triangle.gradient(), gradient, max_relative = 1e-12, epsilon = 1e-9);
         let total = triangle.z.norm_squared() + triangle.rest * triangle.rest;
         approx::assert_relative_eq!(total, 2.0 * Loss::None.cost(&misfit), max_relative = 1e-12);
+        let again = triangle.with_gradient(&gradient);
+        approx::assert_relative_eq!(again.z, triangle.z, max_relative = 1e-9, epsilon = 1e-9);
+    }
+
+    #[test]
+    fn a_matrix_with_fewer_rows_than_columns_has_a_triangle_too() {
+        let triangle = Triangle::of(DMatrix::from_row_slice(1, 3, &[3.0, 4.0, 5.0]));
+        approx::assert_relative_eq!(triangle.r[(0, 0)].abs(), 3.0);
+        assert_eq!((triangle.r[(1, 1)], triangle.rest), (0.0, 0.0));
     }
 }

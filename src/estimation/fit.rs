@@ -1,6 +1,6 @@
 //! What a fit found.
 
-use super::{Linearised, Loss, StoppedBecause};
+use super::{LocalModel, StoppedBecause};
 
 /// The bound that a parameter ended on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -9,6 +9,8 @@ pub enum Bound {
     Lower,
     /// The upper one.
     Upper,
+    /// Both: it was held.
+    Held,
 }
 
 /// What a fit found.
@@ -16,8 +18,14 @@ pub enum Bound {
 pub struct Fit {
     /// The `p` parameters, each in its unit.
     pub theta: Vec<f64>,
-    /// `1/2 sum rho(r^2)` there.
+    /// Misfits of the record there.
+    pub misfit: Vec<f64>,
+    /// `2 F` of record and prior there: chi-square, where the noise is known.
     pub cost: f64,
+    /// Decrease of the cost that a further step promises, as far as the last one kept its promise.
+    pub promised: f64,
+    /// Damping that a fit which goes on from here starts with.
+    pub damping: f64,
     /// Accepted steps.
     pub iterations: u64,
     /// Calls of [`Problem::misfit`](super::Problem::misfit).
@@ -28,8 +36,6 @@ pub struct Fit {
     pub stopped: StoppedBecause,
     /// The bound that each parameter lies on, if any.
     pub at_bound: Vec<Option<Bound>>,
-    /// Misfits and Jacobian at `theta`.
-    pub linearised: Linearised,
-    /// The loss that was minimised.
-    pub loss: Loss,
+    /// The local model at `theta`; `None` where the fit went along one from nearby.
+    pub model: Option<LocalModel>,
 }

@@ -53,13 +53,13 @@ impl Gaussian {
         &self.whitening * DVector::from_iterator(self.len(), away)
     }
 
-    /// Writes the derivatives of [`Gaussian::misfit`] into a Jacobian, from row `first` on.
-    pub fn linearise(&self, jacobian: &mut DMatrix<f64>, first: usize) {
+    /// Derivatives of [`Gaussian::misfit`] by all of `count` parameters.
+    pub fn jacobian(&self, count: usize) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::zeros(self.len(), count);
         for (column, &member) in self.members.iter().enumerate() {
-            for row in 0..self.len() {
-                jacobian[(first + row, member)] = self.whitening[(row, column)];
-            }
+            jacobian.set_column(member, &self.whitening.column(column));
         }
+        jacobian
     }
 
     /// Inverse of the covariance, SI.

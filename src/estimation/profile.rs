@@ -1,0 +1,296 @@
+//! Profile likelihood: the interval that the data allow for one parameter, whatever the others do.
+//!
+//! The ends lie where the best cost with the parameter held there has risen by the quantile of chi-square. The local model
+//! tells where that should be and how everything else should follow, a simulation tells what the cost is there, and the
+//! root of the rise, nearly a straight line, is searched from there. An end that no value within the bounds reaches stays
+//! open.
+//!
+//! Source: Venzon and Moolgavkar, Applied Statistics 37 (1988); Bates and Watts, *Nonlinear Regression Analysis and Its
+//! Applications* (1988), chapter 6; Raue et al., Bioinformatics 25 (2009) for open ends.
+
+use std::fmt;
+
+use nalgebra::DVector;
+
+use super::{Fit, Held, LocalModel, Options, Problem, fit_along};
+
+/// Rise of `2 F` that ends a 95 % interval: quantile of chi-square with one degree of freedom.
+pub const RISE: f64 = 3.841_459;
+/// Standard normal quantile of the same.
+pub const QUANTILE: f64 = 1.959_964;
+/// Most values that are tried for one end: four times as far each time, then a bracket halved at worst, ends a thousand
+/// expected widths away are found to a percent.
+const MOST_VALUES: usize = 16;
+/// A rise this close to the threshold, relative, is interpolated.
+const CLOSE: f64 = 0.05;
+/// A cost lower than the best by this share of the threshold is another optimum.
+const BETTER: f64 = 0.25;
+/// A promise left beyond this share of the threshold asks for a relinearisation: ends then lie within a hundredth of their
+/// distance from where the cost is exact.
+const STALE: f64 = 0.02;
+/// Most relinearisations for one end.
+const MOST_RELINEARISATIONS: usize = 6;
+/// Steps of the fit at each value, and of one that has been relinearised.
+const STEPS: (u64, u64) = (2, 3);
+
+/// Why an interval ends where it does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// The threshold is crossed there.
+    Crossed,
+    /// The bound comes first: the interval is open.
+    BoundReached,
+    /// The model fails before the threshold is crossed: open as far as can be told.
+    ModelFails,
+    /// A better optimum turned up; the interval of the old one means nothing.
+    BetterOptimum,
+    /// The search did not settle within its budget.
+    GaveUp,
+}
+
+/// What the data say about one parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Identifiable {
+    /// Both ends are known.
+    Bounded,
+    /// The data bound it from below only.
+    LowerBoundOnly,
+    /// The data bound it from above only.
+    UpperBoundOnly,
+    /// Neither end is known.
+    Unidentifiable,
+}
+
+impl fmt::Display for Identifiable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Bounded => "bounded",
+            Self::LowerBoundOnly => "lower-bound-only",
+            Self::UpperBoundOnly => "upper-bound-only",
+            Self::Unidentifiable => "unidentifiable",
+        })
+    }
+}
+
+/// A point of a profile.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProfilePoint {
+    /// The value at which the parameter was held, in its unit.
+    pub value: f64,
+    /// `2 (F - least F)` there, not inflated.
+    pub rise: f64,
+}
+
+/// One end of an interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Side {
+    /// In the unit of the parameter; `None` where it is open.
+    pub end: Option<f64>,
+    pub why: End,
+    /// Rise of chi-square at the bound, where that was reached.
+    pub rise: f64,
+}
+
+/// What a record leaves of one parameter, at a level of 95 %.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interval {
+    /// Best value, in the unit of the parameter.
+    pub value: f64,
+    /// Standard error by the local model, inflated; `None` where the record says nothing or the value is at a bound.
+    pub sigma: Option<f64>,
+    pub lower: Side,
+    pub upper: Side,
+    /// Rise of `2 F` that ends the interval.
+    pub threshold: f64,
+    /// What the search visited, by rising value, the best included; rises as they are, not deflated.
+    pub points: Vec<ProfilePoint>,
+    /// A better fit, where the search found one.
+    pub better: Option<Fit>,
+}
+
+impl Interval {
+    /// Variance inflation by autocorrelation; without it the threshold is [`RISE`] for all parameters.
+    pub fn inflation(&self) -> f64 {
+        self.threshold / RISE
+    }
+
+    /// Both ends in one word.
+    pub fn identifiable(&self) -> Identifiable {
+        match (self.lower.end, self.upper.end) {
+            (Some(_), Some(_)) => Identifiable::Bounded,
+            (Some(_), None) => Identifiable::LowerBoundOnly,
+            (None, Some(_)) => Identifiable::UpperBoundOnly,
+            (None, None) => Identifiable::Unidentifiable,
+        }
+    }
+}
+
+/// The interval of a parameter around the fit `best` of a problem. `direction` is that of the parameter in the local model
+/// `near` the fit ([`super::local_model::Information::direction`]), `inflation` that of its variance.
+pub fn interval<P: Problem>(
+    problem: &P,
+    near: &LocalModel,
+    best: &Fit,
+    parameter: usize,
+    direction: DVector<f64>,
+    inflation: f64,
+) -> Interval {
+    let threshold = RISE * inflation;
+    let sigma = (direction[parameter] * inflation).sqrt() * near.scale[parameter];
+    let (low, high) = problem.bounds()[parameter];
+    let sigma = Some(sigma).filter(|sigma| *sigma < high - low);
+    let value = best.theta[parameter];
+    let points = vec![ProfilePoint { value, rise: 0.0 }];
+    let mut search = Search { problem, parameter, best, direction, threshold, points, better: None };
+    let wide = if (high - low).is_finite() { 0.25 * (high - low) } else { near.scale[parameter] };
+    let reach = sigma.map_or(wide, |sigma| QUANTILE * sigma);
+    let lower = search.side(near, low, -reach);
+    let upper = search.side(near, high, reach);
+    let sigma = sigma.filter(|_| value > low && value < high);
+    let Search { mut points, better, .. } = search;
+    points.sort_by(|a, b| a.value.total_cmp(&b.value));
+    Interval { value, sigma, lower, upper, threshold, points, better }
+}
+
+struct Search<'a, P> {
+    problem: &'a P,
+    parameter: usize,
+    best: &'a Fit,
+    direction: DVector<f64>,
+    threshold: f64,
+    points: Vec<ProfilePoint>,
+    better: Option<Fit>,
+}
+
+impl<P: Problem> Search<'_, P> {
+    /// The end between the value and `bound`, `reach` away by the local model.
+    fn side(&mut self, near: &LocalModel, bound: f64, reach: f64) -> Side {
+        let value = self.best.theta[self.parameter];
+        let target = self.threshold.sqrt();
+        if value == bound {
+            return Side { end: None, why: End::BoundReached, rise: 0.0 };
+        }
+        let inside = |at: f64| if reach < 0.0 { at.max(bound) } else { at.min(bound) };
+        let mut fresh: Option<Fresh> = None;
+        let mut left = MOST_RELINEARISATIONS;
+        // Values with the root of their rise: the last below the threshold, the first above.
+        let mut below = (value, 0.0);
+        let mut above: Option<(f64, f64)> = None;
+        let mut from = self.best.clone();
+        let (mut turns, mut last_side) = (0, None);
+        let mut at = inside(value + reach);
+        for _ in 0..MOST_VALUES {
+            let Some(point) = self.held_at(near, &mut fresh, &from, at, &mut left) else {
+                // The model fails there: nearer, if there is a nearer one.
+                if (at - below.0).abs() < 1e-3 * reach.abs() {
+                    return Side { end: None, why: End::ModelFails, rise: below.1 * below.1 };
+                }
+                at = f64::midpoint(at, below.0);
+                continue;
+            };
+            // What a further step promises is taken as done.
+            let rise = point.cost - point.promised.max(0.0) - self.best.cost;
+            if rise < -BETTER * self.threshold && self.better.as_ref().is_none_or(|better| point.cost < better.cost) {
+                self.better = Some(point);
+                return Side { end: None, why: End::BetterOptimum, rise: 0.0 };
+            }
+            self.points.push(ProfilePoint { value: at, rise: rise.max(0.0) });
+            let root = rise.max(0.0).sqrt();
+            if (rise / self.threshold - 1.0).abs() < CLOSE {
+                let seen = [below, (at, root)].map(|(at, root)| (at - value, root));
+                let end = value + self.crossing(near, seen, target);
+                return Side { end: Some(inside(end)), why: End::Crossed, rise };
+            }
+            let inner = root < target;
+            turns = if last_side == Some(inner) { turns + 1 } else { 0 };
+            last_side = Some(inner);
+            if inner {
+                below = (at, root);
+                from = point;
+                if at == bound {
+                    return Side { end: None, why: End::BoundReached, rise };
+                }
+            } else {
+                above = Some((at, root));
+            }
+            at = match above {
+                // Between a value below and one above: on the chord, but not at its ends; halfway where the chord keeps
+                // falling on one side.
+                Some(above) => {
+                    let chord = ((target - below.1) / (above.1 - below.1)).clamp(0.1, 0.9);
+                    let share = if turns > 0 { 0.5 } else { chord };
+                    below.0 + share * (above.0 - below.0)
+                }
+                None => {
+                    let slope = below.1 / (below.0 - value);
+                    let further = value + (target / slope).clamp(-1e300, 1e300);
+                    let most = value + 4.0 * (below.0 - value);
+                    inside(if reach < 0.0 { further.max(most) } else { further.min(most) })
+                }
+            };
+        }
+        Side { end: None, why: End::GaveUp, rise: below.1 * below.1 }
+    }
+
+    /// The best fit with the parameter held, from another one; relinearised where much is still promised.
+    fn held_at(
+        &self,
+        near: &LocalModel,
+        fresh: &mut Option<Fresh>,
+        from: &Fit,
+        at: f64,
+        left: &mut usize,
+    ) -> Option<Fit> {
+        let enough = 0.5 * STALE * self.threshold;
+        let held = Held::new(self.problem, self.parameter, at);
+        let (model, direction) =
+            fresh.as_ref().map_or((near, &self.direction), |fresh| (&fresh.model, &fresh.direction));
+        let start = self.follow(model, direction, from, at);
+        let mut point = fit_along(&held, model, &start, Options::steps(STEPS.0, enough)).ok()?;
+        while point.promised > STALE * self.threshold && *left > 0 {
+            *left -= 1;
+            let Ok(model) = LocalModel::at(&held, &point.theta, near.loss) else { break };
+            let Ok(further) = fit_along(&held, &model, &point.theta, Options::steps(STEPS.1, enough)) else { break };
+            point = further;
+            let direction = model.information(self.problem).ok().and_then(|known| known.direction(self.parameter));
+            if let Some(direction) = direction {
+                *fresh = Some(Fresh { model, direction });
+            }
+        }
+        Some(point)
+    }
+
+    /// Everything as a local model expects it with the parameter held at a value.
+    fn follow(&self, model: &LocalModel, direction: &DVector<f64>, from: &Fit, at: f64) -> Vec<f64> {
+        let own = direction[self.parameter] * model.scale[self.parameter];
+        let share = (at - from.theta[self.parameter]) / own;
+        let moved = direction.iter().zip(&model.scale).map(|(along, scale)| share * along * scale);
+        from.theta.iter().zip(moved).map(|(theta, moved)| theta + moved).collect()
+    }
+
+    /// Distance from the best value at which the root of the rise is `target`: on the parabola through the best value, and
+    /// two `seen` distances with their roots. Where the first of them is the best value itself, the parabola has the slope
+    /// that the local model gives it there.
+    fn crossing(&self, near: &LocalModel, seen: [(f64, f64); 2], target: f64) -> f64 {
+        let [(inner, inner_root), (outer, outer_root)] = seen;
+        let slope = (self.direction[self.parameter].sqrt() * near.scale[self.parameter]).recip() * outer.signum();
+        let (first, last) = (if inner == 0.0 { slope } else { inner_root / inner }, outer_root / outer);
+        let bend = (last - first) / (outer - inner);
+        let straight = inner + (outer - inner) * (target - inner_root) / (outer_root - inner_root);
+        // Newton's method from the chord; the parabola is all but straight between two points of one side.
+        let mut at = straight;
+        for _ in 0..4 {
+            let (chord, rise) = (first + bend * (at - inner), first + bend * (2.0 * at - inner));
+            at -= (at * chord - target) / rise;
+        }
+        // A parabola that has turned back says nothing.
+        let near_chord = (at - straight).abs() <= 0.25 * (straight - inner).abs() && at.is_finite();
+        if near_chord { at } else { straight }
+    }
+}
+
+/// A local model taken on the way, and the direction of the parameter in it.
+struct Fresh {
+    model: LocalModel,
+    direction: DVector<f64>,
+}

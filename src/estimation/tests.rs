@@ -1,0 +1,231 @@
+//! Linear problems whose answers are known in closed form.
+
+use std::convert::Infallible;
+
+use nalgebra::{DMatrix, DVector};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+use super::local_model::Evaluated;
+use super::*;
+
+/// `A theta - y`, with a share of `theta_0^2` in every sample that bends it.
+struct Line {
+    a: DMatrix<f64>,
+    y: DVector<f64>,
+    bend: f64,
+    bounds: Vec<(f64, f64)>,
+    scale: Vec<f64>,
+    prior: Gaussian,
+}
+
+const OPEN: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+
+impl Problem for Line {
+    type Error = Infallible;
+    fn bounds(&self) -> &[(f64, f64)] {
+        &self.bounds
+    }
+    fn misfit(&self, theta: &[f64]) -> Result<Vec<f64>, Infallible> {
+        let bent = self.bend * theta[0] * theta[0];
+        let straight = &self.a * DVector::from_column_slice(theta) - &self.y;
+        Ok(straight.iter().map(|r| r + bent).collect())
+    }
+    fn linearise(&self, theta: &[f64]) -> Result<Linearised, Infallible> {
+        let mut jacobian = self.a.clone();
+        jacobian.column_mut(0).add_scalar_mut(2.0 * self.bend * theta[0]);
+        Ok(Linearised { misfit: self.misfit(theta)?, jacobian })
+    }
+    fn scale(&self) -> Vec<f64> {
+        self.scale.clone()
+    }
+    fn prior(&self) -> Option<&Gaussian> {
+        Some(&self.prior)
+    }
+}
+
+/// Sixty samples of three parameters of very different size; the last has a prior of 2 +- 0.3.
+fn line() -> Line {
+    let columns = |i: usize, j: usize| match j {
+        0 => 1.0,
+        1 => 1e3 * (0.2 * i as f64).sin(),
+        _ => 1e-2 * (0.05 * (i * i) as f64).cos(),
+    };
+    let a = DMatrix::from_fn(60, 3, columns);
+    let y = DVector::from_fn(60, |i, _| 3.0 + (1.7 * i as f64).sin() + 5.0 * (0.2 * i as f64).sin());
+    let prior = Gaussian::new(vec![2], vec![2.0], &DMatrix::from_element(1, 1, 0.09));
+    Line { a, y, bend: 0.0, bounds: vec![OPEN; 3], scale: vec![1.0, 1e-3, 10.0], prior }
+}
+
+/// `2 F` of the best values of the parameters that the bounds leave free, by normal equations in numbers of order one.
+fn least(line: &Line) -> f64 {
+    fit(line, &[0.0; 3], Loss::None, Options::tight()).unwrap().cost
+}
+
+fn information(line: &Line) -> DMatrix<f64> {
+    let mut information = line.a.tr_mul(&line.a);
+    information[(2, 2)] += 1.0 / 0.09;
+    information
+}
+
+#[test]
+fn covariance_is_that_of_the_normal_equations() {
+    let line = line();
+    let model = LocalModel::at(&line, &[0.5, 0.1, 1.0], Loss::None).unwrap();
+    let covariance = model.information(&line).unwrap().covariance();
+    let expected = information(&line).try_inverse().unwrap();
+    for i in 0..3 {
+        for j in 0..3 {
+            let found = covariance[(i, j)] * model.scale[i] * model.scale[j];
+            let unit = (expected[(i, i)] * expected[(j, j)]).sqrt();
+            approx::assert_relative_eq!(found / unit, expected[(i, j)] / unit, epsilon = 1e-9);
+        }
+        let direction = model.information(&line).unwrap().direction(i).unwrap();
+        approx::assert_relative_eq!(direction, covariance.column(i).into_owned(), max_relative = 1e-9, epsilon = 1e-12);
+    }
+}
+
+#[test]
+fn a_held_parameter_has_no_covariance_and_moves_nothing() {
+    let line = line();
+    let held = Held::new(&line, 1, 0.4);
+    let model = LocalModel::at(&line, &[0.5, 0.4, 1.0], Loss::None).unwrap();
+    let known = model.information(&held).unwrap();
+    assert!(known.direction(1).is_none());
+    assert_eq!(known.covariance().column(1).norm(), 0.0);
+}
+
+#[test]
+fn a_descent_along_a_model_from_nearby_ends_where_one_that_relinearises_does() {
+    let mut line = line();
+    line.bend = 0.02;
+    let near = LocalModel::at(&line, &[2.5, 0.0, 2.0], Loss::None).unwrap();
+    let along = fit_along(&line, &near, &[0.0; 3], Options::steps(40, 1e-12)).unwrap();
+    let found = fit(&line, &[0.0; 3], Loss::None, Options::tight()).unwrap();
+    approx::assert_relative_eq!(along.cost, found.cost, max_relative = 1e-10);
+    assert!(matches!(along.stopped, StoppedBecause::PromiseTolerance { .. }), "{}", along.stopped);
+    assert_eq!(along.linearisations, 0);
+}
+
+#[test]
+fn the_score_is_the_fall_of_chi_square_that_the_change_brings() {
+    let line = line();
+    let fitted = fit(&line, &[0.0; 3], Loss::None, Options::tight()).unwrap();
+    let change: Vec<f64> = (0..60).map(|i| (1.7 * i as f64 + 0.3).sin()).collect();
+    let model = fitted.model.as_ref().unwrap();
+    let score = model.score_test(&line, &fitted.theta, &fitted.misfit).unwrap().of(&change);
+    // A fourth parameter whose derivative is the change.
+    let mut more = Line {
+        a: line.a.clone().insert_column(3, 0.0),
+        bounds: vec![OPEN; 4],
+        scale: vec![1.0, 1e-3, 10.0, 1.0],
+        ..line
+    };
+    more.a.set_column(3, &DVector::from_column_slice(&change));
+    let with = fit(&more, &[0.0; 4], Loss::None, Options::tight()).unwrap();
+    approx::assert_relative_eq!(score.factor, with.theta[3], max_relative = 1e-8);
+    approx::assert_relative_eq!(score.fall_at(score.factor), fitted.cost - with.cost, max_relative = 1e-8);
+    let sigma = with.model.unwrap().information(&more).unwrap().covariance()[(3, 3)].sqrt();
+    approx::assert_relative_eq!(score.information, sigma.powi(-2), max_relative = 1e-6);
+}
+
+#[test]
+fn the_schur_complement_knows_the_best_cost_of_every_subset() {
+    // The first two may be asked for; the third follows.
+    let line = line();
+    let (mean, bounds) = ([0.5, 0.001, 2.0], [(-9.5, 10.5), (-0.1, 0.1)]);
+    let model = LocalModel::at(&line, &[1.0, 0.002, 1.5], Loss::None).unwrap();
+    let schur = SchurComplement::new(&model, &line.prior, &mean, &bounds);
+    for set in [vec![], vec![0], vec![1], vec![0, 1]] {
+        let mut restricted = self::line();
+        for held in [0, 1].into_iter().filter(|held| !set.contains(held)) {
+            restricted.bounds[held] = (mean[held], mean[held]);
+        }
+        let best = schur.best(set.iter().copied()).unwrap();
+        // A trace of a prior, a millionth of what the range says, keeps directions without influence unique.
+        approx::assert_relative_eq!(best.cost, least(&restricted), max_relative = 1e-6);
+    }
+    let both = information(&line).try_inverse().unwrap();
+    let sigma = schur.sigma([1].into_iter(), 0).unwrap();
+    approx::assert_relative_eq!(sigma * model.scale[0], both[(0, 0)].sqrt(), max_relative = 1e-5);
+    assert_eq!(schur.rank(), 2);
+}
+
+#[test]
+fn a_parameter_that_would_have_to_go_the_other_way_has_no_best_value() {
+    let line = line();
+    let model = LocalModel::at(&line, &[0.0; 3], Loss::None).unwrap();
+    // The data ask for about 3; the range begins at 8.
+    let schur = SchurComplement::new(&model, &line.prior, &[8.0, 0.0, 2.0], &[(8.0, 20.0)]);
+    assert!(schur.best([0].into_iter()).is_none());
+    assert!(schur.best([].into_iter()).is_some());
+}
+
+#[test]
+fn a_local_model_foresees_a_line_and_not_a_bend() {
+    let mut line = line();
+    let foreseen = |line: &Line, far: f64, share: f64| {
+        let (here, there) = ([1.0, 0.0, 2.0], [1.0 + far, 0.01, 2.5]);
+        let model = LocalModel::at(line, &here, Loss::None).unwrap();
+        let (before, after) = (line.misfit(&here).unwrap(), line.misfit(&there).unwrap());
+        let before = Evaluated { theta: &here, misfit: &before };
+        model.foresees(before, Evaluated { theta: &there, misfit: &after }, share)
+    };
+    assert!(foreseen(&line, 1e3, 1e-12));
+    line.bend = 1.0;
+    // A step of `far` on `theta^2` at 1 moves by `2 far + far^2`, of which `far^2` is not foreseen.
+    assert!(foreseen(&line, 0.1, 0.01) && !foreseen(&line, 8.0, 0.1));
+}
+
+#[test]
+fn the_interval_of_a_line_is_its_normal_interval() {
+    let line = line();
+    let fitted = fit(&line, &[0.0; 3], Loss::None, Options::tight()).unwrap();
+    let near = fitted.model.as_ref().unwrap();
+    let known = near.information(&line).unwrap();
+    for inflation in [1.0, 2.5] {
+        for i in 0..3 {
+            let interval = interval(&line, near, &fitted, i, known.direction(i).unwrap(), inflation);
+            let sigma = (known.covariance()[(i, i)] * inflation).sqrt() * near.scale[i];
+            let half = profile::QUANTILE * sigma;
+            approx::assert_relative_eq!(interval.sigma.unwrap(), sigma, max_relative = 1e-12);
+            approx::assert_relative_eq!(interval.upper.end.unwrap() - fitted.theta[i], half, max_relative = 1e-5);
+            approx::assert_relative_eq!(fitted.theta[i] - interval.lower.end.unwrap(), half, max_relative = 1e-5);
+        }
+    }
+}
+
+#[test]
+fn inflation_of_a_series_of_first_order_is_its_closed_form() {
+    // The variance of the mean of an AR(1) series is (1 + rho) / (1 - rho) times that of white noise.
+    let (rho, n): (f64, usize) = (0.6, 20_000);
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let mut uniform = || ((random.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
+    let mut noise = 0.0;
+    let y = DVector::from_fn(n, |_, _| {
+        let fresh = (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos();
+        noise = rho * noise + (1.0 - rho * rho).sqrt() * fresh;
+        noise
+    });
+    let a = DMatrix::from_element(n, 1, 1.0);
+    let mean = Line { a, y, bend: 0.0, bounds: vec![OPEN], scale: vec![1.0], prior: Gaussian::none() };
+    let fitted = fit(&mean, &[0.0], Loss::None, Options::default()).unwrap();
+    let near = fitted.model.unwrap();
+    let direction = near.information(&mean).unwrap().direction(0).unwrap();
+    let found = near.inflation(&direction, &[0..n]);
+    // The long-run variance of so many samples is known to about a tenth.
+    approx::assert_relative_eq!(found, (1.0 + rho) / (1.0 - rho), max_relative = 0.1);
+}
+
+#[test]
+fn the_misfit_of_a_prior_is_white() {
+    let covariance = DMatrix::from_row_slice(2, 2, &[4.0, 3.0, 3.0, 9.0]);
+    let prior = Gaussian::new(vec![0, 2], vec![1.0, -1.0], &covariance);
+    let theta = [2.0, 77.0, 3.0];
+    let away = DVector::from_column_slice(&[1.0, 4.0]);
+    let expected = away.dot(&(covariance.try_inverse().unwrap() * &away));
+    approx::assert_relative_eq!(prior.misfit(&theta).norm_squared(), expected, max_relative = 1e-12);
+    let slope = prior.jacobian(3);
+    assert_eq!(slope.column(1).norm(), 0.0);
+    approx::assert_relative_eq!(slope.tr_mul(&slope)[(0, 0)], prior.precision()[(0, 0)], max_relative = 1e-12);
+}
