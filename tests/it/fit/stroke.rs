@@ -29,5 +29,5 @@ fn all_of_64_starts_reach_the_optimum() {
     let reached = fits.iter().filter(|fitted| is_optimum(fitted.cost, &fitted.theta)).count();
     let evaluations: u64 = fits.iter().map(|fitted| fitted.misfit_evaluations).sum();
     let linearisations: u64 = fits.iter().map(|fitted| fitted.linearisations).sum();
-    assert_eq!((reached, evaluations, linearisations), (64, 1616, 1262));
+    assert_eq!((reached, evaluations, linearisations), (64, 1616, 1267));
 }
