@@ -84,7 +84,8 @@ fn wrong_stores_and_times_give_their_message_before_any_work() {
     let (rig, record, store) = (rig.to_str().unwrap(), record.to_str().unwrap(), folder.path().join("a.store"));
     let store = store.to_str().unwrap();
     for (arguments, message) in [
-        (vec!["diagnose", rig, record, "--store", record], "RECORD: this is no store of diagnoses"),
+        (vec!["diagnose", rig, record, "--store", record], "RECORD: this file is read, and would be overwritten"),
+        (vec!["diagnose", rig, record, "--store", "Cargo.toml"], "Cargo.toml: this is no store of diagnoses"),
         (vec!["diagnose", rig, record, "--at", "2026-05-01"], "`--at` without `--store`"),
         (vec!["diagnose", rig, record, "--store", store, "--at", "noon"], "`--at`: `noon` is no moment"),
         (
