@@ -12,7 +12,7 @@
 //! # let measured = |seed| simulate(&faulty, None, &Options { name: PathBuf::from("check"), seed: Some(seed), ..Options::default() });
 //! # let logged = measured(1)?.record;
 //! # let check = measured(2)?.record;
-//! # let column = |name: &str| logged.channel(name).map_or_else(Vec::new, |one| one.values.iter().map(|si| one.unit.from_si(*si)).collect());
+//! # let column = |name: &str| logged.channel(name).map_or_else(Vec::new, |one| one.values.clone());
 //! # let (time, u, level_1, level_2) = (logged.time.clone(), column("u"), column("level_1"), column("level_2"));
 //!
 //! let rig = Rig::read("fixtures/two_tanks/rig.toml")?;
