@@ -212,7 +212,7 @@ fn inflation_of_a_series_of_first_order_is_its_closed_form() {
     let fitted = fit(&mean, &[0.0], Loss::None, Options::default()).unwrap();
     let near = fitted.model.unwrap();
     let direction = near.information(&mean).unwrap().direction(0).unwrap();
-    let found = near.inflation(&direction, &[0..n]);
+    let found = near.inflation(&direction, std::slice::from_ref(&(0..n)));
     // The long-run variance of so many samples is known to about a tenth.
     approx::assert_relative_eq!(found, (1.0 + rho) / (1.0 - rho), max_relative = 0.1);
 }
