@@ -152,7 +152,7 @@ impl From<io::Error> for Failure {
 /// Runs one command line, the name of the program first, and returns the exit status.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
-    let pipes: Vec<String> = arguments.iter().skip(1).filter_map(|argument| named_pipe(argument)).collect();
+    let pipes: Vec<String> = arguments.iter().skip(1).filter_map(named_pipe).collect();
     let command_line = match CommandLine::try_parse_from(arguments) {
         Ok(command_line) => command_line,
         Err(error) => {

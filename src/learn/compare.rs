@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::phase::{Stretch, stretches};
 use super::refit;
 use super::trial::{Run, run_with};
-use super::with_faults::{WithFaults, with_faults};
+use super::with_faults::{Explained, WithFaults, with_faults};
 use crate::complaint::Complaint;
 use crate::diagnosis::{adequate, estimate, mean_squares};
 use crate::model::{Drive, Model};
@@ -178,7 +178,7 @@ fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     comparison.fitted = estimated.filter(|&index| !rig.is_fault(index)).map(fitted(rig, &values)).collect();
     let mut found = None;
     if !comparison.adequate
-        && let Some((with_faults, outputs)) = with_faults(&model, record)?
+        && let Some(Explained { with_faults, outputs }) = with_faults(&model, record)?
     {
         comparison.with_faults = Some(with_faults);
         found = Some(outputs);

@@ -32,12 +32,18 @@ pub struct WithFaults {
     pub channels: Vec<Channel>,
 }
 
-/// The faults that a diagnosis of the record finds, with how the model follows it then, and what its sensors would show
-/// (`[sensor][row]`, SI); `None` where it finds none.
+/// A model with the faults that explain a record, with the curves behind it.
+pub(super) struct Explained {
+    pub with_faults: WithFaults,
+    /// What its sensors would show, `[sensor][row]`, SI.
+    pub outputs: Vec<Vec<f64>>,
+}
+
+/// The faults that a diagnosis of the record finds, with how the model follows it then; `None` where it finds none.
 ///
 /// # Errors
 /// As [`diagnose`].
-pub(super) fn with_faults(model: &Model, record: &Record) -> Result<Option<(WithFaults, Vec<Vec<f64>>)>, Complaint> {
+pub(super) fn with_faults(model: &Model, record: &Record) -> Result<Option<Explained>, Complaint> {
     if model.rig.faults.is_empty() {
         return Ok(None);
     }
@@ -56,5 +62,6 @@ pub(super) fn with_faults(model: &Model, record: &Record) -> Result<Option<(With
     }
     let run = run_of(&model.rig, record, diagnosed.model, diagnosed.weights)?;
     let Comparison { times_noise, adequate, channels, .. } = Comparison::of(model, record, &run)?;
-    Ok(Some((WithFaults { faults, times_noise, adequate, channels }, run.outputs)))
+    let with_faults = WithFaults { faults, times_noise, adequate, channels };
+    Ok(Some(Explained { with_faults, outputs: run.outputs }))
 }

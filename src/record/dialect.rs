@@ -30,9 +30,8 @@ impl fmt::Display for Dialect {
         };
         let mark = if self.commas { "commas" } else { "points" };
         write!(f, "columns between {separator}, decimal {mark}")?;
-        match self.unit_row {
-            Some(line) => write!(f, ", units in line {line}")?,
-            None => {}
+        if let Some(line) = self.unit_row {
+            write!(f, ", units in line {line}")?;
         }
         f.write_str(&counted_from(self.begins_at))
     }

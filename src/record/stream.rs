@@ -19,7 +19,7 @@ const HEAD: u64 = 16;
 
 /// A file that is begun: unpacked as it comes, and its format known.
 pub(super) enum Begun<'a> {
-    Text(Stream<'a>),
+    Text(Box<Stream<'a>>),
     Binary { format: Binary, from: Bytes, packing: Option<&'static str> },
 }
 
@@ -42,7 +42,7 @@ pub(super) fn begin<'a>(
         None => {
             let rows = Rows::new(path, care, asked);
             let text = Text { from, packing, bytes: Vec::new(), left: most, most, begun: false, ended: false };
-            Begun::Text(Stream { path, file: None, text, rows })
+            Begun::Text(Box::new(Stream { path, file: None, text, rows }))
         }
     })
 }
@@ -75,7 +75,7 @@ impl<'a> Stream<'a> {
         let mut file = files::open(path)?;
         let from = std::mem::replace(&mut file.from, Box::new(std::io::empty()));
         match begin(path, from, Care::Strict, asked, u64::MAX)? {
-            Begun::Text(stream) => Ok(Self { file: Some(file), ..stream }),
+            Begun::Text(stream) => Ok(Self { file: Some(file), ..*stream }),
             Begun::Binary { format, .. } => Err(format.not_in_pieces(path)),
         }
     }

@@ -159,8 +159,9 @@ mod tests {
     /// Noise of standard deviation 1 that no chance repeats, rounded to a fifth of it.
     fn noisy(rows: usize) -> Vec<f64> {
         let uniform = |k: usize| ((k as f64 * 12.9898).sin() * 43_758.545_3).fract().abs();
-        let normal =
-            |k: usize| (-2.0 * uniform(2 * k + 1).max(1e-12).ln()).sqrt() * (6.283_185 * uniform(2 * k + 2)).cos();
+        let normal = |k: usize| {
+            (-2.0 * uniform(2 * k + 1).max(1e-12).ln()).sqrt() * (std::f64::consts::TAU * uniform(2 * k + 2)).cos()
+        };
         (0..rows).map(|k| (normal(k) * 5.0).round() / 5.0).collect()
     }
 
