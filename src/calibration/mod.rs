@@ -8,6 +8,7 @@
 //! the most probable parameters under them. Rounds end when none of it moves any more.
 
 mod clusters;
+mod harm;
 mod joint;
 mod noise;
 mod report;
@@ -81,11 +82,12 @@ const LEAST_TOLERANCE: f64 = 0.02;
 ///
 /// # Errors
 /// No records, no sensors, missing columns, a model that cannot be solved, a rig file that cannot be read, a context that was
-/// cancelled.
+/// cancelled, a calibrated model that follows the records worse than the data sheet's.
 pub fn calibrate(rig_text: &str, rig: &Rig, records: &[Record], options: &Options) -> Result<Calibrated, Complaint> {
     let bare = write::without_calibration(&rig.path, rig_text)?;
     let sheet = Rig::parse(&rig.path, bare.clone())?.with_context(rig.context());
     let (learnt, report) = calibrate_rig(&sheet, records, options)?;
+    harm::refuse(&sheet, &report)?;
     let text = bare + &write::section(&learnt, &report);
     Ok(Calibrated { rig: Rig::parse(&rig.path, text.clone())?.with_context(rig.context()), text, report })
 }
@@ -142,7 +144,10 @@ fn fit_all(rig: &Rig, records: &[Record], options: &Options) -> Result<(Rig, Rep
     let open = open(&model.rig);
     let prior = prior(&model.rig, &open);
     let solutions = Solutions::new(&model, &taken, open);
-    let mut rounds = Rounds { rig: model.rig.clone(), noises: vec![None; rig.sensors.len()], solutions, prior: &prior };
+    // The first fit starts here, so this costs no further simulation.
+    let before = solutions.errors(&prior.mean).map_err(unsolved)?;
+    let noises = vec![None; rig.sensors.len()];
+    let mut rounds = Rounds { rig: model.rig.clone(), noises, solutions, prior: &prior, before };
     let rough: Vec<Weights> = taken.iter().map(|one| rough(&model.rig, one)).collect();
     let mut theta = prior.mean.clone();
     let mut cost = f64::INFINITY;
@@ -246,6 +251,8 @@ struct Rounds<'a> {
     noises: Vec<Option<Noise>>,
     solutions: Solutions<'a>,
     prior: &'a Gaussian,
+    /// Root mean square errors of the model as stated: `[record][sensor]`, SI.
+    before: Vec<Vec<f64>>,
 }
 
 impl Rounds<'_> {

@@ -77,7 +77,9 @@ pub struct RecordReport {
 pub struct ChannelFit {
     pub name: String,
     pub unit: String,
-    /// Root mean square of measured minus model.
+    /// Root mean square of measured minus model, with the values of the data sheet.
+    pub rmse_before: f64,
+    /// The same with the calibrated values.
     pub rmse: f64,
     /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
     pub chi2_reduced: f64,

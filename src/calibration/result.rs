@@ -7,7 +7,7 @@ use super::joint::Joint;
 use super::report::{ChannelFit, ParameterReport, RecordReport, Report, SCHEMA, SensorReport};
 use super::{Noise, ROBUST, Rounds};
 use crate::diagnosis::noise::Weights;
-use crate::diagnosis::problem::{count_there, square_sum};
+use crate::diagnosis::problem::count_there;
 use crate::diagnosis::{adequate, tame_squares};
 use crate::estimation::{Fit, FitError, LocalModel, Loss, Uncertainty, UncertaintyOptions};
 use crate::record::Record;
@@ -172,7 +172,7 @@ impl Rounds<'_> {
     }
 
     fn records(&self, sheet: &Rig, fit: &Fit, joint: &Joint<'_>, warnings: &mut Vec<String>) -> Vec<RecordReport> {
-        let plain = self.solutions.curves(&fit.theta).ok();
+        let plain = self.solutions.errors(&fit.theta).ok();
         let mut series = joint.series().into_iter();
         let mut records = Vec::new();
         for (record, one) in self.solutions.records.iter().enumerate() {
@@ -181,9 +181,9 @@ impl Rounds<'_> {
             for (sensor, (known, range)) in sheet.sensors.iter().zip(series.by_ref()).enumerate() {
                 let samples = count_there(one.measured[sensor]).max(1);
                 let chi2 = tame_squares(&fit.misfit[range]) / samples as f64;
-                let away = |curves: &super::joint::Curves| square_sum(&curves[record][sensor], one.measured[sensor]);
-                let square = plain.as_deref().map_or(f64::NAN, away);
+                let after = plain.as_ref().map_or(f64::NAN, |errors| errors[record][sensor]);
                 let unit = sheet.sensor_unit(known);
+                let error = |si| rounded(unit.difference_from_si(si), DIGITS);
                 let adequate = adequate(chi2, samples);
                 if !adequate {
                     missed.push(format!("`{}` {:.1}", known.name, chi2));
@@ -191,7 +191,8 @@ impl Rounds<'_> {
                 channels.push(ChannelFit {
                     name: known.name.clone(),
                     unit: unit.symbol.clone(),
-                    rmse: rounded(unit.difference_from_si((square / samples as f64).sqrt()), DIGITS),
+                    rmse_before: error(self.before[record][sensor]),
+                    rmse: error(after),
                     chi2_reduced: rounded(chi2, DIGITS),
                     adequate,
                 });

@@ -127,6 +127,14 @@ fn write_text(out: &mut dyn Write, output: &Path, report: &Report) -> io::Result
         ]
     });
     write_table(out, "sensors", cells.collect())?;
+    let cells = report.records.iter().flat_map(|record| {
+        record.channels.iter().map(|channel| {
+            let shown = |value: f64| with_unit(rounded(value, 3), &channel.unit);
+            let change = format!("{} -> {}", shown(channel.rmse_before), shown(channel.rmse));
+            [channel.name.clone(), change, record.record.clone()]
+        })
+    });
+    write_table(out, "error of each sensor (root mean square), data sheet -> calibrated", cells.collect())?;
     let cells = report.records.iter().map(|record| {
         let bad: Vec<&str> = record.channels.iter().filter(|one| !one.adequate).map(|one| one.name.as_str()).collect();
         let verdict =

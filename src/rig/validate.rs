@@ -2,6 +2,7 @@
 
 use super::{FaultSet, InitialPressure, NodeKind, Quantity, Rig, Target};
 use crate::complaint::{Complaint, Kind};
+use crate::physics::card::PortKind;
 
 pub fn validate(rig: &Rig) -> Result<(), Complaint> {
     for (index, node) in rig.nodes.iter().enumerate() {
@@ -30,6 +31,14 @@ pub fn validate(rig: &Rig) -> Result<(), Complaint> {
             )
             .at(node.place.clone())
             .help("add `initial = \"0 bar\"` or the pressure that it starts with"));
+        }
+        if node.kind == (NodeKind::Volume { initial: InitialPressure::Balance }) && !moves_a_body(rig, index) {
+            return Err(Complaint::new(
+                Kind::Contradiction,
+                format!("node `{}` cannot start in balance: no body is moved by its pressure", node.name),
+            )
+            .at(node.place.clone())
+            .help("write the pressure that it starts with, such as `initial = \"0 bar\"`, or join it to a cylinder"));
         }
     }
     let states = crate::model::states(rig);
@@ -73,4 +82,10 @@ fn measured(rig: &Rig, node: usize) -> bool {
     rig.sensors.iter().any(|sensor| {
         sensor.target == Target::Node(node) && matches!(sensor.quantity, Quantity::Pressure | Quantity::Level)
     })
+}
+
+/// Whether a component joins the node to a body, so that forces on the body set its pressure at rest.
+fn moves_a_body(rig: &Rig, node: usize) -> bool {
+    let mut joined = rig.components.iter().filter(|component| component.ports.contains(&node));
+    joined.any(|component| component.card.ports.iter().any(|port| port.kind == PortKind::Mechanical))
 }

@@ -9,7 +9,7 @@ use std::path::Path;
 use approx::assert_relative_eq;
 use borescope::calibration::{Calibrated, Options, Report, calibrate, calibrate_rig};
 use borescope::diagnosis::{self, Verdict};
-use borescope::model::Model;
+use borescope::model::{Drive, Model};
 use borescope::record::Record;
 use borescope::rig::{NEVER_KNOWN, Quantity, Rig};
 use command::{Ran, borescope};
@@ -338,7 +338,10 @@ fn the_program_writes_the_rig_and_its_summary() {
     assert_eq!(rig.calibration.unwrap().records.len(), 1);
     let text = run(folder.path(), &["rig.toml", "healthy.csv", "-o", "again.toml"]);
     assert_eq!(text.status, Some(0));
-    for part in ["pump.gain", "tolerance", "601 rows", "explained"] {
+    let channel = &summary["records"][0]["channels"][0];
+    let error = |key: &str| channel[key].as_f64().unwrap();
+    assert!(error("rmse") < error("rmse_before"), "{channel}");
+    for part in ["pump.gain", "tolerance", "601 rows", "error of each sensor", "explained"] {
         assert!(text.out.contains(part), "`{part}` is not in {}", text.out);
     }
     assert_eq!(fs::read(&new).unwrap(), fs::read(folder.path().join("again.toml")).unwrap());
@@ -382,4 +385,26 @@ fn a_rig_without_sensors_cannot_be_calibrated() {
     assert!(complaint.to_string().contains("no sensors"), "{complaint}");
     let complaint = calibrate_rig(&small().0, &[], &Options::default()).unwrap_err();
     assert!(complaint.to_string().contains("no records"), "{complaint}");
+}
+
+/// The linear drive has dry friction that its file lacks: the calibrated model must not leave the record further than the file did,
+/// and what `calibrate` says of its error is what `simulate` then gives.
+#[test]
+#[ignore = "needs ../shared/records"]
+fn a_measured_drive_is_not_harmed() {
+    let text = fs::read_to_string("fixtures/emps/rig.toml").unwrap();
+    let rig = Rig::parse("fixtures/emps/rig.toml", text.clone()).unwrap();
+    let record = rig.scaled(Record::read("../shared/records/real/emps_fit.csv").unwrap());
+    let calibrated = calibrate(&text, &rig, std::slice::from_ref(&record), &Options::default()).unwrap();
+    let channel = &calibrated.report.records[0].channels[0];
+    assert!(channel.rmse < channel.rmse_before, "{channel:?}");
+    let model = Model::new(calibrated.rig);
+    let drive = Drive::from_record(&model.rig, &record).unwrap();
+    let read = &model.solve(&model.rig.nominal(), &drive, &record.time).unwrap().values[0];
+    let measured = &record.channels.iter().find(|channel| channel.name == "q").unwrap().values;
+    let square: f64 = read.iter().zip(measured).map(|(model, measured)| (model - measured).powi(2)).sum();
+    let error = 1e3 * (square / read.len() as f64).sqrt();
+    approx::assert_relative_eq!(error, channel.rmse * if channel.unit == "m" { 1e3 } else { 1.0 }, max_relative = 1e-3);
+    let friction = calibrated.report.parameters.iter().find(|one| one.id.contains("seal-friction")).unwrap();
+    assert!((15.0..25.0).contains(&friction.after) && friction.informed, "published: 20.4 N; {friction:?}");
 }
