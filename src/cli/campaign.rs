@@ -80,10 +80,11 @@ fn declare(arguments: &Arguments) -> Result<(), Complaint> {
     if let Some(folder) = &arguments.output {
         check_folder(folder)?;
         let whole = folder.is_dir() && arguments.case.is_none();
-        // The journal itself refuses to begin over another.
+        // Where a journal stands it refuses to be begun over, with the way to go on.
+        let is_own = arguments.resume || folder.join(JOURNAL).exists();
         outputs = if whole { outputs.going_on_with(&folder.join(JOURNAL))? } else { outputs };
         for path in [CASES, RESULT, REPORT].iter().filter(|_| whole).map(|name| folder.join(name)) {
-            outputs = if arguments.resume { outputs.going_on_with(&path)? } else { outputs.writing(&path)? };
+            outputs = if is_own { outputs.going_on_with(&path)? } else { outputs.writing(&path)? };
         }
     }
     outputs.writing_all(&arguments.report)?;

@@ -22,7 +22,7 @@ pub const QUANTILE: f64 = 1.959_964;
 /// expected widths away are found to a percent.
 const MOST_VALUES: usize = 16;
 /// A rise this close to the threshold, relative, is interpolated.
-const CLOSE: f64 = 0.05;
+const CLOSE: f64 = 0.02;
 /// A cost lower than the best by this share of the threshold is another optimum.
 const BETTER: f64 = 0.25;
 /// A promise left beyond this share of the threshold asks for a relinearisation: ends then lie within a hundredth of their
