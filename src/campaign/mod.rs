@@ -2,7 +2,7 @@
 //!
 //! A campaign draws rigs that are near the data sheet but not on it ([`disturb`]), lets each make two healthy records from
 //! which the data sheet is calibrated, as a user would, draws faults ([`draw`]), writes records with coloured noise
-//! ([`measured`]), diagnoses them with the calibrated rig, and compares ([`score`]). Every number has a stream of
+//! (`measured`), diagnoses them with the calibrated rig, and compares ([`score`]). Every number has a stream of
 //! random numbers of its own ([`random`]), so that results depend on the options only.
 
 pub(crate) mod case;

@@ -109,7 +109,7 @@ pub struct Row {
     pub top_probability: Option<f64>,
     /// Probability of the set that was injected.
     pub truth_probability: Option<f64>,
-    /// How many of the most probable sets are needed to reach [`SURE`].
+    /// How many of the most probable sets are needed to reach `SURE`.
     pub ambiguity: Option<usize>,
     pub chi2_reduced: Option<f64>,
     /// Every fault of the rig, in its order.

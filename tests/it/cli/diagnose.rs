@@ -12,8 +12,6 @@ use serde_json::Value;
 const RIG: &str = "fixtures/telescopic/rig.toml";
 const LEAK: &str = "fixtures/telescopic/leak_020.csv";
 const HEALTHY: &str = "fixtures/telescopic/healthy_2.csv";
-/// Healthy, with an interval that leaves a healthy value out.
-
 /// The leak as JSON, worked out once for all tests.
 fn leak() -> &'static Ran {
     static RAN: OnceLock<Ran> = OnceLock::new();
