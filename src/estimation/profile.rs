@@ -22,12 +22,12 @@ pub const QUANTILE: f64 = 1.959_964;
 /// expected widths away are found to a percent.
 const MOST_VALUES: usize = 16;
 /// A rise this close to the threshold, relative, is interpolated.
-const CLOSE: f64 = 0.02;
+const CLOSE: f64 = 0.05;
 /// A cost lower than the best by this share of the threshold is another optimum.
 const BETTER: f64 = 0.25;
-/// A promise left beyond this share of the threshold asks for a relinearisation: ends then lie within a hundredth of their
+/// A promise left beyond this share of the threshold asks for a relinearisation: ends then lie within half a hundredth of their
 /// distance from where the cost is exact.
-const STALE: f64 = 0.02;
+const STALE: f64 = 0.01;
 /// Most relinearisations for one end.
 const MOST_RELINEARISATIONS: usize = 6;
 /// Steps of the fit at each value, and of one that has been relinearised.
