@@ -1,7 +1,13 @@
 //! Messages to the user: the place, what is wrong there, and what would be right.
 
+mod excerpt;
+
 use std::fmt;
+use std::hash::{Hash, Hasher};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
+
+use excerpt::Excerpt;
 
 use crate::visible::{visible, visible_lines};
 
@@ -48,8 +54,8 @@ pub enum Kind {
     Interrupted,
 }
 
-/// A place in a file, written `rig.toml:14:3`.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+/// A place in a file, written `rig.toml:14:3`. Places are equal that are the same, whether they show their line or not.
+#[derive(Debug, Clone)]
 pub struct Place {
     /// As the user named it.
     pub file: PathBuf,
@@ -57,17 +63,18 @@ pub struct Place {
     pub line: Option<usize>,
     /// Characters from the start of the line, counted from 1.
     pub column: Option<usize>,
+    excerpt: Option<Excerpt>,
 }
 
 impl Place {
     /// A whole file.
     pub fn file(file: impl Into<PathBuf>) -> Self {
-        Self { file: file.into(), line: None, column: None }
+        Self { file: file.into(), line: None, column: None, excerpt: None }
     }
 
     /// A line of a file, counted from 1.
     pub fn line(file: impl Into<PathBuf>, line: usize) -> Self {
-        Self { file: file.into(), line: Some(line), column: None }
+        Self { file: file.into(), line: Some(line), column: None, excerpt: None }
     }
 
     /// The line and column, both counted from 1, of a byte of `text`, the content of the file.
@@ -76,13 +83,39 @@ impl Place {
         let line_start = before.rfind('\n').map_or(0, |at| at + 1);
         let line = before.matches('\n').count() + 1;
         let column = before.chars().count() - before[..line_start].chars().count() + 1;
-        Self::line(file, line).at_column(column)
+        let own = text[line_start..].lines().next().unwrap_or_default();
+        let at = before.len() - line_start;
+        Self::line(file, line).at_column(column).showing(own, at..at + 1)
     }
 
     /// The same line, at a column counted from 1.
     pub fn at_column(mut self, column: usize) -> Self {
         self.column = Some(column);
         self
+    }
+
+    /// The same place, which shows its line of the file with these bytes marked.
+    pub fn showing(mut self, line: &str, marked: Range<usize>) -> Self {
+        self.excerpt = Some(Excerpt::new(line, marked));
+        self
+    }
+
+    fn key(&self) -> (&Path, Option<usize>, Option<usize>) {
+        (&self.file, self.line, self.column)
+    }
+}
+
+impl PartialEq for Place {
+    fn eq(&self, other: &Self) -> bool {
+        self.key() == other.key()
+    }
+}
+
+impl Eq for Place {}
+
+impl Hash for Place {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.key().hash(state);
     }
 }
 
@@ -99,7 +132,8 @@ impl fmt::Display for Place {
     }
 }
 
-/// A message to the user. `Display` writes it whole, with its `error:` and `help:`, without a final line break.
+/// A message to the user. `Display` writes it with its `error:` and `help:`, without a final line break;
+/// [`with_lines`](Self::with_lines) adds the lines that it is about.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Complaint {
     /// What sort of mistake it is.
@@ -133,6 +167,21 @@ impl Complaint {
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
+    }
+
+    /// The message, and below it the lines of the files that it is about, with carets under the places.
+    pub fn with_lines(&self) -> String {
+        let mut text = self.to_string();
+        let shown = || self.places.iter().filter_map(|place| Some((place, place.line?, place.excerpt.as_ref()?)));
+        let width = shown().map(|(_, line, _)| line.to_string().len()).max().unwrap_or(0);
+        let several = self.places.windows(2).any(|pair| pair[0].file != pair[1].file);
+        for (place, line, excerpt) in shown() {
+            if several {
+                text.push_str(&format!("\n  {}:", visible(&place.file.to_string_lossy())));
+            }
+            excerpt.write(line, width, &mut text);
+        }
+        text
     }
 }
 

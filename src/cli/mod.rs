@@ -186,11 +186,11 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         // Whoever closed the pipe has seen enough.
         Err(Failure::Output(error)) if is_closed_pipe(&error) => return ExitCode::SUCCESS,
         Err(Failure::Output(error)) => format!("error: standard output cannot be written: {error}"),
-        Err(Failure::Complaint(complaint)) => complaint.to_string(),
+        Err(Failure::Complaint(complaint)) => complaint.with_lines(),
         Err(Failure::Complaints(complaints)) => {
             // What the other records gave has been written before.
             let _ = out.flush();
-            complaints.iter().map(Complaint::to_string).collect::<Vec<_>>().join("\n")
+            complaints.iter().map(Complaint::with_lines).collect::<Vec<_>>().join("\n")
         }
     };
     // `eprintln!` would panic where standard error is closed.

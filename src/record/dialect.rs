@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::complaint::{Complaint, Kind, Place};
+use crate::complaint::{Complaint, Kind};
 
 /// How a table is written.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,7 +41,7 @@ impl fmt::Display for Dialect {
 ///
 /// # Errors
 /// Two signs of which the header has as many.
-pub(super) fn separator(header: &str, place: &Place) -> Result<u8, Complaint> {
+pub(super) fn separator(header: &str) -> Result<u8, Complaint> {
     let mut counts = [(b',', 0_usize), (b';', 0), (b'\t', 0)];
     let (mut quoted, mut bracketed) = (false, false);
     for byte in header.bytes() {
@@ -63,9 +63,9 @@ pub(super) fn separator(header: &str, place: &Place) -> Result<u8, Complaint> {
     if most > 0 && most == next {
         let name = |sign: u8| if sign == b'\t' { "tab".to_owned() } else { format!("`{}`", char::from(sign)) };
         let what = format!("the columns may be separated by {} or by {}", name(first), name(second));
-        return Err(Complaint::new(Kind::Contradiction, what)
-            .at(place.clone())
-            .help("write names that hold a separator in quotation marks"));
+        return Err(
+            Complaint::new(Kind::Contradiction, what).help("write names that hold a separator in quotation marks")
+        );
     }
     Ok(if most == 0 { b',' } else { first })
 }

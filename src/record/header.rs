@@ -1,7 +1,10 @@
 //! The line of column names: `time [s],p_A [bar],...`.
 
+use std::path::Path;
+
 use super::Asked;
 use super::groups::MOST_COLUMNS;
+use super::line::Line;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::units::{Dimension, Unit};
 use crate::visible::unusable_name;
@@ -10,6 +13,22 @@ use crate::visible::unusable_name;
 pub(super) struct Column {
     pub name: String,
     pub unit: Unit,
+}
+
+/// The row that complaints about columns point at: that of the units where they stand in one of their own.
+pub(super) struct Heading<'a> {
+    pub path: &'a Path,
+    pub line: Line<'a>,
+}
+
+impl Heading<'_> {
+    fn place(&self) -> Place {
+        self.line.place(self.path)
+    }
+
+    fn column(&self, index: usize) -> Place {
+        self.line.field(self.path, index)
+    }
 }
 
 /// Whether the row below such a header may hold the units: the header has none.
@@ -26,30 +45,28 @@ pub(super) fn is_unit_row(fields: &csv::StringRecord) -> bool {
 }
 
 /// The names of one row, each with the unit of another row.
-pub(super) fn join(names: &csv::StringRecord, units: &csv::StringRecord, place: Place) -> Result<Joined, Complaint> {
+pub(super) fn join(
+    names: &csv::StringRecord,
+    units: &csv::StringRecord,
+    row: &Heading<'_>,
+) -> Result<csv::StringRecord, Complaint> {
     if names.len() != units.len() {
         let what = format!("the row has {} units, but the header names {} columns", units.len(), names.len());
         return Err(Complaint::new(Kind::Shape, what)
-            .at(place)
+            .at(row.place())
             .help("one unit for each column, `-` for a pure number"));
     }
     let mut joined = csv::StringRecord::new();
-    for (name, unit) in names.iter().zip(units) {
+    for (index, (name, unit)) in names.iter().zip(units).enumerate() {
         let unit = bare_unit(unit);
         if unit.is_empty() {
             return Err(Complaint::new(Kind::Unit, format!("the column `{}` has no unit", tidy(name)))
-                .at(place)
+                .at(row.column(index))
                 .help("one unit for each column, `-` for a pure number"));
         }
         joined.push_field(&format!("{} [{unit}]", tidy(name)));
     }
-    Ok(Joined { fields: joined, place })
-}
-
-/// A header put together from two rows; complaints point to that of the units.
-pub(super) struct Joined {
-    pub fields: csv::StringRecord,
-    pub place: Place,
+    Ok(joined)
 }
 
 fn bare_unit(field: &str) -> &str {
@@ -57,38 +74,39 @@ fn bare_unit(field: &str) -> &str {
 }
 
 /// The columns, the time first.
-pub(super) fn parse(fields: &csv::StringRecord, place: &Place, asked: &Asked) -> Result<Vec<Column>, Complaint> {
-    check_time(fields, place)?;
+pub(super) fn parse(fields: &csv::StringRecord, row: &Heading<'_>, asked: &Asked) -> Result<Vec<Column>, Complaint> {
+    check_time(fields, row)?;
     if fields.len() > MOST_COLUMNS {
         return Err(Complaint::new(Kind::Bounds, format!("the header names {} columns", fields.len()))
-            .at(place.clone())
+            .at(row.place())
             .help(format!("no more than {MOST_COLUMNS} are read; leave away those that the rig does not name")));
     }
     let mut columns: Vec<Column> = Vec::with_capacity(fields.len());
     for (index, field) in fields.iter().enumerate() {
-        let column = parse_column(field, index + 1, place, asked)?;
+        let column = parse_column(field, index, row, asked)?;
         if columns.iter().any(|earlier| earlier.name == column.name) {
             return Err(Complaint::new(Kind::Duplicate, format!("the column `{}` stands twice", column.name))
-                .at(place.clone())
+                .at(row.column(index))
                 .help("rename or remove one of the two"));
         }
         columns.push(column);
     }
     if columns.len() < 2 {
         return Err(Complaint::new(Kind::Empty, "the record has no column beside the time")
-            .at(place.clone())
+            .at(row.place())
             .help("name the columns as `time [s],p_A [bar],...`, separated by `,`, `;` or a tab"));
     }
     Ok(columns)
 }
 
-fn check_time(fields: &csv::StringRecord, place: &Place) -> Result<(), Complaint> {
+fn check_time(fields: &csv::StringRecord, row: &Heading<'_>) -> Result<(), Complaint> {
     let is_time = |field: &str| bare_name(field).eq_ignore_ascii_case("time");
     let first = fields.get(0).unwrap_or_default();
     if is_time(first) {
         return Ok(());
     }
-    let complaint = if let Some(index) = fields.iter().position(is_time) {
+    let found = fields.iter().position(is_time);
+    let complaint = if let Some(index) = found {
         Complaint::new(Kind::Order, format!("`time` is column {}, but must be the first", index + 1))
             .help("move the time column to the front")
     } else if first.trim().parse::<f64>().is_ok() {
@@ -98,7 +116,7 @@ fn check_time(fields: &csv::StringRecord, place: &Place) -> Result<(), Complaint
         Complaint::new(Kind::MissingEntry, format!("the first column is `{}`, not the time", tidy(first)))
             .help("name the first column `time [s]`; lines above the names of the columns begin with `#`")
     };
-    Err(complaint.at(place.clone()))
+    Err(complaint.at(row.column(found.unwrap_or(0))))
 }
 
 /// Name and unit of `name (unit)`.
@@ -108,7 +126,8 @@ fn round_brackets(field: &str) -> Option<(&str, &str)> {
     (!name.is_empty() && Unit::parse(unit).is_ok()).then_some((name, unit))
 }
 
-fn parse_column(field: &str, number: usize, place: &Place, asked: &Asked) -> Result<Column, Complaint> {
+fn parse_column(field: &str, index: usize, row: &Heading<'_>, asked: &Asked) -> Result<Column, Complaint> {
+    let number = index + 1;
     let field = tidy(field);
     let (name, unit) = match field.strip_suffix(']').and_then(|rest| rest.rsplit_once('[')) {
         Some((name, unit)) => (name.trim(), unit.trim()),
@@ -116,12 +135,12 @@ fn parse_column(field: &str, number: usize, place: &Place, asked: &Asked) -> Res
     };
     if name.is_empty() {
         return Err(Complaint::new(Kind::MissingEntry, format!("column {number} has no name"))
-            .at(place.clone())
+            .at(row.column(index))
             .help("write `name [unit]`; remove a separator at the end of the lines"));
     }
     if let Some(why) = unusable_name(name) {
         return Err(Complaint::new(Kind::Bounds, format!("the name of column {number} {why}"))
-            .at(place.clone())
+            .at(row.column(index))
             .help("write a short name of visible characters"));
     }
     let told = asked.unit(name);
@@ -132,7 +151,7 @@ fn parse_column(field: &str, number: usize, place: &Place, asked: &Asked) -> Res
     }
     if unit.is_empty() {
         return Err(Complaint::new(Kind::Unit, format!("the column `{field}` has no unit in square brackets"))
-            .at(place.clone())
+            .at(row.column(index))
             .help(match round_brackets(&field) {
                 Some((name, unit)) => format!("write `{name} [{unit}]`"),
                 None if number == 1 => "write `time [s]`".to_owned(),
@@ -143,7 +162,7 @@ fn parse_column(field: &str, number: usize, place: &Place, asked: &Asked) -> Res
     }
     let unit = if number == 1 { Unit::parse_as(unit, Dimension::TIME) } else { Unit::parse(unit) };
     unit.map(|unit| Column { name: name.to_owned(), unit }).map_err(|error| {
-        Complaint::new(Kind::Unit, format!("column `{name}`: {error}")).at(place.clone()).help(error.help())
+        Complaint::new(Kind::Unit, format!("column `{name}`: {error}")).at(row.column(index)).help(error.help())
     })
 }
 

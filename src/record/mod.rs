@@ -8,6 +8,7 @@ mod dialect;
 mod gaps;
 mod groups;
 mod header;
+mod line;
 mod mat;
 mod mdf;
 mod origin;

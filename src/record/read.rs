@@ -4,11 +4,14 @@ use std::io::{Cursor, Read};
 use std::path::Path;
 
 use super::dialect::{Dialect, separator};
+use super::header::{self, Heading};
+use super::line::Line;
 use super::packed::{Bytes, gather};
 use super::stream::{Begun as Opened, begin};
+use super::table::Row;
 use super::table::{Table, unclosed_quote};
-use super::{Asked, Record, header};
-use crate::complaint::{Complaint, Kind, Place};
+use super::{Asked, Record};
+use crate::complaint::{Complaint, Kind};
 use crate::files::{self, Digesting};
 
 /// Most bytes of a record.
@@ -91,9 +94,12 @@ struct Begun<'a> {
 /// The rows of one piece of text with their lines.
 struct Piece<'a> {
     text: &'a str,
+    separator: u8,
     lines: Lines<'a>,
     reader: csv::Reader<&'a [u8]>,
     row: csv::StringRecord,
+    /// Where in the text the row begins.
+    start: usize,
 }
 
 impl<'a> Piece<'a> {
@@ -104,7 +110,7 @@ impl<'a> Piece<'a> {
             .comment(Some(b'#'))
             .delimiter(separator)
             .from_reader(text.as_bytes());
-        Self { text, lines, reader, row: csv::StringRecord::new() }
+        Self { text, separator, lines, reader, row: csv::StringRecord::new(), start: 0 }
     }
 
     /// Whether there is another row; it is in `row` then, and `lines` at its line.
@@ -114,9 +120,15 @@ impl<'a> Piece<'a> {
             Complaint::new(Kind::Syntax, format!("cannot be split into columns: {error}")).in_file(path)
         })?;
         if found {
-            self.lines.next_row(before);
+            self.start = self.lines.next_row(before).unwrap_or(before);
         }
         Ok(found)
+    }
+
+    /// The row as the file has it.
+    fn line(&self) -> Line<'a> {
+        let text = self.text.get(self.start..self.offset()).unwrap_or_default();
+        Line { number: self.lines.line, text, separator: self.separator }
     }
 
     fn offset(&self) -> usize {
@@ -159,7 +171,7 @@ impl<'a> Rows<'a> {
             }
             let last = ends && piece.rest().trim_start().is_empty();
             let cut = last && !text.ends_with(['\n', '\r']);
-            begun.table.push(&piece.row, piece.lines.line, cut, last)?;
+            begun.table.push(&Row { fields: &piece.row, line: piece.line(), cut, last })?;
         }
         self.line = piece.lines.end();
         Ok(())
@@ -168,23 +180,25 @@ impl<'a> Rows<'a> {
     /// Reads the header, which begins at byte `start`. A row of data that was read with it is left in the piece.
     fn begin<'t>(&mut self, text: &'t str, start: usize, lines: Lines<'t>) -> Result<Piece<'t>, Complaint> {
         let header_line = lines.line;
-        let header_place = Place::line(self.path, header_line);
-        let separator = separator(text.get(start..).unwrap_or_default(), &header_place)?;
+        let rest = text.get(start..).unwrap_or_default();
+        let separator = separator(rest).map_err(|complaint| {
+            complaint.at(Line { number: header_line, text: rest, separator: b',' }.place(self.path))
+        })?;
         let mut piece = Piece::new(text, separator, lines);
         piece.next(self.path)?;
-        let quotes = text.get(start..piece.offset()).map_or(0, |header| header.matches('"').count());
-        if quotes % 2 == 1 {
-            return Err(unclosed_quote(header_place));
+        let header = piece.line();
+        if header.text.matches('"').count() % 2 == 1 {
+            return Err(unclosed_quote(header.place(self.path)));
         }
         let names = std::mem::take(&mut piece.row);
         let mut unit_row = None;
         let columns = if header::lacks_units(&names) && piece.next(self.path)? && header::is_unit_row(&piece.row) {
             unit_row = Some(piece.lines.line);
             let units = std::mem::take(&mut piece.row);
-            let joined = header::join(&names, &units, Place::line(self.path, piece.lines.line))?;
-            header::parse(&joined.fields, &joined.place, self.asked)?
+            let row = Heading { path: self.path, line: piece.line() };
+            header::parse(&header::join(&names, &units, &row)?, &row, self.asked)?
         } else {
-            header::parse(&names, &header_place, self.asked)?
+            header::parse(&names, &Heading { path: self.path, line: header }, self.asked)?
         };
         let table = Table::new(self.path, separator, columns, self.care);
         self.begun = Some(Begun { table, separator, header_line, unit_row });

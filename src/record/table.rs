@@ -5,6 +5,7 @@ use std::path::Path;
 use super::Origin;
 use super::dialect::{has_thousands, proves_decimal_comma};
 use super::header::Column;
+use super::line::Line;
 use super::read::{Care, Standing};
 use super::{Channel, Record};
 use crate::complaint::{Complaint, Kind, Place};
@@ -72,6 +73,16 @@ fn since(begins_at: &mut Option<f64>, written: f64, decimals: Option<usize>, uni
     }
 }
 
+/// A row of the file.
+pub(super) struct Row<'a> {
+    pub fields: &'a csv::StringRecord,
+    pub line: Line<'a>,
+    /// Whether the file ends in it without a line end.
+    pub cut: bool,
+    /// Whether it is the last one.
+    pub last: bool,
+}
+
 /// The rows read so far.
 pub(super) struct Table<'a> {
     path: &'a Path,
@@ -84,8 +95,8 @@ pub(super) struct Table<'a> {
     refused: Option<Complaint>,
     /// The decimal mark of the first number that has one.
     mark: Option<u8>,
-    /// The first number with a comma, its column and line, until one can only have a decimal comma.
-    doubtful: Option<(String, usize, usize)>,
+    /// The first number with a comma, its column and place, until one can only have a decimal comma.
+    doubtful: Option<(String, usize, Place)>,
     /// Whether some comma can only be a decimal mark.
     proved: bool,
     last_line: usize,
@@ -120,33 +131,28 @@ impl<'a> Table<'a> {
         }
     }
 
-    fn complain(&self, kind: Kind, line: usize, what: String) -> Complaint {
-        Complaint::new(kind, what).at(Place::line(self.path, line))
+    /// A complaint about a field.
+    fn complain(&self, kind: Kind, row: &Row<'_>, index: usize, what: String) -> Complaint {
+        Complaint::new(kind, what).at(row.line.field(self.path, index))
     }
 
-    /// Takes a row; `cut` says that the file ends in it without a line end, `last` that it is the last one.
-    pub(super) fn push(
-        &mut self,
-        row: &csv::StringRecord,
-        line: usize,
-        cut: bool,
-        last: bool,
-    ) -> Result<(), Complaint> {
-        if row.iter().any(|field| field.contains('\n')) {
-            return Err(unclosed_quote(Place::line(self.path, line)));
+    /// Takes the next row.
+    pub(super) fn push(&mut self, row: &Row<'_>) -> Result<(), Complaint> {
+        if row.fields.iter().any(|field| field.contains('\n')) {
+            return Err(unclosed_quote(row.line.place(self.path)));
         }
-        if row.len() != self.columns.len() {
-            return Err(self.wrong_length(row, line, last));
+        if row.fields.len() != self.columns.len() {
+            return Err(self.wrong_length(row));
         }
         self.held += self.columns.len();
         if self.held > MOST_NUMBERS {
             return Err(self
-                .complain(Kind::Bounds, line, format!("the record has more than {MOST_NUMBERS} numbers up to here"))
+                .complain(Kind::Bounds, row, 0, format!("the record has more than {MOST_NUMBERS} numbers up to here"))
                 .help("split it, leave away columns that the rig does not name, or diagnose it with `--window`"));
         }
-        for (index, field) in row.iter().enumerate() {
+        for (index, field) in row.fields.iter().enumerate() {
             let field = field.trim();
-            let (written, decimals) = match self.number(field, index, line, cut) {
+            let (written, decimals) = match self.number(field, index, row) {
                 // The time says where the rest belongs: it must be there.
                 Err(complaint) if index == 0 || !is_missing(field) || complaint.kind == Kind::Shape => {
                     return Err(complaint);
@@ -155,8 +161,8 @@ impl<'a> Table<'a> {
                 Ok(number) => number,
             };
             let is_last = index + 1 == self.columns.len();
-            if cut && is_last && written.is_finite() {
-                self.check_not_cut(field, index, decimals, line)?;
+            if row.cut && is_last && written.is_finite() {
+                self.check_not_cut(field, index, decimals, row)?;
             }
             let Some(column) = self.columns.get(index) else { continue };
             let value = match index {
@@ -167,7 +173,7 @@ impl<'a> Table<'a> {
                 && let Some(before) = self.last_time.replace(value)
                 && value - before < CLOSEST
             {
-                let complaint = self.time_not_rising(field, value - before, line);
+                let complaint = self.time_not_rising(field, value - before, row);
                 if self.care == Care::Strict {
                     return Err(complaint);
                 }
@@ -180,28 +186,21 @@ impl<'a> Table<'a> {
                 }
             }
         }
-        self.last_line = line;
+        self.last_line = row.line.number;
         self.rows += 1;
         Ok(())
     }
 
-    fn wrong_length(&self, row: &csv::StringRecord, line: usize, last: bool) -> Complaint {
-        let (found, wanted) = (row.len(), self.columns.len());
+    fn wrong_length(&self, row: &Row<'_>) -> Complaint {
+        let (found, wanted) = (row.fields.len(), self.columns.len());
         let fields = if found == 1 { "field" } else { "fields" };
-        if found < wanted && last {
-            return self
-                .complain(
-                    Kind::Shape,
-                    line,
-                    format!("the file ends in the middle of a row: {found} {fields} of {wanted}"),
-                )
+        // The first field too many, or where the next one is missing.
+        let complain = |what| self.complain(Kind::Shape, row, found.min(wanted), what);
+        if found < wanted && row.last {
+            return complain(format!("the file ends in the middle of a row: {found} {fields} of {wanted}"))
                 .help("the writing broke off; remove the last line, or copy the file again");
         }
-        let complaint = self.complain(
-            Kind::Shape,
-            line,
-            format!("the row has {found} {fields}, but the header names {wanted} columns"),
-        );
+        let complaint = complain(format!("the row has {found} {fields}, but the header names {wanted} columns"));
         if found > wanted && self.separator == b',' {
             complaint
                 .help("one field for each column; where numbers have decimal commas, separate the columns with `;`")
@@ -211,13 +210,13 @@ impl<'a> Table<'a> {
     }
 
     /// The number in a field, and its decimals where it is written without an exponent.
-    fn number(&mut self, field: &str, index: usize, line: usize, cut: bool) -> Result<(f64, Option<usize>), Complaint> {
+    fn number(&mut self, field: &str, index: usize, row: &Row<'_>) -> Result<(f64, Option<usize>), Complaint> {
         let mark = field.bytes().find(|byte| matches!(byte, b',' | b'.'));
         if let Some(mark) = mark {
             match self.mark {
                 None => self.mark = Some(mark),
                 Some(before) if before != mark => {
-                    return Err(self.mixed_marks(field, before, index, line));
+                    return Err(self.mixed_marks(field, before, index, row));
                 }
                 Some(_) => {}
             }
@@ -225,7 +224,7 @@ impl<'a> Table<'a> {
         if mark == Some(b',') && !self.proved {
             self.proved = proves_decimal_comma(field);
             if self.doubtful.is_none() {
-                self.doubtful = Some((field.to_owned(), index, line));
+                self.doubtful = Some((field.to_owned(), index, row.line.field(self.path, index)));
             }
         }
         let parsed = match mark {
@@ -241,7 +240,7 @@ impl<'a> Table<'a> {
                 };
                 Ok((value, decimals))
             }
-            _ => Err(self.not_a_number(field, index, line, cut)),
+            _ => Err(self.not_a_number(field, index, row)),
         }
     }
 
@@ -249,20 +248,20 @@ impl<'a> Table<'a> {
         self.columns.get(index).map_or("", |column| column.name.as_str())
     }
 
-    fn not_a_number(&self, field: &str, index: usize, line: usize, cut: bool) -> Complaint {
+    fn not_a_number(&self, field: &str, index: usize, row: &Row<'_>) -> Complaint {
         let name = self.name(index);
         let is_last = index + 1 == self.columns.len();
-        if cut && is_last && (field.is_empty() || matches!(field, "-" | "+" | ".")) {
-            return self.cut_number(field, line);
+        if row.cut && is_last && (field.is_empty() || matches!(field, "-" | "+" | ".")) {
+            return self.cut_number(field, index, row);
         }
         if field.is_empty() {
             return self
-                .complain(Kind::Number, line, format!("the field of `{name}` is empty"))
+                .complain(Kind::Number, row, index, format!("the field of `{name}` is empty"))
                 .help("every row has its time; remove the rows without");
         }
         if has_thousands(field) {
             return self
-                .complain(Kind::Number, line, format!("`{field}` in column `{name}` has separators of thousands"))
+                .complain(Kind::Number, row, index, format!("`{field}` in column `{name}` has separators of thousands"))
                 .help("write all numbers with the same decimal mark and without separators of thousands");
         }
         let finite = field.parse::<f64>().is_err();
@@ -275,36 +274,43 @@ impl<'a> Table<'a> {
             (0, false) => "every row has its time as a number, such as `1.5`; remove the rows without",
             _ => "write a number such as `-1.5` or `2e-3`, or nothing where there is no value",
         };
-        self.complain(Kind::Number, line, format!("`{field}` in column `{name}` is not {what}")).help(help)
+        self.complain(Kind::Number, row, index, format!("`{field}` in column `{name}` is not {what}")).help(help)
     }
 
-    fn mixed_marks(&self, field: &str, before: u8, index: usize, line: usize) -> Complaint {
+    fn mixed_marks(&self, field: &str, before: u8, index: usize, row: &Row<'_>) -> Complaint {
         let mark = if before == b',' { "comma" } else { "point" };
         self.complain(
             Kind::Number,
-            line,
+            row,
+            index,
             format!("`{field}` in column `{}`: the decimal mark of this file is the {mark}", self.name(index)),
         )
         .help("write all numbers with the same decimal mark and without separators of thousands")
     }
 
     /// A file cut within its last number still looks whole, but for the missing decimals.
-    fn check_not_cut(&self, field: &str, index: usize, decimals: Option<usize>, line: usize) -> Result<(), Complaint> {
+    fn check_not_cut(
+        &self,
+        field: &str,
+        index: usize,
+        decimals: Option<usize>,
+        row: &Row<'_>,
+    ) -> Result<(), Complaint> {
         let rule = self.decimals.get(index).and_then(|rule| rule.known());
         match (rule, decimals) {
             (Some(rule), Some(found)) if self.rows >= ROWS_FOR_A_RULE && found < rule => {
-                Err(self.cut_number(field, line))
+                Err(self.cut_number(field, index, row))
             }
             _ => Ok(()),
         }
     }
 
-    fn cut_number(&self, field: &str, line: usize) -> Complaint {
-        self.complain(Kind::Shape, line, format!("the file ends in the middle of a number: `{field}`"))
+    fn cut_number(&self, field: &str, index: usize, row: &Row<'_>) -> Complaint {
+        self.complain(Kind::Shape, row, index, format!("the file ends in the middle of a number: `{field}`"))
             .help("the writing broke off; remove the last line, or copy the file again")
     }
 
-    fn time_not_rising(&self, field: &str, step: f64, line: usize) -> Complaint {
+    fn time_not_rising(&self, field: &str, step: f64, row: &Row<'_>) -> Complaint {
         let unit = self.columns.first().map_or("s", |time| &time.unit.symbol);
         let what = if step < 0.0 {
             format!("the time runs backwards to {field} {unit}")
@@ -315,7 +321,7 @@ impl<'a> Table<'a> {
         };
         Complaint::new(Kind::Order, what)
             .at(Place::line(self.path, self.last_line))
-            .at(Place::line(self.path, line))
+            .at(row.line.field(self.path, 0))
             .help(
                 "the time rises from row to row; sort the rows, remove those that repeat, or split the record where the clock \
                  was set",
@@ -338,14 +344,14 @@ impl<'a> Table<'a> {
     /// # Errors
     /// Numbers with a comma that may be of thousands; no rows.
     pub(super) fn check_whole(&self, header_line: usize) -> Result<(), Complaint> {
-        if let Some((field, index, line)) = self.doubtful.as_ref().filter(|_| !self.proved) {
+        if let Some((field, index, place)) = self.doubtful.as_ref().filter(|_| !self.proved) {
             let what = format!(
                 "`{field}` in column `{}` may be {} or {}, and so may all numbers with a comma",
                 self.name(*index),
                 field.replace(',', "."),
                 field.replace(',', "")
             );
-            return Err(self.complain(Kind::Contradiction, *line, what).help(
+            return Err(Complaint::new(Kind::Contradiction, what).at(place.clone()).help(
                 "write the numbers with decimal points and without separators of thousands, or some with another number \
                  of decimals",
             ));

@@ -23,7 +23,7 @@ use crate::units::{Dimension, Unit};
 pub fn parse(source: Source) -> Result<Rig, Complaint> {
     let document = DeTable::parse(&source.text).map_err(|error| {
         let span = error.span().unwrap_or_default();
-        let place = source.place(span.start);
+        let place = source.place(span.clone());
         if error.message().contains("duplicate key") {
             return duplicate_key(&source, span);
         }
@@ -36,7 +36,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
             .at(place)
             .help(help)
     })?;
-    let root = Table::new(&source, "the rig file", 0, document.get_ref());
+    let root = Table::new(&source, "the rig file", 0..0, document.get_ref());
     version::check(root.get("version"))?;
     let name = match root.get("rig") {
         None => String::new(),
@@ -124,8 +124,8 @@ fn duplicate_key(source: &Source, span: std::ops::Range<usize>) -> Complaint {
     let complaint = Complaint::new(Kind::Duplicate, format!("this is not TOML: the key `{key}` stands twice"))
         .help("give each key of a table once");
     match source.earlier(key, span.start) {
-        Some(first) => complaint.at(source.place(first)).at(source.place(span.start)),
-        None => complaint.at(source.place(span.start)),
+        Some(first) => complaint.at(source.place(first)).at(source.place(span)),
+        None => complaint.at(source.place(span)),
     }
 }
 

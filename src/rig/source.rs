@@ -1,6 +1,7 @@
 //! The text of a rig file with the place of every entry, so that a complaint can point at it.
 
 use std::cell::RefCell;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use toml::Spanned;
@@ -31,7 +32,7 @@ impl Source {
 
     /// Where a key that stands at a byte stood before: in the line of its own table that begins with it, or, of a table, in the
     /// same heading.
-    pub fn earlier(&self, key: &str, byte: usize) -> Option<usize> {
+    pub fn earlier(&self, key: &str, byte: usize) -> Option<Range<usize>> {
         let before = self.lines.partition_point(|start| *start <= byte).saturating_sub(1);
         let line = |index: usize| {
             let start = *self.lines.get(index)?;
@@ -45,12 +46,24 @@ impl Source {
         };
         let earlier = (0..before).rev().map_while(line);
         let own_table = earlier.take_while(|(_, text)| own.starts_with('[') || !text.starts_with('['));
-        own_table.filter(|(_, text)| is_first(text)).map(|(start, _)| start).next()
+        let (start, _) = own_table.filter(|(_, text)| is_first(text)).next()?;
+        let at = start + self.text.get(start..)?.find(key)?;
+        Some(at..at + key.len())
     }
 
-    /// The line of a byte of the text.
-    pub fn place(&self, byte: usize) -> Place {
-        Place::line(&self.path, self.lines.partition_point(|start| *start <= byte))
+    /// The line in which these bytes of the text begin, with them marked.
+    pub fn place(&self, bytes: Range<usize>) -> Place {
+        let number = self.lines.partition_point(|start| *start <= bytes.start);
+        let start = number.checked_sub(1).and_then(|index| self.lines.get(index)).copied().unwrap_or(0);
+        let end = self.lines.get(number).copied().unwrap_or(self.text.len());
+        let line = self.text.get(start..end).unwrap_or_default();
+        Place::line(&self.path, number).showing(line, bytes.start - start..bytes.end.saturating_sub(start))
+    }
+
+    /// Whether both bytes of the text are in one line.
+    fn same_line(&self, byte: usize, other: usize) -> bool {
+        let line = |byte| self.lines.partition_point(|start| *start <= byte);
+        line(byte) == line(other)
     }
 }
 
@@ -70,19 +83,20 @@ pub struct Table<'a> {
     source: &'a Source,
     /// How messages call it, such as ``component `pump` ``.
     pub what: String,
-    start: usize,
+    /// Its key; empty of the whole file.
+    key: Range<usize>,
     entries: &'a DeTable<'a>,
     asked: RefCell<Vec<String>>,
 }
 
 impl<'a> Table<'a> {
-    pub fn new(source: &'a Source, what: impl Into<String>, start: usize, entries: &'a DeTable<'a>) -> Self {
-        Self { source, what: what.into(), start, entries, asked: RefCell::default() }
+    pub fn new(source: &'a Source, what: impl Into<String>, key: Range<usize>, entries: &'a DeTable<'a>) -> Self {
+        Self { source, what: what.into(), key, entries, asked: RefCell::default() }
     }
 
     /// Where the table begins.
     pub fn place(&self) -> Place {
-        self.source.place(self.start)
+        if self.key.is_empty() { Place::line(&self.source.path, 1) } else { self.source.place(self.key.clone()) }
     }
 
     /// The value of a key, if it is there.
@@ -92,7 +106,7 @@ impl<'a> Table<'a> {
         Some(Value {
             source: self.source,
             what: format!("`{}` of {}", key.get_ref(), self.what),
-            start: key.span().start,
+            key: key.span(),
             value,
         })
     }
@@ -105,7 +119,9 @@ impl<'a> Table<'a> {
             let entries = self.entries();
             let near = entries.iter().find(|(name, _)| !self.was_asked(name) && did_you_mean(name, [key]).is_some());
             match near {
-                Some((name, value)) => complaint.at(value.place()).help(format!("write `{key}` instead of `{name}`")),
+                Some((name, value)) => {
+                    complaint.at(value.key_place()).help(format!("write `{key}` instead of `{name}`"))
+                }
                 None => complaint.at(self.place()).help(help),
             }
         })
@@ -123,10 +139,10 @@ impl<'a> Table<'a> {
             .map(|(key, value)| {
                 let name: &'a str = key.get_ref();
                 let what = format!("`{name}` of {}", self.what);
-                (name, Value { source: self.source, what, start: key.span().start, value })
+                (name, Value { source: self.source, what, key: key.span(), value })
             })
             .collect();
-        entries.sort_by_key(|(_, value)| value.start);
+        entries.sort_by_key(|(_, value)| value.key.start);
         entries
     }
 
@@ -142,7 +158,7 @@ impl<'a> Table<'a> {
                 .help(format!("no more than {MOST_ENTRIES}: describe the part of the circuit that the sensors see")));
         }
         let entries = self.entries();
-        entries.iter().try_for_each(|(name, value)| value.check_name(name))?;
+        entries.iter().try_for_each(|(name, value)| check_name(name, || value.key_place()))?;
         Ok(entries)
     }
 
@@ -153,7 +169,7 @@ impl<'a> Table<'a> {
         match unknown {
             None => Ok(()),
             Some((name, value)) => Err(Complaint::new(Kind::UnknownName, format!("{} has no key `{name}`", self.what))
-                .at(value.place())
+                .at(value.key_place())
                 .help(help_with_names(name, "keys", asked.iter().map(String::as_str)))),
         }
     }
@@ -164,7 +180,8 @@ pub struct Value<'a> {
     source: &'a Source,
     /// How messages call it.
     pub what: String,
-    start: usize,
+    /// Its key, or, of an item of a list, itself.
+    key: Range<usize>,
     value: &'a Spanned<DeValue<'a>>,
 }
 
@@ -177,8 +194,30 @@ pub struct Stated {
 }
 
 impl<'a> Value<'a> {
+    /// The line of its key. A value in the same line is marked, and its key if it is a table or begins in another line.
     pub fn place(&self) -> Place {
-        self.source.place(self.start)
+        let value = self.value.span();
+        let marks_value = !self.value.get_ref().is_table() && self.source.same_line(self.key.start, value.start);
+        self.source.place(if marks_value { value } else { self.key.clone() })
+    }
+
+    /// Its key.
+    fn key_place(&self) -> Place {
+        self.source.place(self.key.clone())
+    }
+
+    /// The place of a byte of its text: the value, where that is not written as it reads.
+    pub fn place_in_text(&self, byte: usize) -> Place {
+        let value = self.value.span();
+        let written = self.source.text.get(value.clone()).unwrap_or_default();
+        let text = self.value.get_ref().as_str().unwrap_or_default();
+        match written.find(text) {
+            Some(start) if self.source.same_line(self.key.start, value.end) => {
+                let at = value.start + start + byte;
+                self.source.place(at..at + 1)
+            }
+            _ => self.place(),
+        }
     }
 
     fn wrong(&self, kind: Kind, what: impl Into<String>) -> Complaint {
@@ -197,28 +236,20 @@ impl<'a> Value<'a> {
     /// A text that names something: short, and of visible characters.
     pub fn name(&self) -> Result<&'a str, Complaint> {
         let name = self.text()?;
-        self.check_name(name)?;
+        check_name(name, || self.place())?;
         Ok(name)
-    }
-
-    fn check_name(&self, name: &str) -> Result<(), Complaint> {
-        let Some(why) = unusable_name(name) else { return Ok(()) };
-        let short: String = name.chars().take(40).collect();
-        Err(self
-            .wrong(Kind::Bounds, format!("the name `{short}{}` {why}", if short == name { "" } else { "..." }))
-            .help("write a short name of visible characters"))
     }
 
     pub fn table(&self, what: impl Into<String>) -> Result<Table<'a>, Complaint> {
         let entries = self.value.get_ref().as_table().ok_or_else(|| self.wrong_type("a table in braces"))?;
-        Ok(Table::new(self.source, what, self.start, entries))
+        Ok(Table::new(self.source, what, self.key.clone(), entries))
     }
 
     pub fn list(&self) -> Result<Vec<Value<'a>>, Complaint> {
         let items = self.value.get_ref().as_array().ok_or_else(|| self.wrong_type("a list in brackets"))?;
         Ok(items
             .iter()
-            .map(|item| Value { source: self.source, what: self.what.clone(), start: item.span().start, value: item })
+            .map(|item| Value { source: self.source, what: self.what.clone(), key: item.span(), value: item })
             .collect())
     }
 
@@ -276,6 +307,15 @@ impl<'a> Value<'a> {
     fn unit_error(&self, error: &UnitError) -> Complaint {
         self.wrong(Kind::Unit, format!("{}: {error}", self.what)).help(error.help())
     }
+}
+
+fn check_name(name: &str, place: impl FnOnce() -> Place) -> Result<(), Complaint> {
+    let Some(why) = unusable_name(name) else { return Ok(()) };
+    let short: String = name.chars().take(40).collect();
+    let cut = if short == name { "" } else { "..." };
+    Err(Complaint::new(Kind::Bounds, format!("the name `{short}{cut}` {why}"))
+        .at(place())
+        .help("write a short name of visible characters"))
 }
 
 fn example(dimension: Dimension) -> String {

@@ -71,7 +71,7 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
         let mut all = Sees::everything(rig, acts).names(rig, acts);
         all.extend(parameter_names());
         let error = Expression::parse_as(text, &all, dimension).err().unwrap_or(error);
-        Complaint::new(Kind::Syntax, error.to_string()).at(formula.place()).help(error.help.clone())
+        Complaint::new(Kind::Syntax, error.to_string()).at(formula.place_in_text(error.offset)).help(error.help.clone())
     })?;
     let ports: Vec<PortKind> = sees.nodes.iter().map(|&node| kind(rig, node)).collect();
     check_neutral(&expression, &own, acts, &names[..names.len() - own.len()], &formula)?;

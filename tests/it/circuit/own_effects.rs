@@ -275,6 +275,14 @@ fn mistakes_are_told() {
     }
 }
 
+#[test]
+fn a_mistake_in_a_formula_has_its_caret() {
+    let text = std::fs::read_to_string(RIG).unwrap() + &LEAK.replace("G * A.p", "G * A.p * F_laod");
+    let told = Rig::parse(Path::new(RIG), text).unwrap_err().with_lines();
+    let [line, carets] = [1, 0].map(|back| told.lines().rev().nth(back).unwrap());
+    assert!(line.contains("G * A.p * F_laod") && carets.find('^') == line.find("F_laod"), "{told}");
+}
+
 /// The complaint about an effect with one thing replaced, and that it names a line of the effect.
 fn told(effect: &str, from: &str, to: &str, message: &str) {
     assert!(effect.contains(from), "{from}");

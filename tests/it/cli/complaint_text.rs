@@ -30,6 +30,23 @@ fn a_message_shows_both_places_and_indents_further_lines_of_help() {
 }
 
 #[test]
+fn the_lines_stand_below_the_message_with_their_files_where_there_are_several() {
+    let rig = || Place::line("rig.toml", 9).showing("unit = \"baar\"", 7..13);
+    let complaint = Complaint::new(Kind::Unit, "no such unit").at(rig()).help("one\ntwo");
+    let message = "error: rig.toml:9: no such unit\n  help: one\n        two";
+    assert_eq!(complaint.to_string(), message);
+    assert_eq!(complaint.with_lines(), format!("{message}\n  9 | unit = \"baar\"\n    |        ^^^^^^"));
+    let complaint = complaint.at(Place::line("record.csv", 10).showing("time [s],p [bar]", 9..16));
+    assert!(complaint.with_lines().ends_with(
+        "\n  rig.toml:\n   9 | unit = \"baar\"\n     |        ^^^^^^\n  record.csv:\n  10 | time [s],p [bar]\n     |          ^^^^^^^"
+    ));
+    let plain = Complaint::new(Kind::Unit, "no such unit").at(Place::line("rig.toml", 9));
+    assert_eq!(plain.with_lines(), plain.to_string());
+    // Whoever compares places means where they are.
+    assert_eq!(rig(), Place::line("rig.toml", 9));
+}
+
+#[test]
 fn near_misses_are_found_and_far_ones_are_not() {
     let names = ["p_A", "p_B", "q_A", "flow_control", "relief"];
     for (word, near) in [

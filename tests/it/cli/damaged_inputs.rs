@@ -144,7 +144,7 @@ fn each_damaged_input_has_its_message() {
             Ok(_) => "read".to_owned(),
             Err(complaint) => {
                 refused += 1;
-                let told = complaint.to_string();
+                let told = complaint.with_lines();
                 assert!(told.starts_with("error: RECORD") && told.contains("\n  help: "), "{what}: {told}");
                 told
             }

@@ -67,7 +67,14 @@ fn a_wrong_record_gives_its_message() {
     ];
     for (record, message) in cases {
         let ran = check(record.as_bytes());
-        assert_eq!((ran.status, ran.err.as_str()), (Some(2), message));
+        let lines: Vec<&str> = ran.err.split_inclusive('\n').collect();
+        let (told, shown) = lines.split_at(2.min(lines.len()));
+        assert_eq!((ran.status, told.concat().as_str()), (Some(2), message));
+        assert!(
+            shown.last().is_none_or(|carets| carets.trim_start_matches([' ', '|']).starts_with('^')),
+            "{}",
+            ran.err
+        );
         // A record that can be surveyed is, before it is refused.
         assert!(ran.out.is_empty() || ran.out.contains("\nwarnings: "), "{}", ran.out);
     }

@@ -1,9 +1,9 @@
 //! Each wrong rig file gives one message: the line, what is wrong, what would be right.
 //!
 //! A case of `rig_wrong/cases.txt` takes the text behind `-` out of the right rig file, puts that behind `+` in its
-//! place, and states the message.
+//! place, and states the message. `BLESS=1` writes the messages.
 
-use crate::support::command;
+use crate::support::{command, page};
 
 use std::fs;
 
@@ -13,6 +13,8 @@ const RIGHT: &str = include_str!("rig_wrong/right.toml");
 const CASES: &str = include_str!("rig_wrong/cases.txt");
 
 struct Case {
+    /// The lines behind `-` and `+`.
+    change: String,
     from: String,
     to: String,
     /// `RIG` in the place of the path.
@@ -28,7 +30,12 @@ fn cases() -> Vec<Case> {
         let lines = block.lines().filter(|line| !line.starts_with(['-', '+']));
         lines.collect::<Vec<_>>().join("\n")
     };
-    let case = |block| Case { from: part(block, "-"), to: part(block, "+"), message: message(block) };
+    let change = |block: &str| {
+        let lines = block.lines().filter(|line| line.starts_with(['-', '+']));
+        lines.collect::<Vec<_>>().join("\n")
+    };
+    let case =
+        |block| Case { change: change(block), from: part(block, "-"), to: part(block, "+"), message: message(block) };
     CASES.trim_end().split("\n\n").map(case).collect()
 }
 
@@ -45,19 +52,28 @@ fn the_right_rig_is_right() {
 fn each_wrong_rig_gives_its_message_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let (rig, record) = (folder.path().join("rig.toml"), folder.path().join("record.csv"));
-    let mut missed = Vec::new();
-    for Case { from, to, message } in cases() {
+    let (mut missed, mut blessed) = (Vec::new(), Vec::new());
+    for Case { change, from, to, message } in cases() {
         assert!(RIGHT.contains(&from), "{from}");
         fs::write(&rig, RIGHT.replacen(&from, &to, 1)).unwrap();
         let path = rig.to_str().unwrap();
         for arguments in [vec!["check", path], vec!["simulate", path, "-o", record.to_str().unwrap()]] {
             let ran = borescope(arguments);
             let told = ran.err.replace(path, "RIG");
-            if (ran.status, ran.out.as_str(), told.trim_end()) != (Some(2), "", message.as_str()) {
+            assert!(ran.status == Some(2) && told.starts_with("error: RIG:"), "{told}");
+            if page::blessed() {
+                blessed.push(format!("{change}\n{}\n", told.trim_end()));
+            } else if (ran.status, ran.out.as_str(), told.trim_end()) != (Some(2), "", message.as_str()) {
                 missed.push(format!("{from} -> {to}\n{:?} {}{told}", ran.status, ran.out));
             }
             assert!(!record.exists(), "{from} -> {to} leaves a record");
         }
+    }
+    if page::blessed() {
+        // Both verbs say the same.
+        assert!(blessed.chunks(2).all(|pair| pair[0] == pair[1]));
+        fs::write("tests/it/cli/rig_wrong/cases.txt", blessed.into_iter().step_by(2).collect::<Vec<_>>().join("\n"))
+            .unwrap();
     }
     println!("{} wrong rigs", cases().len());
     assert!(missed.is_empty(), "{}", missed.join("\n"));
