@@ -45,8 +45,8 @@ impl Source {
             false => text.strip_prefix(key).is_some_and(|rest| rest.trim_start().starts_with(['=', '.'])),
         };
         let earlier = (0..before).rev().map_while(line);
-        let own_table = earlier.take_while(|(_, text)| own.starts_with('[') || !text.starts_with('['));
-        let (start, _) = own_table.filter(|(_, text)| is_first(text)).next()?;
+        let mut own_table = earlier.take_while(|(_, text)| own.starts_with('[') || !text.starts_with('['));
+        let (start, _) = own_table.find(|(_, text)| is_first(text))?;
         let at = start + self.text.get(start..)?.find(key)?;
         Some(at..at + key.len())
     }
