@@ -83,7 +83,7 @@ impl Rounds<'_> {
             }
         }
         for (sensor, found) in rig.sensors.iter_mut().zip(&self.rig.sensors) {
-            (sensor.noise, sensor.tolerance) = (found.noise, found.tolerance);
+            (sensor.noise, sensor.stated_noise, sensor.tolerance) = (found.noise, found.noise, found.tolerance);
         }
         let names = records.iter().map(|record| record.path.display().to_string()).collect();
         rig.calibration =

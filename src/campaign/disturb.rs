@@ -76,6 +76,7 @@ pub fn disturb(rig: &Rig, size: f64, random: &mut Stream) -> Result<Disturbed, C
         disturbed.parameters[gain].value = rig.parameters[gain].value * (1.0 + GAIN * random.normal() * size);
         sensor.lag *= (SENSOR_LAG * random.normal() * size).exp();
         sensor.noise *= (SENSOR_NOISE * random.normal() * size).exp();
+        sensor.stated_noise = sensor.noise;
     }
     let healthy = rig.faults.iter().map(|fault| {
         let (file, own) = (&rig.parameters[fault.parameter], &disturbed.parameters[fault.parameter]);

@@ -143,6 +143,23 @@ pub fn isolated<'a>(
     Ok(Estimate { case, isolation })
 }
 
+/// The record as the faults of a set explain it best, from values of all estimated parameters, with so many linearisations.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved there.
+pub fn held_at<'a>(
+    model: &'a Model,
+    record: &'a Record,
+    drive: &'a Drive,
+    (start, set): (&[f64], FaultSet),
+    forms: usize,
+) -> Result<Estimate<'a>, Complaint> {
+    let theta = quick(&model.clone().with_tolerance(search::ROUGH), record, drive, (start, set), forms)?.theta;
+    let (case, form) = case_at(model, record, drive, &theta)?;
+    let isolation = held(&case, form, set).map_err(|error| unsolvable(model, record, error))?;
+    Ok(Estimate { case, isolation })
+}
+
 /// A fit that did not have to go to its end.
 pub struct Quick {
     /// All estimated parameters, SI.
@@ -294,7 +311,7 @@ impl Estimate<'_> {
         let fitted: Vec<_> = fitted.collect();
         let best = fitted.into_iter().min_by(|a, b| a.2.total_cmp(&b.2));
         let (theta, set) = best.map_or_else(|| (mean.clone(), FaultSet::EMPTY), |(theta, set, _)| (theta, set));
-        self.held_at(&roughly, (&theta, set), forms)
+        self.held_at((&theta, set), forms)
     }
 
     /// The record as the rig without faults explains it best, the form renewed so many times.
@@ -302,7 +319,7 @@ impl Estimate<'_> {
     /// # Errors
     /// The model cannot be solved there.
     pub fn without_faults(&self, forms: usize) -> Result<Self, Complaint> {
-        self.held_at(&self.roughly(), (&self.case.mean, FaultSet::EMPTY), forms)
+        self.held_at((&self.case.mean, FaultSet::EMPTY), forms)
     }
 
     /// The model, solved as roughly as fits on the way need it.
@@ -310,13 +327,8 @@ impl Estimate<'_> {
         self.case.full.model.clone().with_tolerance(search::ROUGH)
     }
 
-    /// The record as the faults of a set explain it best, fitted from there with the form renewed so many times.
-    fn held_at(&self, roughly: &Model, (start, set): (&[f64], FaultSet), forms: usize) -> Result<Self, Complaint> {
-        let (full, record) = (&self.case.full, self.case.record);
-        let theta = quick(roughly, record, full.drive, (start, set), forms)?.theta;
-        let (case, form) = case_at(full.model, record, full.drive, &theta)?;
-        let isolation = held(&case, form, set).map_err(|error| unsolvable(full.model, record, error))?;
-        Ok(Self { case, isolation })
+    fn held_at(&self, start: (&[f64], FaultSet), forms: usize) -> Result<Self, Complaint> {
+        held_at(self.case.full.model, self.case.record, self.case.full.drive, start, forms)
     }
 
     /// Whether it leaves more than noise unexplained.

@@ -68,7 +68,7 @@ impl Diagnosed {
 }
 
 /// A weighted misfit is counted as no more than this, so that a few wild samples do not condemn a model.
-const WILD: f64 = 5.0;
+pub(crate) const WILD: f64 = 5.0;
 /// Mean square of the weighted misfit of a channel up to which the model is adequate: what is left unexplained is then less
 /// than half of what the noise of a single sample is, in variance.
 const ADEQUATE: f64 = 1.5;

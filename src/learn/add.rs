@@ -9,6 +9,7 @@ use super::suggest::{anew, is_adequate, refitted_alone, rough_base};
 use super::trial::Trial;
 use super::tries::nothing;
 use super::verdict::warnings;
+use super::warning::Warning;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::estimate::Estimate;
 use crate::record::Record;
@@ -35,7 +36,7 @@ pub struct Added {
     /// Fall of the information criterion on the record with it; `None` without a record.
     pub delta_bic: Option<f64>,
     /// What speaks against it as fitted.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// A rig file with one effect more: fitted to a record if there is one, else at its neutral value with an
@@ -80,15 +81,13 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
 }
 
 /// The model with one effect more, what the information criterion gains by it over the model alone, and what speaks against it.
-type Fitted = (Trial, f64, Vec<String>);
+type Fitted = (Trial, f64, Vec<Warning>);
 
 fn fitted_with(estimate: &Estimate<'_>, base: &Trial, placed: &Placed) -> Result<Fitted, Complaint> {
     let record = estimate.case.record;
-    let trial = refitted_alone(base, record, candidate(estimate, placed))?;
-    let weights = &trial.fit.weights;
-    let fall = base.cost_under(record, weights)? - trial.cost_under(record, weights)?;
-    let gained = trial.delta_bic(base, fall, trial.fit.chi2);
-    match anew(estimate, base, &trial, gained)? {
+    let (trial, screened) = refitted_alone(base, record, candidate(estimate, placed))?;
+    let gained = trial.gain_over(base, record, &trial.judge(record)?)?;
+    match anew(estimate, base, (&trial, screened), gained)? {
         Some(better) => fitted_with(&better, &Trial::of(&better)?, placed),
         None => {
             let warnings = warnings(&trial, base);

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::add::Added;
+use super::warning::Warning;
 use crate::complaint::Complaint;
 use crate::report::number::rounded;
 use crate::rig::Rig;
@@ -27,7 +28,7 @@ pub struct AdditionReport {
     /// Fall of the information criterion on the record with them; `None` without a record.
     pub delta_bic: Option<f64>,
     /// What speaks against them as fitted.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// An effect that was added.

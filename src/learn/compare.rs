@@ -222,8 +222,8 @@ impl Comparison {
                 Channel {
                     name: sensor.name.clone(),
                     rmse: rounded(unit.difference_from_si(run.rmse[index]), DIGITS),
-                    noise_sigma: rounded(unit.difference_from_si(sensor.noise), DIGITS),
-                    times_noise: rounded(run.rmse[index] / sensor.noise, DIGITS),
+                    noise_sigma: rounded(unit.difference_from_si(sensor.stated_noise), DIGITS),
+                    times_noise: rounded(run.rmse[index] / sensor.stated_noise, DIGITS),
                     fit_percent: fit_percent(measured[index], &run.outputs[index]),
                     samples,
                     chi2_reduced: chi2,

@@ -4,6 +4,8 @@ use super::compare::{Comparison, Where};
 use super::separate::Experiment;
 use super::suggest::{Conclusion, Judged, RIVAL, ROUNDS, Suggestion, is_adequate, suggest, suggest_from};
 use super::trial::{Run, Trial};
+use super::verdict::CLEARLY;
+use super::warning::Warning;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate;
 use crate::diagnosis::hypotheses::MOST_ROUNDS;
@@ -27,9 +29,9 @@ pub struct Step {
     pub added: Option<String>,
     pub fit: Run,
     pub check: Run,
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
     /// Extensions that reached as little error or less but have no physical sense, with what speaks against them.
-    pub refused: Vec<(String, Run, Vec<String>)>,
+    pub refused: Vec<(String, Run, Vec<Warning>)>,
 }
 
 /// What [`improve`] reached.
@@ -114,14 +116,11 @@ fn add_while_asked(
     let conclusion = match (steps.len(), last.conclusion) {
         // Adequate as given, or nothing to add.
         (1, conclusion) => conclusion,
-        (_, Conclusion::Adequate) => match found {
-            Conclusion::Confounded => Conclusion::Confounded,
-            _ if steps.iter().any(|step| step.added.as_ref().is_some_and(|id| id.starts_with("empirical-"))) => {
-                Conclusion::UnknownEffect
-            }
-            _ => Conclusion::EffectFound,
-        },
-        (_, conclusion) => conclusion,
+        (_, Conclusion::Adequate) if found == Conclusion::Confounded => Conclusion::Confounded,
+        _ if trial.rig.effects.iter().any(|effect| effect.placed.effect.is_empirical()) => Conclusion::UnknownEffect,
+        (_, Conclusion::Adequate) => Conclusion::EffectFound,
+        (_, Conclusion::Confounded) => Conclusion::Confounded,
+        _ => Conclusion::PartlyExplained,
     };
     let rest = if last.conclusion == Conclusion::Adequate {
         None
@@ -154,20 +153,23 @@ fn chosen<'a>(last: &'a Suggestion, before: &Step) -> Option<&'a Judged> {
             && missed(&judged.trial.fit) <= (1.0 - on_fit) * missed(&before.fit)
             && check.normalised <= (1.0 - on_check) * before.check.normalised
     };
-    let empirical = |judged: &&Judged| judged.effects.iter().any(|effect| effect.placed.effect.is_empirical());
-    let laws = || last.judged.iter().filter(|judged| !empirical(judged)).filter(|judged| worth(judged, WORTH));
-    let single = laws().find(|judged| judged.effects.len() == 1 && !judged.senseless());
-    let error = |judged: &Judged| judged.check.as_ref().map_or(f64::INFINITY, |check| check.normalised);
-    let pair = laws().find(|judged| judged.effects.len() > 1 && !judged.senseless());
-    single
-        .filter(|single| pair.is_none_or(|pair| error(pair) > (1.0 - PAIR) * error(single)))
-        .or(pair)
-        .or_else(|| last.judged.iter().filter(empirical).find(|judged| worth(judged, WORTH_EMPIRICAL)))
+    let laws = || last.judged.iter().filter(|judged| !judged.is_empirical()).filter(|judged| worth(judged, WORTH));
+    let best = |is_one: &dyn Fn(&Judged) -> bool| {
+        let sensible = || laws().filter(|judged| !judged.senseless() && is_one(judged));
+        let single = sensible().find(|judged| judged.effects.len() == 1);
+        let pair = sensible().find(|judged| judged.effects.len() > 1);
+        single.filter(|single| pair.is_none_or(|pair| pair.error() > (1.0 - PAIR) * single.error())).or(pair)
+    };
+    let (physics, any) = (best(&|judged| !judged.is_of_sensor()), best(&|_| true));
+    let clearly = |any: &&Judged| physics.is_none_or(|physics| any.error() < (1.0 - CLEARLY) * physics.error());
+    any.filter(clearly)
+        .or(physics)
+        .or_else(|| last.judged.iter().filter(|one| one.is_empirical()).find(|judged| worth(judged, WORTH_EMPIRICAL)))
         .or_else(|| laws().next())
 }
 
 /// Extensions that promise more than the chosen one but make no sense.
-fn refused(last: &Suggestion, chosen: &Judged) -> Vec<(String, Run, Vec<String>)> {
+fn refused(last: &Suggestion, chosen: &Judged) -> Vec<(String, Run, Vec<Warning>)> {
     let better =
         |one: &&Judged| one.check.as_ref().zip(chosen.check.as_ref()).is_some_and(|(a, b)| a.normalised < b.normalised);
     let flagged = last.judged.iter().filter(better).filter(|one| one.senseless());

@@ -4,11 +4,10 @@ use rayon::prelude::*;
 
 use super::candidate::Candidate;
 use super::refit::{FORMS, Rough, Stand, charged, effect_parameters, quick, refitted};
-use super::suggest::{Judged, RIVAL, ROUNDS, joined};
+use super::suggest::{Judged, RIVAL, ROUNDS, is_adequate, joined};
 use super::trial::{Run, Trial, run_under};
 use super::verdict::warnings;
 use crate::complaint::Complaint;
-use crate::diagnosis::adequate;
 use crate::diagnosis::estimate::HOPE;
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::search::ROUGH;
@@ -42,8 +41,6 @@ struct Bar {
     /// The least cost so far with its faults and effects priced, and what the others may be above it.
     cost: f64,
     room: f64,
-    /// Whether that is all there is to explain.
-    explained: bool,
 }
 
 impl Bar {
@@ -58,6 +55,11 @@ pub(super) fn promised(candidate: &Candidate, stands: &[Stand]) -> Option<f64> {
     Some(stands.get(candidate.stand?)?.cost - candidate.score)
 }
 
+/// Whether some effects are part of more.
+fn is_part(some: &[Candidate], more: &[Candidate]) -> bool {
+    some.len() < more.len() && some.iter().all(|one| more.iter().any(|other| other.id == one.id))
+}
+
 impl Looking<'_> {
     fn samples(&self) -> f64 {
         self.base.fit.weights.all_samples() as f64
@@ -65,10 +67,14 @@ impl Looking<'_> {
 
     /// What the best so far sets.
     fn bar(&self, best: f64) -> Bar {
-        let samples = self.samples();
-        let scale = (best / samples).max(1.0);
+        let scale = (best / self.samples()).max(1.0);
         let room = CLOSE * (self.cost_of(self.base) - best).max(0.0) + RIVAL * scale;
-        Bar { cost: best, room, explained: adequate(best / samples, samples as usize) }
+        Bar { cost: best, room }
+    }
+
+    /// Whether a preliminary fit leaves nothing to explain.
+    fn explains_all(&self, rough: &Rough) -> bool {
+        run_under(&rough.rig, self.record, &rough.values, None).is_ok_and(|run| is_adequate(&run))
     }
 
     /// What a trial costs with its faults and effects priced, under its own weights.
@@ -78,10 +84,10 @@ impl Looking<'_> {
 
     /// Refits the model with each set of effects; `known` is what was judged before, the best first.
     pub fn judge(&self, chosen: Vec<Vec<Candidate>>, known: &[Judged]) -> Result<Vec<Judged>, Complaint> {
-        let mut rough = self.roughly(chosen);
+        let mut rough = self.roughly(chosen, known);
         let samples = self.samples();
-        let known = known.first().map(|best| &best.trial);
-        let mut best = known.map_or(f64::INFINITY, |best| self.cost_of(best));
+        let known = known.first();
+        let mut best = known.map_or(f64::INFINITY, |best| best.screened);
         let continued = |rough: &mut [(Vec<Candidate>, Rough)], best: f64| {
             let bar = self.bar(best);
             rough.par_iter_mut().filter(|(_, rough)| !bar.is_beyond(rough, samples)).for_each(|(_, rough)| {
@@ -99,6 +105,8 @@ impl Looking<'_> {
         rough.sort_by(|a, b| a.1.priced(samples).total_cmp(&b.1.priced(samples)));
         best = rough.first().map_or(best, |(_, rough)| best.min(rough.priced(samples)));
         let bar = self.bar(best);
+        let explained = known.is_some_and(|best| is_adequate(&best.trial.fit))
+            || rough.first().is_some_and(|(_, rough)| self.explains_all(rough));
         let count = self.base.rig.context().count("effects judged", rough.len());
         let one = |isolated: bool, weights: Option<(&Weights, Option<&Weights>)>, (effects, rough)| {
             let judged = self.judged(effects, &rough, isolated, weights.filter(|_| bar.is_beyond(&rough, samples)));
@@ -107,7 +115,7 @@ impl Looking<'_> {
         };
         let behind = rough.split_off(rough.len().min(ISOLATED));
         let in_front = rough.into_par_iter().enumerate().filter_map(|(place, (effects, rough))| {
-            let isolated = !(bar.is_beyond(&rough, samples) && (place > 0 || known.is_some()) && bar.explained);
+            let isolated = !(bar.is_beyond(&rough, samples) && (place > 0 || known.is_some()) && explained);
             one(isolated, None, (effects, rough))
         });
         let mut judged: Vec<Judged> = in_front.collect();
@@ -121,12 +129,13 @@ impl Looking<'_> {
     }
 
     /// Rough refits with each set of effects, the best first.
-    fn roughly(&self, chosen: Vec<Vec<Candidate>>) -> Vec<(Vec<Candidate>, Rough)> {
+    fn roughly(&self, chosen: Vec<Vec<Candidate>>, known: &[Judged]) -> Vec<(Vec<Candidate>, Rough)> {
         let Self { record, base, ref stands, .. } = *self;
         let samples = self.samples();
         let count = base.rig.context().count("effects fitted", chosen.len());
         let fitted = |effects: Vec<Candidate>| {
-            let rough = refitted(base, stands, record, &effects);
+            let smaller: Vec<&Judged> = known.iter().filter(|one| is_part(&one.effects, &effects)).collect();
+            let rough = refitted(base, stands, &smaller, record, &effects);
             count.one();
             (effects, rough)
         };
@@ -155,7 +164,7 @@ impl Looking<'_> {
             }
             let kept = cost(rough) - price_of_effects(rough) <= promised + (1.0 - KEPT) * effect.score;
             if !kept {
-                let again = refitted(base, &[Stand::healthy(&base.rig)], record, &[effect.as_typical(&base.rig)]);
+                let again = refitted(base, &[Stand::healthy(&base.rig)], &[], record, &[effect.as_typical(&base.rig)]);
                 if cost(&again) < cost(rough) {
                     *rough = again;
                 }
@@ -185,7 +194,7 @@ impl Looking<'_> {
         let ends = starts.iter().enumerate().filter_map(|(place, start)| {
             let rough = match place {
                 0 => first.cloned()?,
-                _ => refitted(self.base, &self.stands, self.record, std::slice::from_ref(start))?,
+                _ => refitted(self.base, &self.stands, &[], self.record, std::slice::from_ref(start))?,
             };
             let further = quick(&rough.rig, self.record, &rough.values, (rough.set, FORMS), Some(ROUGH));
             let end = further.unwrap_or(rough);
@@ -221,6 +230,8 @@ impl Looking<'_> {
         Some(Judged {
             effects,
             trial,
+            preliminary: rough.cost,
+            screened: rough.priced(self.samples()),
             check,
             delta_bic: 0.0,
             supported: false,
@@ -265,12 +276,9 @@ impl Looking<'_> {
     fn rank(&self, judged: &mut [Judged]) -> Result<(), Complaint> {
         let Self { record, base, .. } = *self;
         let best = judged.iter().min_by(|a, b| a.trial.fit.chi2.total_cmp(&b.trial.fit.chi2));
-        let Some((weights, left)) = best.map(|best| (best.trial.fit.weights.clone(), best.trial.fit.chi2)) else {
-            return Ok(());
-        };
-        let before = base.cost_under(record, &weights)?;
+        let Some(judge) = best.map(|best| best.trial.judge(record)).transpose()? else { return Ok(()) };
         for one in judged.iter_mut() {
-            one.delta_bic = one.trial.delta_bic(base, before - one.trial.cost_under(record, &weights)?, left);
+            one.delta_bic = one.trial.gain_over(base, record, &judge)?;
             let on_check = match (self.base_check, &one.check) {
                 (Some(before), Some(after)) => after.normalised < before.normalised,
                 (None, _) => true,

@@ -9,7 +9,9 @@
 //! | `tries` | at which sizes and levels each is tried |
 //! | [`trial`] | what a record says once an effect is in the model, everything else fitted along |
 //! | [`suggest`] | which effect is missing, judged on a second record |
+//! | `lack_of_fit` | what a record is weighed by while the model lacks something |
 //! | `judge` | effects fitted and judged, as far as they could still win |
+//! | [`warning`] | what speaks against an effect as fitted |
 //! | `verdict` | the one word on a record |
 //! | [`separate`] | which experiment would tell two explanations apart |
 //! | [`result`] | the suggestion as programs read it |
@@ -24,6 +26,7 @@ pub mod candidate;
 pub mod compare;
 pub mod improve;
 mod judge;
+mod lack_of_fit;
 pub mod missing;
 pub mod phase;
 mod refit;
@@ -33,4 +36,5 @@ pub mod suggest;
 pub mod trial;
 mod tries;
 mod verdict;
+pub mod warning;
 pub mod with_faults;

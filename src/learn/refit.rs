@@ -1,6 +1,7 @@
 //! A model with effects in it, fitted with the faults as they were.
 
 use super::candidate::Candidate;
+use super::suggest::Judged;
 use super::trial::Trial;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate::{self, FIRST_FORMS, Quick};
@@ -68,10 +69,70 @@ impl Stand {
     }
 }
 
-/// Everything fitted jointly with some effects, from the stands where they were scored; from all where they were not.
-pub(super) fn refitted(base: &Trial, stands: &[Stand], record: &Record, effects: &[Candidate]) -> Option<Rough> {
-    let mut rig = base.rig.clone();
-    let mut starts: Vec<(usize, f64)> = Vec::new();
+/// Everything fitted jointly with some effects, from the stands where they were scored; from all where they were not. Of several
+/// effects also from the fits with some of them, `smaller`: with one effect more a model is never worse.
+pub(super) fn refitted(
+    base: &Trial,
+    stands: &[Stand],
+    smaller: &[&Judged],
+    record: &Record,
+    effects: &[Candidate],
+) -> Option<Rough> {
+    let (rig, starts) = with_effects(&base.rig, effects)?;
+    let samples = base.fit.weights.all_samples() as f64;
+    let fitted = |values: &[f64], set: FaultSet, starts: &[&Start], at_size: bool| {
+        let mut values = values.to_vec();
+        values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
+        for start in starts {
+            values[start.parameter] = if at_size { start.tried } else { start.neutral };
+        }
+        quick(&rig, record, &values, (set, FIRST_FORMS), Some(ROUGH))
+    };
+    // At its neutral value an effect is nothing: a fit that ends above the one without it has gone astray from its start.
+    let not_above = |without: f64, begun: &dyn Fn(bool) -> Option<Rough>| {
+        let first = begun(true);
+        if first.as_ref().is_some_and(|first| first.cost <= without) {
+            return first;
+        }
+        [first, begun(false)].into_iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost))
+    };
+    let all: Vec<&Start> = starts.iter().collect();
+    let asked = |stand: usize| effects.iter().any(|effect| effect.stand.is_none_or(|own| own == stand));
+    let of_stands = stands.iter().enumerate().filter(|(stand, _)| asked(*stand));
+    let of_stands = of_stands
+        .filter_map(|(_, stand)| not_above(stand.cost, &|at_size| fitted(&stand.values, stand.set, &all, at_size)));
+    let of_smaller = smaller.iter().filter_map(|one| {
+        let Trial { rig: own, values: found, set, .. } = &one.trial;
+        let fitted_there = |index: usize| {
+            let id = &rig.parameters[index].id;
+            own.parameters.iter().position(|parameter| parameter.id == *id).filter(|&at| own.is_of_effect(at))
+        };
+        let mut values: Vec<f64> = found[..base.values.len()].to_vec();
+        values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
+        let (there, new): (Vec<&Start>, Vec<&Start>) =
+            starts.iter().partition(|start| fitted_there(start.parameter).is_some());
+        for start in there {
+            values[start.parameter] = fitted_there(start.parameter).map_or(start.tried, |at| found[at]);
+        }
+        not_above(one.preliminary, &|at_size| fitted(&values, *set, &new, at_size))
+    });
+    of_stands.chain(of_smaller).min_by(|a, b| a.priced(samples).total_cmp(&b.priced(samples)))
+}
+
+/// Where the fit of a parameter of an effect starts.
+struct Start {
+    /// As an index into the rig's parameters.
+    parameter: usize,
+    /// SI.
+    tried: f64,
+    /// At which the effect is nothing, SI; the tried one where there is none.
+    neutral: f64,
+}
+
+/// A rig with some effects more, and where their parameters start; `None` where it cannot have them.
+fn with_effects(rig: &Rig, effects: &[Candidate]) -> Option<(Rig, Vec<Start>)> {
+    let mut rig = rig.clone();
+    let mut starts = Vec::new();
     for effect in effects {
         let given: Vec<Given> = effect
             .placed
@@ -109,21 +170,11 @@ pub(super) fn refitted(base: &Trial, stands: &[Stand], record: &Record, effects:
                 _ => tried.value,
             };
             let (low, high) = rig.parameters[index].bounds;
-            starts.push((index, start.clamp(low, high)));
+            let [tried, neutral] = [start, neutral.unwrap_or(start)].map(|value| value.clamp(low, high));
+            starts.push(Start { parameter: index, tried, neutral });
         }
     }
-    let from = |stand: &Stand| {
-        let mut values = stand.values.clone();
-        values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
-        for &(index, start) in &starts {
-            values[index] = start;
-        }
-        quick(&rig, record, &values, (stand.set, FIRST_FORMS), Some(ROUGH))
-    };
-    let asked = |stand: usize| effects.iter().any(|effect| effect.stand.is_none_or(|own| own == stand));
-    let tried = stands.iter().enumerate().filter(|(stand, _)| asked(*stand)).filter_map(|(_, stand)| from(stand));
-    let samples = base.fit.weights.all_samples() as f64;
-    tried.min_by(|a, b| a.priced(samples).total_cmp(&b.priced(samples)))
+    Some((rig, starts))
 }
 
 /// All parameters of a rig (SI) with the faults of `set` and what is uncertain fitted from there, and the fit.

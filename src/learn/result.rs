@@ -8,6 +8,7 @@ use super::separate::Experiment;
 use super::suggest::{Conclusion, Judged, Suggestion};
 use super::trial::{Run, Trial};
 use super::tries::distance;
+use super::warning::Warning;
 use crate::complaint::Complaint;
 use crate::estimation::profile::QUANTILE;
 use crate::model::Model;
@@ -81,7 +82,7 @@ pub struct CandidateReport {
     pub delta_bic: f64,
     pub parameters: Vec<ParameterReport>,
     pub confounded_with: Vec<String>,
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
     /// Each effect with what the record could show of it.
     pub effects: Vec<ScoredReport>,
 }

@@ -2,10 +2,12 @@
 
 use super::candidate::{Candidate, candidates, empirical, tolerated, worth};
 use super::judge::{Looking, promised};
+use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
 use super::refit::{FORMS, Stand, charged, quick, refitted};
 use super::separate::{Experiment, separating};
-use super::trial::{Run, Trial};
-use super::verdict::{conclude, conclude_near, explains};
+use super::trial::{MOST_WEIGHINGS, Run, Trial};
+use super::verdict::{conclude, conclude_near, explains, in_order};
+use super::warning::Warning;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::search;
@@ -14,7 +16,7 @@ use crate::estimation::criteria::bic;
 use crate::model::{Drive, Model};
 use crate::record::Record;
 use crate::rig::FaultSet;
-use crate::rig::Rig;
+use crate::rig::{Rig, Spot};
 
 /// Candidates that are fitted.
 const FITTED: usize = 8;
@@ -44,10 +46,12 @@ const BY_ITSELF: f64 = 0.3;
 pub enum Conclusion {
     /// The model explains the record within its tolerance.
     Adequate,
-    /// One effect, or a pair, explains what the model misses, and nothing else does.
+    /// One effect, or a pair, explains what the model misses down to the floor of both records, and nothing else does.
     EffectFound,
     /// Several explain it alike.
     Confounded,
+    /// An effect, or a pair, explains much of it, and something is left that nothing explains.
+    PartlyExplained,
     /// Nothing in the library explains it.
     UnknownEffect,
 }
@@ -58,6 +62,10 @@ pub struct Judged {
     pub effects: Vec<Candidate>,
     /// The joint refit.
     pub trial: Trial,
+    /// What its preliminary fit cost under the weights of the base.
+    pub preliminary: f64,
+    /// The same with faults and effects penalised.
+    pub screened: f64,
     /// Its free run on the check record.
     pub check: Option<Run>,
     /// Fall of the information criterion against the model as given; the noise scaled up to what the best leaves.
@@ -68,7 +76,7 @@ pub struct Judged {
     pub isolated: bool,
     /// Others that explain the record alike.
     pub confounded_with: Vec<String>,
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Judged {
@@ -76,13 +84,24 @@ impl Judged {
         joined(&self.effects)
     }
 
-    /// Whether it makes no physical sense as fitted: a value that nobody would believe, or a size on a bound of its search;
-    /// what only shapes an effect may end there.
+    /// Whether one of its effects is of a sensor, and not physics of the circuit.
+    pub(super) fn is_of_sensor(&self) -> bool {
+        self.effects.iter().any(|effect| matches!(effect.placed.spot, Spot::Sensor(_)))
+    }
+
+    /// Whether one of its effects is a curve without a formula.
+    pub(super) fn is_empirical(&self) -> bool {
+        self.effects.iter().any(|effect| effect.placed.effect.is_empirical())
+    }
+
+    /// Root mean square of measured minus model over the noise: on the check record where there is one, else on the fit record.
+    pub(super) fn error(&self) -> f64 {
+        self.check.as_ref().unwrap_or(&self.trial.fit).normalised
+    }
+
+    /// Whether it makes no physical sense as fitted.
     pub fn senseless(&self) -> bool {
-        let sizes = self.trial.rig.effects.iter().filter_map(|effect| effect.parameters.first());
-        let ids: Vec<&String> = sizes.map(|&index| &self.trial.rig.parameters[index].id).collect();
-        let size_at_bound = |warning: &str| ids.iter().any(|id| warning.starts_with(&format!("at-bound: {id} ")));
-        self.warnings.iter().any(|warning| warning.starts_with("implausible") || size_at_bound(warning))
+        self.warnings.iter().any(Warning::is_senseless)
     }
 }
 
@@ -134,22 +153,46 @@ pub(super) fn rough_base<T>(
     enough: impl Fn(&T) -> bool,
     then: impl Fn(&Estimate<'_>, Trial) -> Result<T, Complaint>,
 ) -> Result<T, Complaint> {
-    let model = Model::new(rig.clone());
-    let drive = Drive::from_record(&model.rig, fit)?;
     rig.context().stage("fit of the model as given");
-    let near = estimate::near(&model, fit, &drive, None, estimate::FROM_HEALTHY)?;
-    let base = Trial::of(&near)?;
-    if is_adequate(&base.fit) {
-        return then(&near, base);
+    let mut rig = with_shown_noise(rig, fit);
+    let mut weighings = 1;
+    loop {
+        let model = Model::new(rig.clone());
+        let drive = Drive::from_record(&model.rig, fit)?;
+        let near = estimate::near(&model, fit, &drive, None, estimate::FROM_HEALTHY)?;
+        let base = Trial::of(&near)?;
+        if is_adequate(&base.fit) {
+            return then(&near, base);
+        }
+        let lacking = with_lack_of_fit(&rig, &base.fit);
+        if weighings == MOST_WEIGHINGS || is_alike(&lacking, &rig) {
+            return with_faults_of_components(&near, enough, then);
+        }
+        (rig, weighings) = (lacking, weighings + 1);
     }
+}
+
+/// The same where the model as given does not explain the record.
+fn with_faults_of_components<T>(
+    near: &Estimate<'_>,
+    enough: impl Fn(&T) -> bool,
+    then: impl Fn(&Estimate<'_>, Trial) -> Result<T, Complaint>,
+) -> Result<T, Complaint> {
+    let (rig, fit) = (near.case.rig(), near.case.record);
     let simple = near.by_components_alone(search::SINGLE, FORMS)?;
-    let given = then(&simple, Trial::of(&simple)?)?;
+    // Its faults may explain much: the others are looked for by what they leave.
+    let left = with_lack_of_fit(rig, &Trial::of(&simple)?.fit);
+    let model = Model::new(if is_alike(&left, rig) { rig.clone() } else { left });
+    let drive = Drive::from_record(&model.rig, fit)?;
+    let theta = &simple.isolation.best.theta;
+    let simple = estimate::held_at(&model, fit, &drive, (theta, simple.isolation.set()), FORMS)?;
+    let base = Trial::of(&simple)?;
+    let (given, samples) = (then(&simple, base.clone())?, base.fit.weights.all_samples() as f64);
     if enough(&given) {
         return Ok(given);
     }
     rig.context().stage("fit with several faults");
     let deep = simple.by_components_alone(search::SEVERAL, FORMS)?;
-    let samples = base.fit.weights.all_samples() as f64;
     let cost = |estimate: &Estimate<'_>| bic(estimate.isolation.best.cost, estimate.isolation.set().len(), samples);
     if cost(&deep) < cost(&simple)
         && deep.isolation.set() != simple.isolation.set()
@@ -160,15 +203,19 @@ pub(super) fn rough_base<T>(
     Ok(given)
 }
 
-/// The model with one effect more, everything fitted jointly.
+/// The model with one effect more, everything fitted jointly, and what its preliminary fit cost under the weights of the base.
 ///
 /// # Errors
 /// The model cannot be solved with it.
-pub(super) fn refitted_alone(base: &Trial, record: &Record, candidate: Option<Candidate>) -> Result<Trial, Complaint> {
+pub(super) fn refitted_alone(
+    base: &Trial,
+    record: &Record,
+    candidate: Option<Candidate>,
+) -> Result<(Trial, f64), Complaint> {
     let given = Stand { values: base.values.clone(), set: base.set, cost: f64::INFINITY };
     let stands = [given, Stand::healthy(&base.rig)];
     // It was scored at the first; the other is tried too.
-    let from = |start: Candidate| refitted(base, &stands, record, &[start]);
+    let from = |start: Candidate| refitted(base, &stands, &[], record, &[start]);
     let rough = candidate.and_then(|candidate| {
         let typical = candidate.as_typical(&base.rig);
         let scored = (candidate.score > 0.0).then(|| from(Candidate { stand: None, ..candidate }));
@@ -179,7 +226,8 @@ pub(super) fn refitted_alone(base: &Trial, record: &Record, candidate: Option<Ca
             .at(Place::file(&base.rig.path))
             .at(Place::file(&record.path)));
     };
-    Trial::fitted(&rough.rig, record, &rough.values, rough.set, ROUNDS)
+    let screened = rough.priced(base.fit.weights.all_samples() as f64);
+    Ok((Trial::fitted(&rough.rig, record, &rough.values, rough.set, ROUNDS)?, screened))
 }
 
 /// The same for a model that is fitted already, `base` being what it is fitted as.
@@ -228,7 +276,7 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     }
     looking.settle(&mut judged)?;
     if let Some(best) = judged.first()
-        && let Some(better) = anew(estimate, &base, &best.trial, best.delta_bic)?
+        && let Some(better) = anew(estimate, &base, (&best.trial, best.screened), best.delta_bic)?
     {
         return suggest_from(&better, Trial::of(&better)?, check);
     }
@@ -240,6 +288,7 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     if conclusion == Conclusion::UnknownEffect {
         // What no law explains, a curve may at least describe.
         looking.join(&mut judged, empirical(&base.rig).into_iter().map(|curve| vec![curve]).collect())?;
+        in_order(&mut judged);
     }
     let experiment = apart(&judged, &base);
     let scored = lists.swap_remove(0);
@@ -247,14 +296,15 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
 }
 
 /// The model as given, fitted from where the best explanation left what both have, if it is nearly as good there: a fit that
-/// only had to be helped over a ridge lacks nothing. `gain` is what the information criterion falls by with the effect.
+/// only had to be helped over a ridge lacks nothing. The best explanation comes with what it cost under the weights of the base;
+/// `gain` is what the information criterion falls by with it.
 ///
 /// # Errors
 /// The model cannot be solved there.
 pub(super) fn anew<'a>(
     estimate: &Estimate<'a>,
     base: &Trial,
-    best: &Trial,
+    (best, screened): (&Trial, f64),
     gain: f64,
 ) -> Result<Option<Estimate<'a>>, Complaint> {
     if gain <= RIVAL {
@@ -267,8 +317,8 @@ pub(super) fn anew<'a>(
     let values: Vec<f64> = base.values.iter().enumerate().map(kept).collect();
     let (full, record) = (&estimate.case.full, estimate.case.record);
     let samples = base.fit.weights.all_samples() as f64;
-    let least =
-        charged(&base.rig, base.cost, base.set, samples) - (BY_ITSELF * gain).max(RIVAL) * best.fit.chi2.max(1.0);
+    let cost = charged(&base.rig, base.cost, base.set, samples);
+    let least = cost - (BY_ITSELF * (cost - screened)).max(RIVAL);
     let fitted = quick(&base.rig, record, &values, (best.set, FORMS), Some(search::ROUGH));
     let Some(rough) = fitted.filter(|rough| rough.priced(samples) < least) else { return Ok(None) };
     let start = estimate::picked(&base.rig, &rough.values);

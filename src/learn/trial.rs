@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::lack_of_fit::{has_lack_of_fit, is_alike, with_lack_of_fit, without_lack_of_fit};
 use super::refit::effect_parameters;
 use crate::complaint::Complaint;
 use crate::diagnosis::case::ROBUST;
@@ -9,11 +10,17 @@ use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::events;
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::{away, count_there, square_sum};
+use crate::diagnosis::{WILD, is_there};
 use crate::estimation::Problem;
 use crate::model::{Drive, Model};
 use crate::record::Record;
 use crate::rig::FaultSet;
 use crate::rig::Rig;
+
+/// Most fits of a model with the lack of fit that the one before left.
+pub(super) const MOST_WEIGHINGS: usize = 3;
+/// Rows to each side that say whether a misfit lasts.
+const AROUND: usize = 2;
 
 /// What a record says through one model.
 #[derive(Debug, Clone)]
@@ -44,8 +51,10 @@ pub struct Run {
     pub rmse: Vec<f64>,
     /// The same over the noise of the sensor, over all of them.
     pub normalised: f64,
-    /// Mean square of the weighted misfits, wild ones tamed: 1 if the model is right within its tolerance.
+    /// Mean square of the weighted misfits, single wild ones tamed: 1 if the model is right within its tolerance.
     pub chi2: f64,
+    /// The same of each sensor.
+    pub of_sensors: Vec<f64>,
 }
 
 impl Trial {
@@ -93,16 +102,22 @@ impl Trial {
     }
 
     /// Fits a rig to a record from values of all of its parameters (SI) and the faults that are present, in so many rounds of
-    /// isolation.
+    /// isolation; weighed by the lack of fit that it leaves itself.
     ///
     /// # Errors
     /// Columns that are missing, or a model that cannot be solved there.
     pub fn fitted(rig: &Rig, record: &Record, values: &[f64], set: FaultSet, rounds: u64) -> Result<Self, Complaint> {
-        let model = Model::new(rig.clone());
-        let drive = Drive::from_record(&model.rig, record)?;
-        let theta = estimate::picked(&model.rig, values);
-        let estimate = estimate::isolated(&model, record, &drive, (&theta, set), rounds)?;
-        Self::of(&estimate)
+        let mut fitted = Self::at(rig, record, values, (set, f64::INFINITY), None)?;
+        for _ in 0..MOST_WEIGHINGS {
+            let model = Model::new(with_lack_of_fit(&fitted.rig, &fitted.fit));
+            let drive = Drive::from_record(&model.rig, record)?;
+            let theta = estimate::picked(&model.rig, &fitted.values);
+            fitted = Self::of(&estimate::isolated(&model, record, &drive, (&theta, fitted.set), rounds)?)?;
+            if is_alike(&fitted.rig, &with_lack_of_fit(&fitted.rig, &fitted.fit)) {
+                break;
+            }
+        }
+        Ok(fitted)
     }
 
     /// What the model says of another record with nothing fitted to it.
@@ -121,27 +136,66 @@ impl Trial {
         run_under(&self.rig, record, &self.values, weights)
     }
 
-    /// Fall of the information criterion against a model without its effects, from the fall of the cost under common weights;
-    /// the noise scaled up to the chi-square per sample that the best leaves.
-    pub fn delta_bic(&self, base: &Self, fall: f64, left: f64) -> f64 {
+    /// Fall of the information criterion against a model without its effects, on the record that both are fitted to, under the
+    /// weights of `judge`. What an effect moves that was known before counts as the data sheet says.
+    ///
+    /// # Errors
+    /// Columns that are missing.
+    pub fn gain_over(&self, base: &Self, record: &Record, judge: &Judge) -> Result<f64, Complaint> {
         let parameters = |one: &Self| effect_parameters(&one.rig) as f64 + one.set.len() as f64;
+        let fall = base.cost_under(record, &judge.weights)? - self.cost_under(record, &judge.weights)?;
+        let known = |(index, value): (usize, &f64)| {
+            let before = &base.rig.parameters[index];
+            let waived = before.sigma > 0.0 && !base.rig.is_of_effect(index) && self.rig.is_of_effect(index);
+            if waived { ((value - before.value) / before.sigma).powi(2) } else { 0.0 }
+        };
+        let known = |values: &[f64]| values.iter().take(base.values.len()).enumerate().map(known).sum::<f64>();
+        let waived = known(&self.values) - known(&base.values);
         let samples = base.fit.weights.all_samples() as f64;
-        fall / left.max(1.0) - (parameters(self) - parameters(base)) * samples.ln()
+        Ok(fall / judge.left - waived - (parameters(self) - parameters(base)) * samples.ln())
+    }
+
+    /// What other models of its record are compared by: weights with the lack of fit that it leaves itself.
+    ///
+    /// # Errors
+    /// Columns that are missing, or a model that cannot be solved.
+    pub fn judge(&self, record: &Record) -> Result<Judge, Complaint> {
+        let rig = with_lack_of_fit(&self.rig, &self.fit);
+        let weights = if has_lack_of_fit(&rig) {
+            let model = Model::new(rig);
+            let drive = Drive::from_record(&model.rig, record)?;
+            let solved = events::weights_of(&model, record, &drive, &self.values);
+            solved.map_err(|error| estimate::unsolvable(&model, record, error))?.0
+        } else {
+            self.fit.weights.clone()
+        };
+        let left = self.cost_under(record, &weights)? / weights.all_samples().max(1) as f64;
+        Ok(Judge { weights, left: left.max(1.0) })
     }
 
     /// `2 F` of the record alone under common weights.
-    pub fn cost_under(&self, record: &Record, weights: &Weights) -> Result<f64, Complaint> {
+    fn cost_under(&self, record: &Record, weights: &Weights) -> Result<f64, Complaint> {
         let mut misfit = away(&self.fit.outputs, &estimate::measured(&self.rig, record)?);
         weights.apply(&mut misfit);
         Ok(2.0 * ROBUST.cost(&misfit))
     }
 }
 
-/// Simulates a record with all parameters given, SI.
+/// What models of one record are compared by.
+pub struct Judge {
+    weights: Weights,
+    /// Mean square that the best leaves under them, at least 1.
+    left: f64,
+}
+
+/// Simulates a record with all parameters given, SI; judged by noise alone, whatever it was fitted with.
 ///
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
 pub fn run_with(model: &Model, record: &Record, drive: &Drive, values: &[f64]) -> Result<Run, Complaint> {
+    if has_lack_of_fit(&model.rig) {
+        return run_with(&Model::new(without_lack_of_fit(&model.rig)), record, drive, values);
+    }
     let solved = events::weights_of(model, record, drive, values);
     let (weights, outputs) = solved.map_err(|error| estimate::unsolvable(model, record, error))?;
     run_of(&model.rig, record, outputs, weights)
@@ -174,11 +228,30 @@ pub(super) fn run_of(rig: &Rig, record: &Record, outputs: Vec<Vec<f64>>, weights
         let count = count_there(measured);
         let mean = square_sum(model_says, measured) / count.max(1) as f64;
         rmse.push(mean.sqrt());
-        sum += mean / (sensor.noise * sensor.noise);
+        sum += mean / (sensor.stated_noise * sensor.stated_noise);
         showing += usize::from(count > 0);
     }
     weights.apply(&mut misfit);
     let normalised = (sum / showing.max(1) as f64).sqrt();
-    let chi2 = crate::diagnosis::tame_squares(&misfit) / weights.all_samples().max(1) as f64;
-    Ok(Run { outputs, misfit, weights, rmse, normalised, chi2 })
+    let squares: Vec<f64> = misfit.chunks(weights.rows().max(1)).take(rig.sensors.len()).map(lasting_squares).collect();
+    let chi2 = squares.iter().sum::<f64>() / weights.all_samples().max(1) as f64;
+    let mean = |(sensor, squares): (usize, &f64)| squares / weights.samples(sensor).max(1) as f64;
+    let of_sensors = squares.iter().enumerate().map(mean).collect();
+    Ok(Run { outputs, misfit, weights, rmse, normalised, chi2, of_sensors })
+}
+
+/// Sum of squares of the weighted misfits of a sensor. One that stands out from those around it counts as no more than a wild
+/// sample; what lasts counts in full, so that twice the error is four times the sum however large it is.
+fn lasting_squares(misfit: &[f64]) -> f64 {
+    let sizes: Vec<f64> = misfit.iter().copied().filter(|misfit| is_there(*misfit)).map(f64::abs).collect();
+    let around = |row: usize| {
+        let mut near = [0.0; 2 * AROUND + 1];
+        let rows = row.saturating_sub(AROUND)..(row + AROUND + 1).min(sizes.len());
+        let near = &mut near[..rows.len()];
+        near.copy_from_slice(&sizes[rows]);
+        near.sort_by(f64::total_cmp);
+        near[near.len() / 2]
+    };
+    let one = |(row, size): (usize, &f64)| if *size <= WILD { *size } else { size.min(around(row).max(WILD)) };
+    sizes.iter().enumerate().map(one).map(|size| size * size).sum()
 }

@@ -2,13 +2,17 @@
 
 use super::suggest::{Conclusion, Judged, RIVAL, is_adequate};
 use super::trial::{Run, Trial};
+use super::warning::Warning;
 use crate::diagnosis::case::REACH;
 
 /// Share of what is missed that an effect has to explain to be called found.
 const EXPLAINED: f64 = 0.8;
+/// The same of one that is named although it leaves much: less is what any effect takes that goes a little with the one that is
+/// missing.
+const PART: f64 = 1.0 / 3.0;
 
 /// What speaks against an effect as fitted.
-pub(super) fn warnings(trial: &Trial, base: &Trial) -> Vec<String> {
+pub(super) fn warnings(trial: &Trial, base: &Trial) -> Vec<Warning> {
     let mut warnings = Vec::new();
     for effect in &trial.rig.effects {
         for (place, (free, &index)) in effect.placed.effect.parameters.iter().zip(&effect.parameters).enumerate() {
@@ -16,7 +20,7 @@ pub(super) fn warnings(trial: &Trial, base: &Trial) -> Vec<String> {
             if parameter.sigma == 0.0 {
                 continue;
             }
-            let value = parameter.unit.from_si(trial.values[index]);
+            let (id, value) = (parameter.id.clone(), parameter.unit.from_si(trial.values[index]));
             let unit = trial.rig.effect_unit(&effect.placed, free.name);
             let in_card = unit.from_si(trial.values[index]);
             // A further part of an effect that is not there says nothing against the rest.
@@ -25,9 +29,10 @@ pub(super) fn warnings(trial: &Trial, base: &Trial) -> Vec<String> {
             }
             let (low, high) = parameter.bounds;
             if trial.at_bound.contains(&index) || trial.values[index] <= low || trial.values[index] >= high {
-                warnings.push(format!("at-bound: {} = {value:.4} {}", parameter.id, parameter.unit));
+                let (unit, is_size) = (parameter.unit.to_string(), place == 0);
+                warnings.push(Warning::AtBound { id, value, unit, is_size });
             } else if !(free.plausible.0..=free.plausible.1).contains(&in_card) {
-                warnings.push(format!("implausible: {} = {value:.4} {}", parameter.id, parameter.unit));
+                warnings.push(Warning::Implausible { id, value, unit: parameter.unit.to_string() });
             }
         }
     }
@@ -41,12 +46,12 @@ pub(super) fn warnings(trial: &Trial, base: &Trial) -> Vec<String> {
             && !trial.rig.is_of_effect(index)
         {
             let far = moved / parameter.sigma;
-            let end = if far > 0.999 * REACH { ", the end of its search" } else { "" };
-            warnings.push(format!("moved: {} by {far:.1} standard uncertainties{end}", parameter.id));
+            let at_end = far > 0.999 * REACH;
+            warnings.push(Warning::Moved { id: parameter.id.clone(), deviations: far, at_end });
         }
     }
     for fault in trial.set.difference(base.set).iter() {
-        warnings.push(format!("fault: {} is needed too", base.rig.fault_id(fault)));
+        warnings.push(Warning::FaultNeeded { id: base.rig.fault_id(fault).to_owned() });
     }
     warnings
 }
@@ -59,13 +64,38 @@ fn explained(before: &Run, after: &Run) -> f64 {
     1.0 - ((after.chi2 - 1.0).max(0.0) / (before.chi2 - 1.0).max(1e-9))
 }
 
-pub(super) fn explains(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> bool {
+/// Share of what the model misses that an explanation takes away, on the record where it takes less.
+fn share(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> f64 {
     let on_check = match (base_check, &judged.check) {
         (Some(before), Some(after)) => explained(before, after),
         (None, _) => 1.0,
         (Some(_), None) => 0.0,
     };
-    judged.supported && explained(&base.fit, &judged.trial.fit).min(on_check) >= EXPLAINED
+    explained(&base.fit, &judged.trial.fit).min(on_check)
+}
+
+pub(super) fn explains(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> bool {
+    judged.supported && share(judged, base, base_check) >= EXPLAINED
+}
+
+/// Whether an explanation leaves both records at their floor, and leans on nothing that was known otherwise.
+fn is_whole(judged: &Judged) -> bool {
+    let at_floor = is_adequate(&judged.trial.fit) && judged.check.as_ref().is_none_or(is_adequate);
+    at_floor && !judged.warnings.iter().any(Warning::is_at_end)
+}
+
+/// Share of the error by which an explanation with an effect of a sensor has to be better than one of physics alone.
+pub(super) const CLEARLY: f64 = 0.03;
+
+/// What is supported comes first; of that, physics before effects of sensors where those do not clearly explain more.
+pub(super) fn in_order(judged: &mut [Judged]) {
+    judged.sort_by_key(|one| !one.supported);
+    let Some(first) = judged.first().filter(|first| first.is_of_sensor()) else { return };
+    let most = first.error() / (1.0 - CLEARLY);
+    let is_physics = |one: &Judged| one.supported && !one.senseless() && !one.is_of_sensor() && !one.is_empirical();
+    if let Some(place) = judged.iter().position(|one| is_physics(one) && one.error() <= most) {
+        judged[..=place].rotate_right(1);
+    }
 }
 
 /// What a model that is within its tolerance lacks nevertheless: an effect that explains both records better, with sense, or
@@ -102,10 +132,17 @@ pub(super) fn conclude_near(
 }
 
 pub(super) fn conclude(judged: &mut [Judged], base: &Trial, base_check: &Option<Run>) -> Conclusion {
+    in_order(judged);
     let Some(best) = judged.first() else { return Conclusion::UnknownEffect };
     if !explains(best, base, base_check) {
-        return Conclusion::UnknownEffect;
+        let is_part = |one: &Judged| {
+            one.supported && !one.senseless() && share(one, base, base_check) >= PART && !one.is_empirical()
+        };
+        let Some(place) = judged.iter().position(is_part) else { return Conclusion::UnknownEffect };
+        judged[..=place].rotate_right(1);
+        return Conclusion::PartlyExplained;
     }
+    let whole = is_whole(best);
     let (top, size) = (best.delta_bic, best.effects.len());
     let close: Vec<bool> = judged
         .iter()
@@ -122,5 +159,9 @@ pub(super) fn conclude(judged: &mut [Judged], base: &Trial, base_check: &Option<
                 .collect();
         }
     }
-    if rivals > 1 { Conclusion::Confounded } else { Conclusion::EffectFound }
+    match rivals {
+        2.. => Conclusion::Confounded,
+        _ if whole => Conclusion::EffectFound,
+        _ => Conclusion::PartlyExplained,
+    }
 }

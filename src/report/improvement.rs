@@ -14,6 +14,7 @@ use crate::learn::improve::{Improvement, Step};
 use crate::learn::result::{ParameterReport, parameters};
 use crate::learn::separate::Experiment;
 use crate::learn::suggest::Conclusion;
+use crate::learn::warning::{Warning, joined};
 use crate::rig::Rig;
 
 /// Digits of an error.
@@ -73,7 +74,7 @@ pub struct Row {
     pub chi2_reduced: f64,
     pub check_chi2_reduced: f64,
     pub channels: BTreeMap<String, Channel>,
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
     /// Extensions that reached less error on the check record but make no physical sense.
     pub refused: Vec<Refused>,
 }
@@ -89,7 +90,7 @@ pub struct Channel {
 pub struct Refused {
     pub effect: String,
     pub check_rmse: f64,
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Ledger {
@@ -149,6 +150,10 @@ impl Ledger {
             }
             (Conclusion::Confounded, _) => {
                 format!("CONFOUNDED: what was added explains the records, and so do others.{ends}")
+            }
+            (Conclusion::PartlyExplained, _) => {
+                let what = "what was added explains much of what the model misses, and something is left";
+                format!("PARTLY EXPLAINED: {what} that no law of the library explains{with}.{ends}")
             }
             (Conclusion::UnknownEffect, _) => {
                 format!("UNKNOWN EFFECT: no law of the library explains all that is missed{with}.{ends}")
@@ -221,7 +226,7 @@ impl Ledger {
                 writeln!(out, "\nwarning, {}: {warning}", name(row))?;
             }
             for refused in &row.refused {
-                let why = refused.warnings.join("; ");
+                let why = joined(&refused.warnings);
                 writeln!(out, "\nrefused, {}: check error {:.3}, but {why}", refused.effect, refused.check_rmse)?;
             }
         }

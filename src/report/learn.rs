@@ -53,7 +53,7 @@ pub(super) const WORST_HEADS: [Head; 7] = [
 pub(crate) fn tone(conclusion: Conclusion) -> Tone {
     match conclusion {
         Conclusion::Adequate => Tone::Good,
-        Conclusion::EffectFound => Tone::Alert,
+        Conclusion::EffectFound | Conclusion::PartlyExplained => Tone::Alert,
         Conclusion::Confounded | Conclusion::UnknownEffect => Tone::Caution,
     }
 }
@@ -168,10 +168,19 @@ pub fn conclusion(suggestion: &SuggestionReport) -> String {
             best.effect,
             best.confounded_with.join(", ")
         ),
-        (Conclusion::UnknownEffect, Some(best)) => format!(
+        (Conclusion::PartlyExplained, Some(best)) => format!(
+            "PARTLY EXPLAINED: {} explains much of what the model misses, and something is left that no effect of the library \
+             explains.{}",
+            best.effect,
+            at_bounds(&best.parameters)
+        ),
+        (Conclusion::UnknownEffect, Some(best)) if best.supported => format!(
             "UNKNOWN EFFECT: the model misses something that no effect of the library explains; {} comes nearest.",
             best.effect
         ),
+        (Conclusion::UnknownEffect, Some(_)) => {
+            "UNKNOWN EFFECT: the model misses something that no effect of the library explains; none helps.".to_owned()
+        }
         (_, None) => {
             "UNKNOWN EFFECT: the model misses something that no effect of the library explains; none helps.".to_owned()
         }
@@ -333,6 +342,7 @@ impl fmt::Display for Suggestion {
                 let others = best.map_or_else(String::new, |best| best.confounded_with.join(", "));
                 write!(f, "the model lacks {id}, or one that explains the records as well: {others}")
             }
+            Conclusion::PartlyExplained => write!(f, "the model lacks {id} and something that no effect explains"),
             Conclusion::UnknownEffect => {
                 f.write_str("the model lacks something that no effect of the library explains")
             }

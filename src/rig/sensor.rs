@@ -66,10 +66,16 @@ pub struct Sensor {
     pub sign: f64,
     /// One standard deviation of the noise of a sample, SI.
     pub noise: f64,
+    /// The same as it is stated, SI: what errors are shown in multiples of, whatever a fit weighs by.
+    pub stated_noise: f64,
+    /// One standard deviation of what the model lacks at this sensor, SI, while it is fitted all the same; 0 elsewhere.
+    pub lack_of_fit: f64,
     /// Step of the last digit, SI; 0 where it does not matter.
     pub resolution: f64,
     /// What model and sensor may differ by throughout a phase of the record, one standard deviation, SI.
     pub tolerance: f64,
+    /// Whether that is stated in its own right, and not a share of the noise.
+    pub tolerance_is_stated: bool,
     /// Time constant of the sensor, s; 0 without.
     pub lag: f64,
     /// Index of the parameter `sensor.NAME.offset`; the gain follows it.
@@ -87,9 +93,9 @@ pub const OFFSET_SPREAD: f64 = 1.0;
 pub const GAIN_SPREAD: f64 = 0.003;
 
 impl Sensor {
-    /// Variance of one sample by noise and rounding, SI squared.
+    /// Variance of one sample by noise, rounding and lack of fit, SI squared.
     pub fn variance(&self) -> f64 {
-        self.noise * self.noise + self.resolution * self.resolution / 12.0
+        self.noise * self.noise + self.resolution * self.resolution / 12.0 + self.lack_of_fit * self.lack_of_fit
     }
 
     /// Whether a parameter is its offset or its gain.

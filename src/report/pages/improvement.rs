@@ -5,6 +5,7 @@ use super::learn::{CURVES, named, run_said, staircase};
 use super::{misfit, missing};
 use crate::complaint::Complaint;
 use crate::learn::improve::Improvement;
+use crate::learn::warning::joined;
 use crate::record::Record;
 use crate::report::html::{Cell, Column, Page, Section, Table};
 use crate::report::improvement::{Ledger, Row, left};
@@ -121,7 +122,7 @@ fn steps(ledger: &Ledger) -> Section {
                     "refused, {}: check error {}, but {}",
                     refused.effect,
                     text(rounded(refused.check_rmse, 4)),
-                    refused.warnings.join("; ")
+                    joined(&refused.warnings)
                 )
             });
             warnings.chain(refused).collect::<Vec<_>>()

@@ -129,10 +129,11 @@ fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Compl
                 .at(noise.place())
                 .help("give one standard deviation of a sample"));
         }
-        sensor.noise = sigma;
+        (sensor.noise, sensor.stated_noise) = (sigma, sigma);
     }
     if let Some(tolerance) = table.get("tolerance") {
         sensor.tolerance = difference(&tolerance, dimension)? * factor;
+        sensor.tolerance_is_stated = true;
     }
     table.finish()
 }

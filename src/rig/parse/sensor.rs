@@ -49,7 +49,8 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
     let optional =
         |key: &str, dimension: Dimension| table.get(key).map(|value| difference(&value, dimension)).transpose();
     let resolution = optional("resolution", dimension)?.unwrap_or(0.0) * factor;
-    let tolerance = optional("tolerance", dimension)?.map_or(TOLERANCE * noise, |tolerance| tolerance * factor);
+    let stated_tolerance = optional("tolerance", dimension)?.map(|tolerance| tolerance * factor);
+    let tolerance = stated_tolerance.unwrap_or(TOLERANCE * noise);
     let lag = optional("lag", Dimension::TIME)?.unwrap_or(0.0);
     let column_unit = table.get("unit").map(|value| column_unit(&value, dimension)).transpose()?;
     let column = table.get("column").map(|column| column.name()).transpose()?.unwrap_or(name).to_owned();
@@ -112,8 +113,11 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
         column_unit,
         sign,
         noise,
+        stated_noise: noise,
+        lack_of_fit: 0.0,
         resolution,
         tolerance,
+        tolerance_is_stated: stated_tolerance.is_some(),
         lag,
         first_parameter,
         place,

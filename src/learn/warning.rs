@@ -1,0 +1,87 @@
+//! What speaks against an effect as fitted, as facts with their numbers.
+
+use std::fmt;
+
+use serde::{Serialize, Serializer};
+
+/// What speaks against an effect as fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Warning {
+    /// A parameter of an effect stands at the end of its search.
+    AtBound {
+        /// Of the parameter.
+        id: String,
+        /// In `unit`.
+        value: f64,
+        /// As the rig file writes it.
+        unit: String,
+        /// Whether it is the size of the effect; the others only shape it.
+        is_size: bool,
+    },
+    /// A parameter of an effect has a value that makes no physical sense.
+    Implausible {
+        /// Of the parameter.
+        id: String,
+        /// In `unit`.
+        value: f64,
+        /// As the rig file writes it.
+        unit: String,
+    },
+    /// A parameter that was known before moved far from what was known.
+    Moved {
+        /// Of the parameter.
+        id: String,
+        /// Standard uncertainties of before.
+        deviations: f64,
+        /// Whether its search ends there.
+        at_end: bool,
+    },
+    /// A fault that the model does without elsewhere.
+    FaultNeeded {
+        /// Of the fault.
+        id: String,
+    },
+}
+
+impl Warning {
+    /// Whether the model makes no physical sense as it is fitted: a value that nobody would believe, or a size at the end of its
+    /// search; what only shapes an effect may end there.
+    pub fn is_senseless(&self) -> bool {
+        match self {
+            Self::AtBound { is_size, .. } => *is_size,
+            Self::Implausible { .. } => true,
+            Self::Moved { .. } | Self::FaultNeeded { .. } => false,
+        }
+    }
+
+    /// Whether something that was known before stands at the end of its search: the model leans on it for physics that it lacks.
+    pub fn is_at_end(&self) -> bool {
+        matches!(self, Self::Moved { at_end: true, .. })
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::AtBound { id, value, unit, .. } => write!(f, "at-bound: {id} = {value:.4} {unit}"),
+            Self::Implausible { id, value, unit } => write!(f, "implausible: {id} = {value:.4} {unit}"),
+            Self::Moved { id, deviations, at_end } => {
+                let end = if *at_end { ", the end of its search" } else { "" };
+                write!(f, "moved: {id} by {deviations:.1} standard uncertainties{end}")
+            }
+            Self::FaultNeeded { id } => write!(f, "fault: {id} is needed too"),
+        }
+    }
+}
+
+/// Warnings in one line.
+pub fn joined(warnings: &[Warning]) -> String {
+    warnings.iter().map(Warning::to_string).collect::<Vec<_>>().join("; ")
+}
+
+impl Serialize for Warning {
+    /// As its text.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
