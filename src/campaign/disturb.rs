@@ -3,9 +3,11 @@
 use super::random::Stream;
 use crate::complaint::Complaint;
 use crate::physics::card::Card;
-use crate::physics::component::{coulomb_friction, external_force, line_volume, restrictor};
+use crate::physics::card::Role;
+use crate::physics::component::facts;
+use crate::physics::component::facts::Symbol;
+use crate::physics::component::{coulomb_friction, line_volume, restrictor};
 use crate::rig::{NodeKind, Rig};
-use crate::units::Dimension;
 
 /// Most that a parameter strays from its data sheet, relative, one standard deviation.
 const STRAY: f64 = 0.03;
@@ -55,7 +57,7 @@ pub fn disturb(rig: &Rig, size: f64, random: &mut Stream) -> Result<Disturbed, C
     for parameter in &mut disturbed.parameters {
         let value = parameter.value;
         let stray = random.normal() * size;
-        if parameter.id.ends_with(".transition_pressure") {
+        if parameter.role == Role::Smoothing {
             parameter.value = value * (SMOOTHING * stray).exp();
         } else if parameter.anew {
             parameter.value += STRAY_ANEW * parameter.sigma * stray;
@@ -132,9 +134,8 @@ fn leave_out(rig: &Rig, size: f64, random: &mut Stream, disturbed: &mut Rig) -> 
 
 /// Median of the volumes that the rig file states, m³.
 fn typical_volume(rig: &Rig) -> Option<f64> {
-    let stated = rig.parameters.iter().filter(|own| own.unit.dimension == Dimension::VOLUME && own.value > 0.0);
-    // A displacement is a volume too, but one per revolution.
-    let mut volumes: Vec<f64> = stated.filter(|own| own.id.contains("volume")).map(|own| own.value).collect();
+    let stated = rig.parameters.iter().filter(|own| own.role == Role::Volume && own.value > 0.0);
+    let mut volumes: Vec<f64> = stated.map(|own| own.value).collect();
     volumes.sort_by(f64::total_cmp);
     volumes.get(volumes.len() / 2).copied()
 }
@@ -142,7 +143,7 @@ fn typical_volume(rig: &Rig) -> Option<f64> {
 /// Largest force in N that the rig's cycle puts on a body.
 fn largest_load(rig: &Rig, body: usize) -> f64 {
     let on_body = |component: &&crate::rig::Component| {
-        component.card.kind == external_force::CARD.kind && component.ports.contains(&body)
+        facts(component.card).symbol == Symbol::Force && component.ports.contains(&body)
     };
     let inputs = rig.components.iter().filter(on_body).flat_map(|component| &component.inputs);
     let phases = || rig.cycle.iter().flat_map(|cycle| &cycle.phases);

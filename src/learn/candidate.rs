@@ -74,7 +74,7 @@ pub fn candidates(estimate: &Estimate<'_>, stand: usize, tolerance: f64) -> Vec<
         .effect_places()
         .into_iter()
         .filter(|placed| rig.effects.iter().all(|present| present.id != rig.effect_id(placed)))
-        .filter(|placed| !placed.effect.is_empirical())
+        .filter(|placed| !placed.effect.empirical)
         // What is a fault of the rig competes as one.
         .filter(|placed| !(matches!(placed.effect.form, Form::Bent) && bends_a_fault(rig, placed)))
         .collect();
@@ -96,7 +96,7 @@ pub fn candidates(estimate: &Estimate<'_>, stand: usize, tolerance: f64) -> Vec<
 
 /// One effect at its place, scored; a curve without a formula as it is tried.
 pub fn candidate(estimate: &Estimate<'_>, placed: &Placed) -> Option<Candidate> {
-    if placed.effect.is_empirical() {
+    if placed.effect.empirical {
         let id = estimate.case.rig().effect_id(placed);
         return empirical(estimate.case.rig()).into_iter().find(|candidate| candidate.id == id);
     }
@@ -105,7 +105,7 @@ pub fn candidate(estimate: &Estimate<'_>, placed: &Placed) -> Option<Candidate> 
 
 /// Curves without a formula at every place, as if tried at their typical size.
 pub fn empirical(rig: &Rig) -> Vec<Candidate> {
-    let places = rig.effect_places().into_iter().filter(|placed| placed.effect.is_empirical());
+    let places = rig.effect_places().into_iter().filter(|placed| placed.effect.empirical);
     places
         .map(|placed| {
             let one = |free: &Free| {

@@ -117,7 +117,7 @@ fn add_while_asked(
         // Adequate as given, or nothing to add.
         (1, conclusion) => conclusion,
         (_, Conclusion::Adequate) if found == Conclusion::Confounded => Conclusion::Confounded,
-        _ if trial.rig.effects.iter().any(|effect| effect.placed.effect.is_empirical()) => Conclusion::UnknownEffect,
+        _ if trial.rig.effects.iter().any(|effect| effect.placed.effect.empirical) => Conclusion::UnknownEffect,
         (_, Conclusion::Adequate) => Conclusion::EffectFound,
         (_, Conclusion::Confounded) => Conclusion::Confounded,
         _ => Conclusion::PartlyExplained,

@@ -328,8 +328,7 @@ mod tests {
 
     #[test]
     fn every_curve_without_a_formula_is_told() {
-        let names: Vec<&str> =
-            EFFECTS.iter().filter(|effect| effect.is_empirical()).map(|effect| effect.name).collect();
+        let names: Vec<&str> = EFFECTS.iter().filter(|effect| effect.empirical).map(|effect| effect.name).collect();
         let mut told: Vec<&str> = TOLD.iter().map(|told| told.effect).collect();
         told.sort_unstable();
         let mut sorted = names.clone();

@@ -164,7 +164,7 @@ fn with_effects(rig: &Rig, effects: &[Candidate]) -> Option<(Rig, Vec<Start>)> {
             let neutral = free.neutral.map(|neutral| unit.difference_to_si(neutral));
             let start = match neutral {
                 // A curve starts flat.
-                Some(neutral) if effect.placed.effect.is_empirical() => neutral,
+                Some(neutral) if effect.placed.effect.empirical => neutral,
                 // Its size; others are where they were tried.
                 Some(neutral) if place == 0 => neutral + effect.factor * (tried.value - neutral),
                 _ => tried.value,

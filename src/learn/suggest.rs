@@ -91,7 +91,7 @@ impl Judged {
 
     /// Whether one of its effects is a curve without a formula.
     pub(super) fn is_empirical(&self) -> bool {
-        self.effects.iter().any(|effect| effect.placed.effect.is_empirical())
+        self.effects.iter().any(|effect| effect.placed.effect.empirical)
     }
 
     /// Root mean square of measured minus model over the noise: on the check record where there is one, else on the fit record.

@@ -20,6 +20,8 @@ pub struct Parameter {
     /// Whether the value may be another in each switching: it matters only while something moves, and what stands for it
     /// here (a lag of first order, say) is a simplification.
     pub anew: bool,
+    /// What it is to the rest of the program.
+    pub role: Role,
     /// Standard deviation between a data sheet and the part at hand, relative, or in `unit` where the value is 0; what
     /// calibration on healthy records starts from. 0 for what calibration leaves alone.
     pub spread: f64,
@@ -37,6 +39,7 @@ impl Parameter {
             bounds: (0.0, f64::INFINITY),
             tolerance: 0.0,
             anew: false,
+            role: Role::Plain,
             spread: 0.0,
             meaning,
         }
@@ -45,6 +48,12 @@ impl Parameter {
     /// The same, with a default value in `unit`.
     pub const fn or(mut self, default: f64) -> Self {
         self.default = Some(default);
+        self
+    }
+
+    /// The same, with what it is to the rest of the program.
+    pub const fn is(mut self, role: Role) -> Self {
+        self.role = role;
         self
     }
 
@@ -79,6 +88,22 @@ impl Parameter {
         self.tolerance = fraction;
         self
     }
+}
+
+/// What a parameter is to the rest of the program, whatever its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Role {
+    /// Nothing else.
+    #[default]
+    Plain,
+    /// A time constant: what it belongs to settles with it after a jump of an input.
+    Lag,
+    /// A width over which a law is smooth; known to a factor, not to a share.
+    Smoothing,
+    /// A moving mass.
+    Mass,
+    /// A volume of enclosed oil.
+    Volume,
 }
 
 /// What meets at a port.

@@ -4,6 +4,8 @@ use super::known::Parameters;
 use super::reading::Readings;
 use super::view::View;
 use crate::numeric::Real;
+use crate::physics::component::facts;
+use crate::physics::component::facts::Balance as Passes;
 use crate::rig::{NodeKind, Quantity, Rig};
 
 /// One share of a flow.
@@ -23,8 +25,6 @@ pub(super) struct Balance {
     pub shut: Vec<View>,
 }
 
-/// Two-port components that pass on what enters them.
-const THROUGH: &[&str] = &["flow-control-valve", "orifice", "restrictor"];
 /// How many such components a balance may reach across.
 const REACH: usize = 3;
 
@@ -73,20 +73,20 @@ impl Balance {
         }
         for (index, component) in rig.parts() {
             for (port, _) in component.ports.iter().enumerate().filter(|(_, joined)| **joined == node) {
-                let kind = component.card.kind;
-                if matches!(kind, "line-volume" | "cylinder") {
+                let balance = facts(component.card).balance;
+                if matches!(balance, Passes::Stores | Passes::Chamber) {
                     let rate = readings.node(rig, node, Quantity::Pressure, 1)?;
                     let view = View::of(rig, index, readings)?;
                     self.terms.push(Term::Stored { view, port, rate, sign: -sign });
                 }
-                if ports.contains(&(index, port)) || kind == "line-volume" {
+                if ports.contains(&(index, port)) || balance == Passes::Stores {
                     continue;
                 }
                 if let Some((reading, own)) = readings.port(rig, index, port) {
                     self.terms.push(Term::Measured { reading, sign: -sign * own });
-                } else if kind == "check-valve" {
+                } else if balance == Passes::OneWay {
                     self.shut.push(View::of(rig, index, readings)?);
-                } else if THROUGH.contains(&kind) {
+                } else if balance == Passes::Through {
                     self.add_port(rig, (index, 1 - port), sign, readings, reach - 1)?;
                 } else {
                     return None;

@@ -10,6 +10,8 @@ use super::frame::{self, Cursor, Prepared};
 use super::generator::{Gate, Generator, Series, Variant};
 use crate::complaint::Complaint;
 use crate::model::Drive;
+use crate::physics::component::facts;
+use crate::physics::component::facts::Residuals;
 use crate::record::Record;
 use crate::rig::Rig;
 
@@ -247,7 +249,7 @@ pub(super) fn phases(rig: &Rig) -> &'static [&'static str] {
 
 /// Input that commands the first directional valve.
 fn command(rig: &Rig) -> Option<usize> {
-    let valve = rig.components.iter().find(|component| component.card.kind == "directional-valve")?;
+    let valve = rig.components.iter().find(|component| facts(component.card).residuals == Residuals::Directional)?;
     valve.inputs.first().copied()
 }
 

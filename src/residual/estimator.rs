@@ -6,6 +6,8 @@
 use crate::numeric::Real;
 use crate::physics::component::Law;
 use crate::physics::component::directional_valve::DirectionalValve;
+use crate::physics::component::facts;
+use crate::physics::component::facts::Residuals;
 use crate::physics::component::flow_control_valve::FlowControlValve;
 use crate::physics::fluid::{self, Fluid};
 use crate::rig::Rig;
@@ -58,15 +60,15 @@ impl Healthy {
     /// The first component of each kind of a rig, with `parameters` (all of the rig's, SI); `None` where the rig lacks one.
     pub fn of(rig: &Rig, parameters: &[f64]) -> Option<Self> {
         let fluid = Fluid::new(parameters.get(..fluid::CARD.parameters.len())?);
-        let own = |kind: &str| {
-            let component = rig.components.iter().find(|component| component.card.kind == kind)?;
+        let own = |residuals: Residuals| {
+            let component = rig.components.iter().find(|component| facts(component.card).residuals == residuals)?;
             parameters.get(component.first_parameter..)?.get(..component.card.parameters.len())
         };
-        let cylinder = own("cylinder")?;
+        let cylinder = own(Residuals::Cylinder)?;
         Some(Self {
             areas: Areas::of(cylinder[0], cylinder[1]),
-            flow_control: FlowControlValve::new(own("flow-control-valve")?, &fluid),
-            directional: DirectionalValve::new(own("directional-valve")?, &fluid),
+            flow_control: FlowControlValve::new(own(Residuals::FlowControl)?, &fluid),
+            directional: DirectionalValve::new(own(Residuals::Directional)?, &fluid),
         })
     }
 

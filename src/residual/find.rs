@@ -6,6 +6,8 @@ use super::generator::{Generator, Variant};
 use super::reading::Readings;
 use super::view::View;
 use crate::physics::card::PortKind;
+use crate::physics::component::facts;
+use crate::physics::component::facts::Residuals;
 use crate::rig::{Quantity, Rig};
 use crate::units::Unit;
 
@@ -15,12 +17,13 @@ use crate::units::Unit;
 pub fn generators(rig: &Rig) -> Vec<Generator> {
     let mut found = Vec::new();
     for (index, component) in rig.parts() {
-        match component.card.kind {
-            "cylinder" => cylinder(rig, index, &mut found),
-            "flow-control-valve" => flow_control(rig, index, &mut found),
-            "directional-valve" => directional(rig, index, &mut found),
-            "pump" => pump(rig, index, &mut found),
-            _ => {}
+        match facts(component.card).residuals {
+            Residuals::Cylinder => cylinder(rig, index, &mut found),
+            Residuals::FlowControl => flow_control(rig, index, &mut found),
+            Residuals::Directional => directional(rig, index, &mut found),
+            Residuals::Pump => pump(rig, index, &mut found),
+            // The pump that it guards brings its residual.
+            Residuals::Relief | Residuals::None => {}
         }
     }
     found
@@ -150,15 +153,16 @@ fn directional(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
 
 fn pump(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
     let node = rig.components[index].ports[0];
-    let of_kind = |kind: &'static str| {
+    let of_kind = |residuals: Residuals| {
         let all = rig.parts();
-        all.filter(move |(_, component)| component.card.kind == kind && component.ports[0] == node)
+        all.filter(move |(_, component)| facts(component.card).residuals == residuals && component.ports[0] == node)
             .map(|(other, _)| other)
             .collect::<Vec<usize>>()
     };
-    let reliefs = of_kind("relief-valve");
+    let reliefs = of_kind(Residuals::Relief);
     let balance = |readings: &mut Readings, shut: bool| {
-        let known: Vec<(usize, usize)> = of_kind("pump").iter().chain(&reliefs).map(|&other| (other, 0)).collect();
+        let known: Vec<(usize, usize)> =
+            of_kind(Residuals::Pump).iter().chain(&reliefs).map(|&other| (other, 0)).collect();
         let mut flow = Balance::of_node(rig, &known, readings)?;
         let mut view = |(other, port): &(usize, usize)| Some((View::of(rig, *other, readings)?, *port));
         let laws = known.iter().map(&mut view).collect::<Option<Vec<_>>>()?;

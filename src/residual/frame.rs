@@ -3,6 +3,7 @@
 use super::reading::Source;
 use crate::complaint::Complaint;
 use crate::model::{Drive, Late};
+use crate::physics::card::Role;
 use crate::record::Record;
 use crate::rig::{Input, Quantity, Rig};
 
@@ -64,7 +65,7 @@ pub(super) fn channels<'a>(rig: &Rig, record: &'a Record, sources: &[Source]) ->
 
 /// Lags that a jump of an input takes to settle to e^-5, s: the slowest component's, then the slowest sensor's.
 pub(crate) fn settling(rig: &Rig) -> f64 {
-    let slowest = rig.parameters.iter().filter(|parameter| parameter.id.ends_with(".lag"));
+    let slowest = rig.parameters.iter().filter(|parameter| parameter.role == Role::Lag);
     let component = slowest.map(|parameter| parameter.value).fold(0.0, f64::max);
     let sensor = rig.sensors.iter().map(|sensor| sensor.lag).fold(0.0, f64::max);
     5.0 * (component + sensor)

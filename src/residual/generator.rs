@@ -7,6 +7,8 @@ use super::reading::{Reading, Source};
 use crate::complaint::Complaint;
 use crate::model::Drive;
 use crate::numeric::{Dual, Real};
+use crate::physics::component::facts;
+use crate::physics::component::facts::Residuals;
 use crate::physics::fluid;
 use crate::record::Record;
 use crate::rig::Rig;
@@ -264,9 +266,11 @@ impl Generator {
             return Gate::CheckValve;
         }
         for view in self.form.views() {
-            match rig.components[view.component].card.kind {
-                "relief-valve" if matches!(over(view), (drop, spread) if drop.abs() < spread) => return Gate::Cracking,
-                "cylinder" if matches!(self.form, Form::Force { .. }) => {
+            match facts(rig.components[view.component].card).residuals {
+                Residuals::Relief if matches!(over(view), (drop, spread) if drop.abs() < spread) => {
+                    return Gate::Cracking;
+                }
+                Residuals::Cylinder if matches!(self.form, Form::Force { .. }) => {
                     let (position, stroke) = (view.pressure(2, p, shown), view.parameter(rig, 2, p));
                     let spread = spread([view.reading(2), None]);
                     if position < spread || position > stroke - spread {

@@ -1,6 +1,7 @@
 //! What faults were before they began, where that is within a record.
 
 use super::{Parameter, Rig};
+use crate::physics::card::Role;
 
 impl Rig {
     /// The rig with a parameter more for each fault: its healthy value, which the faulty parameter has until the fault
@@ -19,6 +20,7 @@ impl Rig {
                 // What is another in each switching is in the weights, before a fault as after it.
                 sigma: if own.anew { 0.0 } else { own.sigma },
                 anew: false,
+                role: Role::Plain,
                 ..own.clone()
             });
         }

@@ -3,6 +3,8 @@
 use super::{Component, Drop, InitialPressure, Node, NodeKind, Parameter, Rig};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
 use crate::physics::card::{Card, PortKind};
+use crate::physics::component::facts;
+use crate::physics::component::facts::Symbol;
 use crate::physics::effect::{At, EFFECTS, Effect, First, Form, Free, Joint};
 use crate::units::Unit;
 
@@ -323,6 +325,7 @@ impl Rig {
                 value,
                 sigma: 0.0,
                 anew: false,
+                role: own.role,
                 spread: 0.0,
                 meaning: own.meaning.to_owned(),
                 place: Place::file(&self.path),
@@ -364,7 +367,7 @@ impl Rig {
     fn next(&self, node: usize) -> Option<usize> {
         self.components
             .iter()
-            .filter(|component| matches!(component.card.kind, "orifice" | "free-outlet"))
+            .filter(|component| matches!(facts(component.card).symbol, Symbol::Orifice | Symbol::FreeOutlet))
             .find(|component| component.ports[0] == node)
             .map(|component| component.ports[1])
     }

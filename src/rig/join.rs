@@ -64,6 +64,7 @@ impl Rig {
                 bounds,
                 sigma: 0.0,
                 anew: false,
+                role: own.role,
                 spread: 0.0,
                 meaning: own.meaning.to_owned(),
                 place: place.clone(),

@@ -22,6 +22,7 @@ use crate::complaint::{Complaint, Place, did_you_mean, help_with_names};
 use crate::context::Context;
 use crate::numeric::Real;
 use crate::physics::card::Card;
+use crate::physics::card::Role;
 use crate::physics::component::AnyLaw;
 use crate::physics::drop::Dropped;
 use crate::physics::effect::Effect;
@@ -186,6 +187,8 @@ pub struct Parameter {
     pub sigma: f64,
     /// Whether it may be another in each switching; see [`crate::physics::card::Parameter::anew`].
     pub anew: bool,
+    /// What it is to the rest of the program.
+    pub role: Role,
     /// What calibration on healthy records starts from: one standard deviation between data sheet and part, SI; 0 for what
     /// it leaves alone.
     pub spread: f64,

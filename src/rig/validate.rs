@@ -2,7 +2,7 @@
 
 use super::{FaultSet, InitialPressure, NodeKind, Quantity, Rig, Target};
 use crate::complaint::{Complaint, Kind};
-use crate::physics::card::PortKind;
+use crate::physics::card::{PortKind, Role};
 
 pub fn validate(rig: &Rig) -> Result<(), Complaint> {
     for (index, node) in rig.nodes.iter().enumerate() {
@@ -10,7 +10,7 @@ pub fn validate(rig: &Rig) -> Result<(), Complaint> {
             // A mass beyond the data sheet may be less than nothing, but what moves may not.
             let joined = rig.components.iter().filter(|component| component.ports.contains(&index));
             let mut own = joined.flat_map(|component| component.parameters()).map(|own| &rig.parameters[own]);
-            if let Some(light) = own.find(|own| own.id.ends_with(".mass") && own.value < 0.0) {
+            if let Some(light) = own.find(|own| own.role == Role::Mass && own.value < 0.0) {
                 let what = format!("`{}` leaves node `{}` no mass", light.id, node.name);
                 return Err(Complaint::new(Kind::Bounds, what)
                     .at(light.place.clone())

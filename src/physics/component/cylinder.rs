@@ -1,12 +1,15 @@
 //! Double-acting cylinder with one rod.
 
+use super::facts::{Balance, Facts, Residuals, Symbol};
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
 use crate::physics::ATMOSPHERE;
-use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::annular_gap_conductance;
 use std::f64::consts::PI;
+
+pub const FACTS: Facts = Facts { symbol: Symbol::Cylinder, residuals: Residuals::Cylinder, balance: Balance::Chamber };
 
 pub const CARD: Card = Card {
     kind: "cylinder",
@@ -20,9 +23,9 @@ pub const CARD: Card = Card {
         Parameter::required("bore", "D", "mm", "piston diameter").positive(),
         Parameter::required("rod", "D_r", "mm", "rod diameter"),
         Parameter::required("stroke", "s", "mm", "way between the end stops").positive(),
-        Parameter::required("dead_volume_A", "V_A0", "cm3", "volume at A, hose included, at x = 0").uncertain_anew(0.05).calibrated(0.1),
-        Parameter::required("dead_volume_B", "V_B0", "cm3", "volume at B, hose included, at x = s").uncertain_anew(0.05).calibrated(0.1),
-        Parameter::required("mass", "m", "kg", "moving mass").positive(),
+        Parameter::required("dead_volume_A", "V_A0", "cm3", "volume at A, hose included, at x = 0").is(Role::Volume).uncertain_anew(0.05).calibrated(0.1),
+        Parameter::required("dead_volume_B", "V_B0", "cm3", "volume at B, hose included, at x = s").is(Role::Volume).uncertain_anew(0.05).calibrated(0.1),
+        Parameter::required("mass", "m", "kg", "moving mass").is(Role::Mass).positive(),
         Parameter::required("viscous_friction", "b", "N.s/m", "friction force per speed").or(0.0).calibrated(0.5),
         Parameter::required("clearance", "c", "mm", "diametral clearance of the piston").or(0.0),
         Parameter::required("land_length", "L", "mm", "length of the gap").positive().or(20.0),

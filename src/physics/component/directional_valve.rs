@@ -1,9 +1,10 @@
 //! Directional control valve: four ports, three positions.
 
 use super::orifice::TRANSITION;
+use super::facts::{Balance, Facts, Residuals, Symbol};
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Input, Parameter, Port, State, Worked};
+use crate::physics::card::{Answer, Card, Input, Parameter, Port, State, Worked, Role};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::root;
 
@@ -19,6 +20,8 @@ const fn progression(name: &'static str, symbol: &'static str, meaning: &'static
 const fn leak(name: &'static str, symbol: &'static str, meaning: &'static str) -> Parameter {
     Parameter::required(name, symbol, "L/min/bar", meaning).or(0.0)
 }
+
+pub const FACTS: Facts = Facts { symbol: Symbol::DirectionalValve, residuals: Residuals::Directional, balance: Balance::Ends };
 
 pub const CARD: Card = Card {
     kind: "directional-valve",
@@ -39,7 +42,7 @@ pub const CARD: Card = Card {
         share("opening_BT", "alpha_BT", "further opening coefficient of the path B to T").calibrated(0.02),
         leak("leak_AT", "G_AT", "internal leakage from A to T"),
         leak("leak_PB", "G_PB", "internal leakage from P to B"),
-        Parameter::required("lag", "tau", "ms", "time constant with which the spool follows the command").positive()
+        Parameter::required("lag", "tau", "ms", "time constant with which the spool follows the command").is(Role::Lag).positive()
             .or(8.0)
             .uncertain_anew(0.25),
         TRANSITION,

@@ -1,11 +1,14 @@
 //! Flow control valve: a reducing valve keeps the pressure drop over a throttle.
 
 use super::orifice::TRANSITION;
+use super::facts::{Balance, Facts, Residuals, Symbol};
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Parameter, Port, State, Worked};
+use crate::physics::card::{Answer, Card, Parameter, Port, State, Worked, Role};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::{orifice_conductance, root};
+
+pub const FACTS: Facts = Facts { symbol: Symbol::FlowControlValve, residuals: Residuals::FlowControl, balance: Balance::Through };
 
 pub const CARD: Card = Card {
     kind: "flow-control-valve",
@@ -34,7 +37,7 @@ pub const CARD: Card = Card {
             .calibrated(0.03),
         Parameter::required("spool_area", "A", "mm2", "area on which the throttle's pressure drop acts"),
         Parameter::required("flow_force", "f", "-", "Cv cos(theta) of the flow force; 0 switches it off").or(0.0),
-        Parameter::required("lag", "tau", "ms", "time constant of the opening").positive().or(4.0).uncertain_anew(0.25),
+        Parameter::required("lag", "tau", "ms", "time constant of the opening").is(Role::Lag).positive().or(4.0).uncertain_anew(0.25),
         TRANSITION,
     ],
     ports: &[Port::hydraulic("in", "inlet"), Port::hydraulic("out", "outlet")],

@@ -1,11 +1,14 @@
 //! The components, one file each. A new one is its file and its line in `components!`.
 
+use self::facts::Facts;
 use super::card::Card;
 use super::drop::Dropped;
 use super::effect::EffectLaw;
 use super::fluid::Fluid;
 use super::formula::Formula;
 use crate::numeric::Real;
+
+pub mod facts;
 
 /// The largest number of port variables and states that one component may have.
 pub const VARIABLES: usize = 5;
@@ -66,6 +69,14 @@ macro_rules! components {
 
         /// Every component that a rig file may name.
         pub const CARDS: &[&Card] = &[$(&$module::CARD),+];
+
+        /// What the component of a card is to the drawing, to residuals and to balances.
+        pub fn facts(card: &Card) -> Facts {
+            $(if card.kind == $module::CARD.kind {
+                return $module::FACTS;
+            })+
+            Facts::OF_EFFECT
+        }
 
         /// Any component's law, chosen by kind.
         #[derive(Debug, Clone)]

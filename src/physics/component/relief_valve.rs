@@ -1,10 +1,13 @@
 //! Pressure-relief valve.
 
+use super::facts::{Balance, Facts, Residuals, Symbol};
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Parameter, Port, State, Worked};
+use crate::physics::card::{Answer, Card, Parameter, Port, State, Worked, Role};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::root;
+
+pub const FACTS: Facts = Facts { symbol: Symbol::ReliefValve, residuals: Residuals::Relief, balance: Balance::Ends };
 
 pub const CARD: Card = Card {
     kind: "relief-valve",
@@ -18,7 +21,7 @@ pub const CARD: Card = Card {
         Parameter::required("rated_overpressure", "e_r", "bar", "pressure above cracking at the rated flow")
             .positive()
             .calibrated(0.2),
-        Parameter::required("lag", "tau", "ms", "time constant of the opening").positive().or(3.0).uncertain_anew(0.25),
+        Parameter::required("lag", "tau", "ms", "time constant of the opening").is(Role::Lag).positive().or(3.0).uncertain_anew(0.25),
         Parameter::required("knee", "w", "bar", "width of a soft knee at the cracking pressure").or(0.0),
     ],
     ports: &[Port::hydraulic("P", "pressure side"), Port::hydraulic("T", "tank side")],

@@ -8,6 +8,7 @@ pub const EFFECT: Effect = Effect {
     law: "tau x' = x* - x",
     source: "first-order dynamics of the spool",
     validity: "First order.",
+    empirical: false,
     at: At::Component { kind: "flow-control-valve", named: false },
     form: Form::Bent,
     parameters: &[Free { name: "lag", neutral: None, first: First::Value(10.0), plausible: (0.2, 1000.0) }],

@@ -8,6 +8,7 @@ pub const EFFECT: Effect = Effect {
     law: "q = k max(u - u_0, 0)",
     source: "linear characteristic with a threshold",
     validity: "The same slope above it.",
+    empirical: false,
     at: At::Component { kind: "flow-source", named: false },
     form: Form::Bent,
     parameters: &[Free { name: "dead_voltage", neutral: Some(0.0), first: First::Value(0.5), plausible: (0.0, 5.0) }],

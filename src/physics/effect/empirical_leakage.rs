@@ -13,6 +13,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: true,
     at: At::Node,
     form: Form::Joined { card: &CARD, joints: &[Joint::Here, Joint::Tank], shared: &[] },
     parameters: &free(0.05),

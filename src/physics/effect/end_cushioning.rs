@@ -12,6 +12,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: false,
     at: At::Component { kind: "cylinder", named: true },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("rod")], shared: &[("stroke", "stroke")] },
     parameters: &[Free { name: "coefficient", neutral: Some(0.0), first: First::Value(50000.0), plausible: (0.0, 1e8) }, Free { name: "length", neutral: None, first: First::Value(20.0), plausible: (1.0, 100.0) }],

@@ -14,6 +14,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: false,
     at: At::Node,
     form: Form::Joined { card: &CARD, joints: &[Joint::Here, Joint::Tank], shared: &[] },
     parameters: &[Free { name: "area", neutral: Some(0.0), first: First::Value(0.02), plausible: (0.0, 2.0) }],

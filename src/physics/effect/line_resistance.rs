@@ -2,7 +2,7 @@
 
 use super::{At, Effect, First, Form, Free};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
 use crate::physics::component::{Answers, Law, Seen};
 use crate::physics::fluid::Fluid;
 
@@ -12,6 +12,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: false,
     at: At::Actuator,
     form: Form::Spliced { card: &CARD },
     parameters: &[
@@ -29,7 +30,7 @@ pub const CARD: Card = Card {
     parameters: &[
         Parameter::required("turbulent", "K", "bar.min2/L2", "pressure drop per square of the flow").or(0.0),
         Parameter::required("laminar", "R", "bar.min/L", "pressure drop per flow").or(0.0),
-        Parameter::required("volume", "V", "cm3", "oil on the near side of the line").positive().or(5.0),
+        Parameter::required("volume", "V", "cm3", "oil on the near side of the line").is(Role::Volume).positive().or(5.0),
     ],
     ports: &[Port::hydraulic("near", "where valves and sensors are"), Port::hydraulic("far", "where the cylinder is")],
     worked: &[Worked {

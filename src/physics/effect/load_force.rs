@@ -12,6 +12,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: false,
     at: At::Component { kind: "cylinder", named: false },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
     parameters: &[Free { name: "force", neutral: Some(0.0), first: First::Value(100.0), plausible: (-1e5, 1e5) }],

@@ -2,7 +2,7 @@
 
 use super::{At, Effect, First, Form, Free, Joint};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
 use crate::physics::component::{Answers, Law, Seen};
 use crate::physics::fluid::Fluid;
 
@@ -12,6 +12,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: false,
     at: At::Component { kind: "cylinder", named: false },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
     parameters: &[Free { name: "mass", neutral: Some(0.0), first: First::Value(20.0), plausible: (-50.0, 10000.0) }],
@@ -24,7 +25,7 @@ pub const CARD: Card = Card {
     source: "Newton",
     validity: "Rigid coupling.",
     parameters: &[
-        Parameter::required("mass", "m_0", "kg", "further moving mass").or(0.0).within(-1e4, 1e6),
+        Parameter::required("mass", "m_0", "kg", "further moving mass").is(Role::Mass).or(0.0).within(-1e4, 1e6),
     ],
     ports: &[Port::mechanical("body", "where it acts")],
     worked: &[Worked {

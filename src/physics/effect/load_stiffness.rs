@@ -12,6 +12,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: false,
     at: At::Component { kind: "cylinder", named: false },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
     parameters: &[Free { name: "stiffness", neutral: Some(0.0), first: First::Value(1.0), plausible: (-100.0, 1000.0) }],

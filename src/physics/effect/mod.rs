@@ -119,6 +119,8 @@ pub struct Effect {
     pub source: &'static str,
     /// Where the law holds and what it leaves out.
     pub validity: &'static str,
+    /// Whether it is a curve without a formula, to be added only where no law of the library explains the record.
+    pub empirical: bool,
     pub at: At,
     pub form: Form,
     /// The size first.
@@ -224,13 +226,6 @@ effects! {
         viscosity_drift,
         viscosity_temperature,
         viscous_friction,
-    }
-}
-
-impl Effect {
-    /// Whether it is a curve without a formula, to be added only where no law of the library explains the record.
-    pub fn is_empirical(&self) -> bool {
-        self.name.starts_with("empirical-")
     }
 }
 

@@ -14,6 +14,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: false,
     at: At::Component { kind: "cylinder", named: true },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("A"), Joint::Port("B")], shared: &[] },
     parameters: &[Free { name: "area", neutral: Some(0.0), first: First::Value(0.05), plausible: (0.0, 5.0) }],

@@ -12,6 +12,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: false,
     at: At::Component { kind: "cylinder", named: true },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("A"), Joint::Port("B"), Joint::Port("rod")], shared: &[("stroke", "stroke")] },
     parameters: &[Free { name: "conductance", neutral: Some(0.0), first: First::Value(0.01), plausible: (-0.2, 0.2) }],

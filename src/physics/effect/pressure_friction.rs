@@ -14,6 +14,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: false,
     at: At::Component { kind: "cylinder", named: true },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("A"), Joint::Port("B"), Joint::Port("rod")], shared: &[] },
     parameters: &[Free { name: "coefficient", neutral: Some(0.0), first: First::Value(3.0), plausible: (0.0, 200.0) }],

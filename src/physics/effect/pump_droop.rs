@@ -8,6 +8,7 @@ pub const EFFECT: Effect = Effect {
     law: "q = D n (1 - loss) (1 - k (p_P - p_T))",
     source: "torque characteristic of an asynchronous motor, linear near its rated point",
     validity: "Linear; for a pump of constant displacement it looks like slip.",
+    empirical: false,
     at: At::Component { kind: "pump", named: false },
     form: Form::Bent,
     parameters: &[Free { name: "droop", neutral: Some(0.0), first: First::Value(0.0003), plausible: (0.0, 0.005) }],

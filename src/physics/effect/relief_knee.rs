@@ -8,6 +8,7 @@ pub const EFFECT: Effect = Effect {
     law: "e = (dp + sqrt(dp^2 + w^2))/2 with dp = p_P - p_T - p_c",
     source: "smooth maximum; Merritt (1967), section 5-6",
     validity: "Symmetric knee of width w.",
+    empirical: false,
     at: At::Component { kind: "relief-valve", named: false },
     form: Form::Bent,
     parameters: &[Free { name: "knee", neutral: Some(0.0), first: First::Value(1.0), plausible: (0.0, 30.0) }],

@@ -12,6 +12,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: false,
     at: At::Component { kind: "relief-valve", named: false },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("P"), Joint::Port("T")], shared: &[] },
     parameters: &[Free { name: "conductance", neutral: Some(0.0), first: First::Value(0.01), plausible: (0.0, 0.5) }, Free { name: "from", neutral: None, first: First::Onset(80.0), plausible: (0.0, 400.0) }],

@@ -14,6 +14,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: false,
     at: At::Component { kind: "reservoir", named: true },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("P"), Joint::Next, Joint::Tank], shared: &[("area", "area")] },
     parameters: &[Free { name: "height", neutral: None, first: First::Range(0.85), plausible: (0.0, 1e4) }, Free { name: "share", neutral: None, first: First::Value(0.3), plausible: (0.0, 1.0) }],

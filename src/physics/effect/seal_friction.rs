@@ -12,6 +12,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: false,
     at: At::Component { kind: "cylinder", named: true },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
     parameters: &[Free { name: "coulomb", neutral: Some(0.0), first: First::Value(150.0), plausible: (0.0, 20000.0) }, Free { name: "breakaway", neutral: Some(0.0), first: First::Value(100.0), plausible: (0.0, 20000.0) }, Free { name: "stribeck_velocity", neutral: None, first: First::Value(8.0), plausible: (2.0, 200.0) }, Free { name: "transition_speed", neutral: None, first: First::Value(0.5), plausible: (0.01, 5.0) }],

@@ -10,6 +10,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: false,
     at: At::Sensor,
     form: Form::Reading { card: &CARD },
     parameters: &[Free { name: "delay", neutral: Some(0.0), first: First::Value(4.0), plausible: (-10000.0, 10000.0) }],

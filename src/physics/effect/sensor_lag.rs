@@ -2,7 +2,7 @@
 
 use super::{At, Effect, First, Form, Free, Reading};
 use crate::numeric::Real;
-use crate::physics::card::{Card, Parameter};
+use crate::physics::card::{Card, Parameter, Role};
 
 pub const EFFECT: Effect = Effect {
     name: "sensor-lag",
@@ -10,6 +10,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: false,
     at: At::Sensor,
     form: Form::Reading { card: &CARD },
     parameters: &[Free { name: "lag", neutral: Some(0.0), first: First::Value(4.0), plausible: (0.0, 10000.0) }],
@@ -21,7 +22,7 @@ pub const CARD: Card = Card {
     law: "tau y' = raw - y",
     source: "first-order transducer or filter",
     validity: "Exact for readings that run straight from sample to sample.",
-    parameters: &[Parameter::required("lag", "tau", "ms", "time constant").or(0.0)],
+    parameters: &[Parameter::required("lag", "tau", "ms", "time constant").is(Role::Lag).or(0.0)],
     ..Card::EMPTY
 };
 

@@ -8,6 +8,7 @@ pub const EFFECT: Effect = Effect {
     law: "y = raw + offset",
     source: "any transducer",
     validity: "Constant over the record.",
+    empirical: false,
     at: At::Sensor,
     form: Form::Bent,
     parameters: &[Free { name: "offset", neutral: Some(0.0), first: First::Noise(1.0), plausible: (-1e30, 1e30) }],

@@ -10,6 +10,7 @@ pub const EFFECT: Effect = Effect {
     law: CARD.law,
     source: CARD.source,
     validity: CARD.validity,
+    empirical: false,
     at: At::Sensor,
     form: Form::Reading { card: &CARD },
     parameters: &[Free { name: "limit", neutral: None, first: First::Range(0.95), plausible: (-1e30, 1e30) }],

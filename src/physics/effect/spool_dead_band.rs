@@ -8,6 +8,7 @@ pub const EFFECT: Effect = Effect {
     law: "s_eff = sign(s) max(|s| - d, 0)/(1 - d)",
     source: "Merritt (1967), section 5-1",
     validity: "The same for all edges.",
+    empirical: false,
     at: At::Component { kind: "directional-valve", named: false },
     form: Form::Bent,
     parameters: &[Free { name: "dead_band", neutral: Some(0.0), first: First::Value(0.05), plausible: (0.0, 0.5) }],

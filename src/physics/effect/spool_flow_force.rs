@@ -8,6 +8,7 @@ pub const EFFECT: Effect = Effect {
     law: "F = 2 f Cd1 W1 x dp_r,  f = Cv cos(theta)",
     source: "paper, equation (8); Merritt (1967), eq. 5-30",
     validity: "Steady flow force; f is about 0.36 for a sharp edge.",
+    empirical: false,
     at: At::Component { kind: "flow-control-valve", named: false },
     form: Form::Bent,
     parameters: &[Free { name: "flow_force", neutral: Some(0.0), first: First::Value(0.2), plausible: (0.0, 1.0) }],

@@ -8,6 +8,7 @@ pub const EFFECT: Effect = Effect {
     law: "tau s' = u - s",
     source: "first-order dynamics of the spool",
     validity: "First order.",
+    empirical: false,
     at: At::Component { kind: "directional-valve", named: false },
     form: Form::Bent,
     parameters: &[Free { name: "lag", neutral: None, first: First::Value(16.0), plausible: (0.2, 2000.0) }],

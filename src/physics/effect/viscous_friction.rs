@@ -8,6 +8,7 @@ pub const EFFECT: Effect = Effect {
     law: "F = -b v",
     source: "Newtonian film",
     validity: "Linear.",
+    empirical: false,
     at: At::Component { kind: "cylinder", named: true },
     form: Form::Bent,
     parameters: &[Free { name: "viscous_friction", neutral: None, first: First::Value(1600.0), plausible: (0.0, 1e6) }],

@@ -217,7 +217,7 @@ impl Drawing<'_> {
             if index == placed.component || !other.ports.contains(&body) {
                 continue;
             }
-            if other.card.kind == "external-force" {
+            if symbol::of(other.card) == Symbol::Force {
                 self.put(format_args!("<path class=\"force\" d=\"M{:.0} {y:.0}H{x:.0}m9-5l-9 5 9 5\"/>", x + 38.0));
                 self.reach((x, x + 38.0), (y - 5.0, y + 5.0));
             }
@@ -253,8 +253,7 @@ mod tests {
         for name in ["telescopic", "press", "two_tanks", "cascaded_tanks"] {
             let rig = Rig::read(format!("fixtures/{name}/rig.toml")).unwrap();
             let layout = layout(&rig, &|component| rig.components[component].name.len());
-            let hidden = |kind: &str| symbol::of(kind) == Symbol::Hidden;
-            let shown = rig.components.iter().filter(|component| !hidden(component.card.kind)).count();
+            let shown = rig.components.iter().filter(|component| symbol::of(component.card).has_place()).count();
             assert_eq!(layout.placed.len(), shown, "{name}");
             let boxes = boxes(&layout);
             for (index, a) in boxes.iter().enumerate() {

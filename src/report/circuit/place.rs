@@ -77,9 +77,9 @@ pub(super) fn layout(rig: &Rig, letters: &dyn Fn(usize) -> usize) -> Layout {
         let first = spine.first().or(left.first()).map_or(COLUMN, |&first| {
             let component = &rig.components[first];
             let name = LETTER * letters(first) as f64;
-            symbol::of(component.card.kind).half_width().max(25.0) + (name + BESIDE).max(COLUMN - 25.0)
+            symbol::of(component.card).half_width().max(25.0) + (name + BESIDE).max(COLUMN - 25.0)
         });
-        let lying = spine.iter().all(|&one| symbol::of(rig.components[one].card.kind) == Symbol::Cylinder);
+        let lying = spine.iter().all(|&one| symbol::of(rig.components[one].card) == Symbol::Cylinder);
         for (number, &component) in spine.iter().enumerate() {
             let x = match number {
                 _ if lying => APART * number as f64,
@@ -101,12 +101,12 @@ pub(super) fn layout(rig: &Rig, letters: &dyn Fn(usize) -> usize) -> Layout {
 
 impl<'a> Plan<'a> {
     fn new(rig: &'a Rig) -> Self {
-        let falls = rig.components.iter().any(|one| one.card.kind == "reservoir")
-            && !rig.components.iter().any(|one| symbol::of(one.card.kind) == Symbol::Cylinder);
+        let falls = rig.components.iter().any(|one| symbol::of(one.card) == Symbol::Vessel)
+            && !rig.components.iter().any(|one| symbol::of(one.card) == Symbol::Cylinder);
         let mut plan = Self { rig, levels: BTreeMap::new(), sides: BTreeMap::new(), falls };
         let mut queue = VecDeque::new();
         for (component, part) in rig.parts() {
-            if symbol::of(part.card.kind).is_source() {
+            if symbol::of(part.card).is_source() {
                 let outlets =
                     hydraulic(rig, component).into_iter().map(|(_, node)| node).filter(|&node| plan.is_line(node));
                 queue.extend(outlets.map(|node| (node, 1, 0)));
@@ -131,9 +131,9 @@ impl<'a> Plan<'a> {
             self.levels.insert(node, level);
             self.sides.insert(node, side);
             for (index, component) in self.rig.parts() {
-                let kind = symbol::of(component.card.kind);
+                let kind = symbol::of(component.card);
                 let ports = hydraulic(self.rig, index);
-                if matches!(kind, Symbol::Cylinder | Symbol::Hidden) || ports.iter().all(|(_, other)| *other != node) {
+                if kind == Symbol::Cylinder || !kind.has_place() || ports.iter().all(|(_, other)| *other != node) {
                     continue;
                 }
                 for &(port, other) in ports.iter().filter(|(_, other)| *other != node && self.is_line(*other)) {
@@ -181,14 +181,14 @@ impl<'a> Plan<'a> {
 
     /// Row and side of a component; `None` of what is not drawn on its own.
     fn place(&self, component: usize) -> Option<(usize, i32)> {
-        let symbol = symbol::of(self.rig.components[component].card.kind);
+        let symbol = symbol::of(self.rig.components[component].card);
         let ports = hydraulic(self.rig, component);
         let mut at: Vec<(usize, i32)> =
             ports.iter().filter_map(|(_, node)| Some((*self.levels.get(node)?, self.sides[node]))).collect();
         at.sort_unstable_by_key(|(level, _)| *level);
         let (&(low, side), &(high, far)) = (at.first()?, at.last()?);
         match symbol {
-            Symbol::Hidden => None,
+            Symbol::Hidden | Symbol::Force => None,
             Symbol::Cylinder => Some((self.most(), 0)),
             Symbol::Vessel => Some((if self.falls { low - 1 } else { low }, 1)),
             Symbol::DirectionalValve => Some((low, 0)),
@@ -200,7 +200,7 @@ impl<'a> Plan<'a> {
     }
 
     fn placed(&self, component: usize, x: f64, y: f64) -> Placed {
-        let symbol = symbol::of(self.rig.components[component].card.kind);
+        let symbol = symbol::of(self.rig.components[component].card);
         let ports = hydraulic(self.rig, component);
         let lines = self.lines();
         // Nodes of constant pressure lie below everything.

@@ -1,42 +1,12 @@
 //! Symbols after ISO 1219-1, drawn for a flow upwards around (0, 0); colours come from the page.
 
-/// How a component is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Symbol {
-    Pump,
-    VariablePump,
-    ReliefValve,
-    FlowControlValve,
-    DirectionalValve,
-    CheckValve,
-    Restrictor,
-    Orifice,
-    FreeOutlet,
-    Cylinder,
-    Vessel,
-    /// A box with its name.
-    Box,
-    /// Part of a line, or of a body.
-    Hidden,
-}
+use crate::physics::card::Card;
+use crate::physics::component::facts;
+pub(super) use crate::physics::component::facts::Symbol;
 
-/// The symbol of a kind of component.
-pub(super) fn of(kind: &str) -> Symbol {
-    match kind {
-        "pump" => Symbol::Pump,
-        "flow-source" => Symbol::VariablePump,
-        "relief-valve" => Symbol::ReliefValve,
-        "flow-control-valve" => Symbol::FlowControlValve,
-        "directional-valve" => Symbol::DirectionalValve,
-        "check-valve" => Symbol::CheckValve,
-        "restrictor" => Symbol::Restrictor,
-        "orifice" => Symbol::Orifice,
-        "free-outlet" => Symbol::FreeOutlet,
-        "cylinder" => Symbol::Cylinder,
-        "reservoir" => Symbol::Vessel,
-        "tank" | "line-volume" | "external-force" | "coulomb-friction" => Symbol::Hidden,
-        _ => Symbol::Box,
-    }
+/// The symbol of a component.
+pub(super) fn of(card: &Card) -> Symbol {
+    facts(card).symbol
 }
 
 /// Lines that reach both ends.
@@ -92,7 +62,7 @@ impl Symbol {
         let line = |d: &str| format!("<path d=\"{d}\"/>");
         let full = |d: &str| format!("<path class=\"full\" d=\"{d}\"/>");
         match self {
-            Self::Hidden => String::new(),
+            Self::Hidden | Self::Force => String::new(),
             Self::Pump => {
                 "<circle r=\"22\"/>".to_owned() + &line("M0-22V-30M0 22V30M-22-3H-34M-22 3H-34") + &full("M0-22L-8-9H8z")
             }

@@ -46,6 +46,7 @@ pub(super) fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &T
             bounds,
             sigma: sigma.unwrap_or(parameter.tolerance * of),
             anew: parameter.anew,
+            role: parameter.role,
             // What is stated as exact is not calibrated either.
             spread: if sigma == Some(0.0) { 0.0 } else { parameter.spread * of },
             meaning: parameter.meaning.to_owned(),

@@ -2,6 +2,7 @@
 
 use crate::complaint::{Complaint, Kind};
 use crate::physics::card::PortKind;
+use crate::physics::card::Role;
 use crate::rig::source::{Table, Value};
 use crate::rig::{InitialPressure, NodeKind, Parameter, Rig};
 use crate::units::Dimension;
@@ -75,6 +76,7 @@ fn initial_pressure(rig: &mut Rig, name: &str, table: &Table<'_>) -> Result<Init
                 bounds: (-crate::physics::ATMOSPHERE, f64::INFINITY),
                 sigma,
                 anew: false,
+                role: Role::Plain,
                 spread: 0.0,
                 meaning: format!("pressure of node `{name}` at the start"),
                 place: value.place(),

@@ -104,6 +104,7 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
         Acts::Drop(component) => (At::NamedComponent(kept(&rig.components[component].name)), Form::Dropped { card }),
     };
     rig.own_effects.push(Box::leak(Box::new(Effect {
+        empirical: false,
         name: kept(name),
         meaning: card.meaning,
         law: card.law,

@@ -3,6 +3,7 @@
 use super::{difference, named};
 use crate::complaint::{Complaint, Kind, help_with_names};
 use crate::physics::card::PortKind;
+use crate::physics::card::Role;
 use crate::rig::sensor::{GAIN_SPREAD, OFFSET_SPREAD, TOLERANCE};
 use crate::rig::source::Value;
 use crate::rig::{Node, NodeKind, Parameter, Quantity, Rig, Scaling, Sensor, Target, range};
@@ -78,6 +79,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
             bounds,
             sigma: sigma.unwrap_or(sigma_unstated),
             anew: false,
+            role: Role::Plain,
             // What is stated as exact is not calibrated either.
             spread: if sigma == Some(0.0) { 0.0 } else { spread },
             meaning: meaning.to_owned(),

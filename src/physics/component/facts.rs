@@ -1,0 +1,78 @@
+//! What every component owes besides its law: asked by the type, so that one that lacks an answer does not compile.
+
+/// What a component is to the drawing, to residuals and to balances.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Facts {
+    /// How the circuit shows it.
+    pub symbol: Symbol,
+    /// Which residuals are made of its law.
+    pub residuals: Residuals,
+    /// What a flow balance makes of it.
+    pub balance: Balance,
+}
+
+impl Facts {
+    /// Those of physics that an effect joins to a circuit: not drawn, without residuals, and no balance reaches past it.
+    pub const OF_EFFECT: Self = Self { symbol: Symbol::Hidden, residuals: Residuals::None, balance: Balance::Ends };
+}
+
+/// How a component is drawn, after ISO 1219-1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Symbol {
+    Pump,
+    VariablePump,
+    ReliefValve,
+    FlowControlValve,
+    DirectionalValve,
+    CheckValve,
+    Restrictor,
+    Orifice,
+    FreeOutlet,
+    Cylinder,
+    Vessel,
+    /// A box with its name.
+    Box,
+    /// Part of a line, or of a body.
+    Hidden,
+    /// An arrow at the body that it pushes.
+    Force,
+}
+
+impl Symbol {
+    /// Whether it takes a place of its own in the circuit.
+    pub fn has_place(self) -> bool {
+        !matches!(self, Self::Hidden | Self::Force)
+    }
+}
+
+/// Which residuals are made of a component's law; each is a function of `residual`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Residuals {
+    /// Flow and force balances of a cylinder.
+    Cylinder,
+    /// Flow against pressure drop of a flow control valve.
+    FlowControl,
+    /// Flow against pressure drop over each edge of a directional valve.
+    Directional,
+    /// Delivery against what leaves.
+    Pump,
+    /// What should be shut below its set pressure, at the pump that it guards.
+    Relief,
+    /// None is known.
+    None,
+}
+
+/// What the flow balance of a node makes of a component that is joined to it and whose flow nobody measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Balance {
+    /// It stores oil and takes no flow.
+    Stores,
+    /// It stores oil and takes a flow that has to be measured.
+    Chamber,
+    /// What enters leaves at the other port.
+    Through,
+    /// It takes no flow while the pressure keeps it shut.
+    OneWay,
+    /// It takes a flow that has to be measured.
+    Ends,
+}
