@@ -6,7 +6,7 @@ use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
 use super::refit::{FORMS, Stand, charged, quick, refitted};
 use super::separate::{Experiment, separating};
 use super::trial::{MOST_WEIGHINGS, Run, Trial};
-use super::verdict::{conclude, conclude_near, explains, in_order};
+use super::verdict::{conclude, conclude_near, in_order, is_whole};
 use super::warning::Warning;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::estimate::{self, Estimate};
@@ -270,7 +270,7 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     looking.join(&mut judged, more)?;
     // A fault that comes with an effect may stand in for a second one.
     let stands_in = judged.first().is_some_and(|best| !best.trial.set.difference(base.set).is_empty());
-    if !near && (stands_in || !judged.iter().any(|judged| explains(judged, &base, &base_check))) {
+    if !near && (stands_in || !judged.iter().any(is_whole)) {
         let more = pairs(&judged, &base);
         looking.join(&mut judged, more)?;
     }

@@ -74,12 +74,12 @@ fn share(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> f64 {
     explained(&base.fit, &judged.trial.fit).min(on_check)
 }
 
-pub(super) fn explains(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> bool {
+fn explains(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> bool {
     judged.supported && share(judged, base, base_check) >= EXPLAINED
 }
 
 /// Whether an explanation leaves both records at their floor, and leans on nothing that was known otherwise.
-fn is_whole(judged: &Judged) -> bool {
+pub(super) fn is_whole(judged: &Judged) -> bool {
     let at_floor = is_adequate(&judged.trial.fit) && judged.check.as_ref().is_none_or(is_adequate);
     at_floor && !judged.warnings.iter().any(Warning::is_at_end)
 }
