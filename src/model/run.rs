@@ -64,6 +64,9 @@ impl Model {
             return crate::context::Interrupted.into();
         }
         let help = match error {
+            SimulationError::Integration { formula: Some(_), .. } => {
+                "make the formula smooth, such as `tanh(x / w)` in place of `sign(x)`"
+            }
             SimulationError::Explicit { .. } => "the circuit may be stiff; leave `--method` away",
             _ => "look for values without physical sense; `borescope check` lists them all",
         };

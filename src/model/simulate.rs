@@ -12,8 +12,8 @@ use super::start;
 
 use crate::context::Interrupted;
 use crate::numeric::{IntegrationError, Options, Rosenbrock, Step};
-use crate::physics::effect;
-use crate::rig::Rig;
+use crate::physics::effect::{self, Form};
+use crate::rig::{NodeKind, Present, Rig, Spot};
 
 /// Parameters whose sensitivities are carried along with one integration: what they share is then worth sharing, and
 /// threads have something to do where there are many.
@@ -21,6 +21,26 @@ const GROUP: usize = 32;
 
 /// Most states that the solver is built for.
 pub const MOST_STATES: usize = 24;
+
+/// Steps that a run may take besides those of its rows, and for each row: half a period, the fastest that a record shows, takes
+/// about 20.
+const STEPS: usize = 100_000;
+const STEPS_PER_ROW: usize = 20;
+/// Steps that a run may reject for each jump of an input, and for each row. The strokes of the measured rigs reject 35 behind a jump
+/// and one in seven rows. A bend that comes without notice costs about four, and of several between two rows a record shows one.
+const REJECTED_PER_JUMP: usize = 1000;
+const REJECTED_PER_ROW: usize = 4;
+
+/// The same with limits to the steps of a run: a formula that jumps a thousand times a second would make a fit last for ever.
+fn limited<const N: usize>(options: Options<N>, drive: &Drive, rows: usize) -> Options<N> {
+    let rows = rows.max(drive.pieces.len());
+    let jumps = 1 + drive.pieces.iter().filter(|piece| piece.jump).count();
+    Options {
+        max_steps: STEPS + STEPS_PER_ROW * rows,
+        max_rejected: REJECTED_PER_JUMP * jumps + REJECTED_PER_ROW * rows,
+        ..options
+    }
+}
 
 /// Accuracy of the integration.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,6 +94,8 @@ pub enum SimulationError {
         error: IntegrationError,
         /// The state that had the largest error.
         state: String,
+        /// The formula of the rig file that may be the cause, with its effect.
+        formula: Option<String>,
     },
     /// More states than the solver is built for.
     TooLarge {
@@ -96,7 +118,13 @@ pub enum SimulationError {
 impl fmt::Display for SimulationError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Integration { error, state } => write!(f, "{error} (worst: {state})"),
+            Self::Integration { error, state, formula } => {
+                write!(f, "{error} (worst: {state})")?;
+                match formula {
+                    Some(formula) => write!(f, "; there acts the formula {formula}"),
+                    None => Ok(()),
+                }
+            }
             Self::TooLarge { states, most } => write!(f, "the rig has {states} states, more than {most}"),
             Self::Interrupted => Interrupted.fmt(f),
             Self::Explicit { t, reason } => write!(f, "behind {t} s the explicit method gave up: {reason}"),
@@ -207,6 +235,25 @@ impl Model {
         }
     }
 
+    /// The formula of the rig file that acts on a state, with its effect.
+    fn formula_on(&self, state: usize) -> Option<String> {
+        let acts_on = |node: usize| {
+            let is_body = matches!(self.rig.nodes[node].kind, NodeKind::Body { .. });
+            let first = self.layout.node_state[node];
+            first.is_some_and(|first| state == first || (is_body && state == first + 1))
+        };
+        let acts = |present: &&Present| match (present.placed.spot, present.placed.effect.form) {
+            (Spot::Node(node), _) => acts_on(node),
+            (Spot::Component(component), Form::Dropped { .. }) => {
+                self.rig.components[component].ports.iter().any(|&node| acts_on(node))
+            }
+            _ => false,
+        };
+        let formula = |present: &&Present| present.placed.effect.form.card().is_some_and(|card| card.formula.is_some());
+        let present = self.rig.effects.iter().filter(formula).find(acts)?;
+        Some(format!("`{}` of `{}`", present.placed.effect.law, present.id))
+    }
+
     /// What the sensors show, `[sensor][row]`, with what effects do to it.
     fn readings<const N: usize>(
         &self,
@@ -247,7 +294,7 @@ impl Model {
         for (atol, scale) in atol.iter_mut().zip(&self.layout.scales) {
             *atol = scale * tolerance.absolute;
         }
-        let mut integrator = Rosenbrock::new(Options::new(tolerance.relative, atol));
+        let mut integrator = Rosenbrock::new(limited(Options::new(tolerance.relative, atol), drive, times.len()));
         let mut y = [0.0; N];
         let mut raw = vec![0.0; self.rig.sensors.len()];
         let mut row = 0;
@@ -301,8 +348,10 @@ impl Model {
                 emit(&mut assembly, watch, *row, y);
             }
             let arrival = result.map_err(|error| {
-                let state = error.worst_state().and_then(|state| self.layout.names.get(state)).cloned();
-                SimulationError::Integration { error, state: state.unwrap_or_default() }
+                let worst = error.worst_state();
+                let state = worst.and_then(|state| self.layout.names.get(state)).cloned().unwrap_or_default();
+                let formula = worst.and_then(|state| self.formula_on(state));
+                SimulationError::Integration { error, state, formula }
             })?;
             context.check()?;
             y = arrival.y;

@@ -169,7 +169,6 @@ impl<const N: usize> Rosenbrock<N> {
         let mut local = Local::new(t0, *y0);
         let mut stages = [[S::zero(); N]; 8];
         let mut error = [0.0; N];
-        let mut tried = 0;
         while local.t < t1 {
             local.linearise(system)?;
             self.stats.derivatives += 1;
@@ -184,11 +183,11 @@ impl<const N: usize> Rosenbrock<N> {
             let mut growth = f64::INFINITY;
             // Tries ever shorter steps from the same point, whose derivative and Jacobian stay valid.
             loop {
-                if tried >= self.options.max_steps {
+                let steps = self.stats.steps + self.stats.rejected;
+                if steps >= self.options.max_steps {
                     let worst_state = worst_state(system, &local, wanted, &error);
-                    return Err(IntegrationError::TooManySteps { t, steps: tried, worst_state });
+                    return Err(IntegrationError::TooManySteps { t, steps, worst_state });
                 }
-                tried += 1;
                 wanted = wanted.min(self.options.h_max);
                 let (h, t_end) = fit(t, wanted, t1, self.options.h_max);
                 let attempt = attempt(system, &local, &self.options, h, &mut stages, &mut error);
@@ -213,6 +212,11 @@ impl<const N: usize> Rosenbrock<N> {
                     local.t = t_end;
                     local.y = y1;
                     break;
+                }
+                let rejected = self.stats.rejected;
+                if rejected >= self.options.max_rejected {
+                    let worst_state = worst_state(system, &local, h, &error);
+                    return Err(IntegrationError::TooManyRejected { t, rejected, worst_state });
                 }
                 self.stats.rejected += 1;
                 growth = 1.0;

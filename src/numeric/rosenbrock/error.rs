@@ -19,9 +19,18 @@ pub enum IntegrationError {
     TooManySteps {
         /// Time reached.
         t: f64,
-        /// Steps tried.
+        /// Steps tried since the integrator was made.
         steps: usize,
         /// The state with the largest error in the last step tried.
+        worst_state: usize,
+    },
+    /// More steps were rejected than are allowed: the equations jump, or bend, again and again without notice.
+    TooManyRejected {
+        /// Time reached.
+        t: f64,
+        /// Steps rejected.
+        rejected: usize,
+        /// The state with the largest error in the last one.
         worst_state: usize,
     },
     /// The start of a step already has a derivative, or an entry of the Jacobian, that is infinite or no number.
@@ -46,6 +55,7 @@ impl IntegrationError {
         match *self {
             Self::StepTooSmall { worst_state, .. }
             | Self::TooManySteps { worst_state, .. }
+            | Self::TooManyRejected { worst_state, .. }
             | Self::NotFinite { worst_state, .. } => Some(worst_state),
             Self::NoInterval { .. } => None,
         }
@@ -62,6 +72,10 @@ impl fmt::Display for IntegrationError {
             Self::TooManySteps { t, steps, worst_state } => {
                 write!(f, "{steps} steps reached only t = {t} s; state {worst_state} held the step down last")
             }
+            Self::TooManyRejected { t, rejected, worst_state } => write!(
+                f,
+                "{rejected} steps had to be taken back up to t = {t} s; state {worst_state} jumps or bends again and again"
+            ),
             Self::NotFinite { t, worst_state } => {
                 write!(f, "at t = {t} s the derivative of state {worst_state}, or its Jacobian row, is not finite")
             }

@@ -14,14 +14,24 @@ pub struct Options<const N: usize> {
     pub h_min: f64,
     /// No step is longer than this (s).
     pub h_max: f64,
-    /// Most steps, accepted and rejected together, in one call of [`Rosenbrock::integrate`](super::Rosenbrock::integrate).
+    /// Most steps, accepted and rejected together, since the integrator was made.
     pub max_steps: usize,
+    /// Most of them that are rejected.
+    pub max_rejected: usize,
 }
 
 impl<const N: usize> Options<N> {
     /// Tolerances for each state, without other limits than 100,000 steps.
     pub fn new(rtol: f64, atol: [f64; N]) -> Self {
-        Self { rtol, atol, h_initial: None, h_min: 0.0, h_max: f64::INFINITY, max_steps: 100_000 }
+        Self {
+            rtol,
+            atol,
+            h_initial: None,
+            h_min: 0.0,
+            h_max: f64::INFINITY,
+            max_steps: 100_000,
+            max_rejected: 100_000,
+        }
     }
 
     /// One absolute tolerance for all states: right only where they are of similar size.

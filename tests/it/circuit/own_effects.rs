@@ -7,6 +7,7 @@ use borescope::learn::add::add;
 use borescope::model::{Drive, Model, Tolerance};
 use borescope::rig::{Given, Rig};
 
+use crate::support::command::borescope;
 use crate::support::cycle::Run;
 
 const RIG: &str = "fixtures/telescopic/rig.toml";
@@ -57,6 +58,16 @@ const LOSS: &str = r#"
 at = "flow_control"
 drop = "K * q * abs(q)"
 parameters.K = { neutral = "0 bar.min2/L2", first = "0.05 bar.min2/L2" }
+"#;
+
+/// A leak that opens and closes 3200 times a second.
+const CHATTER: &str = r#"
+[own_effects.chatter]
+at = "A"
+flow = "G * A.p * sign(sin([10000 1/s] * t))"
+parameters.G = { neutral = "0 L/min/bar", first = "0.002 L/min/bar" }
+[effects.chatter]
+G = "0.002 L/min/bar"
 "#;
 
 fn rig(more: &str) -> Rig {
@@ -273,6 +284,36 @@ fn mistakes_are_told() {
     ] {
         told(LEAK, from, to, message);
     }
+}
+
+/// A run that would take a hundred times the steps of another is given up, and so is the fit that begins with it.
+#[test]
+fn a_formula_that_jumps_again_and_again_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let (rig, record) = (folder.path().join("rig.toml"), folder.path().join("record.csv"));
+    std::fs::write(&rig, std::fs::read_to_string(RIG).unwrap() + CHATTER).unwrap();
+    let second = std::fs::read_to_string("fixtures/telescopic/healthy_1.csv").unwrap();
+    std::fs::write(&record, second.lines().take(252).map(|line| format!("{line}\n")).collect::<String>()).unwrap();
+    let [rig, record] = [&rig, &record].map(|path| path.to_str().unwrap());
+    let begun = std::time::Instant::now();
+    for arguments in [
+        vec!["simulate", rig, "-o", "/dev/null"],
+        vec!["simulate", rig, "--input", record, "-o", "/dev/null"],
+        vec!["compare", rig, record],
+        vec!["diagnose", rig, record],
+        vec!["calibrate", rig, record, "-o", "/dev/null"],
+    ] {
+        let ran = borescope(&arguments);
+        assert_eq!(ran.status, Some(2), "{arguments:?}: {}{}", ran.out, ran.err);
+        let cause =
+            "(worst: pressure of A); there acts the formula `flow = G * A.p * sign(sin([10000 1/s] * t))` of `chatter";
+        assert!(
+            ran.err.contains("steps had to be taken back") && ran.err.contains(cause),
+            "{arguments:?}: {}",
+            ran.err
+        );
+    }
+    assert!(begun.elapsed().as_secs() < 10, "{:?}", begun.elapsed());
 }
 
 #[test]

@@ -208,10 +208,15 @@ fn failures_name_time_and_state() {
     assert_eq!(error, IntegrationError::NotFinite { t: 0.0, worst_state: 1 });
     assert_eq!(error.to_string(), "at t = 0 s the derivative of state 1, or its Jacobian row, is not finite");
 
-    integrator.options_mut().max_steps = 5;
+    let mut integrator = Rosenbrock::new(Options { max_steps: 5, ..Options::uniform(1e-6, 1e-9) });
     let error = run(integrator.integrate(&mut Blows::<0>, 0.0, &[0.0, 1.0], 0.999, |_| {}));
     println!("{error}");
     assert!(matches!(error, IntegrationError::TooManySteps { steps: 5, worst_state: 1, .. }));
+
+    let mut integrator = Rosenbrock::new(Options { max_rejected: 3, ..Options::uniform(1e-6, 1e-9) });
+    let error = run(integrator.integrate(&mut Blows::<1>, 0.0, &[0.0, 0.0], 2.0, |_| {}));
+    println!("{error}");
+    assert!(matches!(error, IntegrationError::TooManyRejected { rejected: 3, worst_state: 1, .. }));
 
     let error = run(integrator.integrate(&mut Blows::<0>, 1.0, &[0.0, 1.0], 0.0, |_| {}));
     assert_eq!(error, IntegrationError::NoInterval { t0: 1.0, t1: 0.0 });
