@@ -23,6 +23,8 @@ pub const TARGETS: &[Target] = &[
     Target { name: "record_packed", run: record, corpus: &["formats/stroke.csv.gz", "formats/stroke.csv.zst"] },
     Target { name: "record_mat", run: record, corpus: &["formats/stroke_plain.mat", "formats/stroke_struct.mat"] },
     Target { name: "record_mdf", run: record, corpus: &["formats/stroke.mf4", "formats/stroke_rates.mf4"] },
+    #[cfg(feature = "excel")]
+    Target { name: "record_workbook", run: record, corpus: &["formats/stroke.xlsx", "formats/dates.xlsx"] },
     #[cfg(feature = "parquet")]
     Target { name: "record_parquet", run: record, corpus: &["formats/stroke.parquet"] },
     Target { name: "rig", run: rig, corpus: &["two_tanks/rig.toml", "telescopic/rig.toml"] },

@@ -12,6 +12,8 @@ use crate::complaint::{Complaint, Kind};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Binary {
     Parquet,
+    /// A ZIP archive that holds the sheets of Excel, or another.
+    Workbook,
     /// MATLAB v5 to v7.2.
     Mat,
     /// MATLAB v7.3, which is HDF5.
@@ -28,6 +30,7 @@ impl Binary {
     pub fn of(bytes: &[u8]) -> Option<Self> {
         const MARKS: &[(&[u8], Binary)] = &[
             (b"PAR1", Binary::Parquet),
+            (b"PK\x03\x04", Binary::Workbook),
             (b"MATLAB 7.3", Binary::Hdf),
             (b"\x89HDF\r\n", Binary::Hdf),
             (b"MATLAB 5.0", Binary::Mat),
@@ -43,6 +46,7 @@ impl Binary {
     pub fn name(self) -> &'static str {
         match self {
             Self::Parquet => "Parquet",
+            Self::Workbook => "Excel workbook",
             Self::Mat => "MATLAB v5",
             Self::Hdf => "MATLAB v7.3 or HDF5",
             Self::Mdf => "MDF 4",
@@ -67,6 +71,7 @@ impl Binary {
             groups.map_err(|broken| self.told(path, broken))?.assemble(path, care, asked)
         };
         match self {
+            Self::Workbook => workbook(path, bytes, care, asked),
             Self::Parquet => parquet(path, bytes, care, asked),
             Self::Mat => gathered(mat::read(bytes, MOST)),
             Self::Mdf => gathered(mdf::read(bytes, MOST)),
@@ -92,6 +97,17 @@ impl Binary {
     fn not_read(self, path: &Path, help: &str) -> Complaint {
         Complaint::new(Kind::Syntax, format!("the file is {}, which is not read", self.name())).in_file(path).help(help)
     }
+}
+
+#[cfg(feature = "excel")]
+fn workbook(path: &Path, bytes: &[u8], care: Care, asked: &Asked) -> Result<Standing, Complaint> {
+    super::workbook::read(path, bytes, care, asked)
+}
+
+#[cfg(not(feature = "excel"))]
+fn workbook(path: &Path, _: &[u8], _: Care, _: &Asked) -> Result<Standing, Complaint> {
+    let what = "the file is a ZIP archive or a workbook of a spreadsheet, and this borescope was built without the feature `excel`";
+    Err(Complaint::new(Kind::Syntax, what).in_file(path).help("unpack it, or save the sheet as CSV"))
 }
 
 #[cfg(feature = "parquet")]

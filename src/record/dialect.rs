@@ -5,20 +5,34 @@ use std::fmt;
 use crate::complaint::{Complaint, Kind};
 
 /// How a table is written.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Dialect {
     pub separator: u8,
     /// Whether the numbers have decimal commas.
     pub commas: bool,
     /// The line of the units, where they do not stand behind the names.
     pub unit_row: Option<usize>,
-    /// What the times are counted from, s, where that is not 0.
-    pub begins_at: Option<f64>,
+    /// Whether the units stand in round brackets.
+    pub round: bool,
+    /// What the times are counted from, where that is not 0 s.
+    pub begins_at: Option<String>,
+}
+
+impl Dialect {
+    /// All but the separator and the decimal mark.
+    pub(super) fn behind_separators(&self) -> String {
+        let units = match self.unit_row {
+            Some(line) => format!(", units in line {line}"),
+            None if self.round => ", units in round brackets".to_owned(),
+            None => String::new(),
+        };
+        units + &counted_from(self.begins_at.as_deref())
+    }
 }
 
 /// Says that times are counted from the first row.
-pub(super) fn counted_from(begins_at: Option<f64>) -> String {
-    begins_at.map_or(String::new(), |start| format!(", times counted from the first row, at {start} s"))
+pub(super) fn counted_from(begins_at: Option<&str>) -> String {
+    begins_at.map_or(String::new(), |start| format!(", times counted from the first row, at {start}"))
 }
 
 impl fmt::Display for Dialect {
@@ -29,11 +43,7 @@ impl fmt::Display for Dialect {
             _ => "commas",
         };
         let mark = if self.commas { "commas" } else { "points" };
-        write!(f, "columns between {separator}, decimal {mark}")?;
-        if let Some(line) = self.unit_row {
-            write!(f, ", units in line {line}")?;
-        }
-        f.write_str(&counted_from(self.begins_at))
+        write!(f, "columns between {separator}, decimal {mark}{}", self.behind_separators())
     }
 }
 

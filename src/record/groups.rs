@@ -121,7 +121,7 @@ impl Groups {
         }
         let begins_at = time.first().copied().filter(|start| start.abs() > FAR);
         let time = time.iter().map(|time| time - begins_at.unwrap_or(0.0)).collect();
-        let read_as = counted_from(begins_at);
+        let read_as = counted_from(begins_at.map(|start| format!("{start} s")).as_deref());
         let origin = Origin { left_out: self.left_out, read_as, ..Origin::default() };
         // Without decimals there is nothing to say of the rounding of the time.
         let path = path.to_path_buf();

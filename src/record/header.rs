@@ -31,9 +31,23 @@ impl Heading<'_> {
     }
 }
 
+/// The columns that a header names.
+pub(super) struct Header {
+    /// The time first.
+    pub columns: Vec<Column>,
+    /// What is to be said of a time without a unit, unless the rows show that it needs none: they begin with dates.
+    pub no_time_unit: Option<Complaint>,
+    /// Whether the units stand in round brackets.
+    pub round: bool,
+}
+
 /// Whether the row below such a header may hold the units: the header has none.
 pub(super) fn lacks_units(fields: &csv::StringRecord) -> bool {
-    fields.len() > 1 && !fields.iter().any(|field| field.contains('['))
+    fields.len() > 1 && !has_square_brackets(fields)
+}
+
+fn has_square_brackets(fields: &csv::StringRecord) -> bool {
+    fields.iter().any(|field| field.contains('['))
 }
 
 /// Whether the row may be one of units: it begins with one of time, and no field is a number.
@@ -73,17 +87,26 @@ fn bare_unit(field: &str) -> &str {
     field.trim().trim_start_matches(['[', '(']).trim_end_matches([']', ')']).trim()
 }
 
-/// The columns, the time first.
-pub(super) fn parse(fields: &csv::StringRecord, row: &Heading<'_>, asked: &Asked) -> Result<Vec<Column>, Complaint> {
+/// The columns. Units may stand in round brackets where none stands in square ones: in `p (A) [bar]` the round ones are part of the
+/// name.
+pub(super) fn parse(fields: &csv::StringRecord, row: &Heading<'_>, asked: &Asked) -> Result<Header, Complaint> {
     check_time(fields, row)?;
     if fields.len() > MOST_COLUMNS {
         return Err(Complaint::new(Kind::Bounds, format!("the header names {} columns", fields.len()))
             .at(row.place())
             .help(format!("no more than {MOST_COLUMNS} are read; leave away those that the rig does not name")));
     }
+    let round = !has_square_brackets(fields) && fields.iter().any(|field| round_brackets(&tidy(field)).is_some());
     let mut columns: Vec<Column> = Vec::with_capacity(fields.len());
+    let mut no_time_unit = None;
     for (index, field) in fields.iter().enumerate() {
-        let column = parse_column(field, index, row, asked)?;
+        let column = match parse_column(field, index, row, asked, round) {
+            Err(complaint) if index == 0 && bare_name(field) == tidy(field) => {
+                no_time_unit = Some(complaint);
+                Column { name: tidy(field), unit: Unit::second() }
+            }
+            column => column?,
+        };
         if columns.iter().any(|earlier| earlier.name == column.name) {
             return Err(Complaint::new(Kind::Duplicate, format!("the column `{}` stands twice", column.name))
                 .at(row.column(index))
@@ -96,11 +119,15 @@ pub(super) fn parse(fields: &csv::StringRecord, row: &Heading<'_>, asked: &Asked
             .at(row.place())
             .help("name the columns as `time [s],p_A [bar],...`, separated by `,`, `;` or a tab"));
     }
-    Ok(columns)
+    Ok(Header { columns, no_time_unit, round })
 }
 
 fn check_time(fields: &csv::StringRecord, row: &Heading<'_>) -> Result<(), Complaint> {
-    let is_time = |field: &str| bare_name(field).eq_ignore_ascii_case("time");
+    let is_time = |field: &str| {
+        let letters = bare_name(field).chars().filter(|letter| !matches!(letter, ' ' | '_' | '-' | '/'));
+        let name: String = letters.flat_map(char::to_lowercase).collect();
+        matches!(name.as_str(), "time" | "timestamp" | "datetime")
+    };
     let first = fields.get(0).unwrap_or_default();
     if is_time(first) {
         return Ok(());
@@ -121,16 +148,17 @@ fn check_time(fields: &csv::StringRecord, row: &Heading<'_>) -> Result<(), Compl
 
 /// Name and unit of `name (unit)`.
 fn round_brackets(field: &str) -> Option<(&str, &str)> {
-    let (name, unit) = field.trim().strip_suffix(')')?.rsplit_once('(')?;
+    let (name, unit) = field.strip_suffix(')')?.rsplit_once('(')?;
     let (name, unit) = (name.trim(), unit.trim());
     (!name.is_empty() && Unit::parse(unit).is_ok()).then_some((name, unit))
 }
 
-fn parse_column(field: &str, index: usize, row: &Heading<'_>, asked: &Asked) -> Result<Column, Complaint> {
+fn parse_column(field: &str, index: usize, row: &Heading<'_>, asked: &Asked, round: bool) -> Result<Column, Complaint> {
     let number = index + 1;
     let field = tidy(field);
     let (name, unit) = match field.strip_suffix(']').and_then(|rest| rest.rsplit_once('[')) {
         Some((name, unit)) => (name.trim(), unit.trim()),
+        None if round => round_brackets(&field).unwrap_or((bare_name(&field), "")),
         None => (bare_name(&field), ""),
     };
     if name.is_empty() {

@@ -17,10 +17,13 @@ mod packed;
 mod parquet;
 mod read;
 mod sampling;
+mod stamp;
 mod stream;
 pub mod survey;
 mod table;
 mod windows;
+#[cfg(feature = "excel")]
+mod workbook;
 mod write;
 
 use std::path::{Path, PathBuf};

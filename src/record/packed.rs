@@ -13,7 +13,6 @@ const GZIP: &[u8] = b"\x1F\x8B";
 const ZSTD: &[u8] = b"\x28\xB5\x2F\xFD";
 /// Kinds of packing that are told rather than unpacked, by their first bytes.
 const OTHERS: &[(&[u8], &str)] = &[
-    (b"PK\x03\x04", "a ZIP archive or a workbook of a spreadsheet; unpack it, or save the sheet as CSV"),
     (b"BZh", "packed with bzip2; unpack it with `bunzip2`"),
     (b"\xFD7zXZ\x00", "packed with xz; unpack it with `unxz`"),
     (b"7z\xBC\xAF\x27\x1C", "a 7z archive; unpack it"),

@@ -89,6 +89,8 @@ struct Begun<'a> {
     separator: u8,
     header_line: usize,
     unit_row: Option<usize>,
+    /// Whether the units stand in round brackets.
+    round: bool,
 }
 
 /// The rows of one piece of text with their lines.
@@ -186,22 +188,23 @@ impl<'a> Rows<'a> {
         })?;
         let mut piece = Piece::new(text, separator, lines);
         piece.next(self.path)?;
-        let header = piece.line();
-        if header.text.matches('"').count() % 2 == 1 {
-            return Err(unclosed_quote(header.place(self.path)));
+        let names_line = piece.line();
+        if names_line.text.matches('"').count() % 2 == 1 {
+            return Err(unclosed_quote(names_line.place(self.path)));
         }
         let names = std::mem::take(&mut piece.row);
         let mut unit_row = None;
-        let columns = if header::lacks_units(&names) && piece.next(self.path)? && header::is_unit_row(&piece.row) {
+        let header = if header::lacks_units(&names) && piece.next(self.path)? && header::is_unit_row(&piece.row) {
             unit_row = Some(piece.lines.line);
             let units = std::mem::take(&mut piece.row);
             let row = Heading { path: self.path, line: piece.line() };
             header::parse(&header::join(&names, &units, &row)?, &row, self.asked)?
         } else {
-            header::parse(&names, &Heading { path: self.path, line: header }, self.asked)?
+            header::parse(&names, &Heading { path: self.path, line: names_line }, self.asked)?
         };
-        let table = Table::new(self.path, separator, columns, self.care);
-        self.begun = Some(Begun { table, separator, header_line, unit_row });
+        let round = header.round;
+        let table = Table::new(self.path, separator, header, self.care);
+        self.begun = Some(Begun { table, separator, header_line, unit_row, round });
         Ok(piece)
     }
 
@@ -232,7 +235,13 @@ impl<'a> Rows<'a> {
 impl Begun<'_> {
     fn dialect(&self) -> Dialect {
         let begins_at = self.table.begins_at();
-        Dialect { separator: self.separator, commas: self.table.commas(), unit_row: self.unit_row, begins_at }
+        Dialect {
+            separator: self.separator,
+            commas: self.table.commas(),
+            unit_row: self.unit_row,
+            round: self.round,
+            begins_at,
+        }
     }
 }
 

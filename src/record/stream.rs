@@ -41,7 +41,16 @@ pub(super) fn begin<'a>(
         Some(format) => Begun::Binary { format, from, packing },
         None => {
             let rows = Rows::new(path, care, asked);
-            let text = Text { from, packing, bytes: Vec::new(), left: most, most, begun: false, ended: false };
+            let text = Text {
+                from,
+                packing,
+                bytes: Vec::new(),
+                left: most,
+                most,
+                begun: false,
+                ended: false,
+                encoding: Encoding::Ascii,
+            };
             Begun::Text(Box::new(Stream { path, file: None, text, rows }))
         }
     })
@@ -58,6 +67,31 @@ struct Text {
     most: u64,
     begun: bool,
     ended: bool,
+    encoding: Encoding,
+}
+
+/// How the characters of a text are written, as far as those show that were read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Encoding {
+    Ascii,
+    Utf8,
+    Latin1,
+}
+
+impl Encoding {
+    /// With these bytes behind those read so far. One of both encodings, or with control characters, stays UTF-8, as which it is
+    /// refused: it is damaged, or no text.
+    fn with(self, bytes: &[u8]) -> Self {
+        let shows = |byte: &u8| byte.is_ascii_graphic() || matches!(byte, b' ' | b'\t' | b'\r' | b'\n' | 0xA0..);
+        match self {
+            Self::Ascii if bytes.is_ascii() => Self::Ascii,
+            Self::Ascii if bytes.utf8_chunks().all(|chunk| chunk.valid().is_ascii()) && bytes.iter().all(shows) => {
+                Self::Latin1
+            }
+            Self::Ascii => Self::Utf8,
+            known => known,
+        }
+    }
 }
 
 /// A table, plain or packed with gzip or zstd, whose rows come piece by piece; each mistake is told as by [`Record::read`].
@@ -89,9 +123,13 @@ impl<'a> Stream<'a> {
             let text = self.text.next(self.path, self.rows.line())?;
             self.rows.feed(&text, self.text.ended)?;
         }
-        let packed = self.packed();
+        let (format, packed) = (self.format(), self.packed());
         let (standing, dialect) = self.rows.finish()?;
-        Ok((standing, format!("CSV, {dialect}{packed}")))
+        Ok((standing, format!("{format}, {dialect}{packed}")))
+    }
+
+    fn format(&self) -> &'static str {
+        if self.text.encoding == Encoding::Latin1 { "CSV in Latin-1" } else { "CSV" }
     }
 
     fn packed(&self) -> String {
@@ -122,7 +160,7 @@ impl<'a> Stream<'a> {
     /// # Errors
     /// As [`Stream::next_rows`].
     pub fn read_as(&self) -> Result<String, Complaint> {
-        Ok(format!("CSV, {}{}", self.rows.check_whole()?, self.packed()))
+        Ok(format!("{}, {}{}", self.format(), self.rows.check_whole()?, self.packed()))
     }
 }
 
@@ -140,6 +178,12 @@ impl Text {
         }
         let rest = if self.ended { Vec::new() } else { self.bytes.split_off(cut.unwrap_or(0)) };
         let bytes = std::mem::replace(&mut self.bytes, rest);
+        self.encoding = self.encoding.with(&bytes);
+        if self.encoding == Encoding::Latin1 {
+            // The characters of Latin-1 are the first of Unicode.
+            self.begun = true;
+            return Ok(bytes.into_iter().map(char::from).collect());
+        }
         if std::mem::replace(&mut self.begun, true) {
             files::text_behind(path, bytes, line - 1)
         } else {

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use super::Origin;
 use super::dialect::{has_thousands, proves_decimal_comma};
-use super::header::Column;
+use super::header::{Column, Header};
 use super::line::Line;
 use super::read::{Care, Standing};
+use super::stamp::{self, Stamp};
 use super::{Channel, Record};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::units::Unit;
@@ -107,10 +108,15 @@ pub(super) struct Table<'a> {
     held: usize,
     /// What the times count from, in their unit as written.
     begins_at: Option<f64>,
+    /// The first time and its text, where the times are dates.
+    first_date: Option<(Stamp, String)>,
+    /// What is to be said of the header, unless the times are dates.
+    no_time_unit: Option<Complaint>,
 }
 
 impl<'a> Table<'a> {
-    pub(super) fn new(path: &'a Path, separator: u8, columns: Vec<Column>, care: Care) -> Self {
+    pub(super) fn new(path: &'a Path, separator: u8, header: Header, care: Care) -> Self {
+        let Header { columns, no_time_unit, .. } = header;
         let count = columns.len();
         Self {
             path,
@@ -128,6 +134,8 @@ impl<'a> Table<'a> {
             rows: 0,
             held: 0,
             begins_at: None,
+            first_date: None,
+            no_time_unit,
         }
     }
 
@@ -152,7 +160,8 @@ impl<'a> Table<'a> {
         }
         for (index, field) in row.fields.iter().enumerate() {
             let field = field.trim();
-            let (written, decimals) = match self.number(field, index, row) {
+            let read = if index == 0 { self.time(field, row) } else { self.number(field, index, row) };
+            let (written, decimals) = match read {
                 // The time says where the rest belongs: it must be there.
                 Err(complaint) if index == 0 || !is_missing(field) || complaint.kind == Kind::Shape => {
                     return Err(complaint);
@@ -166,6 +175,7 @@ impl<'a> Table<'a> {
             }
             let Some(column) = self.columns.get(index) else { continue };
             let value = match index {
+                0 if self.first_date.is_some() => written,
                 0 => column.unit.to_si(since(&mut self.begins_at, written, decimals, &column.unit)),
                 _ => column.unit.to_si(written),
             };
@@ -207,6 +217,36 @@ impl<'a> Table<'a> {
         } else {
             complaint.help("one field for each column")
         }
+    }
+
+    /// The time as written, in s since the first row where it is a date, and its decimals.
+    fn time(&mut self, field: &str, row: &Row<'_>) -> Result<(f64, Option<usize>), Complaint> {
+        if self.rows == 0 {
+            self.first_date = Stamp::parse(field).map(|stamp| (stamp, field.to_owned()));
+            match (&self.first_date, self.no_time_unit.take()) {
+                (Some(_), _) => self.columns[0].unit = Unit::second(),
+                (None, Some(_)) if stamp::may_be_date(field) => return Err(self.not_a_date(field, row)),
+                (None, Some(complaint)) => return Err(complaint),
+                (None, None) => {}
+            }
+        }
+        let Some((first, _)) = self.first_date else { return self.number(field, 0, row) };
+        let stamp = Stamp::parse(field).ok_or_else(|| self.not_a_date(field, row))?;
+        if stamp.zoned != first.zoned {
+            let what = format!("`{field}` in column `{}`: only some of the times say their zone", self.name(0));
+            return Err(self
+                .complain(Kind::Contradiction, row, 0, what)
+                .help("write all of them with their distance to UTC, such as `+01:00`, or all without"));
+        }
+        Ok((stamp.seconds_since(first), Some(stamp.decimals)))
+    }
+
+    fn not_a_date(&self, field: &str, row: &Row<'_>) -> Complaint {
+        let what = format!("`{field}` in column `{}` is not a date with a time of day", self.name(0));
+        self.complain(Kind::Number, row, 0, what).help(format!(
+            "write all times like `{}`, year, month and day in this order: another could be read in two ways",
+            stamp::EXAMPLE
+        ))
     }
 
     /// The number in a field, and its decimals where it is written without an exponent.
@@ -266,10 +306,10 @@ impl<'a> Table<'a> {
         }
         let finite = field.parse::<f64>().is_err();
         let what = if finite { "a number" } else { "a finite number" };
-        let of_date = field.contains([':', '/']) || ['-', '.'].iter().any(|sign| field.matches(*sign).count() > 1);
-        let help = match (index, of_date && !is_missing(field)) {
+        let help = match (index, stamp::may_be_date(field) && !is_missing(field)) {
             (0, true) => {
-                "dates and times of day are not read; write the time as a number, such as seconds from the first row"
+                "write all times as numbers, such as seconds from the first row, or all as dates with times of day, such as \
+                 `2026-11-23 10:00:00.120`"
             }
             (0, false) => "every row has its time as a number, such as `1.5`; remove the rows without",
             _ => "write a number such as `-1.5` or `2e-3`, or nothing where there is no value",
@@ -311,13 +351,16 @@ impl<'a> Table<'a> {
     }
 
     fn time_not_rising(&self, field: &str, step: f64, row: &Row<'_>) -> Complaint {
-        let unit = self.columns.first().map_or("s", |time| &time.unit.symbol);
+        let time = match self.columns.first() {
+            Some(time) if self.first_date.is_none() => format!("{field} {}", time.unit.symbol),
+            _ => field.to_owned(),
+        };
         let what = if step < 0.0 {
-            format!("the time runs backwards to {field} {unit}")
+            format!("the time runs backwards to {time}")
         } else if step > 0.0 {
-            format!("the time rises by {step:e} s only, to {field} {unit}")
+            format!("the time rises by {step:e} s only, to {time}")
         } else {
-            format!("the time {field} {unit} repeats")
+            format!("the time {time} repeats")
         };
         Complaint::new(Kind::Order, what)
             .at(Place::line(self.path, self.last_line))
@@ -328,10 +371,13 @@ impl<'a> Table<'a> {
             )
     }
 
-    /// What the times are counted from, s, where that is not 0.
-    pub(super) fn begins_at(&self) -> Option<f64> {
+    /// What the times are counted from, where that is not 0 s.
+    pub(super) fn begins_at(&self) -> Option<String> {
+        if let Some((_, text)) = &self.first_date {
+            return Some(text.clone());
+        }
         let unit = &self.columns.first()?.unit;
-        self.begins_at.filter(|start| *start != 0.0).map(|start| unit.to_si(start))
+        self.begins_at.filter(|start| *start != 0.0).map(|start| format!("{} s", unit.to_si(start)))
     }
 
     /// Whether the decimal mark is the comma.

@@ -105,7 +105,8 @@ fn texts() -> Vec<Case> {
 fn bytes() -> Vec<Case> {
     let mut cases = vec![
         case("UTF-16", b"\xFF\xFEt\0i\0".to_vec()),
-        case("a degree sign of Latin 1", b"time [s],T [\xB0C]\n0,1\n".to_vec()),
+        case("a degree sign of Latin 1 and one of UTF-8", b"time [s],T [\xB0C],T2 [\xC2\xB0C]\n0,1,2\n".to_vec()),
+        case("a degree sign of an old Macintosh", b"time [s],T [\xA1C]\n0,1\n".to_vec()),
         case("a workbook", b"PK\x03\x04".to_vec()),
         case("an old workbook", b"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1".to_vec()),
         case("bzip2", b"BZh9".to_vec()),

@@ -36,6 +36,18 @@ fn what_was_recognised_is_told() {
             "# made by hand\n\ntime;\"p\";u\n[s];[bar];(1)\n0,0;1,5;0\n0,5;-2,5;1\n",
             "CSV, columns between semicolons, decimal commas, units in line 4",
         ),
+        (
+            "time (s),p (bar),u (-)\n0.0,1.5,0\n0.5,-2.5,1\n",
+            "CSV, columns between commas, decimal points, units in round brackets",
+        ),
+        (
+            "timestamp,p [bar],u [-]\n2026-11-23 10:00:00.0,1.5,0\n2026-11-23 10:00:00.5,-2.5,1\n",
+            "CSV, columns between commas, decimal points, times counted from the first row, at 2026-11-23 10:00:00.0",
+        ),
+        (
+            "Date/Time;p [bar];u [-]\n2026-11-22T23:59:59,5+01:00;1,5;0\n2026-11-22T23:00:00Z;-2,5;1\n",
+            "CSV, columns between semicolons, decimal commas, times counted from the first row, at 2026-11-22T23:59:59,5+01:00",
+        ),
     ] {
         let record = right(text.as_bytes());
         assert_eq!(record.origin.read_as, read_as);
@@ -88,7 +100,7 @@ fn what_may_be_read_in_two_ways_is_refused() {
         ("time,p\ns,bar,mm\n0,1\n", "RECORD:2: the row has 3 units, but the header names 2 columns"),
         ("time,p\ns,\n0,1\n", "RECORD:2: the column `p` has no unit"),
         ("time,p\ns,barg\n0,1\n", "RECORD:2: column `p`: unknown unit `barg`"),
-        ("time,p\nbar,bar\n0,1\n", "RECORD:1: the column `time` has no unit in square brackets"),
+        ("time,p\nbar,bar\n0,1\n", "RECORD:1: the column `p` has no unit in square brackets"),
     ] {
         let message = read(text.as_bytes()).unwrap_err();
         assert_eq!(message.lines().next().unwrap(), format!("error: {what}"), "{text}");
@@ -254,6 +266,101 @@ fn sound_records_are_not_doubted() {
     }
 }
 
+/// Dates count exactly, however long the record: a day in steps of a millisecond stays on its grid.
+#[test]
+fn dates_count_from_the_first_row() {
+    let stamps = ["2026-03-28 23:59:59.999", "2026-03-29 00:00:00.000", "2026-03-29 23:59:59.123456"];
+    let rows: String = stamps.iter().enumerate().map(|(row, stamp)| format!("{stamp},{row}\n")).collect();
+    let record = right(format!("time,p [bar]\n{rows}").as_bytes());
+    assert_eq!(record.time, [0.0, 0.001, 86399.124456]);
+    // A unit that the header names is not that of dates.
+    let record = right(format!("time [min],p [bar]\n{rows}").as_bytes());
+    assert_eq!(record.time, [0.0, 0.001, 86399.124456]);
+    for (times, message) in [
+        (
+            ["2026-11-23 10:00:00", "2026-11-23 09:59:59"],
+            "RECORD:2 and RECORD:3: the time runs backwards to 2026-11-23 09:59:59",
+        ),
+        (["2026-11-23 10:00:00", "2026-11-23 10:00:00"], "RECORD:2 and RECORD:3: the time 2026-11-23 10:00:00 repeats"),
+        (["2026-11-23 10:00:00", "1.5"], "RECORD:3: `1.5` in column `time` is not a date with a time of day"),
+        (
+            ["2026-11-23 10:00:00Z", "2026-11-23 10:00:01"],
+            "RECORD:3: `2026-11-23 10:00:01` in column `time`: only some",
+        ),
+        (
+            ["11/12/2026 10:00:00", "11/12/2026 10:00:01"],
+            "RECORD:2: `11/12/2026 10:00:00` in column `time` is not a date",
+        ),
+        (["10:00:00.1", "10:00:00.2"], "RECORD:2: `10:00:00.1` in column `time` is not a date with a time of day"),
+        (["0", "1"], "RECORD:1: the column `time` has no unit in square brackets"),
+    ] {
+        let told = read(format!("time,p [bar]\n{},1\n{},2\n", times[0], times[1]).as_bytes()).unwrap_err();
+        assert!(told.starts_with(&format!("error: {message}")), "{told}");
+    }
+}
+
+/// Round brackets beside square ones may be part of a name: whoever reads them as a unit could be wrong.
+#[test]
+fn round_brackets_are_units_where_no_square_ones_are() {
+    let record = right(b"time [s],p (A) [bar]\n0,1\n");
+    assert_eq!((record.channels[0].name.as_str(), record.channels[0].values[0]), ("p (A)", 1e5));
+    let record = right(b"time (ms),flow (raw) (L/min)\n5,60\n");
+    assert_eq!((record.channels[0].name.as_str(), record.channels[0].values[0]), ("flow (raw)", 1e-3));
+    assert_eq!(record.time, [0.005]);
+    for (header, message) in [
+        ("time [s],p (bar)", "the column `p (bar)` has no unit in square brackets\n  help: write `p [bar]`"),
+        ("time (s),p (main)", "the column `p (main)` has no unit in square brackets"),
+        ("time (bar),p (bar)", "column `time`: `bar` is a unit of pressure, not of time"),
+    ] {
+        let told = read(format!("{header}\n0,1\n").as_bytes()).unwrap_err();
+        assert!(told.starts_with(&format!("error: RECORD:1: {message}")), "{told}");
+    }
+}
+
+#[test]
+fn latin_1_is_read_where_the_bytes_are_nothing_else() {
+    let latin = right(b"time [s],T [\xB0C],x [\xB5m]\n0,40,1000\n");
+    let plain = right("time [s],T [\u{b0}C],x [\u{b5}m]\n0,40,1000\n".as_bytes());
+    assert_eq!((&latin.channels, &latin.time), (&plain.channels, &plain.time));
+    assert_eq!(latin.origin.read_as, "CSV in Latin-1, columns between commas, decimal points");
+    // The sign may come behind the first piece.
+    let mut late = ("time [s],p [bar]\n".to_owned() + &"# x\n".repeat(300_000)).into_bytes();
+    late.extend(b"# \xB0C\n0,1\n");
+    assert_eq!(right(&late).time, [0.0]);
+    // One character of each encoding, a control character, a sign that no file of Latin-1 has.
+    for bytes in
+        [&b"time [s],T [\xB0C]\n# \xC2\xB0\n0,1\n"[..], b"time [s],T [\xB0C]\n0,\x01\n", b"time [s],T [\x80C]\n0,1\n"]
+    {
+        let told = read(bytes).unwrap_err();
+        assert!(told.contains("is not UTF-8 text"), "{told}");
+    }
+}
+
+#[cfg(feature = "excel")]
+#[test]
+fn a_workbook_is_read_where_one_sheet_holds_anything() {
+    let record = Record::read("fixtures/formats/dates.xlsx").unwrap();
+    assert_eq!(record.time, [0.0, 0.004, 0.012]);
+    let [p, temperature] = &record.channels[..] else { panic!("{:?}", record.channels) };
+    assert_eq!((p.name.as_str(), &p.values[..]), ("p_A", &[1.5e5, 1.25e5, -0.5e5][..]));
+    assert!(temperature.name == "T (oil)" && temperature.values[1].is_nan());
+    let read_as = "Excel workbook, sheet `Data`, times counted from the first row, at 2026-11-23 12:00:00.000";
+    assert_eq!(record.origin.read_as, read_as);
+    let told = Record::read("fixtures/formats/two_sheets.xlsx").unwrap_err().to_string();
+    assert!(told.contains("any of 2 sheets may be the record: `Data`, `Notes`"), "{told}");
+    let whole = fs::read("fixtures/formats/stroke.xlsx").unwrap();
+    for cut in [4, 100, whole.len() / 2, whole.len() - 1] {
+        let message = read(&whole[..cut]).unwrap_err();
+        assert!(message.starts_with("error: RECORD: the file is a ZIP archive or a workbook"), "{message}");
+    }
+    // No damage panics, wherever it is.
+    for at in (4..whole.len()).step_by(7) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0xFF;
+        let _ = read(&bytes);
+    }
+}
+
 /// What other programs wrote of one stroke reads as one record.
 #[test]
 fn files_of_other_programs_read_alike() {
@@ -265,6 +372,9 @@ fn files_of_other_programs_read_alike() {
     names.extend(["stroke_plain.mat", "stroke_struct.mat", "stroke.mf4"]);
     if cfg!(feature = "parquet") {
         names.push("stroke.parquet");
+    }
+    if cfg!(feature = "excel") {
+        names.push("stroke.xlsx");
     }
     for name in names {
         let other = read(name);

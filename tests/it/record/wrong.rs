@@ -9,8 +9,7 @@ use borescope::units::Dimension;
 
 const NUMBER: &str = "write a number such as `-1.5` or `2e-3`, or nothing where there is no value";
 const TIME: &str = "every row has its time as a number, such as `1.5`; remove the rows without";
-const CLOCK: &str =
-    "dates and times of day are not read; write the time as a number, such as seconds from the first row";
+const CLOCK: &str = "write all times as numbers, such as seconds from the first row, or all as dates with times of day, such as `2026-11-23 10:00:00.120`";
 const EMPTY_FIELD: &str = "every row has its time; remove the rows without";
 const RISES: &str = "the time rises from row to row; sort the rows, remove those that repeat, or split the record where the clock was set";
 const NAMES: &str = "name the columns in the first row: `time [s],p_A [bar],...`";
@@ -123,7 +122,7 @@ const WRONG: &[(&[u8], &str, &str)] = &[
         BROKE_OFF,
     ),
     // The encoding.
-    (b"time [s],T [degC]\n0,1\n# 40 \xb0C\n", ":3: the byte 0xB0 is not UTF-8 text", ENCODING),
+    (b"time [s],T [degC]\n0,1\n# 40 \x80C\n", ":3: the byte 0x80 is not UTF-8 text", ENCODING),
     (b"\xff\xfet\0i\0", ":1: the file is UTF-16 text", "save it as UTF-8"),
 ];
 
