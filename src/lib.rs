@@ -54,6 +54,7 @@ pub mod complaint;
 pub mod context;
 #[allow(missing_docs, reason = "most fields have none yet")]
 pub mod diagnosis;
+pub mod draft;
 #[cfg(feature = "store")]
 #[allow(missing_docs, reason = "most fields have none yet")]
 pub mod history;

@@ -11,9 +11,11 @@ mod compare;
 mod completions;
 mod diagnose;
 mod effects;
+mod example;
 mod export;
 mod history;
 mod improve;
+mod init;
 mod interrupt;
 mod isolability;
 mod keep;
@@ -58,9 +60,11 @@ enum Verb {
     Completions(completions::Arguments),
     Diagnose(diagnose::Arguments),
     Effects(effects::Arguments),
+    Example(example::Arguments),
     Export(export::Arguments),
     History(history::Arguments),
     Improve(improve::Arguments),
+    Init(init::Arguments),
     Isolability(isolability::Arguments),
     Man(man::Arguments),
     Simulate(simulate::Arguments),
@@ -78,9 +82,11 @@ impl Verb {
             Self::Completions(arguments) => completions::run(arguments, out),
             Self::Diagnose(arguments) => diagnose::run(arguments, context, out),
             Self::Effects(arguments) => effects::run(arguments, out),
+            Self::Example(arguments) => example::run(arguments, context, out),
             Self::Export(arguments) => export::run(arguments, out),
             Self::History(arguments) => history::run(arguments, out),
             Self::Improve(arguments) => improve::run(arguments, context, out),
+            Self::Init(arguments) => init::run(arguments, context, out),
             Self::Isolability(arguments) => isolability::run(arguments, context, out),
             Self::Man(arguments) => man::run(arguments, out),
             Self::Simulate(arguments) => simulate::run(arguments, context, out),

@@ -34,6 +34,7 @@ mod circuit {
 mod cli {
     #[cfg(target_os = "linux")]
     mod bad_input;
+    mod begin;
     mod complaint_text;
     mod damaged_inputs;
     mod diagnose;

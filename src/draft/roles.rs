@@ -1,0 +1,152 @@
+//! What each column of a record may be in a circuit.
+
+use super::Circuit;
+use crate::record::{Channel, Record};
+use crate::units::Dimension;
+
+/// Where a sensor of the cylinder circuit sits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Spot {
+    PumpLine,
+    A,
+    B,
+    Piston,
+}
+
+/// A column at a sensor.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Measured<'a> {
+    pub channel: &'a Channel,
+    pub quantity: &'static str,
+    pub spot: Spot,
+}
+
+/// The columns by what they may be.
+pub(super) struct Roles<'a> {
+    pub circuit: Circuit,
+    pub command: Option<&'a Channel>,
+    pub load: Option<&'a Channel>,
+    /// Of the cylinder circuit.
+    pub sensors: Vec<Measured<'a>>,
+    /// Of the reservoirs, in the order of the record.
+    pub levels: Vec<&'a Channel>,
+}
+
+impl<'a> Roles<'a> {
+    pub(super) fn of(
+        record: &'a Record,
+        circuit: Option<Circuit>,
+        command: Option<&'a Channel>,
+        load: Option<&'a Channel>,
+    ) -> Self {
+        let of = |dimension: Dimension| record.channels.iter().filter(move |one| one.unit.dimension == dimension);
+        let circuit = circuit.unwrap_or_else(|| {
+            let has = |dimension| of(dimension).next().is_some();
+            let is_level = |channel: &Channel| channel.name.to_lowercase().contains("level");
+            if of(Dimension::LENGTH).any(is_level) && !has(Dimension::PRESSURE) {
+                Circuit::Reservoirs
+            } else {
+                Circuit::Cylinder
+            }
+        });
+        let mut roles = Self { circuit, command, load, sensors: Vec::new(), levels: Vec::new() };
+        match circuit {
+            Circuit::Reservoirs => {
+                roles.command = command.or_else(|| of(Dimension::VOLTAGE).next());
+                roles.load = None;
+                roles.levels = of(Dimension::LENGTH).collect();
+            }
+            Circuit::Cylinder => {
+                roles.command = command.or_else(|| of(Dimension::NONE).chain(of(Dimension::VOLTAGE)).next());
+                roles.load = load.or_else(|| of(Dimension::FORCE).next());
+                record.channels.iter().for_each(|channel| roles.sensor(channel));
+            }
+        }
+        roles
+    }
+
+    /// Takes a column as a sensor, where it may be one and none of its kind sits there already.
+    fn sensor(&mut self, channel: &'a Channel) {
+        let named = [self.command, self.load].into_iter().flatten().any(|other| other.name == channel.name);
+        let (quantity, spot) = match channel.unit.dimension {
+            Dimension::PRESSURE => ("pressure", spot(&channel.name)),
+            Dimension::FLOW => ("flow", spot(&channel.name)),
+            Dimension::LENGTH => ("position", Some(Spot::Piston)),
+            Dimension::VELOCITY => ("velocity", Some(Spot::Piston)),
+            _ => return,
+        };
+        let Some(spot) = spot.filter(|_| !named) else { return };
+        if self.at(quantity, spot).is_none() {
+            self.sensors.push(Measured { channel, quantity, spot });
+        }
+    }
+
+    /// The sensor of a quantity at a place.
+    pub(super) fn at(&self, quantity: &str, spot: Spot) -> Option<&'a Channel> {
+        self.sensors.iter().find(|one| one.quantity == quantity && one.spot == spot).map(|one| one.channel)
+    }
+
+    /// What became of a column, in words.
+    pub(super) fn of_column(&self, name: &str) -> Option<String> {
+        let is = |channel: &Channel| channel.name == name;
+        if self.command.is_some_and(is) {
+            return Some("command".to_owned());
+        }
+        if self.load.is_some_and(is) {
+            return Some("load".to_owned());
+        }
+        if let Some(index) = self.levels.iter().position(|channel| is(channel)) {
+            return Some(format!("level of tank_{}", index + 1));
+        }
+        self.sensors.iter().find(|one| is(one.channel)).map(|one| {
+            let spot = match one.spot {
+                Spot::PumpLine => "the pump line",
+                Spot::A => "port A",
+                Spot::B => "port B",
+                Spot::Piston => "the piston",
+            };
+            format!("{} at {spot}", one.quantity)
+        })
+    }
+}
+
+/// Where a pressure or a flow is measured, by the last word of its name that says it.
+fn spot(name: &str) -> Option<Spot> {
+    let words = name.split(|letter: char| !letter.is_alphanumeric()).filter(|word| !word.is_empty());
+    // `pA` is `p_A`: the letter of the quantity goes before.
+    let words = words.map(|word| match word.strip_prefix(['p', 'q', 'Q']) {
+        Some(rest) if rest.chars().count() == 1 => rest.to_lowercase(),
+        _ => word.to_lowercase(),
+    });
+    let words: Vec<String> = words.collect();
+    let several = words.len() > 1;
+    words.iter().enumerate().rev().find_map(|(index, word)| match word.as_str() {
+        "a" | "cap" | "head" => Some(Spot::A),
+        "b" | "rod" | "annulus" => Some(Spot::B),
+        "pump" | "supply" | "system" | "s" => Some(Spot::PumpLine),
+        // Alone it is the quantity.
+        "p" if several && index > 0 => Some(Spot::PumpLine),
+        _ => None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_say_where_a_sensor_sits() {
+        for (name, expected) in [
+            ("p_A", Some(Spot::A)),
+            ("pA", Some(Spot::A)),
+            ("Druck B", Some(Spot::B)),
+            ("pressure rod side", Some(Spot::B)),
+            ("p_pump", Some(Spot::PumpLine)),
+            ("p_P", Some(Spot::PumpLine)),
+            ("p", None),
+            ("pressure 1", None),
+        ] {
+            assert_eq!(spot(name), expected, "{name}");
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! The text of a drafted rig file.
+
+use std::fmt::Write;
+
+use toml_edit::Key;
+
+use super::Options;
+use super::roles::{Roles, Spot};
+use crate::record::{Channel, Record};
+use crate::report::number::{rounded, written};
+use crate::units::{Dimension, Quantity};
+
+/// Behind a value that only the data sheet knows.
+pub(super) const OPEN: &str = "# DATA SHEET";
+
+/// Pressure of water per level, mbar/m.
+const WATER: f64 = 97.9;
+
+const HYDRAULIC_OIL: &str = r#"
+[fluid]
+density = "870 kg/m3"  # DATA SHEET
+viscosity = "40 mPa.s"  # DATA SHEET, at the temperature of the record
+bulk_modulus = "14000 bar"  # DATA SHEET
+"#;
+
+/// Pump, relief valve, directional valve, cylinder, load; and the columns that the record lacks.
+pub(super) fn cylinder(record: &Record, roles: &Roles<'_>, options: &Options) -> (String, Vec<String>) {
+    let mut out = head(record, "cylinder with directional valve") + HYDRAULIC_OIL;
+    let at = |quantity, spot| roles.at(quantity, spot);
+    let starts = |spot, otherwise: &str| match at("pressure", spot) {
+        Some(_) => "{}  # starts at what its sensor shows first".to_owned(),
+        None => format!("{{ initial = \"{otherwise}\" }}"),
+    };
+    let position = at("position", Spot::Piston);
+    let begins = position.and_then(|x| Some(shown(x, x.begins_at()?))).unwrap_or_else(|| "0 mm".to_owned());
+    let opening = at("pressure", Spot::PumpLine).and_then(|p| Some((p, p.range()?.1)));
+    let opening = opening.map_or("100 bar".to_owned(), |(p, most)| written(p.unit.from_si(most), 2, &p.unit));
+    let given = |quantity: &Option<Quantity>, otherwise: String| match quantity {
+        Some(given) => format!("\"{given}\""),
+        None => format!("\"{otherwise}\"  {OPEN}"),
+    };
+    let travel = position.and_then(|x| Some(written(x.unit.from_si(x.range()?.1), 3, &x.unit)));
+    let _ = write!(
+        out,
+        r#"
+[nodes]
+tank = {{}}
+pump_line = {pump_line}
+A = {a}
+B = {b}
+piston = {{ position = "{begins}" }}  # 0 where the rod is in
+
+[components.tank]
+kind = "tank"
+ports = {{ T = "tank" }}
+
+[components.pump]
+kind = "pump"
+ports = {{ P = "pump_line", T = "tank" }}
+displacement = "5 cc/rev"  {OPEN}
+speed = "1500 rev/min"  {OPEN}
+
+[components.pump_line]
+kind = "line-volume"
+ports = {{ P = "pump_line" }}
+volume = "100 cm3"  {OPEN}
+
+[components.relief]
+kind = "relief-valve"
+ports = {{ P = "pump_line", T = "tank" }}
+set_pressure = "{opening}"  {OPEN}
+rated_flow = "10 L/min"  {OPEN}
+rated_overpressure = "5 bar"  {OPEN}
+
+[components.directional_valve]
+kind = "directional-valve"  # command 1: P to A and B to T; -1: P to B and A to T
+ports = {{ P = "pump_line", T = "tank", A = "A", B = "B" }}
+command = "command"
+rated_flow = "10 L/min"  {OPEN}
+rated_drop = "10 bar"  {OPEN}
+lag = "20 ms"  {OPEN}
+
+[components.cylinder]
+kind = "cylinder"
+ports = {{ A = "A", B = "B", rod = "piston" }}
+bore = {bore}
+rod = {rod}
+stroke = {stroke}
+dead_volume_A = "50 cm3"  {OPEN}
+dead_volume_B = "50 cm3"  {OPEN}
+mass = "100 kg"  {OPEN}
+viscous_friction = "1 kN.s/m"  {OPEN}
+"#,
+        pump_line = starts(Spot::PumpLine, &opening),
+        a = starts(Spot::A, "balance"),
+        b = starts(Spot::B, "0 bar"),
+        bore = given(&options.bore, "40 mm".to_owned()),
+        rod = given(&options.rod, "20 mm".to_owned()),
+        stroke = given(&options.stroke, travel.unwrap_or_else(|| "200 mm".to_owned())),
+    );
+    if roles.load.is_some() {
+        out.push_str(
+            "\n[components.load]\nkind = \"external-force\"  # a positive force pushes the rod in\nports = { body = \"piston\" }\n\
+             force = \"load\"\n",
+        );
+    }
+    out.push_str("\n# hold: a row of the record says what acted before it, or what acts after it.\n[inputs.command]\n");
+    match roles.command {
+        None => out.push_str("unit = \"-\"\n"),
+        Some(command) => {
+            out.push_str(&format!("unit = \"-\"\n{}", column("command", command)));
+            if command.unit.dimension == Dimension::VOLTAGE {
+                let unit = &command.unit;
+                let most = command.range().map_or(0.0, |(low, high)| unit.from_si(high.abs().max(low.abs())));
+                let full = if most > 0.0 { rounded(most, 2) } else { 10.0 };
+                let _ = writeln!(
+                    out,
+                    "scale = \"{}/{unit}\"  {OPEN}: here {full} {unit} open it fully",
+                    rounded(1.0 / full, 3)
+                );
+            }
+        }
+    }
+    out.push_str("hold = \"before\"\n");
+    if let Some(load) = roles.load {
+        let _ = write!(
+            out,
+            "\n[inputs.load]\nunit = \"{}\"\n{}hold = \"before\"\nnoise = \"{}\"\n",
+            load.unit,
+            column("load", load),
+            noise(load)
+        );
+    }
+    out.push_str("\n[sensors]  # noise: from the scatter of the column; a flow counts into its port, with direction = \"out\" out of it\n");
+    let mut names = Names::default();
+    for one in &roles.sensors {
+        let place = match (one.quantity, one.spot) {
+            ("flow", Spot::PumpLine) => "\"directional_valve.P\"",
+            ("flow", Spot::A) => "\"directional_valve.A\", direction = \"out\"",
+            ("flow", _) => "\"directional_valve.B\"",
+            (_, Spot::PumpLine) => "\"pump_line\"",
+            (_, Spot::A) => "\"A\"",
+            (_, Spot::B) => "\"B\"",
+            (_, Spot::Piston) => "\"piston\"",
+        };
+        out.push_str(&names.sensor(one.channel, one.quantity, place));
+    }
+    left(record, roles, &mut out);
+    out.push_str(
+        "\n[faults]\n\"cylinder.clearance\" = { bounds = [\"0 mm\", \"0.4 mm\"] }\n\"directional_valve.opening\" = { bounds = [0.02, 1.2] }\n\
+         \"directional_valve.leak_AT\" = { bounds = [\"0 L/min/bar\", \"0.1 L/min/bar\"] }\n\"pump.loss\" = { bounds = [0, 0.6] }\n",
+    );
+    (out, roles.command.is_none().then(|| "command".to_owned()).into_iter().collect())
+}
+
+/// A pump, and open tanks in a row.
+pub(super) fn reservoirs(record: &Record, roles: &Roles<'_>) -> (String, Vec<String>) {
+    let mut out = head(record, "tanks in a row");
+    let _ = write!(
+        out,
+        "\n[fluid]  # water at 20 degC\ndensity = \"998 kg/m3\"\nviscosity = \"1 mPa.s\"\nbulk_modulus = \"2.2 GPa\"\n\n\
+         [nodes]\nsump = {{}}\n"
+    );
+    let count = roles.levels.len().max(1);
+    for tank in 1..=count {
+        let level = roles.levels.get(tank - 1).and_then(|level| level.begins_at()).unwrap_or(0.0);
+        let _ = writeln!(out, "tank_{tank} = {{ initial = \"{} mbar\" }}", rounded(level * WATER, 3));
+    }
+    let _ = write!(
+        out,
+        "\n[components.sump]\nkind = \"tank\"\nports = {{ T = \"sump\" }}\n\n[components.pump]\nkind = \"flow-source\"\n\
+         ports = {{ P = \"tank_1\", T = \"sump\" }}\nvoltage = \"command\"\ngain = \"1 L/min/V\"  {OPEN}\n"
+    );
+    for tank in 1..=count {
+        let (kind, next) =
+            if tank == count { ("orifice", "sump".to_owned()) } else { ("free-outlet", format!("tank_{}", tank + 1)) };
+        let _ = write!(
+            out,
+            "\n[components.tank_{tank}]\nkind = \"reservoir\"\nports = {{ P = \"tank_{tank}\" }}\narea = \"150 cm2\"  {OPEN}\n\n\
+             [components.outlet_{tank}]\nkind = \"{kind}\"\nports = {{ in = \"tank_{tank}\", out = \"{next}\" }}\ndiameter = \"8 mm\"  {OPEN}\n\
+             transition_pressure = \"0.5 mbar\"\n"
+        );
+    }
+    out.push_str("\n[inputs.command]\nunit = \"V\"\n");
+    if let Some(command) = roles.command {
+        out.push_str(&column("command", command));
+    }
+    out.push_str("hold = \"after\"\n\n[sensors]  # noise: from the scatter of the column\n");
+    let mut names = Names::default();
+    for (index, level) in roles.levels.iter().enumerate() {
+        out.push_str(&names.sensor(level, "level", &format!("\"tank_{}\"", index + 1)));
+    }
+    left(record, roles, &mut out);
+    out.push_str("\n[faults]\n");
+    for tank in 1..=count {
+        let _ = writeln!(out, "\"outlet_{tank}.diameter\" = {{ bounds = [\"2 mm\", \"10 mm\"] }}");
+    }
+    (out, roles.command.is_none().then(|| "command".to_owned()).into_iter().collect())
+}
+
+fn head(record: &Record, name: &str) -> String {
+    let file = record.path.file_name().map_or_else(String::new, |file| file.to_string_lossy().into_owned());
+    format!(
+        "# A draft from the columns of {}. Put in the values marked {}, take away what your circuit does not have,\n\
+         # and add what it has: `borescope check` says what is wrong, docs/reference/rig-file.md what there is.\n\n[rig]\nname = \"{name}\"\n",
+        crate::visible::visible(&file),
+        &OPEN[2..],
+    )
+}
+
+/// Columns that the draft makes no use of.
+fn left(record: &Record, roles: &Roles<'_>, out: &mut String) {
+    for channel in record.channels.iter().filter(|channel| roles.of_column(&channel.name).is_none()) {
+        let _ = writeln!(out, "# column {} [{}]: not used", channel.name, channel.unit);
+    }
+}
+
+/// The line that names a column, where the entry has another name.
+fn column(entry: &str, channel: &Channel) -> String {
+    if entry == channel.name { String::new() } else { format!("column = {}\n", quoted(&channel.name)) }
+}
+
+fn quoted(text: &str) -> String {
+    toml_edit::Value::from(text).to_string()
+}
+
+/// Names of sensors that are taken.
+#[derive(Default)]
+struct Names(Vec<String>);
+
+impl Names {
+    /// The line of a sensor. Ids of parameters hold its name between points, so it has none.
+    fn sensor(&mut self, channel: &Channel, quantity: &str, at: &str) -> String {
+        let letters = channel.name.chars().map(|letter| if letter.is_alphanumeric() { letter } else { '_' });
+        let plain = letters.collect::<String>();
+        let numbered = (2..).map(|number| format!("{plain}_{number}"));
+        let name =
+            std::iter::once(plain.clone()).chain(numbered).find(|name| !self.0.contains(name)).unwrap_or_default();
+        let column = if name == channel.name { String::new() } else { format!(", column = {}", quoted(&channel.name)) };
+        let digit = channel.unit.difference_from_si(channel.last_digit());
+        let resolution = if digit > 0.0 {
+            format!(", resolution = \"{}\"", written(digit, 2, &channel.unit))
+        } else {
+            String::new()
+        };
+        let line = format!(
+            "{} = {{ quantity = \"{quantity}\", at = {at}{column}, noise = \"{}\"{resolution} }}\n",
+            Key::new(&name),
+            noise(channel)
+        );
+        self.0.push(name);
+        line
+    }
+}
+
+fn shown(channel: &Channel, si: f64) -> String {
+    written(channel.unit.from_si(si), 4, &channel.unit)
+}
+
+/// One standard deviation of a sample in the unit of the column, from the second differences of its values: what the circuit does is
+/// smooth over three rows, mostly. At least a digit, or a thousandth of the range.
+fn noise(channel: &Channel) -> String {
+    /// Median of the absolute value over the standard deviation, of normal numbers.
+    const MEDIAN: f64 = 0.6745;
+    let values: Vec<f64> = channel.values.iter().copied().filter(|value| value.is_finite()).collect();
+    let mut bends: Vec<f64> = values.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs()).collect();
+    bends.sort_by(f64::total_cmp);
+    let scatter = bends.get(bends.len() / 2).map_or(0.0, |median| median / MEDIAN / 6f64.sqrt());
+    let range = channel.range().map_or(0.0, |(low, high)| high - low);
+    let least = if channel.last_digit() > 0.0 { channel.last_digit() / 2.0 } else { 1e-3 * range };
+    let sigma = channel.unit.difference_from_si(scatter.max(least));
+    // A column that stands still says nothing of its noise.
+    written(if sigma > 0.0 { sigma } else { 1.0 }, 2, &channel.unit)
+}
