@@ -84,6 +84,8 @@ pub mod expression;
 #[doc(hidden)]
 pub mod files;
 #[doc(hidden)]
+pub mod number;
+#[doc(hidden)]
 pub mod numeric;
 #[doc(hidden)]
 pub mod physics;

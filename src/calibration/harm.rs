@@ -6,7 +6,7 @@
 
 use super::Report;
 use crate::complaint::{Complaint, Kind, Place};
-use crate::report::number::{rounded, with_unit};
+use crate::number::{rounded, with_unit};
 use crate::rig::Rig;
 
 /// Root mean square errors of one sensor over all records, in its unit.

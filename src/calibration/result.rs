@@ -10,8 +10,8 @@ use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::count_there;
 use crate::diagnosis::{adequate, tame_squares};
 use crate::estimation::{Fit, FitError, LocalModel, Loss, Uncertainty, UncertaintyOptions};
+use crate::number::rounded;
 use crate::record::Record;
-use crate::report::number::rounded;
 use crate::rig::{Calibration, NEVER_KNOWN, Rig};
 
 /// Digits of a reported number.
@@ -217,5 +217,5 @@ impl Rounds<'_> {
 }
 
 fn shown(value: f64, unit: &str) -> String {
-    crate::report::number::with_unit(value, unit)
+    crate::number::with_unit(value, unit)
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::Report;
 use crate::complaint::Complaint;
-use crate::report::number::written;
+use crate::number::written;
 use crate::rig::{Rig, document};
 
 /// Digits of a value and of a standard deviation.

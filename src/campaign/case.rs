@@ -13,11 +13,12 @@ use crate::complaint::Complaint;
 use crate::diagnosis::expected::expected;
 use crate::diagnosis::{self, Diagnosed, diagnose};
 use crate::model::{Model, Outputs};
-use crate::physics::component::{Answers, Seen, cylinder};
+use crate::number::{difference_in_unit, in_unit, rounded};
+use crate::physics::ATMOSPHERE;
+use crate::physics::card::{PortKind, Role};
+use crate::physics::component::{Answers, Seen};
 use crate::physics::fluid::{self, Fluid};
-use crate::physics::{ATMOSPHERE, card::PortKind};
 use crate::record::Record;
-use crate::report::number::{difference_in_unit, in_unit, rounded};
 use crate::rig::{Quantity, Rig, Target};
 
 /// Draws after which a rig or case is given up.
@@ -217,14 +218,14 @@ fn tell_beforehand(
     }
 }
 
-/// Leakage in L/min that a cylinder's clearance makes, the piston at rest, at the difference of its measured chambers
-/// that [`PRESSED`] of the rows stay below; `None` for other faults, and where the chambers are not measured.
+/// Leakage in L/min that a clearance makes, the part at rest, at the difference of the measured pressures at its ends that
+/// [`PRESSED`] of the rows stay below; `None` for other faults, and where these pressures are not measured.
 fn leakage(disturbed: &Disturbed, parameters: &[f64], fault: usize, outputs: &Outputs) -> Option<f64> {
     let rig = &disturbed.rig;
     let parameter = rig.faults[fault].parameter;
     let component = rig.components.iter().find(|component| component.owns(parameter))?;
     let own = parameter - component.first_parameter;
-    if component.card.kind != cylinder::CARD.kind || component.card.parameters[own].name != "clearance" {
+    if component.card.parameters.get(own)?.role != Role::Clearance {
         return None;
     }
     let [a, b] = [pressure(rig, outputs, component.ports[0])?, pressure(rig, outputs, component.ports[1])?];

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::disturb::Disturbed;
 use super::draw::Injected;
 use crate::diagnosis::{Diagnosis, Verdict};
-use crate::report::number::in_unit;
+use crate::number::in_unit;
 
 /// How a case ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

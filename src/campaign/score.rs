@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::row::{FaultRow, Outcome, Row};
 use super::statistics::{Found, Rate, found_in_most, mean, quantile};
-use crate::report::number::rounded;
+use crate::number::rounded;
 
 /// All scores of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use statrs::distribution::{Beta, ContinuousCDF};
 
-use crate::report::number::rounded;
+use crate::number::rounded;
 
 /// Digits of a reported figure.
 const DIGITS: usize = 6;

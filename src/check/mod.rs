@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::complaint::Complaint;
-use crate::report::number::{difference_in_unit, in_unit, rounded};
+use crate::number::{difference_in_unit, in_unit, rounded};
 use crate::rig::{InitialPressure, NodeKind, Quantity, Rig, Sensor, Target};
 
 pub use record::{ChannelLine, PhaseInput, PhaseLine, RecordPage};

@@ -7,9 +7,9 @@ use serde::Serialize;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate::measured;
 use crate::model::Drive;
+use crate::number::{in_unit, rounded};
 use crate::record::survey::{Finding, survey, told};
 use crate::record::{Channel, Record};
-use crate::report::number::{in_unit, rounded};
 use crate::rig::{Proposal, Rig};
 
 /// What is in a record.

@@ -11,8 +11,8 @@ use crate::calibration::{Options, Report, calibrate};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::context::Context;
 use crate::files::{is_kept, read_text, write_atomically};
+use crate::number::{before_unit, rounded, with_unit};
 use crate::report::digits::plus_minus;
-use crate::report::number::{before_unit, rounded, with_unit};
 use crate::report::pages;
 use crate::rig::Rig;
 

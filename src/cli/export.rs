@@ -8,7 +8,7 @@ use clap::Args;
 use super::{Failure, Overwriting, Status, keep};
 use crate::complaint::{Complaint, Kind};
 use crate::files::{is_standard_output, write_atomically};
-use crate::report::number::text;
+use crate::number::text;
 use crate::store::{Store, StoredRun, export_csv};
 
 /// Write a store as a table: a row for each fault of each run

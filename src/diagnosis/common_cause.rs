@@ -16,8 +16,8 @@ use super::problem::away;
 use super::{Diagnosed, Verdict};
 use crate::estimation::Score;
 use crate::model::{Drive, Model};
+use crate::number::{rounded, text};
 use crate::record::{Channel, Record};
-use crate::report::number::{rounded, text};
 use crate::rig::{Quantity, Rig};
 
 /// Standard atmosphere, Pa (ISO 2533): what an absolute pressure sensor shows above a gauge one.

@@ -7,7 +7,7 @@ use super::result::{ChannelReport, FaultReport, UncertainReport};
 use super::{DIGITS, PRESENT, WILD, adequate};
 use crate::estimation::profile::{QUANTILE, RISE};
 use crate::estimation::{End, Identifiable, Interval, Side};
-use crate::report::number::rounded;
+use crate::number::rounded;
 
 /// Sum of squares of weighted misfits, wild ones tamed.
 pub(crate) fn tame_squares(misfit: &[f64]) -> f64 {

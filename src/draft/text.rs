@@ -6,8 +6,8 @@ use toml_edit::Key;
 
 use super::Options;
 use super::roles::{Roles, Spot};
+use crate::number::{rounded, written};
 use crate::record::{Channel, Record};
-use crate::report::number::{rounded, written};
 use crate::units::{Dimension, Quantity};
 
 /// Behind a value that only the data sheet knows.

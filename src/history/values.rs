@@ -3,7 +3,7 @@
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::Value;
-use crate::report::number::rounded;
+use crate::number::rounded;
 use crate::rig::{Fault, Rig};
 use crate::store::{StoredFault, StoredRun};
 use crate::units::Unit;

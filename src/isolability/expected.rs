@@ -6,8 +6,8 @@ use serde::Serialize;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::expected::{self, Expected};
 use crate::model::Drive;
+use crate::number::rounded;
 use crate::record::Record;
-use crate::report::number::rounded;
 use crate::rig::Rig;
 
 /// What a record at the operating point would say.

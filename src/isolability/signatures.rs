@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use crate::complaint::{Complaint, Kind};
 use crate::model::{self, Drive};
+use crate::number::{difference_in_unit, rounded};
 use crate::record::Record;
-use crate::report::number::{difference_in_unit, rounded};
 use crate::residual::{self, Detection, Sensitivity};
 use crate::rig::Rig;
 use crate::simulation;

@@ -12,8 +12,8 @@ use super::verdict::warnings;
 use super::warning::Warning;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::estimate::Estimate;
+use crate::number::written;
 use crate::record::Record;
-use crate::report::number::written;
 use crate::rig::{Placed, Rig, document};
 use crate::units::Unit;
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::add::Added;
 use super::warning::Warning;
 use crate::complaint::Complaint;
-use crate::report::number::rounded;
+use crate::number::rounded;
 use crate::rig::Rig;
 
 /// Name and version of the JSON schema.

@@ -9,8 +9,8 @@ use super::with_faults::{Explained, WithFaults, with_faults};
 use crate::complaint::Complaint;
 use crate::diagnosis::{adequate, estimate, mean_squares};
 use crate::model::{Drive, Model};
+use crate::number::rounded;
 use crate::record::Record;
-use crate::report::number::rounded;
 use crate::rig::FaultSet;
 use crate::rig::{Quantity, Rig, Sensor, Target};
 

@@ -12,10 +12,10 @@ use super::warning::Warning;
 use crate::complaint::Complaint;
 use crate::estimation::profile::QUANTILE;
 use crate::model::Model;
+use crate::number::rounded;
 use crate::physics::card::{Answer, Card, PortKind};
 use crate::physics::effect::{First, Form, Free};
 use crate::record::Record;
-use crate::report::number::rounded;
 use crate::rig::{NodeKind, Rig, Spot, is_next_to_nothing};
 
 /// Name and version of the JSON schema.

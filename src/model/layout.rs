@@ -1,9 +1,6 @@
 //! Who meets whom: the states of a rig and how components reach them. No numbers of the circuit.
 
-use crate::numeric::Real;
-use crate::physics::card::PortKind;
-use crate::physics::component::{Answers, INPUTS, PORTS, Seen, VARIABLES};
-use crate::physics::fluid::{self, Fluid};
+use crate::physics::component::{INPUTS, PORTS, VARIABLES};
 use crate::rig::{NodeKind, Quantity, Rig, Target};
 
 /// Where a component's variable comes from.
@@ -193,32 +190,17 @@ impl Layout {
     }
 }
 
-/// Number of states of a rig.
-pub fn states(rig: &Rig) -> usize {
-    Layout::of(rig).states
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// Whether any component gives the node capacity: a volume, or a mass.
-pub fn has_capacity(rig: &Rig, node: usize) -> bool {
-    let nominal = rig.nominal();
-    let fluid = Fluid::new(&nominal[..fluid::CARD.parameters.len()]);
-    let mut capacity = 0.0;
-    for component in &rig.components {
-        let Some(law) = component.law(|index| nominal[index], &fluid) else { continue };
-        // At rest under atmospheric pressure; capacities are positive everywhere or nowhere.
-        let mut seen = Seen::default();
-        let mut next = 0;
-        for port in component.card.ports {
-            if port.kind == PortKind::Hydraulic {
-                seen.z[next] = crate::physics::ATMOSPHERE;
-            }
-            next += port.kind.variables();
-        }
-        let mut answers = Answers::default();
-        law.evaluate(&seen, &mut answers);
-        for (port, _) in component.ports.iter().enumerate().filter(|(_, at)| **at == node) {
-            capacity += answers.capacity[port].re();
+    #[test]
+    fn a_rig_counts_the_states_of_its_equations() {
+        for name in ["telescopic", "press", "two_tanks", "cascaded_tanks"] {
+            let mut rig = Rig::read(format!("fixtures/{name}/rig.toml")).unwrap();
+            assert_eq!(Layout::of(&rig).states, rig.states(), "{name}");
+            rig.sensors[0].lag = 1e-3;
+            assert_eq!(Layout::of(&rig).states, rig.states(), "{name}, with a sensor that lags");
         }
     }
-    capacity > 0.0
 }

@@ -17,7 +17,6 @@ mod start;
 
 pub(crate) use assembly::level_per_pressure;
 pub use drive::{Before, Drive, Late, Onset, Piece, Shown};
-pub use layout::{has_capacity, states};
 pub use recording::{cycle_times, decimals_of, input_columns, recording};
 pub use run::{Reading, Simulation};
-pub use simulate::{Effort, MOST_STATES, Model, Outputs, Sensitivities, SimulationError, Tolerance};
+pub use simulate::{Effort, Model, Outputs, Sensitivities, SimulationError, Tolerance};

@@ -1,6 +1,5 @@
 //! A model as programs use it: parameters by id and text, runs along a record, readings by the name of their sensor.
 
-use super::layout::has_capacity;
 use super::{Drive, Effort, Model, SimulationError};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
 use crate::record::Inputs;
@@ -19,7 +18,7 @@ impl Rig {
     /// The first node that has none.
     pub(crate) fn check_capacities(&self) -> Result<(), Complaint> {
         let held = |kind: &NodeKind| matches!(kind, NodeKind::Held { .. });
-        let empty = |(index, node): &(usize, &crate::rig::Node)| !held(&node.kind) && !has_capacity(self, *index);
+        let empty = |(index, node): &(usize, &crate::rig::Node)| !held(&node.kind) && !self.has_capacity(*index);
         match self.nodes.iter().enumerate().find(empty) {
             None => Ok(()),
             Some((_, node)) => {

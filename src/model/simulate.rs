@@ -19,9 +19,6 @@ use crate::rig::{NodeKind, Present, Rig, Spot};
 /// threads have something to do where there are many.
 const GROUP: usize = 32;
 
-/// Most states that the solver is built for.
-pub const MOST_STATES: usize = 24;
-
 /// Steps that a run may take besides those of its rows, and for each row: half a period, the fastest that a record shows, takes
 /// about 20.
 const STEPS: usize = 100_000;
@@ -173,7 +170,7 @@ macro_rules! with_states {
                 const $N: usize = 24;
                 $body
             }
-            states => Err(SimulationError::TooLarge { states, most: $crate::model::MOST_STATES }),
+            states => Err(SimulationError::TooLarge { states, most: $crate::numeric::MOST_STATES }),
         }
     };
 }

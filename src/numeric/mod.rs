@@ -12,6 +12,9 @@ mod real;
 mod rosenbrock;
 mod wide;
 
+/// Most states that the integrator is compiled for.
+pub const MOST_STATES: usize = 24;
+
 pub use dual::{Dual, jacobian};
 pub use real::Real;
 pub use rosenbrock::{

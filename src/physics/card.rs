@@ -104,6 +104,8 @@ pub enum Role {
     Mass,
     /// A volume of enclosed oil.
     Volume,
+    /// A gap through which port 0 leaks to port 1.
+    Clearance,
 }
 
 /// What meets at a port.

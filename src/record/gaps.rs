@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::Record;
-use crate::report::number::rounded;
+use crate::number::rounded;
 
 /// The rows in which one channel has no value.
 #[derive(Debug, Clone, PartialEq)]

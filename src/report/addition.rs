@@ -3,9 +3,9 @@
 use std::fmt;
 
 use super::digits::plus_minus;
-use super::number::before_unit;
 use crate::learn::addition::{AddedParameter, AdditionReport};
 use crate::learn::suggest::RIVAL;
+use crate::number::before_unit;
 
 impl fmt::Display for AdditionReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use super::number::{rounded, text};
 use crate::campaign::row::{Outcome, Row, SURE};
 use crate::campaign::score::{FaultScore, Group, Scores};
 use crate::campaign::statistics::{Found, Rate};
 use crate::campaign::store::Finished;
+use crate::number::{rounded, text};
 
 /// Most wrong cases that are listed.
 const LISTED: usize = 40;

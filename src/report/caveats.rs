@@ -1,9 +1,9 @@
 //! What one has to know with a verdict: what the record does not say, and what else the verdict may come from.
 
-use super::number::{rounded, text};
 use crate::diagnosis::{Diagnosis, Verdict};
 use crate::estimation::Identifiable;
 use crate::learn::phase::SWITCH;
+use crate::number::{rounded, text};
 use crate::record::survey::{Doubt, Finding, told};
 
 /// Faults that could be there at any size without showing, and what a verdict other than healthy may come from although

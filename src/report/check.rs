@@ -2,8 +2,8 @@
 
 use std::io::{self, Write};
 
-use super::number::{rounded, text, with_unit};
 use crate::check::{CheckReport, PhaseInput, RecordPage, RigPage};
+use crate::number::{rounded, text, with_unit};
 
 /// Phases and warnings that the text shows; the JSON has all.
 const MOST: usize = 20;

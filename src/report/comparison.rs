@@ -1,9 +1,9 @@
 //! The comparison of a model with a record in a few lines: the verdict first, the next command last.
 
-use super::number::{rounded, text, with_unit};
 use super::table::{Head, aligned};
 use crate::learn::compare::{Channel, Comparison, Earlier, Where};
 use crate::learn::with_faults::{PresentFault, WithFaults};
+use crate::number::{rounded, text, with_unit};
 
 /// The comparison for people, beside that of an older rig file where there is one.
 pub fn brief(comparison: &Comparison) -> String {

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::number::in_unit;
+use crate::number::in_unit;
 use crate::record::Record;
 use crate::rig::{Rig, Sensor};
 use crate::units::Unit;
@@ -86,8 +86,8 @@ impl Sample {
             value(self.measured),
             value(self.model),
             value(self.found),
-            sigma.map_or_else(String::new, |sigma| super::number::difference_in_unit(sigma, unit).to_string()),
-            there(misfit).map_or_else(String::new, |misfit| super::number::rounded(misfit, 6).to_string()),
+            sigma.map_or_else(String::new, |sigma| crate::number::difference_in_unit(sigma, unit).to_string()),
+            there(misfit).map_or_else(String::new, |misfit| crate::number::rounded(misfit, 6).to_string()),
         ]
     }
 }

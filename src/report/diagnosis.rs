@@ -5,11 +5,11 @@ use std::fmt;
 use super::caveats::{TOLD, caveats, detected, left_out};
 use super::digits::{Estimate, plus_minus, worth};
 use super::html::Tone;
-use super::number::{before_unit, rounded, text, with_unit};
 use super::residuals;
 use super::style::{Style, bars, scale};
 use super::table::{Head, aligned};
 use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, PRESENT, Verdict, is_there};
+use crate::number::{before_unit, rounded, text, with_unit};
 use crate::record::survey::Doubt;
 use crate::rig::Rig;
 

@@ -1,7 +1,7 @@
 //! An estimate and its interval with as many digits as the interval is worth: two of its width, up to four where the estimate
 //! would look like an end.
 
-use super::number::{rounded, text};
+use crate::number::{rounded, text};
 
 /// Digits where no interval says how many are worth something.
 const UNKNOWN: usize = 4;

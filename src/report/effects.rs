@@ -4,8 +4,8 @@ use std::fmt::{self, Write};
 
 use serde::Serialize;
 
-use super::number::with_unit;
 use super::table::{Head, aligned};
+use crate::number::with_unit;
 use crate::physics::card::Parameter;
 use crate::physics::component::CARDS;
 use crate::physics::effect::{At, EFFECTS, Effect, First, Free};
@@ -132,12 +132,12 @@ fn parameter(effect: &Effect, free: &Free) -> FreeReport {
 impl FreeReport {
     /// The neutral value in words.
     pub fn neutral_text(&self) -> String {
-        self.neutral.map_or("-".to_owned(), super::number::text)
+        self.neutral.map_or("-".to_owned(), crate::number::text)
     }
 
     /// The plausible range in words.
     pub fn plausible_text(&self) -> String {
-        let shown = super::number::text;
+        let shown = crate::number::text;
         match self.plausible {
             [Some(low), Some(high)] => format!("{} to {}", shown(low), shown(high)),
             [Some(low), None] => format!("{} or more", shown(low)),

@@ -1,11 +1,11 @@
 //! The history of a rig as text.
 
 use super::digits::{Estimate, worth};
-use super::number::{before_unit, with_unit};
 use super::style::bars;
 use super::table::{Head, aligned};
 use crate::history::forecast::State;
 use crate::history::{Axis, FaultHistory, History};
+use crate::number::{before_unit, with_unit};
 
 /// Most bars of a picture: of longer courses, the last.
 const MOST: usize = 30;

@@ -7,7 +7,6 @@ use serde::Serialize;
 
 use super::digits::plus_minus;
 use super::learn::{PARAMETER_HEADS, at_bounds, experiment, parameter_row, sits};
-use super::number::{before_unit, rounded};
 use super::table::aligned;
 use crate::learn::compare::Where;
 use crate::learn::improve::{Improvement, Step};
@@ -15,6 +14,7 @@ use crate::learn::result::{ParameterReport, parameters};
 use crate::learn::separate::Experiment;
 use crate::learn::suggest::Conclusion;
 use crate::learn::warning::{Warning, joined};
+use crate::number::{before_unit, rounded};
 use crate::rig::Rig;
 
 /// Digits of an error.

@@ -4,8 +4,8 @@
 use std::fmt::Write;
 
 use crate::isolability::{Expectation, ExpectedWidth, SignatureRow};
+use crate::number::{self, in_unit, rounded};
 use crate::report::html::{Cell, Column, Table};
-use crate::report::number::{self, in_unit, rounded};
 use crate::rig::{Fault, Rig};
 
 /// Deviations from which on a field of the page is darkest.

@@ -5,12 +5,12 @@ use std::fmt;
 use super::diagnosis::{explained, of_samples};
 use super::digits::Estimate;
 use super::html::{Table, Tone};
-use super::number::{before_unit, rounded, text};
 use super::table::{Head, aligned};
 use crate::learn::compare::{Channel, Comparison, Where};
 use crate::learn::result::{CandidateReport, ParameterReport, ScoredReport, SuggestionReport};
 use crate::learn::separate::Experiment;
 use crate::learn::suggest::{Conclusion, Judged, Suggestion};
+use crate::number::{before_unit, rounded, text};
 
 const CHANNEL_HEADS: [Head; 9] = [
     ("sensor", false),

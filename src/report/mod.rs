@@ -16,7 +16,6 @@ pub mod html;
 pub mod improvement;
 pub mod isolability;
 pub mod learn;
-pub mod number;
 pub mod pages;
 pub mod plot;
 pub mod reference;

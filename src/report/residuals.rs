@@ -1,8 +1,8 @@
 //! The table of residuals of a diagnosis, as text and as a page have it.
 
-use super::number::{rounded, text};
 use super::table::Head;
 use crate::diagnosis::Diagnosis;
+use crate::number::{rounded, text};
 use crate::residual::Detection;
 
 pub(super) const HEADS: [Head; 8] = [

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::number;
+use crate::number;
 use crate::simulation::{SetParameter, SimulationReport};
 
 impl fmt::Display for SimulationReport {

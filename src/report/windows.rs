@@ -3,10 +3,10 @@
 use super::caveats::{TOLD, caveats, left_out};
 use super::diagnosis::{FAULT_HEADS, fault_rows, headline};
 use super::html::Tone;
-use super::number::{rounded, text};
 use super::style::Style;
 use super::table::{Head, aligned};
 use crate::diagnosis::watch::{Conclusion, Episode, Watched};
+use crate::number::{rounded, text};
 
 const RESIDUAL_HEADS: [Head; 5] =
     [("residual", false), ("since", true), ("first alarm", true), ("alarms", true), ("phase", false)];

@@ -1,9 +1,9 @@
 //! What a record and its rig file say differently, although every column is there: a start elsewhere, another unit.
 
 use super::{Node, NodeKind, Quantity, Rig, Target};
+use crate::number::{in_unit, rounded, text, with_unit};
 use crate::physics::card;
 use crate::record::{Channel, Record};
-use crate::report::number::{in_unit, rounded, text, with_unit};
 
 /// Standard deviations of the noise beyond which a body starts elsewhere.
 const ELSEWHERE: f64 = 6.0;

@@ -117,7 +117,7 @@ impl Rig {
                 wanted: (*wanted).clone(),
                 role,
                 column: chosen.map(|(_, have, _)| free[have].0.to_owned()),
-                similarity: chosen.map_or(0.0, |(alike, _, _)| crate::report::number::rounded(alike, 3)),
+                similarity: chosen.map_or(0.0, |(alike, _, _)| crate::number::rounded(alike, 3)),
                 because: chosen.map(|(_, _, because)| because),
             })
             .collect()

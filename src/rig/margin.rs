@@ -5,12 +5,10 @@
 //! of them say the same, so that values look far better known than they are (Brynjarsdottir and O'Hagan, Inverse Problems 30
 //! (2014) 114007). A calibrated rig therefore holds such effects as uncertain parameters, centred on nothing.
 
-use super::effect::Placed;
 use super::{Component, Fault, Given, Rig};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
+use crate::physics::effect::EFFECTS;
 
-/// Effects that no circuit is quite without.
-const EVERYWHERE: [&str; 3] = ["external-leakage", "orifice-leakage", "seal-friction"];
 /// How large they may be, one standard deviation, as a share of the size that would be called an effect.
 const SHARE: f64 = 0.1;
 
@@ -30,8 +28,11 @@ impl Rig {
     /// The margins that the rig may still be given: every place of an effect that no circuit is quite without, that it can have
     /// and has not.
     pub fn margins(&self) -> Vec<String> {
-        let everywhere = |placed: &Placed| EVERYWHERE.contains(&placed.effect.name);
-        let ids = self.effect_places().into_iter().filter(everywhere).map(|placed| self.effect_id(&placed));
+        let ids = self
+            .effect_places()
+            .into_iter()
+            .filter(|placed| placed.effect.everywhere)
+            .map(|placed| self.effect_id(&placed));
         let open = ids.filter(|id| self.effects.iter().all(|present| present.id != *id));
         // Without a tank, nothing leaks to it.
         open.filter(|id| self.clone().give_margin(id).is_ok()).collect()
@@ -44,10 +45,11 @@ impl Rig {
     /// An effect that is no margin, a place where this rig cannot have it, or a margin that it has.
     pub fn give_margin(&mut self, id: &str) -> Result<(), Complaint> {
         let placed = self.placed(id)?;
-        if !EVERYWHERE.contains(&placed.effect.name) {
+        if !placed.effect.everywhere {
+            let margins = EFFECTS.iter().filter(|effect| effect.everywhere).map(|effect| effect.name);
             return Err(Complaint::new(Kind::UnknownName, format!("`{id}` is no margin"))
                 .at(Place::file(&self.path))
-                .help(help_with_names(id, "margins", EVERYWHERE)));
+                .help(help_with_names(id, "margins", margins)));
         }
         let Some(size) = placed.effect.parameters.first() else { return Ok(()) };
         let sigma = SHARE * self.first_size(&placed, size).unwrap_or(0.0);

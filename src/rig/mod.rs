@@ -5,6 +5,7 @@ mod before;
 mod calibration;
 mod cycle;
 mod effect;
+mod extent;
 mod fault_set;
 mod join;
 mod mapping;

@@ -2,11 +2,12 @@
 
 use super::{FaultSet, InitialPressure, NodeKind, Quantity, Rig, Target};
 use crate::complaint::{Complaint, Kind};
+use crate::numeric::MOST_STATES;
 use crate::physics::card::{PortKind, Role};
 
 pub fn validate(rig: &Rig) -> Result<(), Complaint> {
     for (index, node) in rig.nodes.iter().enumerate() {
-        if !matches!(node.kind, NodeKind::Held { .. }) && !crate::model::has_capacity(rig, index) {
+        if !matches!(node.kind, NodeKind::Held { .. }) && !rig.has_capacity(index) {
             // A mass beyond the data sheet may be less than nothing, but what moves may not.
             let joined = rig.components.iter().filter(|component| component.ports.contains(&index));
             let mut own = joined.flat_map(|component| component.parameters()).map(|own| &rig.parameters[own]);
@@ -41,10 +42,9 @@ pub fn validate(rig: &Rig) -> Result<(), Complaint> {
             .help("write the pressure that it starts with, such as `initial = \"0 bar\"`, or join it to a cylinder"));
         }
     }
-    let states = crate::model::states(rig);
-    if states > crate::model::MOST_STATES {
-        let most = crate::model::MOST_STATES;
-        return Err(Complaint::new(Kind::Bounds, format!("the rig has {states} states, more than {most}"))
+    let states = rig.states();
+    if states > MOST_STATES {
+        return Err(Complaint::new(Kind::Bounds, format!("the rig has {states} states, more than {MOST_STATES}"))
             .at(crate::complaint::Place::file(&rig.path))
             .help("join nodes whose pressures are alike, or leave out sensor lags that do not matter"));
     }

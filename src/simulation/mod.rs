@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use crate::complaint::{Complaint, Kind, Place};
 use crate::model::{self, Drive, Effort, Model};
+use crate::number;
 use crate::record::Record;
-use crate::report::number;
 use crate::rig::{InitialPressure, NodeKind, Rig};
 use crate::units::Quantity;
 

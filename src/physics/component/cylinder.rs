@@ -27,7 +27,7 @@ pub const CARD: Card = Card {
         Parameter::required("dead_volume_B", "V_B0", "cm3", "volume at B, hose included, at x = s").is(Role::Volume).uncertain_anew(0.05).calibrated(0.1),
         Parameter::required("mass", "m", "kg", "moving mass").is(Role::Mass).positive(),
         Parameter::required("viscous_friction", "b", "N.s/m", "friction force per speed").or(0.0).calibrated(0.5),
-        Parameter::required("clearance", "c", "mm", "diametral clearance of the piston").or(0.0),
+        Parameter::required("clearance", "c", "mm", "diametral clearance of the piston").is(Role::Clearance).or(0.0),
         Parameter::required("land_length", "L", "mm", "length of the gap").positive().or(20.0),
         Parameter::required("eccentricity", "e", "-", "relative eccentricity of the piston").or(0.0).within(0.0, 1.0),
         Parameter::required("stop_stiffness", "k_s", "N/um", "stiffness of the end stops").or(50.0),

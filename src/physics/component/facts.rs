@@ -12,8 +12,8 @@ pub struct Facts {
 }
 
 impl Facts {
-    /// Those of physics that an effect joins to a circuit: not drawn, without residuals, and no balance reaches past it.
-    pub const OF_EFFECT: Self = Self { symbol: Symbol::Hidden, residuals: Residuals::None, balance: Balance::Ends };
+    /// Those of physics that an effect joins to a circuit: a box, without residuals, and no balance reaches past it.
+    pub const OF_EFFECT: Self = Self { symbol: Symbol::Box, residuals: Residuals::None, balance: Balance::Ends };
 }
 
 /// How a component is drawn, after ISO 1219-1.

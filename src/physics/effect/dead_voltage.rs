@@ -1,6 +1,7 @@
 //! Dead voltage of a pump drive.
 
 use super::{At, Effect, First, Form, Free};
+use crate::physics::component::flow_source;
 
 pub const EFFECT: Effect = Effect {
     name: "dead-voltage",
@@ -9,7 +10,8 @@ pub const EFFECT: Effect = Effect {
     source: "linear characteristic with a threshold",
     validity: "The same slope above it.",
     empirical: false,
-    at: At::Component { kind: "flow-source", named: false },
+    everywhere: false,
+    at: At::Component { kind: flow_source::CARD.kind, named: false },
     form: Form::Bent,
     parameters: &[Free { name: "dead_voltage", neutral: Some(0.0), first: First::Value(0.5), plausible: (0.0, 5.0) }],
 };

@@ -14,6 +14,7 @@ pub const EFFECT: Effect = Effect {
     source: CARD.source,
     validity: CARD.validity,
     empirical: true,
+    everywhere: false,
     at: At::Node,
     form: Form::Joined { card: &CARD, joints: &[Joint::Here, Joint::Tank], shared: &[] },
     parameters: &free(0.05),

@@ -4,7 +4,7 @@ use super::spline::{Curve, HEIGHTS, card, free};
 use super::{At, Effect, Form, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::component::{Answers, Law, Seen, cylinder};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -14,7 +14,8 @@ pub const EFFECT: Effect = Effect {
     source: CARD.source,
     validity: CARD.validity,
     empirical: true,
-    at: At::Component { kind: "cylinder", named: true },
+    everywhere: false,
+    at: At::Component { kind: cylinder::CARD.kind, named: true },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("A"), Joint::Port("B"), Joint::Port("rod")], shared: &[("stroke", "stroke")] },
     parameters: &free(0.002),
 };

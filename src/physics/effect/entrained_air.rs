@@ -9,6 +9,7 @@ pub const EFFECT: Effect = Effect {
     source: "Merritt (1967), section 1-4; isothermal air",
     validity: "Isothermal, no solution of air; alpha is the volume of air per volume of oil at atmospheric pressure.",
     empirical: false,
+    everywhere: false,
     at: At::Fluid,
     form: Form::Bent,
     parameters: &[Free { name: "air_fraction", neutral: Some(0.0), first: First::Value(0.5), plausible: (0.0, 20.0) }],

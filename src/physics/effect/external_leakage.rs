@@ -13,6 +13,7 @@ pub const EFFECT: Effect = Effect {
     source: CARD.source,
     validity: CARD.validity,
     empirical: false,
+    everywhere: true,
     at: At::Node,
     form: Form::Joined { card: &CARD, joints: &[Joint::Here, Joint::Tank], shared: &[] },
     parameters: &[Free { name: "conductance", neutral: Some(0.0), first: First::Value(0.002), plausible: (0.0, 0.2) }],

@@ -15,6 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: CARD.source,
     validity: CARD.validity,
     empirical: false,
+    everywhere: false,
     at: At::Node,
     form: Form::Joined { card: &CARD, joints: &[Joint::Here, Joint::Tank], shared: &[] },
     parameters: &[Free { name: "area", neutral: Some(0.0), first: First::Value(0.02), plausible: (0.0, 2.0) }],

@@ -13,6 +13,7 @@ pub const EFFECT: Effect = Effect {
     source: CARD.source,
     validity: CARD.validity,
     empirical: false,
+    everywhere: false,
     at: At::Node,
     form: Form::Joined { card: &CARD, joints: &[Joint::Here], shared: &[] },
     parameters: &[Free { name: "capacity", neutral: Some(0.0), first: First::Value(0.002), plausible: (0.0, 1.0) }],

@@ -13,6 +13,7 @@ pub const EFFECT: Effect = Effect {
     source: CARD.source,
     validity: CARD.validity,
     empirical: false,
+    everywhere: false,
     at: At::Actuator,
     form: Form::Spliced { card: &CARD },
     parameters: &[

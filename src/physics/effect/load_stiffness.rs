@@ -3,7 +3,7 @@
 use super::{At, Effect, First, Form, Free, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::component::{Answers, Law, Seen, cylinder};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -13,7 +13,8 @@ pub const EFFECT: Effect = Effect {
     source: CARD.source,
     validity: CARD.validity,
     empirical: false,
-    at: At::Component { kind: "cylinder", named: false },
+    everywhere: false,
+    at: At::Component { kind: cylinder::CARD.kind, named: false },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
     parameters: &[Free { name: "stiffness", neutral: Some(0.0), first: First::Value(1.0), plausible: (-100.0, 1000.0) }],
 };

@@ -121,6 +121,8 @@ pub struct Effect {
     pub validity: &'static str,
     /// Whether it is a curve without a formula, to be added only where no law of the library explains the record.
     pub empirical: bool,
+    /// Whether no circuit is quite without it: calibrated rigs hold it as a margin.
+    pub everywhere: bool,
     pub at: At,
     pub form: Form,
     /// The size first.

@@ -3,7 +3,7 @@
 use super::{At, Effect, First, Form, Free, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::component::{Answers, Law, Seen, cylinder};
 use crate::physics::fluid::Fluid;
 
 use crate::physics::law::root;
@@ -15,7 +15,8 @@ pub const EFFECT: Effect = Effect {
     source: CARD.source,
     validity: CARD.validity,
     empirical: false,
-    at: At::Component { kind: "cylinder", named: true },
+    everywhere: true,
+    at: At::Component { kind: cylinder::CARD.kind, named: true },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("A"), Joint::Port("B")], shared: &[] },
     parameters: &[Free { name: "area", neutral: Some(0.0), first: First::Value(0.05), plausible: (0.0, 5.0) }],
 };

@@ -1,6 +1,7 @@
 //! Speed of a pump that droops under load.
 
 use super::{At, Effect, First, Form, Free};
+use crate::physics::component::pump;
 
 pub const EFFECT: Effect = Effect {
     name: "pump-droop",
@@ -9,7 +10,8 @@ pub const EFFECT: Effect = Effect {
     source: "torque characteristic of an asynchronous motor, linear near its rated point",
     validity: "Linear; for a pump of constant displacement it looks like slip.",
     empirical: false,
-    at: At::Component { kind: "pump", named: false },
+    everywhere: false,
+    at: At::Component { kind: pump::CARD.kind, named: false },
     form: Form::Bent,
     parameters: &[Free { name: "droop", neutral: Some(0.0), first: First::Value(0.0003), plausible: (0.0, 0.005) }],
 };

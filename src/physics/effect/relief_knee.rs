@@ -1,6 +1,7 @@
 //! Soft knee of a relief valve.
 
 use super::{At, Effect, First, Form, Free};
+use crate::physics::component::relief_valve;
 
 pub const EFFECT: Effect = Effect {
     name: "relief-knee",
@@ -9,7 +10,8 @@ pub const EFFECT: Effect = Effect {
     source: "smooth maximum; Merritt (1967), section 5-6",
     validity: "Symmetric knee of width w.",
     empirical: false,
-    at: At::Component { kind: "relief-valve", named: false },
+    everywhere: false,
+    at: At::Component { kind: relief_valve::CARD.kind, named: false },
     form: Form::Bent,
     parameters: &[Free { name: "knee", neutral: Some(0.0), first: First::Value(1.0), plausible: (0.0, 30.0) }],
 };

@@ -3,7 +3,7 @@
 use super::{At, Effect, First, Form, Free, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::component::{Answers, Law, Seen, relief_valve};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -13,7 +13,8 @@ pub const EFFECT: Effect = Effect {
     source: CARD.source,
     validity: CARD.validity,
     empirical: false,
-    at: At::Component { kind: "relief-valve", named: false },
+    everywhere: false,
+    at: At::Component { kind: relief_valve::CARD.kind, named: false },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("P"), Joint::Port("T")], shared: &[] },
     parameters: &[Free { name: "conductance", neutral: Some(0.0), first: First::Value(0.01), plausible: (0.0, 0.5) }, Free { name: "from", neutral: None, first: First::Onset(80.0), plausible: (0.0, 400.0) }],
 };

@@ -3,7 +3,7 @@
 use super::{At, Effect, First, Form, Free, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::component::{Answers, Law, Seen, reservoir};
 use crate::physics::fluid::Fluid;
 
 use crate::physics::{ATMOSPHERE, GRAVITY};
@@ -15,7 +15,8 @@ pub const EFFECT: Effect = Effect {
     source: CARD.source,
     validity: CARD.validity,
     empirical: false,
-    at: At::Component { kind: "reservoir", named: true },
+    everywhere: false,
+    at: At::Component { kind: reservoir::CARD.kind, named: true },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("P"), Joint::Next, Joint::Tank], shared: &[("area", "area")] },
     parameters: &[Free { name: "height", neutral: None, first: First::Range(0.85), plausible: (0.0, 1e4) }, Free { name: "share", neutral: None, first: First::Value(0.3), plausible: (0.0, 1.0) }],
 };

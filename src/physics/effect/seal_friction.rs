@@ -3,7 +3,7 @@
 use super::{At, Effect, First, Form, Free, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::component::{Answers, Law, Seen, cylinder};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -13,7 +13,8 @@ pub const EFFECT: Effect = Effect {
     source: CARD.source,
     validity: CARD.validity,
     empirical: false,
-    at: At::Component { kind: "cylinder", named: true },
+    everywhere: true,
+    at: At::Component { kind: cylinder::CARD.kind, named: true },
     form: Form::Joined { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
     parameters: &[Free { name: "coulomb", neutral: Some(0.0), first: First::Value(150.0), plausible: (0.0, 20000.0) }, Free { name: "breakaway", neutral: Some(0.0), first: First::Value(100.0), plausible: (0.0, 20000.0) }, Free { name: "stribeck_velocity", neutral: None, first: First::Value(8.0), plausible: (2.0, 200.0) }, Free { name: "transition_speed", neutral: None, first: First::Value(0.5), plausible: (0.01, 5.0) }],
 };

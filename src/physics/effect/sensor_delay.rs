@@ -11,6 +11,7 @@ pub const EFFECT: Effect = Effect {
     source: CARD.source,
     validity: CARD.validity,
     empirical: false,
+    everywhere: false,
     at: At::Sensor,
     form: Form::Reading { card: &CARD },
     parameters: &[Free { name: "delay", neutral: Some(0.0), first: First::Value(4.0), plausible: (-10000.0, 10000.0) }],

@@ -9,6 +9,7 @@ pub const EFFECT: Effect = Effect {
     source: "any transducer",
     validity: "Constant over the record.",
     empirical: false,
+    everywhere: false,
     at: At::Sensor,
     form: Form::Bent,
     parameters: &[Free { name: "gain", neutral: Some(1.0), first: First::Value(1.02), plausible: (0.5, 2.0) }],

@@ -9,6 +9,7 @@ pub const EFFECT: Effect = Effect {
     source: "any transducer",
     validity: "Constant over the record.",
     empirical: false,
+    everywhere: false,
     at: At::Sensor,
     form: Form::Bent,
     parameters: &[Free { name: "offset", neutral: Some(0.0), first: First::Noise(1.0), plausible: (-1e30, 1e30) }],

@@ -11,6 +11,7 @@ pub const EFFECT: Effect = Effect {
     source: CARD.source,
     validity: CARD.validity,
     empirical: false,
+    everywhere: false,
     at: At::Sensor,
     form: Form::Reading { card: &CARD },
     parameters: &[Free { name: "limit", neutral: None, first: First::Range(0.95), plausible: (-1e30, 1e30) }],

@@ -1,6 +1,7 @@
 //! Dead band of a directional control valve.
 
 use super::{At, Effect, First, Form, Free};
+use crate::physics::component::directional_valve;
 
 pub const EFFECT: Effect = Effect {
     name: "spool-dead-band",
@@ -9,7 +10,8 @@ pub const EFFECT: Effect = Effect {
     source: "Merritt (1967), section 5-1",
     validity: "The same for all edges.",
     empirical: false,
-    at: At::Component { kind: "directional-valve", named: false },
+    everywhere: false,
+    at: At::Component { kind: directional_valve::CARD.kind, named: false },
     form: Form::Bent,
     parameters: &[Free { name: "dead_band", neutral: Some(0.0), first: First::Value(0.05), plausible: (0.0, 0.5) }],
 };

@@ -1,6 +1,7 @@
 //! Flow force on the spool of a flow control valve.
 
 use super::{At, Effect, First, Form, Free};
+use crate::physics::component::flow_control_valve;
 
 pub const EFFECT: Effect = Effect {
     name: "spool-flow-force",
@@ -9,7 +10,8 @@ pub const EFFECT: Effect = Effect {
     source: "paper, equation (8); Merritt (1967), eq. 5-30",
     validity: "Steady flow force; f is about 0.36 for a sharp edge.",
     empirical: false,
-    at: At::Component { kind: "flow-control-valve", named: false },
+    everywhere: false,
+    at: At::Component { kind: flow_control_valve::CARD.kind, named: false },
     form: Form::Bent,
     parameters: &[Free { name: "flow_force", neutral: Some(0.0), first: First::Value(0.2), plausible: (0.0, 1.0) }],
 };

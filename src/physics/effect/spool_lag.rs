@@ -1,6 +1,7 @@
 //! A directional control valve that is slower or faster than its data sheet.
 
 use super::{At, Effect, First, Form, Free};
+use crate::physics::component::directional_valve;
 
 pub const EFFECT: Effect = Effect {
     name: "spool-lag",
@@ -9,7 +10,8 @@ pub const EFFECT: Effect = Effect {
     source: "first-order dynamics of the spool",
     validity: "First order.",
     empirical: false,
-    at: At::Component { kind: "directional-valve", named: false },
+    everywhere: false,
+    at: At::Component { kind: directional_valve::CARD.kind, named: false },
     form: Form::Bent,
     parameters: &[Free { name: "lag", neutral: None, first: First::Value(16.0), plausible: (0.2, 2000.0) }],
 };

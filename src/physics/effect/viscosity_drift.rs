@@ -9,6 +9,7 @@ pub const EFFECT: Effect = Effect {
     source: "exponential law of Reynolds (Merritt, 1967, section 1-3) with a temperature that rises straight over time",
     validity: "t from the first row of each record, where the viscosity is that of the rig file; acts where a law has the viscosity.",
     empirical: false,
+    everywhere: false,
     at: At::Fluid,
     form: Form::Bent,
     parameters: &[Free { name: "viscosity_drift", neutral: Some(0.0), first: First::Value(0.01), plausible: (-0.1, 0.1) }],

@@ -9,6 +9,7 @@ pub const EFFECT: Effect = Effect {
     source: "Merritt (1967), section 1-3; exponential law of Reynolds",
     validity: "One temperature for the whole rig, within 20 K of the reference; acts where a law has the viscosity, as the gap of a cylinder does.",
     empirical: false,
+    everywhere: false,
     at: At::Warmth,
     form: Form::Bent,
     parameters: &[Free { name: "temperature_coefficient", neutral: Some(0.0), first: First::Value(0.03), plausible: (0.0, 0.08) }],

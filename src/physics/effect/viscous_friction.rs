@@ -1,6 +1,7 @@
 //! Viscous friction beyond the data sheet.
 
 use super::{At, Effect, First, Form, Free};
+use crate::physics::component::cylinder;
 
 pub const EFFECT: Effect = Effect {
     name: "viscous-friction",
@@ -9,7 +10,8 @@ pub const EFFECT: Effect = Effect {
     source: "Newtonian film",
     validity: "Linear.",
     empirical: false,
-    at: At::Component { kind: "cylinder", named: true },
+    everywhere: false,
+    at: At::Component { kind: cylinder::CARD.kind, named: true },
     form: Form::Bent,
     parameters: &[Free { name: "viscous_friction", neutral: None, first: First::Value(1600.0), plausible: (0.0, 1e6) }],
 };

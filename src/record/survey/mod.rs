@@ -8,7 +8,7 @@ use std::fmt;
 use std::ops::Range;
 
 use super::{Channel, Record};
-use crate::report::number::{in_unit, rounded, text, with_unit};
+use crate::number::{in_unit, rounded, text, with_unit};
 use crate::units::Unit;
 use channel::Known;
 

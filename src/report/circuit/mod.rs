@@ -271,6 +271,19 @@ mod tests {
     }
 
     #[test]
+    fn what_an_effect_joins_is_a_box_and_a_margin_is_not_drawn() {
+        let mut rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
+        let shown = |rig: &Rig| layout(rig, &|_| 1).placed.len();
+        let before = shown(&rig);
+        rig.give_margin("external-leakage@B").unwrap();
+        assert_eq!(shown(&rig), before);
+        rig.give_effect(&rig.placed("external-leakage@A").unwrap(), &[]).unwrap();
+        let with_leak = layout(&rig, &|_| 1);
+        assert_eq!(with_leak.placed.iter().filter(|placed| placed.symbol == Symbol::Box).count(), 1);
+        assert_eq!(with_leak.placed.len(), before + 1);
+    }
+
+    #[test]
     fn what_is_wrong_is_framed_and_named() {
         let rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
         let fault = |id: &str, unit: &str| FaultReport {

@@ -80,7 +80,7 @@ impl Scale {
         let span = self.to - self.from;
         let at = |value: f64| {
             let share = if span > 0.0 { ((value - self.from) / span).clamp(0.0, 1.0) } else { 0.5 };
-            crate::report::number::rounded(100.0 * share, 4)
+            crate::number::rounded(100.0 * share, 4)
         };
         let mut out = format!(
             "<svg class=\"scale\" role=\"img\" aria-label=\"{}\"><line class=\"axis\" x2=\"100%\" y1=\"9\" y2=\"9\"/>",

@@ -2,9 +2,9 @@
 
 use super::learn::{named, prior_scale};
 use crate::calibration::{ChannelFit, ParameterReport, RecordReport, Report, SensorReport};
+use crate::number::{rounded, text};
 use crate::report::digits::plus_minus;
 use crate::report::html::{Cell, Column, Page, Section, Table, Tone};
-use crate::report::number::{rounded, text};
 use crate::rig::Rig;
 
 /// The page: what was learnt, parameters on the scale of what was known before, sensors, records.

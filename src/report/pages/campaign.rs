@@ -5,9 +5,9 @@ use crate::campaign::score::{Confusion, FaultScore, Group, Scores};
 use crate::campaign::statistics::Rate;
 use crate::campaign::store::Finished;
 use crate::campaign::{HEALTHY, Options};
+use crate::number::{rounded, text};
 use crate::report::campaign as words;
 use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table, Tone};
-use crate::report::number::{rounded, text};
 use crate::report::plot::{Axis, Chart, Envelope, Live, Series};
 
 /// Wrong cases that are listed.

@@ -6,11 +6,11 @@ use super::{misfit, missing};
 use crate::complaint::Complaint;
 use crate::learn::improve::Improvement;
 use crate::learn::warning::joined;
+use crate::number::{rounded, text};
 use crate::record::Record;
 use crate::report::html::{Cell, Column, Page, Section, Table};
 use crate::report::improvement::{Ledger, Row, left};
 use crate::report::learn::{PARAMETER_HEADS, experiment, parameter_row};
-use crate::report::number::{rounded, text};
 use crate::rig::Rig;
 
 /// The page of an improvement: what each addition bought, and where what is left sits.

@@ -7,11 +7,11 @@ use crate::learn::compare::{Compared, Fitted};
 use crate::learn::result::{CandidateReport, ParameterReport, SuggestionReport};
 use crate::learn::suggest::{Conclusion, Suggestion};
 use crate::learn::trial::Run;
+use crate::number::{before_unit, rounded, text};
 use crate::record::Record;
 use crate::report::digits::{plus_minus, worth};
 use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::learn as words;
-use crate::report::number::{before_unit, rounded, text};
 use crate::report::plot::{Axis, Chart, Live, Rule, Series};
 use crate::rig::Rig;
 

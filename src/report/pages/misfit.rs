@@ -2,8 +2,8 @@
 
 use super::channels::Shown;
 use crate::diagnosis::is_there;
+use crate::number::{rounded, text};
 use crate::report::html::{Cell, Column, Section, Table};
-use crate::report::number::{rounded, text};
 use crate::report::plot::{self, Map};
 
 /// Mean size of a weighted misfit if the model is right, and where the map is darkest.

@@ -3,9 +3,9 @@
 use crate::complaint::Complaint;
 use crate::learn::missing::{Missing, missing};
 use crate::learn::trial::{Run, Trial};
+use crate::number::{rounded, text};
 use crate::record::Record;
 use crate::report::html::Section;
-use crate::report::number::{rounded, text};
 use crate::report::plot::{Axis, Chart, Envelope, Live, Rule, Series};
 
 /// Places that are shown at most, and the share of the misfit that each has to explain.

@@ -2,8 +2,8 @@
 
 use super::channels::Shown;
 use crate::learn::suggest::{Judged, Suggestion};
+use crate::number::{rounded, text};
 use crate::report::html::{Column, Section, Table};
-use crate::report::number::{rounded, text};
 
 /// Where two models differ most.
 struct Parting {

@@ -9,8 +9,8 @@ use super::axis::Scale;
 use super::room::{Room, Side};
 use super::thin::thin;
 use super::{Axis, Chart, DASHES, PALETTE, Rule, Series, Shape, pieces};
+use crate::number::rounded;
 use crate::report::escape;
-use crate::report::number::rounded;
 
 /// The grid on which curves lie.
 pub(super) const WIDE: f64 = 10_000.0;
@@ -324,7 +324,7 @@ fn decades(low: f64, high: f64) -> Vec<(f64, String)> {
     (low.floor() as i32..=high.ceil() as i32)
         .flat_map(|power| factors.iter().map(move |factor| factor * 10_f64.powi(power)))
         .filter(|value| (low - 1e-9..=high + 1e-9).contains(&value.log10()))
-        .map(|value| (value.log10(), crate::report::number::text(rounded(value, 3))))
+        .map(|value| (value.log10(), crate::number::text(rounded(value, 3))))
         .collect()
 }
 

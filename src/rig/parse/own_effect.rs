@@ -105,6 +105,7 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
     };
     rig.own_effects.push(Box::leak(Box::new(Effect {
         empirical: false,
+        everywhere: false,
         name: kept(name),
         meaning: card.meaning,
         law: card.law,

@@ -196,7 +196,7 @@ fn three_printed_estimators_have_rank_2_and_the_return_makes_it_3() {
 
 /// A joint fit in a line: each fault that is present with its interval.
 fn said(diagnosis: &Diagnosis) -> String {
-    let number = |value: f64| borescope::report::number::text(borescope::report::number::rounded(value, 4));
+    let number = |value: f64| borescope::number::text(borescope::number::rounded(value, 4));
     let present = diagnosis.present().map(|fault| {
         let unit = if fault.unit == "-" { String::new() } else { format!(" {}", fault.unit) };
         let [low, high] = fault.ci95.map(|end| end.map_or("open".to_owned(), number));
