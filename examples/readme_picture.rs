@@ -96,8 +96,12 @@ fn improvement() -> Result<(), Box<dyn Error>> {
     }
     pressures.push(Series::dots("measured", along(&|row| unit.from_si(measured[row]), 20)).styled(0, 0));
     let time = || Axis::new("time", "s").over(0.0, CHECKED);
-    let mut misfit =
-        Chart::new("Error over all sensors, times the sensor noise", time(), Axis::new("misfit", "-"), misfits);
+    let mut misfit = Chart::new(
+        "Misfit at this sensor, times its noise (legend: error over all sensors)",
+        time(),
+        Axis::new("misfit", "-"),
+        misfits,
+    );
     misfit.rules.push(Rule::Horizontal { y: 0.0, label: String::new() });
     let pressure = Axis::new(SENSOR, &unit.symbol);
     let pressure = Chart::new("Pressure at the rod side of the cylinder", time(), pressure, pressures);
