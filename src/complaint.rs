@@ -30,7 +30,7 @@ pub enum Kind {
     UnknownName,
     /// Something that must be given is not.
     MissingEntry,
-    /// A name that stands twice.
+    /// A name that appears twice.
     Duplicate,
     /// A unit that is not known, or none where one is needed.
     Unit,

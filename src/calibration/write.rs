@@ -30,7 +30,7 @@ pub(super) fn section(rig: &Rig, report: &Report) -> String {
 
 fn write_section(out: &mut String, rig: &Rig, report: &Report) -> std::fmt::Result {
     let Some(calibration) = &rig.calibration else { return Ok(()) };
-    writeln!(out, "\n# What healthy records have taught; `borescope calibrate` writes this part anew.")?;
+    writeln!(out, "\n# Calibrated on healthy records; `borescope calibrate` replaces this part.")?;
     writeln!(out, "[calibration]")?;
     let records: Vec<String> = calibration.records.iter().map(|record| quoted(record)).collect();
     writeln!(out, "records = [{}]", records.join(", "))?;

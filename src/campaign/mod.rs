@@ -91,8 +91,8 @@ impl Campaign {
         }
         if !(0.0..=1.0).contains(&options.healthy) {
             return option(
-                "the share of healthy cases is not between 0 and 1",
-                "write a share such as `--healthy 0.32`",
+                "the fraction of healthy cases is not between 0 and 1",
+                "write a fraction such as `--healthy 0.32`",
             );
         }
         if !(0.0..=MOST_DISTURBANCE).contains(&options.disturbance) {

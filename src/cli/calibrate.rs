@@ -16,7 +16,7 @@ use crate::report::digits::plus_minus;
 use crate::report::pages;
 use crate::rig::Rig;
 
-/// Learn from healthy records what the data sheet does not tell, and write it into a new rig file
+/// Calibrate a rig on healthy records, and write a new rig file
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  borescope calibrate rig.toml healthy_1.csv healthy_2.csv -o calibrated.toml --report calibration.html"
@@ -97,7 +97,7 @@ fn write_text(out: &mut dyn Write, output: &Path, report: &Report) -> io::Result
     let (informed, silent): (Vec<_>, Vec<_>) = report.parameters.iter().partition(|parameter| parameter.informed);
     writeln!(
         out,
-        "{}: {} of {} parameters told by {rows} rows of {} record{}",
+        "{}: {} of {} parameters identified from {rows} rows of {} record{}",
         output.display(),
         informed.len(),
         report.parameters.len(),
@@ -112,7 +112,7 @@ fn write_text(out: &mut dyn Write, output: &Path, report: &Report) -> io::Result
     write_table(out, "parameters, +- one standard deviation", cells.collect())?;
     let ids: Vec<&str> = silent.iter().map(|parameter| parameter.id.as_str()).collect();
     if !ids.is_empty() {
-        writeln!(out, "  of which the records say little: {}", ids.join(", "))?;
+        writeln!(out, "  hardly determined by the records: {}", ids.join(", "))?;
     }
     let cells = report.sensors.iter().map(|sensor| {
         let shown = |value: f64| with_unit(rounded(value, 3), &sensor.unit);
@@ -123,7 +123,7 @@ fn write_text(out: &mut dyn Write, output: &Path, report: &Report) -> io::Result
             sensor.name.clone(),
             noise,
             tolerance,
-            colour.map_or_else(String::new, |r| format!("neighbours correlated {r}")),
+            colour.map_or_else(String::new, |r| format!("correlation of neighbouring samples {r}")),
         ]
     });
     write_table(out, "sensors", cells.collect())?;

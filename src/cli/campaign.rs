@@ -50,10 +50,10 @@ pub struct Arguments {
     /// How the result is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Share of healthy cases
+    /// Fraction of healthy cases
     #[arg(long, value_name = "SHARE", default_value_t = HEALTHY)]
     healthy: f64,
-    /// How far the simulated rigs are from the data sheet, 0 not at all
+    /// Deviation of the simulated rigs from the data sheet; 0 is none
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     disturbance: f64,
     /// How many disturbed rigs share the cases; without it one for every 25 cases

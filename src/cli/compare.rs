@@ -14,7 +14,7 @@ use crate::report;
 use crate::report::curves::Curves;
 use crate::rig::Rig;
 
-/// Compare the healthy model with a record: which sensors it misses, in which phases
+/// Compare the model with a record: how large the misfit is, at which sensor, in which phase
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  borescope compare rig.toml record.csv --report misfit.html\n  borescope compare better.toml record.csv --before rig.toml"
@@ -27,7 +27,7 @@ pub struct Arguments {
     /// An older rig file of the same machine, whose misfit is shown beside the new one's
     #[arg(long, value_name = "OLD.toml")]
     before: Option<PathBuf>,
-    /// Everything that is known of each sensor, and the phases in which each is missed most
+    /// All figures of each sensor, and the phases with its largest misfits
     #[arg(long)]
     all: bool,
     /// Also write the curves behind the comparison: measured, your model, and your model with the faults found
@@ -39,7 +39,7 @@ pub struct Arguments {
     /// Also write a page with pictures
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
-    /// Exit with 1 if the model misses the record
+    /// Exit with 1 if the model does not explain the record
     #[arg(long)]
     exit_code: bool,
     #[command(flatten)]

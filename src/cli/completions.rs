@@ -7,7 +7,7 @@ use clap_complete::Shell;
 
 use super::{CommandLine, Failure, Status};
 
-/// Write the completions of a shell to standard output
+/// Write shell completions to standard output
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  borescope completions bash > ~/.local/share/bash-completion/completions/borescope\n  \

@@ -23,7 +23,7 @@ use crate::rig::Rig;
 /// Stretches that the fit leaves out that are told one by one on standard error.
 const NOTED: usize = 3;
 
-/// Diagnose records of a rig: which faults, how large, how sure
+/// Diagnose records of a rig: which faults, how large, how probable
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  borescope diagnose rig.toml record.csv --report diagnosis.html\n  borescope diagnose rig.toml monday.csv tuesday.csv --store rig.db\n  borescope diagnose rig.toml week.csv --window 60"
@@ -43,16 +43,16 @@ pub struct Arguments {
     /// Also write the curves behind the diagnosis: measured, healthy model, and model with the faults; only with one record
     #[arg(long, value_name = "FILE.csv")]
     curves: Option<PathBuf>,
-    /// Keep each diagnosis in this store, an SQLite file, which is made where it is missing
+    /// Keep each diagnosis in this store, an SQLite file; it is created if missing
     #[arg(long, value_name = "FILE")]
     store: Option<PathBuf>,
     /// When the record was measured, such as `2026-05-01T12:00:00Z`; without it the time of its file
     #[arg(long, value_name = "TIME")]
     at: Option<String>,
-    /// Watch the record in windows of so many seconds, whatever its length, and diagnose those in which residuals fire
+    /// Monitor a record of any length in windows of this many seconds, and diagnose those in which a residual raises an alarm
     #[arg(long, value_name = "SECONDS", conflicts_with_all = ["report", "curves", "store", "at"])]
     window: Option<f64>,
-    /// Most windows of a record that are diagnosed; the others are only listed
+    /// Largest number of windows that are diagnosed; the others are only listed
     #[arg(long, value_name = "N", default_value_t = 3, requires = "window")]
     fits: usize,
     /// Exit with 1 if a fault or a misfit was found

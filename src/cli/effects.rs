@@ -11,7 +11,7 @@ use crate::physics::effect::{EFFECTS, effect};
 use crate::report::effects::{EffectReport, LibraryReport, card, library};
 use crate::report::pages;
 
-/// List the physical effects that a model may be given, or show the card of one
+/// List the physical effects that can be added to a model, or show one of them
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  borescope effects external-leakage")]
 pub struct Arguments {

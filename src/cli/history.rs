@@ -14,7 +14,7 @@ use crate::report::pages;
 use crate::rig::Rig;
 use crate::store::{RigIdentity, Store};
 
-/// Show how the faults of a rig grow over its stored diagnoses, and when they pass their limits
+/// Show the trend of each fault over the stored diagnoses, and when it reaches its limit
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  borescope history rig.toml --store rig.db --report history.html")]
 pub struct Arguments {
@@ -23,7 +23,7 @@ pub struct Arguments {
     /// The store that `diagnose --store` has filled
     #[arg(long, value_name = "FILE")]
     store: PathBuf,
-    /// What the trend goes over
+    /// What the trend is plotted versus
     #[arg(long, value_enum, default_value_t = By::Time)]
     by: By,
     /// Also write a page with pictures

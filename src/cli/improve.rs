@@ -15,9 +15,9 @@ use crate::report::improvement::Ledger;
 use crate::report::{self, pages};
 use crate::rig::Rig;
 
-/// Add the physics that a model lacks, one effect at a time, and show what each bought
+/// Add the physical effects that a model lacks, and show the improvement per effect
 ///
-/// Effects are learnt on one record and judged on another of the same rig under other loads.
+/// Effects are fitted to one record and judged on another record of the same rig under other loads.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  borescope improve rig.toml --fit monday.csv --check tuesday.csv -o better.toml --report ledger.html"
@@ -25,10 +25,10 @@ use crate::rig::Rig;
 pub struct Arguments {
     /// The rig file
     rig: PathBuf,
-    /// The record to learn from
+    /// The record to which effects are fitted
     #[arg(long, value_name = "RECORD")]
     fit: PathBuf,
-    /// The record to judge on
+    /// The record on which effects are judged; nothing is fitted to it
     #[arg(long, value_name = "RECORD2")]
     check: PathBuf,
     /// Where the improved rig file is written
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     read::not_itself(&arguments.fit, &arguments.check);
     let told = |step: &Step| {
         if terminal::shows_progress() {
-            let added = step.added.as_deref().unwrap_or("as given");
+            let added = step.added.as_deref().unwrap_or("your model");
             terminal::note(format_args!("{added}: check error {:.3}", step.check.normalised));
         }
     };

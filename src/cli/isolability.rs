@@ -14,7 +14,7 @@ use crate::report::pages::isolability::html;
 use crate::rig::Rig;
 use crate::structure::render;
 
-/// Tell which faults of a rig its sensors can detect and tell apart
+/// Find which faults of a rig its sensors can detect and isolate
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  borescope isolability rig.toml --with cylinder.clearance=0.2mm")]
 pub struct Arguments {

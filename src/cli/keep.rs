@@ -68,8 +68,8 @@ impl Keeper {
         let run = NewRun::now(&self.rig, record, self.at.or(before), options, diagnosis);
         let number = store.add(&run)?;
         let dated = match run.dated {
-            Dated::Given if before.is_some() => "as given before; `--at` gives another",
-            Dated::Given => "as given",
+            Dated::Given if before.is_some() => "as stated before with `--at`; `--at` changes it",
+            Dated::Given => "stated with `--at`",
             Dated::File => "the time of the record's file; `--at` gives another",
             Dated::Diagnosis => "the time of the diagnosis; `--at` gives another",
         };

@@ -9,7 +9,7 @@ use super::{CommandLine, Failure, Overwriting, Status};
 use crate::complaint::{Complaint, Kind};
 use crate::files::write_atomically;
 
-/// Write the pages of the manual into a folder
+/// Write the manual pages into a folder
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  borescope man ~/.local/share/man/man1")]
 pub struct Arguments {

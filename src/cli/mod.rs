@@ -38,7 +38,7 @@ use crate::context::{Context, Interrupted};
 use crate::files::{Outputs, is_closed_pipe, write_atomically};
 use crate::visible::Visible;
 
-/// Look inside a hydraulic circuit through its records.
+/// Diagnose hydraulic circuits from records: which faults, how large, how probable.
 #[derive(Debug, Parser)]
 #[command(name = "borescope", version)]
 struct CommandLine {
@@ -98,7 +98,7 @@ impl Verb {
 /// What every verb that writes files takes.
 #[derive(Debug, Clone, Copy, Args)]
 struct Overwriting {
-    /// Let outputs take the place of files that are there
+    /// Overwrite existing output files
     #[arg(long)]
     force: bool,
 }

@@ -13,7 +13,7 @@ use crate::model::Model;
 use crate::rig::Rig;
 use crate::simulation::{self, Options, SetParameter, SimulationReport, simulate};
 
-/// Write the record that the sensors of a rig would give
+/// Simulate a rig, and write the record that its sensors would give
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  borescope simulate rig.toml --set cylinder.clearance=0.2mm --seed 1 -o record.csv")]
 pub struct Arguments {

@@ -84,12 +84,12 @@ impl fmt::Display for Stopped {
         match self {
             Self::Settled => write!(
                 f,
-                "no other set of faults is more probable, and no step of this one lowers chi-square by more than {SETTLED}"
+                "no other fault combination is more probable, and no step lowers chi-square by more than {SETTLED}"
             ),
             Self::Rounds => f.write_str(
-                "its rounds were used up while sets of faults or their values still moved: take probabilities and last digits as rough",
+                "the limit of iterations was reached while fault combinations or values still changed: probabilities and last digits are approximate",
             ),
-            Self::Unsolvable => f.write_str("no set of faults can be simulated"),
+            Self::Unsolvable => f.write_str("no fault combination can be simulated"),
         }
     }
 }
@@ -176,7 +176,7 @@ pub(super) fn isolate_from(
             let unsolvable = || {
                 FitError::from(SimulationError::Explicit {
                     t: 0.0,
-                    reason: "no set of faults can be simulated".to_owned(),
+                    reason: "no fault combination can be simulated".to_owned(),
                 })
             };
             let best = case.fit(&local, centre, &local.theta, Options::steps(0, ROUGH)).map_err(|_| unsolvable())?;

@@ -138,7 +138,7 @@ fn fault_history(rig: &Rig, fault: &Fault, runs: &[&StoredRun], by: By) -> Fault
         } else {
             "; a straight line says too early"
         };
-        remarks.push(format!("the course bends {how}, by {:.1} standard errors{when}", ratio.abs()));
+        remarks.push(format!("the trend bends {how}, by {:.1} standard errors{when}", ratio.abs()));
     }
     FaultHistory {
         id: id.clone(),

@@ -69,7 +69,7 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
     for free in placed.effect.parameters {
         let unit = rig.effect_unit(&placed, free.name);
         let Some(first) = rig.first_size(&placed, free) else {
-            return Err(Complaint::new(Kind::MissingEntry, format!("nobody knows yet where `{id}` begins"))
+            return Err(Complaint::new(Kind::MissingEntry, format!("it is not known yet where `{id}` begins"))
                 .at(Place::file(&rig.path))
                 .help("give a record with `--fit`"));
         };

@@ -78,7 +78,7 @@ pub fn candidates(estimate: &Estimate<'_>, stand: usize, tolerance: f64) -> Vec<
         // What is a fault of the rig competes as one.
         .filter(|placed| !(matches!(placed.effect.form, Form::Bent) && bends_a_fault(rig, placed)))
         .collect();
-    let count = rig.context().count("effects scored", places.len());
+    let count = rig.context().count("candidates screened", places.len());
     let Some(here) = Here::of(estimate, worth(places.len(), tolerance)) else { return Vec::new() };
     let one = |placed: &Placed| {
         let tried = best_try(&here, placed);

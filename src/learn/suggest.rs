@@ -153,7 +153,7 @@ pub(super) fn rough_base<T>(
     enough: impl Fn(&T) -> bool,
     then: impl Fn(&Estimate<'_>, Trial) -> Result<T, Complaint>,
 ) -> Result<T, Complaint> {
-    rig.context().stage("fit of the model as given");
+    rig.context().stage("fit of your model");
     let mut rig = with_shown_noise(rig, fit);
     let mut weighings = 1;
     loop {

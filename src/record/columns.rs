@@ -21,7 +21,7 @@ impl Record {
     /// [`Rig::scaled`](crate::rig::Rig::scaled).
     ///
     /// # Errors
-    /// No rows; times that are not finite or do not rise; a column without name, with a name that stands twice, with a unit that
+    /// No rows; times that are not finite or do not rise; a column without name, with a name that appears twice, with a unit that
     /// is not known, of another length than the times, or with an infinite value. The first mistake is reported.
     ///
     /// ```
@@ -46,7 +46,7 @@ impl Record {
         for (name, unit, values) in columns {
             let channel = channel(name.into(), unit.as_ref(), values, &time)?;
             if channels.iter().any(|known| known.name == channel.name) {
-                return Err(wrong(Kind::Duplicate, format!("the column `{}` stands twice", channel.name))
+                return Err(wrong(Kind::Duplicate, format!("the column `{}` appears twice", channel.name))
                     .help("give every column a name of its own"));
             }
             channels.push(channel);

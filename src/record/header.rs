@@ -108,7 +108,7 @@ pub(super) fn parse(fields: &csv::StringRecord, row: &Heading<'_>, asked: &Asked
             column => column?,
         };
         if columns.iter().any(|earlier| earlier.name == column.name) {
-            return Err(Complaint::new(Kind::Duplicate, format!("the column `{}` stands twice", column.name))
+            return Err(Complaint::new(Kind::Duplicate, format!("the column `{}` appears twice", column.name))
                 .at(row.column(index))
                 .help("rename or remove one of the two"));
         }

@@ -141,7 +141,7 @@ impl Record {
     ///
     /// # Errors
     /// Those of [`write_atomically`](crate::files::write_atomically), and a record that could not be read back: a channel of
-    /// another length than the time, a value that is not finite, a time that does not rise, a name that stands twice.
+    /// another length than the time, a value that is not finite, a time that does not rise, a name that appears twice.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Complaint> {
         write::write(self, path.as_ref())
     }

@@ -48,7 +48,7 @@ fn check(record: &Record, path: &Path) -> Result<(), Complaint> {
         let name = &channel.name;
         let earlier = record.channels.iter().take(index);
         if name == "time" || earlier.into_iter().any(|other| other.name == *name) {
-            return complain(Kind::Duplicate, format!("the column `{name}` stands twice"));
+            return complain(Kind::Duplicate, format!("the column `{name}` appears twice"));
         }
         if name.trim().is_empty() {
             return complain(Kind::MissingEntry, format!("channel {} has no name", index + 1));

@@ -20,10 +20,10 @@ pub fn write_text(finished: &Finished) -> String {
         page.push('\n');
     };
     line(&format!("{}: {} cases, seed {}", finished.rig, scores.cases, options.seed));
-    line(&format!("rigs {}, disturbance {}, healthy share {}", options.rigs, options.disturbance, options.healthy));
+    line(&format!("rigs {}, disturbance {}, healthy fraction {}", options.rigs, options.disturbance, options.healthy));
     let redrawn = &scores.redrawn;
     line(&format!(
-        "without diagnosis {}, cases drawn anew {}, rigs drawn anew {}",
+        "without diagnosis {}, cases drawn again {}, rigs drawn again {}",
         scores.failed, redrawn.cases, redrawn.rigs
     ));
     line(&format!("rigs that were not calibrated to an adequate model: {}", rate(&scores.inadequate_rigs)));
@@ -102,7 +102,7 @@ fn groups(line: &mut impl FnMut(&str), scores: &Scores) {
     }
     line("by number of faults             alarms            isolated          mean error  coverage, found");
     let counts = scores.by_count.iter().enumerate().map(|(count, group)| (count.to_string(), group));
-    for (name, group) in counts.chain(std::iter::once(("begun within the record".to_owned(), &scores.midway))) {
+    for (name, group) in counts.chain(std::iter::once(("onset within the record".to_owned(), &scores.midway))) {
         line(&row_of(&name, group));
     }
 }
@@ -143,7 +143,7 @@ fn faults(line: &mut impl FnMut(&str), faults: &[FaultScore]) {
 }
 
 fn reliability(line: &mut impl FnMut(&str), scores: &Scores) {
-    line("probability of the best set     cases   mean probability   right");
+    line("probability of the best combination     cases   mean probability   right");
     for bin in scores.reliability.bins.iter().filter(|bin| bin.right.of > 0) {
         let percent = |share: f64| text(rounded(100.0 * share, 4));
         line(&format!(
@@ -161,7 +161,7 @@ fn reliability(line: &mut impl FnMut(&str), scores: &Scores) {
 /// Only what stands beside the diagonal: a matrix of all faults would not fit.
 fn confusion(line: &mut impl FnMut(&str), scores: &Scores) {
     let confusion = &scores.confusion;
-    line("one fault or none, by the most probable set (as injected; else what it was taken for)");
+    line("one fault or none: the most probable combination (as injected; otherwise what was named instead)");
     for (own, (injected, counts)) in confusion.injected.iter().zip(&confusion.counts).enumerate() {
         let total: usize = counts.iter().sum();
         if total == 0 {

@@ -23,7 +23,7 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
         told.push(format!("Check how the record was taken: if it is not so that {}, {without}.", cause.clause));
     }
     if !open.is_empty() {
-        told.push(format!("The record says nothing of {}.", open.join(", ")));
+        told.push(format!("The record does not determine {}.", open.join(", ")));
     }
     if diagnosis.verdict == Verdict::Healthy {
         return told;
@@ -40,7 +40,7 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
     }
     told.extend(longest_gap(diagnosis).map(|gap| {
         let [from, to] = [gap.from_s, gap.to_s].map(|time| text(rounded(time, 9)));
-        format!("Rows are missing from {from} s to {to} s: what was commanded there the model does not know; cut the record there.")
+        format!("Rows are missing from {from} s to {to} s: the commands there are not known; split the record there.")
     }));
     told
 }
@@ -55,7 +55,7 @@ fn longest_gap(diagnosis: &Diagnosis) -> Option<&Finding> {
 /// When the record shows that something is wrong.
 pub(super) fn detected(diagnosis: &Diagnosis) -> Option<String> {
     let by_residual = diagnosis.residuals.iter().any(|residual| residual.fired);
-    let how = if by_residual { "" } else { ", by the fit: no residual fired" };
+    let how = if by_residual { "" } else { ", by the fit: no residual raised an alarm" };
     diagnosis.detected_at_s.map(|at| format!("detected at {at:.2} s{how}"))
 }
 
@@ -67,7 +67,7 @@ pub fn left_out<'a>(findings: impl IntoIterator<Item = &'a Finding>, most: usize
     let findings: Vec<&Finding> = findings.into_iter().collect();
     let mut words = told(findings.iter().copied());
     if findings.iter().any(|finding| finding.doubt == Doubt::MissingRows) {
-        words.push("where rows are missing the model runs on, inputs as their `hold` says".to_owned());
+        words.push("where rows are missing the model continues, with inputs as their `hold` says".to_owned());
     }
     let more = words.len().saturating_sub(most);
     words.truncate(most);

@@ -66,7 +66,7 @@ fn write_rig(out: &mut dyn Write, rig: &RigPage) -> io::Result<()> {
         vec![parameter.id.clone(), with_unit(parameter.value, &parameter.unit), sigma, parameter.meaning.clone()]
     });
     table(out, "parameters that a fit estimates, +- one standard deviation", &rows.collect::<Vec<_>>())?;
-    writeln!(out, "  and {} taken as exact, or uncertain anew in each switching", exact.len())?;
+    writeln!(out, "  and {} taken as exact, or uncertain per switching", exact.len())?;
     let rows = rig.sensors.iter().map(|sensor| {
         let mut notes = vec![format!("+- {}", with_unit(sensor.noise, &sensor.unit))];
         if sensor.resolution > 0.0 {

@@ -126,7 +126,7 @@ pub(super) const CHANNEL_HEADS: [Head; 6] = [
     ("rms misfit", true),
     ("noise", true),
     ("unit", false),
-    ("chi-square per sample", true),
+    ("reduced chi-square", true),
     ("explained", false),
 ];
 
@@ -181,7 +181,7 @@ pub(super) fn uncertain_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     diagnosis.uncertain.iter().map(row).collect()
 }
 
-pub(super) const OPEN_INTERVALS: &str = "Intervals that are open, or end where the search did not settle";
+pub(super) const OPEN_INTERVALS: &str = "Intervals that are open, or whose search did not converge";
 
 /// What is known of each fault whose interval is not that of a finished search, and why no more.
 pub(super) fn open_intervals(diagnosis: &Diagnosis) -> Vec<String> {
@@ -195,7 +195,7 @@ pub(super) fn open_intervals(diagnosis: &Diagnosis) -> Vec<String> {
     diagnosis.faults.iter().filter_map(open).collect()
 }
 
-pub(super) const UNBLAMED: &str = "Not called a fault, and why";
+pub(super) const UNBLAMED: &str = "Not counted as faults, and why";
 
 /// Why faults are not present although their intervals leave the healthy value out.
 pub(super) fn unblamed(diagnosis: &Diagnosis) -> Vec<String> {
@@ -321,13 +321,13 @@ fn page(diagnosis: &Diagnosis, style: Style, [scales, courses]: [Vec<String>; 2]
     if !unblamed.is_empty() {
         block(UNBLAMED, indented(unblamed));
     }
-    block("Which faults together", aligned(&HYPOTHESIS_HEADS, &hypothesis_rows(diagnosis)));
+    block("Fault combinations", aligned(&HYPOTHESIS_HEADS, &hypothesis_rows(diagnosis)));
     if !diagnosis.residuals.is_empty() {
         let table = aligned(&residuals::HEADS, &residuals::rows(diagnosis));
         block("Residuals with healthy parameters", [table, indented(residuals::words())].concat());
     }
     let channels = pictured(style, &CHANNEL_HEADS, &channel_rows(diagnosis), ("misfit over time", &courses));
-    block("Fit of each sensor (1 is right within noise and tolerance)", channels);
+    block("Misfit of each sensor (reduced chi-square 1 is noise and tolerance)", channels);
     let open = open_intervals(diagnosis);
     if !open.is_empty() {
         block(OPEN_INTERVALS, indented(open));
@@ -347,7 +347,7 @@ fn fitted(diagnosis: &Diagnosis) -> String {
         several => format!("{several} iterations"),
     };
     format!(
-        "fit: chi-square per sample {:.3}, {iterations}, {} simulations of the record; it ended because {}",
+        "fit: reduced chi-square {:.3}, {iterations}, {} simulations of the record; it ended because {}",
         diagnosis.fit.chi2_reduced, diagnosis.fit.solves, diagnosis.fit.stopped_because
     )
 }

@@ -71,7 +71,7 @@ impl EffectReport {
             At::Fluid => ("the fluid".to_owned(), ""),
             At::Warmth => ("the fluid, where `temperature` in `[fluid]` names its column".to_owned(), ""),
             At::Node => ("a node with a volume".to_owned(), "@NODE"),
-            At::Actuator => ("a node where a cylinder stands".to_owned(), "@NODE"),
+            At::Actuator => ("a node with a cylinder".to_owned(), "@NODE"),
             At::Component { kind, named } => (format!("a `{kind}`"), if named { "@COMPONENT" } else { "" }),
             At::Sensor => ("a sensor".to_owned(), "@SENSOR"),
             At::Named(node) => (format!("the node `{node}`"), ""),

@@ -32,13 +32,13 @@ pub fn write_text(history: &History) -> String {
 
 pub(super) const HEADS: [Head; 8] = [
     ("fault", false),
-    ("course", false),
+    ("history", false),
     ("now", true),
     ("95 %", false),
     ("trend", true),
     ("95 %", false),
     ("limit", true),
-    ("passes", false),
+    ("reaches the limit", false),
 ];
 
 pub(super) fn rows(history: &History) -> Vec<Vec<String>> {
@@ -93,7 +93,7 @@ pub(super) fn passes(fault: &FaultHistory) -> String {
         State::AtLimit => format!("at its limit ({})", ends()),
         State::WillPass => format!("{} ({})", at(&forecast.passes_at, "far ahead"), ends()),
         State::MayPass => format!("not before {}, perhaps never", at(&forecast.ci95[0], "long")),
-        State::Receding => "moves away".to_owned(),
+        State::Receding => "moves away from it".to_owned(),
     }
 }
 

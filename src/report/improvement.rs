@@ -139,32 +139,35 @@ impl Ledger {
         let ends = at_bounds(&all);
         match (self.conclusion, self.alike.split_first()) {
             (Conclusion::Adequate, _) => {
-                format!("ADEQUATE: the model as given explains both records{with}; nothing to add.")
+                format!("ADEQUATE: your model explains both records{with}; nothing to add.")
             }
             (Conclusion::EffectFound, _) => {
-                format!("EFFECT FOUND: with what was added the model explains both records{with}.{ends}")
+                format!("EFFECT FOUND: with the added effects the model explains both records{with}.{ends}")
             }
             (Conclusion::Confounded, Some((first, others))) if !others.is_empty() => {
                 let added = if self.effects.is_empty() { "; nothing is added" } else { "" };
-                format!("CONFOUNDED: {first} explains the records, and {} does alike{added}.{ends}", others.join(", "))
+                format!(
+                    "CONFOUNDED: {first} explains the records, and {} explains them equally well{added}.{ends}",
+                    others.join(", ")
+                )
             }
             (Conclusion::Confounded, _) => {
-                format!("CONFOUNDED: what was added explains the records, and so do others.{ends}")
+                format!("CONFOUNDED: the added effects explain the records, and so do others.{ends}")
             }
             (Conclusion::PartlyExplained, _) => {
                 let what = "what was added explains much of what the model misses, and something is left";
                 format!("PARTLY EXPLAINED: {what} that no law of the library explains{with}.{ends}")
             }
             (Conclusion::UnknownEffect, _) => {
-                format!("UNKNOWN EFFECT: no law of the library explains all that is missed{with}.{ends}")
+                format!("UNKNOWN EFFECT: no effect of the library explains the whole misfit{with}.{ends}")
             }
         }
     }
 
     /// What the new rig file does not have of what was fitted.
     pub fn not_written(&self) -> &'static str {
-        "The new rig file has the effects. Faults and what its data sheet leaves uncertain stay in it as they were, and are \
-         fitted anew to each record; `calibrate` writes what healthy records tell of them, for `simulate`."
+        "The new rig file has the effects. Faults and uncertain data-sheet values are unchanged in it and are fitted to each \
+         record again; `calibrate` writes their values from healthy records, for `simulate`."
     }
 
     /// Table and staircase.
@@ -178,7 +181,7 @@ impl Ledger {
             "{conclusion}\n\nrig    {}\nfit    {}\ncheck  {}\n",
             self.rig, self.fit_record, self.check_record
         )?;
-        writeln!(out, "Errors, normalised by sensor noise over all channels")?;
+        writeln!(out, "Error over all sensors, times the sensor noise")?;
         let name = Row::name;
         let width = self.steps.iter().map(|row| name(row).chars().count()).max().unwrap_or(0).max(8);
         writeln!(
@@ -197,7 +200,7 @@ impl Ledger {
                 row.check_chi2_reduced
             )?;
         }
-        writeln!(out, "\nCheck error of each model, 1 at the noise of the sensors")?;
+        writeln!(out, "\nImprovement per effect: check error, times the sensor noise")?;
         let most = self.steps.iter().map(|row| row.check_rmse).fold(1.0, f64::max);
         for row in &self.steps {
             let bar = "#".repeat(((row.check_rmse / most * BAR).round() as usize).max(1));
@@ -214,7 +217,7 @@ impl Ledger {
             let faults: Vec<String> = self.faults.iter().map(FaultReport::text).collect();
             writeln!(out, "\nFaults on the fit record (one standard deviation)\n  {}", faults.join("\n  "))?;
         }
-        writeln!(out, "\nError of each channel on the check record, first and last model")?;
+        writeln!(out, "\nError of each sensor on the check record, first and last model")?;
         if let (Some(first), Some(last)) = (self.steps.first(), self.steps.last()) {
             for (name, before) in &first.channels {
                 let after = last.channels.get(name).map_or(f64::NAN, |channel| channel.check_rmse);
@@ -251,7 +254,7 @@ pub fn left(rest: &Where) -> String {
 impl Row {
     /// What the model of the row is called.
     pub fn name(&self) -> String {
-        self.added.as_ref().map_or("as given".to_owned(), |added| format!("+ {added}"))
+        self.added.as_ref().map_or("your model".to_owned(), |added| format!("+ {added}"))
     }
 }
 

@@ -60,7 +60,7 @@ pub fn signature_text(rig: &Rig, rows: Option<&[SignatureRow]>) -> String {
 }
 
 fn write(text: &mut String, rig: &Rig, rows: &[SignatureRow]) -> std::fmt::Result {
-    writeln!(text, "\nSignatures: how far each residual moves when a fault goes to the far end of its range.")?;
+    writeln!(text, "\nSignatures: change of each residual when a fault goes to the far end of its range.")?;
     let faults = of_components(rig);
     for (index, fault) in faults.iter().enumerate() {
         let parameter = &rig.parameters[fault.parameter];
@@ -147,7 +147,7 @@ pub fn expected_text(numbers: &Expectation) -> String {
     let longest = numbers.widths.iter().map(|width| width.id.len()).max().unwrap_or(0);
     let _ = writeln!(
         text,
-        "  half the 95 % interval that a record there would leave each fault, the present ones unknown too"
+        "  half width of the 95 % interval to expect for each fault, with the present faults also estimated"
     );
     for ExpectedWidth { id, unit, half_width } in &numbers.widths {
         let width = half_width.map_or("unknown".to_owned(), |half| format!("+- {}", number::with_unit(half, unit)));

@@ -17,10 +17,10 @@ const CHANNEL_HEADS: [Head; 9] = [
     ("rms misfit", true),
     ("noise", true),
     ("unit", false),
-    ("fit", true),
-    ("chi-square per sample", true),
+    ("NRMSE fit", true),
+    ("reduced chi-square", true),
     ("autocorrelation", true),
-    ("goes with", false),
+    ("correlates with", false),
     ("explained", false),
 ];
 
@@ -74,7 +74,7 @@ pub(super) fn comparison_headline(comparison: &Comparison) -> String {
 /// How each sensor is followed, for a page.
 pub(super) fn channel_table(comparison: &Comparison) -> Table {
     let rows = comparison.channels.iter().map(channel_row).collect();
-    Table::of("Fit of each sensor; chi-square 1 is right within noise and tolerance", &CHANNEL_HEADS, rows)
+    Table::of("Misfit of each sensor; reduced chi-square 1 is noise and tolerance", &CHANNEL_HEADS, rows)
 }
 
 /// The worst phases of the sensors that are missed.
@@ -108,10 +108,10 @@ pub fn comparison(comparison: &Comparison) -> String {
         lines.extend(aligned(heads, rows));
     };
     let rows: Vec<Vec<String>> = comparison.channels.iter().map(channel_row).collect();
-    block("Measured and model (chi-square 1 is right within noise and tolerance)", &CHANNEL_HEADS, &rows);
+    block("Measured and model (reduced chi-square 1 is noise and tolerance)", &CHANNEL_HEADS, &rows);
     let rows = worst_rows(comparison);
     if !rows.is_empty() {
-        block("Where it misses most (mean deviation in standard deviations; 0.8 is right)", &WORST_HEADS, &rows);
+        block("Largest misfits (mean deviation in standard deviations; 0.8 is noise)", &WORST_HEADS, &rows);
     }
     ended(lines)
 }
@@ -123,11 +123,11 @@ fn ended(lines: Vec<String>) -> String {
 /// Where a misfit sits, in a sentence.
 pub(super) fn sits(place: &Where) -> String {
     let goes = match place.depends_on.as_slice() {
-        [] => "goes with no measured quantity".to_owned(),
-        some => format!("goes with {}", some.join(", ")),
+        [] => "correlates with no measured quantity".to_owned(),
+        some => format!("correlates with {}", some.join(", ")),
     };
     format!(
-        "The misfit sits in {} ({}), most in the phase `{}` from {:.2} to {:.2} s, and {goes}.",
+        "The misfit is largest in {} ({}), in the phase `{}` from {:.2} to {:.2} s; it {goes}.",
         place.channel, place.equation, place.phase, place.from_s, place.to_s
     )
 }
@@ -157,14 +157,14 @@ pub fn conclusion(suggestion: &SuggestionReport) -> String {
             let values: Vec<String> =
                 best.parameters.iter().map(|one| format!("{} = {}", one.id, parameter(one))).collect();
             format!(
-                "EFFECT FOUND: the model lacks {}, which explains what it misses in {records} and nothing else does ({}).{}",
+                "EFFECT FOUND: the model lacks {}. It explains the misfit of {records}, and no other effect does ({}).{}",
                 best.effect,
                 values.join(", "),
                 at_bounds(&best.parameters)
             )
         }
         (Conclusion::Confounded, Some(best)) => format!(
-            "CONFOUNDED: {} explains what the model misses, and {} does alike; {records} cannot tell them apart.",
+            "CONFOUNDED: {} explains the misfit, and {} explains it equally well; {records} cannot separate them.",
             best.effect,
             best.confounded_with.join(", ")
         ),
@@ -175,14 +175,14 @@ pub fn conclusion(suggestion: &SuggestionReport) -> String {
             at_bounds(&best.parameters)
         ),
         (Conclusion::UnknownEffect, Some(best)) if best.supported => format!(
-            "UNKNOWN EFFECT: the model misses something that no effect of the library explains; {} comes nearest.",
+            "UNKNOWN EFFECT: no effect of the library explains the misfit; {} comes nearest.",
             best.effect
         ),
         (Conclusion::UnknownEffect, Some(_)) => {
-            "UNKNOWN EFFECT: the model misses something that no effect of the library explains; none helps.".to_owned()
+            "UNKNOWN EFFECT: no effect of the library explains the misfit; none reduces it.".to_owned()
         }
         (_, None) => {
-            "UNKNOWN EFFECT: the model misses something that no effect of the library explains; none helps.".to_owned()
+            "UNKNOWN EFFECT: no effect of the library explains the misfit; none reduces it.".to_owned()
         }
     }
 }
@@ -192,9 +192,9 @@ pub(super) fn at_bounds(parameters: &[ParameterReport]) -> String {
     let ends: Vec<&str> = parameters.iter().filter(|one| one.at_bound).map(|one| one.id.as_str()).collect();
     match ends.as_slice() {
         [] => String::new(),
-        [one] => format!(" {one} stands at the end of its search: the other values hold only with it."),
+        [one] => format!(" {one} is at the bound of its search: the other values hold only with it."),
         several => format!(
-            " {} stand at the ends of their search: the other values hold only with them.",
+            " {} are at the bounds of their search: the other values hold only with them.",
             several.join(" and ")
         ),
     }
@@ -210,7 +210,7 @@ pub(super) fn experiment(experiment: &Experiment) -> String {
     let [first, second] = &experiment.between;
     let apart = format!("{:.1} standard deviations", experiment.sigma);
     if experiment.sigma < TOLD_APART {
-        return format!("No change of the rig's cycle that was tried tells {first} from {second}: {apart} at most.");
+        return format!("No change of the rig's cycle that was tried separates {first} from {second}: {apart} at most.");
     }
     let length = if experiment.length == 1.0 {
         String::new()
@@ -218,7 +218,7 @@ pub(super) fn experiment(experiment: &Experiment) -> String {
         format!(" and phases of {:.0} % of their length", 100.0 * experiment.length)
     };
     format!(
-        "To tell {first} from {second}, record the rig's cycle with {} at {:.0} %{length}: they are {apart} apart then.",
+        "To separate {first} from {second}, record the rig's cycle with {} at {:.0} %{length}: they then differ by {apart}.",
         experiment.inputs.join(" and "),
         100.0 * experiment.share
     )
@@ -233,7 +233,7 @@ const CANDIDATE_HEADS: [Head; 6] = [
     ("misfit", true),
     ("on the check record", true),
     ("delta BIC", true),
-    ("alike", false),
+    ("confounded with", false),
 ];
 
 pub(super) fn before_after(before: Option<f64>, after: Option<f64>) -> String {
@@ -258,7 +258,7 @@ pub(super) const PARAMETER_HEADS: [Head; 4] =
 pub(super) fn parameter_row(one: &ParameterReport) -> Vec<String> {
     let shown = estimate(one);
     let interval = match one.ci95 {
-        [None, None] if one.at_bound => "at the end of its search".to_owned(),
+        [None, None] if one.at_bound => "at the bound of its search".to_owned(),
         [None, None] => "not computed".to_owned(),
         _ => shown.interval(),
     };
@@ -273,7 +273,7 @@ pub(super) fn scored_row(scored: &ScoredReport) -> Vec<String> {
         _ if !scored.excited => "not excited".to_owned(),
         (Some(parameter), _) => format!("absorbed by {parameter}"),
         (None, Some(onset)) => format!("from {} {} on", text(rounded(onset.from, 3)), onset.unit),
-        (None, None) if scored.smallest_detectable.is_none() => "a level, looked for in the record".to_owned(),
+        (None, None) if scored.smallest_detectable.is_none() => "a level, searched in the record".to_owned(),
         (None, None) => String::new(),
     };
     vec![
@@ -298,7 +298,7 @@ pub fn suggestion(suggestion: &SuggestionReport) -> String {
     lines.push(format!("record  {}", suggestion.record));
     lines.extend(suggestion.check.as_ref().map(|check| format!("check   {check}")));
     if !suggestion.faults.is_empty() {
-        lines.push(format!("faults  {}, as the model as given explains the record best", suggestion.faults.join(", ")));
+        lines.push(format!("faults  {}, with which your model explains the record best", suggestion.faults.join(", ")));
     }
     let mut block = |title: &str, heads: &[Head], rows: &[Vec<String>]| {
         lines.extend([String::new(), title.to_owned()]);
@@ -307,7 +307,7 @@ pub fn suggestion(suggestion: &SuggestionReport) -> String {
     if !suggestion.candidates.is_empty() {
         let rows: Vec<Vec<String>> = suggestion.candidates.iter().map(candidate_row).collect();
         block(
-            "Fitted (misfit over noise, without -> with the effect; supported: worth its parameters on both records)",
+            "Fitted (misfit, times the sensor noise, without -> with the effect; supported: improves both records by more than its parameters cost)",
             &CANDIDATE_HEADS,
             &rows,
         );
@@ -317,14 +317,14 @@ pub fn suggestion(suggestion: &SuggestionReport) -> String {
         }
     }
     let rows: Vec<Vec<String>> = suggestion.scored().into_iter().map(scored_row).collect();
-    block("All that the rig could have, with the smallest size that this record could show", &SCORED_HEADS, &rows);
+    block("All candidates, with the smallest size that this record could show", &SCORED_HEADS, &rows);
     let warned: Vec<String> = suggestion
         .candidates
         .iter()
         .flat_map(|one| one.warnings.iter().map(|warning| format!("  {}: {warning}", one.effect)))
         .collect();
     if !warned.is_empty() {
-        lines.extend([String::new(), "What speaks against them".to_owned()]);
+        lines.extend([String::new(), "Caveats".to_owned()]);
         lines.extend(warned);
     }
     ended(lines)

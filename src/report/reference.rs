@@ -177,7 +177,7 @@ fn uncertainty(parameter: &Parameter) -> String {
     match (parameter.tolerance > 0.0, parameter.anew) {
         (false, _) => "exact".to_owned(),
         (true, false) => share.to_string(),
-        (true, true) => format!("{share}, anew"),
+        (true, true) => format!("{share}, per switching"),
     }
 }
 

@@ -12,8 +12,8 @@ pub(super) const HEADS: [Head; 8] = [
     ("sigma", true),
     ("allowed", true),
     ("unit", false),
-    ("fired", false),
-    ("since", true),
+    ("alarm", false),
+    ("onset", true),
 ];
 
 pub(super) fn rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
@@ -40,14 +40,14 @@ pub(super) fn rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
 pub(super) fn words() -> Vec<String> {
     let Detection { hours_between_false_alarms: hours, coverage, .. } = Detection::default();
     vec![
-        "mean: how far the balance is from closing, in the phase of the alarm where there is one".to_owned(),
-        "sigma: standard error of the mean by sensor noise alone, which decides nothing".to_owned(),
+        "mean: mean error of the balance; with an alarm, in the phase of the alarm".to_owned(),
+        "sigma: standard error of the mean from sensor noise alone; it does not decide the alarm".to_owned(),
         format!(
-            "allowed: how far off the uncertain values of the rig file may put a healthy circuit ({} standard deviations)",
+            "allowed: what the uncertain values of the rig file can cause in a healthy circuit ({} standard deviations)",
             text(coverage)
         ),
         format!(
-            "fired: what goes beyond, summed from window to window (CUSUM), passed the threshold of one false alarm in {} h",
+            "alarm: the excess over it, summed from window to window (CUSUM), passed the threshold of one false alarm in {} h",
             text(hours)
         ),
     ]

@@ -9,7 +9,7 @@ use crate::diagnosis::watch::{Conclusion, Episode, Watched};
 use crate::number::{rounded, text};
 
 const RESIDUAL_HEADS: [Head; 5] =
-    [("residual", false), ("since", true), ("first alarm", true), ("alarms", true), ("phase", false)];
+    [("residual", false), ("onset", true), ("first alarm", true), ("alarms", true), ("phase", false)];
 
 /// The whole as a page of text.
 pub fn write_styled(watched: &Watched, style: Style) -> String {
@@ -20,7 +20,7 @@ pub fn write_styled(watched: &Watched, style: Style) -> String {
     lines.push(format!("{} rows from {} to {}", watched.rows, seconds(watched.from_s), seconds(watched.to_s)));
     lines.push(format!("{count} windows of {}: {quiet} quiet, {alarmed} with alarms", seconds(watched.window_s)));
     if blind > 0 {
-        lines.push(format!("of {blind} more nothing can be said: no value of any residual counts there"));
+        lines.push(format!("{blind} more cannot be judged: no residual applies there"));
     }
     for (number, episode) in watched.episodes.iter().enumerate() {
         lines.push(String::new());
@@ -33,17 +33,19 @@ pub fn write_styled(watched: &Watched, style: Style) -> String {
 /// The conclusion in one line.
 fn told(watched: &Watched) -> String {
     let count = match watched.episodes.len() {
-        0 => return "HEALTHY: no residual fired in any window.".to_owned(),
+        0 => return "HEALTHY: no residual raised an alarm in any window.".to_owned(),
         1 => "1 episode".to_owned(),
         several => format!("{several} episodes"),
     };
     match watched.conclusion {
-        Conclusion::Healthy => format!("HEALTHY: residuals fired in {count}, and the diagnoses found nothing."),
-        Conclusion::Faulty => format!("FAULTY: residuals fired in {count}."),
+        Conclusion::Healthy => format!("HEALTHY: residuals raised alarms in {count}; their diagnoses found no fault."),
+        Conclusion::Faulty => format!("FAULTY: residuals raised alarms in {count}."),
         Conclusion::ModelInadequate => {
-            format!("MODEL INADEQUATE: residuals fired in {count}, which no faults of this rig explain.")
+            format!("MODEL INADEQUATE: residuals raised alarms in {count}, which no faults of this rig explain.")
         }
-        Conclusion::NotDiagnosed => format!("NOT DIAGNOSED: residuals fired in {count}, and why is not known."),
+        Conclusion::NotDiagnosed => {
+            format!("NOT DIAGNOSED: residuals raised alarms in {count}; the cause is not known.")
+        }
     }
 }
 
@@ -63,7 +65,7 @@ fn of_episode(number: usize, episode: &Episode, style: Style) -> Vec<String> {
     let (onset, first, last) = (episode.onset_s, episode.first_alarm_s, episode.last_alarm_s);
     let alarms = if episode.alarms == 1 { "1 alarm".to_owned() } else { format!("{} alarms", episode.alarms) };
     let mut lines = vec![format!(
-        "Episode {number}: since {}, {alarms} from {} to {}",
+        "Episode {number}: onset {}, {alarms} from {} to {}",
         seconds(onset),
         seconds(first),
         seconds(last)

@@ -72,7 +72,7 @@ fn add(
 
 fn cylinder(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
     for printed in [false, true] {
-        let label = Label::new("leakage", "(4)", "flow from the big side past the piston to the rod side");
+        let label = Label::new("leakage", "(4)", "flow from the cap side past the piston to the rod side");
         add(rig, index, if printed { label.printed() } else { label }, found, |readings| {
             Some(Form::CylinderLeakage {
                 view: View::of(rig, index, readings)?,
@@ -83,7 +83,7 @@ fn cylinder(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
         });
     }
     let sides = [
-        (0, -1.0, Label::new("flow_A", "(1)", "q1 - A1 v: what enters the big side and does not move the piston")),
+        (0, -1.0, Label::new("flow_A", "(1)", "q1 - A1 v: what enters the cap side and does not move the piston")),
         (1, 1.0, Label::new("flow_B", "(1)", "q2 - A2 v: what leaves the rod side and the piston did not push")),
     ];
     for (port, sign, label) in sides {

@@ -383,7 +383,7 @@ fn needs(at: At) -> String {
         At::Fluid => "a fluid".to_owned(),
         At::Warmth => "the column of a temperature: `temperature` in `[fluid]`".to_owned(),
         At::Node => "a node with a volume".to_owned(),
-        At::Actuator => "a node where a cylinder stands".to_owned(),
+        At::Actuator => "a node with a cylinder".to_owned(),
         At::Component { kind, .. } => format!("a `{kind}`"),
         At::Sensor => "a sensor".to_owned(),
         At::Named(node) => format!("the node `{node}`"),

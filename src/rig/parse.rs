@@ -118,10 +118,10 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
     Ok(rig)
 }
 
-/// The complaint about a key that stands twice, with both places where the first is found.
+/// The complaint about a key that appears twice, with both places where the first is found.
 fn duplicate_key(source: &Source, span: std::ops::Range<usize>) -> Complaint {
     let key = source.text.get(span.clone()).unwrap_or_default().trim();
-    let complaint = Complaint::new(Kind::Duplicate, format!("this is not TOML: the key `{key}` stands twice"))
+    let complaint = Complaint::new(Kind::Duplicate, format!("this is not TOML: the key `{key}` appears twice"))
         .help("give each key of a table once");
     match source.earlier(key, span.start) {
         Some(first) => complaint.at(source.place(first)).at(source.place(span)),

@@ -51,7 +51,7 @@ pub fn validate(rig: &Rig) -> Result<(), Complaint> {
     if let Some(fault) = rig.faults.get(FaultSet::CAPACITY) {
         return Err(Complaint::new(Kind::Bounds, format!("more than {} faults", FaultSet::CAPACITY))
             .at(fault.place.clone())
-            .help("no record can tell so many apart; keep those that can happen"));
+            .help("no record can isolate so many; keep those that can happen"));
     }
     columns(rig)
 }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-/// A largest set of pairs of equations and unknowns in which none stands twice.
+/// A largest set of pairs of equations and unknowns in which none appears twice.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Matching {
     /// Unknown that each equation is solved for.

@@ -37,17 +37,17 @@ fn write(text: &mut String, result: &Isolability) -> std::fmt::Result {
     }
     writeln!(text, "x: the fault of the column explains whatever the fault of the row does.\n")?;
     for group in &result.ambiguity_groups {
-        writeln!(text, "Not to be told apart: {}.", group.join(", "))?;
+        writeln!(text, "Not isolable from each other (ambiguity group): {}.", group.join(", "))?;
     }
     if !result.tests.is_empty() {
-        writeln!(text, "Tests that suffice: {}.", result.tests.len())?;
+        writeln!(text, "Sufficient tests: {}.", result.tests.len())?;
         for test in &result.tests {
-            writeln!(text, "  answers to {}; from {}", test.faults.join(", "), test.signals.join(", "))?;
+            writeln!(text, "  sensitive to {}; uses {}", test.faults.join(", "), test.signals.join(", "))?;
         }
     }
     match result.sensors.first() {
         None => writeln!(text, "No few further sensors would isolate every fault.")?,
-        Some(none) if none.is_empty() => writeln!(text, "No further sensor would tell more faults apart.")?,
+        Some(none) if none.is_empty() => writeln!(text, "No further sensor would isolate more faults.")?,
         Some(_) => {
             writeln!(text, "Further sensors that would help, any one line of {}:", result.sensors.len())?;
             for sensors in result.sensors.iter().take(ALTERNATIVES) {

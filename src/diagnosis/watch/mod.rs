@@ -50,7 +50,7 @@ fn watch_windows(
             "the sensors of this rig allow no residuals, which watch the windows",
         )
         .at(Place::file(&rig.path))
-        .help("diagnose records whole, without `--window`; `borescope isolability` tells which sensors are missing"));
+        .help("diagnose records whole, without `--window`; `borescope isolability` shows which sensors are missing"));
     }
     let mut windows = Windows::new(stream, watching.window);
     let mut watch = Watch::new(model, watching, options);
@@ -200,8 +200,10 @@ fn diagnosed(model: &Model, window: &Window, start: f64, options: &Options) -> R
         })
     };
     let Some((record, shown)) = begun else {
-        return Err("nothing in the first half of its window stands or runs straight, so the model cannot be started"
-            .to_owned());
+        return Err(
+            "nothing in the first half of its window is constant or changes linearly, so the model cannot be started"
+                .to_owned(),
+        );
     };
     let span = span(&record);
     let diagnosed =

@@ -34,7 +34,7 @@ pub const CARD: Card = Card {
         Parameter::required("stop_damping", "b_s", "kN.s/m", "damping of the end stops on the way in").or(80.0),
     ],
     ports: &[
-        Port::hydraulic("A", "big side"),
+        Port::hydraulic("A", "cap side"),
         Port::hydraulic("B", "rod side"),
         Port::mechanical("rod", "piston and rod: position 0 fully in, positive outwards"),
     ],
@@ -48,7 +48,7 @@ pub const CARD: Card = Card {
             expect: 4.423e-5,
         },
         Worked {
-            text: "10 bar on the big side alone push with 1256.6 N",
+            text: "10 bar on the cap side alone push with 1256.6 N",
             parameters: &[("bore", 40.0), ("rod", 20.0), ("stroke", 170.0)],
             at: &[ATMOSPHERE + 1e6, ATMOSPHERE, 0.05, 0.0],
             inputs: &[],

@@ -24,7 +24,7 @@ const MORE: &[Parameter] = &[Parameter::required("stroke", "s", "mm", "way over 
 
 pub const CARD: Card = Card {
     kind: "empirical-friction",
-    meaning: "Friction along the stroke as the record shows it: a dent, a tight spot, a worn seal.",
+    meaning: "Friction versus position as the record shows it: a dent, a tight spot, a worn seal.",
     law: "F = -f(x) v / sqrt(v^2 + v_t^2), f a curve",
     source: "empirical: uniform cubic B-spline of 20 heights",
     validity: "Not a law: it says what happened on the way that the record covers.",

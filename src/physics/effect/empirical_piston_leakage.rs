@@ -29,7 +29,7 @@ pub const CARD: Card = Card {
     source: "empirical: uniform cubic B-spline of 20 heights",
     validity: "Not a law: it says what happened on the way that the record covers.",
     parameters: &card::<{ HEIGHTS + 1 }>("L/min/bar", "conductance along the stroke", MORE),
-    ports: &[Port::hydraulic("A", "big side"), Port::hydraulic("B", "rod side"), Port::mechanical("rod", "piston and rod")],
+    ports: &[Port::hydraulic("A", "cap side"), Port::hydraulic("B", "rod side"), Port::mechanical("rod", "piston and rod")],
     worked: &[Worked {
         text: "0.006 L/min/bar all along leak 0.3 L/min under 50 bar",
         parameters: &[("c01", 0.006), ("c02", 0.006), ("c03", 0.006), ("c04", 0.006), ("c05", 0.006), ("c06", 0.006), ("c07", 0.006), ("c08", 0.006), ("c09", 0.006), ("c10", 0.006), ("c11", 0.006), ("c12", 0.006), ("c13", 0.006), ("c14", 0.006), ("c15", 0.006), ("c16", 0.006), ("c17", 0.006), ("c18", 0.006), ("c19", 0.006), ("c20", 0.006)],

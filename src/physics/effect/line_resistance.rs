@@ -24,7 +24,7 @@ pub const EFFECT: Effect = Effect {
 
 pub const CARD: Card = Card {
     kind: "line-resistance",
-    meaning: "Pressure drop of the line between a node and the cylinder that stands there; sensors stay on the near side.",
+    meaning: "Pressure drop of the line between a node and its cylinder; sensors stay on the near side.",
     law: "dp = (R + R_0) q + K q |q|;  C = V/beta at the near side",
     source: "Hagen-Poiseuille and Darcy-Weisbach; Merritt (1967), section 3-2",
     validity: "No inertia of the oil in the line; R_0 = 0.01 bar/(L/min) keeps a line without resistance solvable.",

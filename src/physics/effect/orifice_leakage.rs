@@ -31,7 +31,7 @@ pub const CARD: Card = Card {
         Parameter::required("area", "A", "mm2", "cross-section of the hole").or(0.0),
         Parameter::required("discharge_coefficient", "Cd", "-", "discharge coefficient").or(0.7).within(0.1, 1.0),
     ],
-    ports: &[Port::hydraulic("A", "big side"), Port::hydraulic("B", "rod side")],
+    ports: &[Port::hydraulic("A", "cap side"), Port::hydraulic("B", "rod side")],
     worked: &[Worked {
         text: "0.1 mm2 under 50 bar leak 7.505e-6 m3/s from A to B",
         parameters: &[("area", 0.1)],

@@ -29,7 +29,7 @@ pub const CARD: Card = Card {
         Parameter::required("conductance", "G", "L/min/bar", "flow per pressure at the far end").or(0.0).within(-1.0, 1.0),
         Parameter::required("stroke", "s", "mm", "way between the end stops").positive().or(100.0),
     ],
-    ports: &[Port::hydraulic("A", "big side"), Port::hydraulic("B", "rod side"), Port::mechanical("rod", "piston and rod")],
+    ports: &[Port::hydraulic("A", "cap side"), Port::hydraulic("B", "rod side"), Port::mechanical("rod", "piston and rod")],
     worked: &[Worked {
         text: "0.01 L/min/bar at the end, half way, 60 bar: 0.3 L/min",
         parameters: &[("conductance", 0.01), ("stroke", 200.0)],

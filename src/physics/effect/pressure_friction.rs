@@ -31,7 +31,7 @@ pub const CARD: Card = Card {
         Parameter::required("coefficient", "c", "N/bar", "friction per pressure").or(0.0),
         Parameter::required("transition_speed", "v_t", "mm/s", "speed at which 71 % of the friction act").positive().or(1.0),
     ],
-    ports: &[Port::hydraulic("A", "big side"), Port::hydraulic("B", "rod side"), Port::mechanical("body", "what rubs")],
+    ports: &[Port::hydraulic("A", "cap side"), Port::hydraulic("B", "rod side"), Port::mechanical("body", "what rubs")],
     worked: &[Worked {
         text: "1 N/bar under 6 and 4 bar gauge at 0.75 of a transition of 1 mm/s: 6 N",
         parameters: &[("coefficient", 1.0), ("transition_speed", 1.0)],

@@ -4,7 +4,7 @@ use super::{At, Effect, First, Form, Free};
 
 pub const EFFECT: Effect = Effect {
     name: "viscosity-temperature",
-    meaning: "Oil that gets thinner as it gets warmer, so that gaps leak more; the record tells the temperature.",
+    meaning: "Oil that gets thinner as it gets warmer, so that gaps leak more; its temperature is recorded.",
     law: "mu = mu_ref exp(-k (T - T_ref))",
     source: "Merritt (1967), section 1-3; exponential law of Reynolds",
     validity: "One temperature for the whole rig, within 20 K of the reference; acts where a law has the viscosity, as the gap of a cylinder does.",

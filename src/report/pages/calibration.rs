@@ -17,7 +17,7 @@ pub fn html(rig: &Rig, report: &Report) -> String {
     parameters.table(parameter_table(&report.parameters));
     let silent: Vec<&str> = report.parameters.iter().filter(|one| !one.informed).map(|one| one.id.as_str()).collect();
     if !silent.is_empty() {
-        parameters.paragraph(format!("The records say little of {}.", silent.join(", ")));
+        parameters.paragraph(format!("The records hardly determine {}.", silent.join(", ")));
     }
     page.section(parameters);
     let mut sensors = Section::new("Sensors");
@@ -39,17 +39,17 @@ pub fn html(rig: &Rig, report: &Report) -> String {
 fn learnt(report: &Report) -> Section {
     let informed = report.parameters.iter().filter(|one| one.informed).count();
     let rows: usize = report.records.iter().map(|record| record.rows).sum();
-    let mut section = Section::new("What was learnt");
+    let mut section = Section::new("Calibration result");
     section.notice(
         if report.warnings.is_empty() { Tone::Good } else { Tone::Caution },
         format!(
-            "{informed} of {} parameters told by {rows} rows; chi-square per sample {}.",
+            "{informed} of {} parameters identified from {rows} rows; reduced chi-square {}.",
             report.parameters.len(),
             text(rounded(report.chi2_reduced, 3))
         ),
     );
     if !report.warnings.is_empty() {
-        section.subheading("What speaks against taking the records for healthy ones");
+        section.subheading("Caveats: signs that the records are not healthy");
         section.list(report.warnings.clone());
     }
     section
@@ -67,7 +67,7 @@ fn parameter_table(parameters: &[ParameterReport]) -> Table {
     };
     Table::new(
         "Before and after, +- one standard deviation; before the records a value is that of the data sheet, a margin nothing. On each \
-         scale: bar two standard deviations before, stroke the value before, point what the records say",
+         scale: bar two standard deviations before, tick the value before, point the calibrated value",
         vec![
             Column::text("parameter"),
             Column::number("before", ""),
@@ -99,7 +99,7 @@ fn sensor_table(sensors: &[SensorReport]) -> Table {
         Column::number("tolerance before", ""),
         Column::number("tolerance", ""),
         Column::text("unit"),
-        Column::number("neighbours correlated", ""),
+        Column::number("correlation of neighbouring samples", ""),
     ];
     Table::new("Noise and tolerance", columns, sensors.iter().map(row).collect())
 }

@@ -27,7 +27,7 @@ pub fn html(finished: &Finished) -> String {
     let mut page = Page::new(
         format!("Campaign on {}", finished.rig),
         format!(
-            "{} cases on {} disturbed rigs, seed {}, disturbance {}, healthy share {}",
+            "{} cases on {} disturbed rigs, seed {}, disturbance {}, healthy fraction {}",
             scores.cases,
             options.rigs,
             options.seed,
@@ -71,7 +71,7 @@ fn rates(scores: &Scores) -> Section {
     let counts = scores.by_count.iter().enumerate();
     let named = |count: usize| if count == 1 { "1 fault".to_owned() } else { format!("{count} faults") };
     groups.extend(counts.map(|(count, group)| (named(count), group)));
-    groups.push(("begun within the record".to_owned(), &scores.midway));
+    groups.push(("onset within the record".to_owned(), &scores.midway));
     let mut rows: Vec<Vec<Cell>> = Vec::new();
     for (name, group) in groups {
         let each = [
@@ -89,7 +89,7 @@ fn rates(scores: &Scores) -> Section {
         }
     }
     section.table(Table::new(
-        "Rates with their 95 % bounds; stroke where a rate should be",
+        "Rates with their 95 % bounds; tick at the nominal rate",
         vec![Column::text("cases"), Column::text("what"), Column::number("rate", ""), Column::text("from 0 to 1")],
         rows,
     ));
@@ -97,7 +97,7 @@ fn rates(scores: &Scores) -> Section {
     section.facts(vec![
         ("cases without diagnosis".to_owned(), scores.failed.to_string()),
         ("rigs not calibrated to an adequate model".to_owned(), words::rate(&scores.inadequate_rigs)),
-        ("sets of faults that reach 95 %, mean".to_owned(), words::number(all.mean_ambiguity, "")),
+        ("fault combinations that reach 95 %, mean".to_owned(), words::number(all.mean_ambiguity, "")),
         ("detection delay, median".to_owned(), words::number(all.median_delay_s, " s")),
         ("detection delay, 95 % within".to_owned(), words::number(all.delay95_s, " s")),
         ("mean error, of the distance to healthy".to_owned(), words::number(all.mape_of_deviation, " %")),
@@ -126,7 +126,7 @@ fn faults(scores: &Scores) -> Section {
             Column::text("0 to 1"),
             Column::number("coverage", ""),
             Column::text("0 to 1"),
-            Column::number("wrongly blamed", ""),
+            Column::number("false positives", ""),
             Column::number("mean error", ""),
             Column::text("found in 90 % from"),
         ],
@@ -192,7 +192,7 @@ fn detection(cases: &[Row]) -> Section {
         );
         let spread = points.iter().map(|(size, rate)| (*size, rate.low95, rate.high95)).collect();
         chart.envelopes.push(Envelope { name: "95 % bounds".to_owned(), points: spread, colour: 0 });
-        charts.push((chart.high(150.0), Live::new("", format!("share of {} found over its size", fault.id))));
+        charts.push((chart.high(150.0), Live::new("", format!("fraction of {} found versus its size", fault.id))));
     }
     if charts.is_empty() {
         section.paragraph(format!("No fault was injected {DRAWN} times: more cases draw these curves."));
@@ -208,9 +208,9 @@ fn reliability(scores: &Scores) -> Section {
     let bins: Vec<_> = scores.reliability.bins.iter().filter(|bin| bin.right.of > 0).collect();
     let point = |bin: &&&crate::campaign::score::Bin| Some((bin.mean_probability?, bin.right.share?));
     let mut chart = Chart::new(
-        "Share right over the probability told",
-        Axis::new("probability of the best set", "").over(-RIM, 1.0 + RIM),
-        Axis::new("share right", "").over(-RIM, 1.0 + RIM),
+        "Fraction right versus stated probability",
+        Axis::new("probability of the best combination", "").over(-RIM, 1.0 + RIM),
+        Axis::new("fraction right", "").over(-RIM, 1.0 + RIM),
         vec![
             Series::line("as it should be", vec![(0.0, 0.0), (1.0, 1.0)]).styled(3, 1),
             Series::line("measured", bins.iter().filter_map(|bin| point(&bin)).collect()).styled(0, 0),
@@ -219,7 +219,7 @@ fn reliability(scores: &Scores) -> Section {
     );
     let spread = bins.iter().filter_map(|bin| Some((bin.mean_probability?, bin.right.low95, bin.right.high95)));
     chart.envelopes.push(Envelope { name: "95 % bounds".to_owned(), points: spread.collect(), colour: 0 });
-    section.chart(&chart.high(240.0), &Live::new("", "share right over probability told"));
+    section.chart(&chart.high(240.0), &Live::new("", "fraction right versus stated probability"));
     let rows = bins.iter().map(|bin| {
         let percent = |share: f64| text(rounded(100.0 * share, 4));
         vec![
@@ -232,7 +232,7 @@ fn reliability(scores: &Scores) -> Section {
     section.table(Table::new(
         "Probability of the best set",
         vec![
-            Column::text("told"),
+            Column::text("stated"),
             Column::number("cases", ""),
             Column::number("mean", ""),
             Column::number("right", ""),

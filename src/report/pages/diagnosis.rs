@@ -61,11 +61,11 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String,
         }
     }
     page.section(faults);
-    let mut why = Section::new("Which faults together");
+    let mut why = Section::new("Fault combinations");
     why.table(hypothesis_table(diagnosis));
     if !diagnosis.ambiguity.is_empty() {
         let groups = diagnosis.ambiguity.iter().map(|group| format!("one of {}", group.join(", ")));
-        why.subheading("What this record cannot tell apart");
+        why.subheading("Ambiguity groups");
         why.list(groups.collect());
     }
     page.section(why);
@@ -100,13 +100,13 @@ fn fit(shown: &Shown<'_>, diagnosed: &Diagnosed) -> Section {
     let diagnosis = &diagnosed.diagnosis;
     let mut section = Section::new("Measured and model");
     section.table(Table::of(
-        "Fit of each sensor; 1 is right within noise and tolerance",
+        "Misfit of each sensor; reduced chi-square 1 is noise and tolerance",
         &words::CHANNEL_HEADS,
         words::channel_rows(diagnosis),
     ));
     if !diagnosis.uncertain.is_empty() {
         let scales = diagnosis.uncertain.iter().map(uncertain_scale).collect();
-        let caption = "Estimated along: what the rig file gives with an uncertainty, +- one standard deviation before and with the \
+        let caption = "Nuisance parameters: values that the rig file states with an uncertainty, +- one standard deviation before and with the \
                        record. Bar: two standard deviations before it; point: with it";
         let table = Table::of(caption, &words::UNCERTAIN_HEADS, words::uncertain_rows(diagnosis));
         section.table(table.with(4, Column::text("against the rig file"), scales));
@@ -147,13 +147,13 @@ fn fault_table(rig: &Rig, diagnosis: &Diagnosis) -> Table {
     };
     let scales = diagnosis.faults.iter().map(scale).collect();
     let limits = if rig.faults.iter().any(|fault| fault.limit.is_some()) {
-        ", dashed stroke the limit from which the part no longer serves"
+        ", dashed tick the limit of the rig file"
     } else {
         ""
     };
     let caption = format!(
         "Every fault of the rig. On each scale, from end to end of what was searched: bar the 95 % interval (dashed where it is open), \
-         point the estimate, stroke the healthy value{limits}"
+         point the estimate, tick the healthy value{limits}"
     );
     Table::of(&caption, &words::FAULT_HEADS, words::fault_rows(diagnosis)).with(
         2,
@@ -173,7 +173,7 @@ fn hypothesis_table(diagnosis: &Diagnosis) -> Table {
     };
     let rows = words::hypothesis_rows(diagnosis);
     let scales = diagnosis.hypotheses.iter().take(rows.len()).map(scale).collect();
-    Table::of("Sets of faults", &words::HYPOTHESIS_HEADS, rows).with(1, Column::text("share"), scales)
+    Table::of("Fault combinations", &words::HYPOTHESIS_HEADS, rows).with(1, Column::text("0 to 100 %"), scales)
 }
 
 fn uncertain_scale(one: &UncertainReport) -> Cell {

@@ -77,7 +77,7 @@ fn course(history: &History, fault: &FaultHistory) -> (Chart, Live) {
         By::Time => {
             let begun = fault.values.iter().min_by(|a, b| a.x.total_cmp(&b.x)).map_or("", |value| &value.measured_at);
             let begun = begun.get(..16).unwrap_or(begun).replace('T', " ");
-            (first, Axis::new(format!("since {begun} UTC"), "days"))
+            (first, Axis::new(format!("time from {begun} UTC"), "days"))
         }
         By::Run => (0.0, Axis::new("run", "")),
     };
@@ -101,7 +101,7 @@ fn course(history: &History, fault: &FaultHistory) -> (Chart, Live) {
         series.push(Series::line("trend", shown.collect()).styled(1, 0));
         envelopes.push(band(line, (first, until), &at));
         let passes = passing.and_then(|passing| passing.at).filter(|passes| (first..=until).contains(passes));
-        rules.extend(passes.map(|x| Rule::Vertical { x: at(x), label: "passes".to_owned() }));
+        rules.extend(passes.map(|x| Rule::Vertical { x: at(x), label: "reaches the limit".to_owned() }));
     }
     rules.extend(fault.limit.map(|y| Rule::Horizontal { y, label: "limit".to_owned() }));
     rules.push(Rule::Horizontal { y: fault.healthy, label: "healthy".to_owned() });

@@ -61,7 +61,7 @@ pub fn improvement(
             let last_model = run_said("last model", &after, record, (1, 0));
             misfit::add(&mut section, &shown, &last_model.misfit);
             let said = if found.steps.len() > 1 {
-                vec![run_said("as given", &before, record, (2, 1)), last_model]
+                vec![run_said("your model", &before, record, (2, 1)), last_model]
             } else {
                 vec![last_model]
             };
@@ -74,7 +74,7 @@ pub fn improvement(
 
 /// The ledger: staircase, table, errors of each channel, warnings, what was refused.
 fn steps(ledger: &Ledger) -> Section {
-    let mut section = Section::new("What each addition bought");
+    let mut section = Section::new("Improvement per effect");
     let errors: Vec<(f64, f64)> = ledger.steps.iter().map(|step| (step.fit_rmse, step.check_rmse)).collect();
     let (chart, live) = staircase(&errors);
     section.chart(&chart, &live);
@@ -90,18 +90,18 @@ fn steps(ledger: &Ledger) -> Section {
         ]
     };
     section.table(Table::new(
-        "Errors, normalised by sensor noise over all channels; chi-square 1 is right within noise and tolerance",
+        "Error over all sensors, times the sensor noise; reduced chi-square 1 is noise and tolerance",
         vec![
             Column::text("model"),
             Column::text("added"),
             Column::number("fit", ""),
             Column::number("check", ""),
-            Column::number("chi-square, fit", ""),
-            Column::number("chi-square, check", ""),
+            Column::number("reduced chi-square, fit", ""),
+            Column::number("reduced chi-square, check", ""),
         ],
         ledger.steps.iter().enumerate().map(row).collect(),
     ));
-    let mut columns = vec![Column::text("channel"), Column::text("unit")];
+    let mut columns = vec![Column::text("sensor"), Column::text("unit")];
     columns.extend(ledger.steps.iter().map(|step| Column::number(step.name(), "")));
     let channels = ledger.steps.first().into_iter().flat_map(|first| &first.channels);
     let rows = channels.map(|(name, channel)| {
@@ -111,7 +111,7 @@ fn steps(ledger: &Ledger) -> Section {
             .map(|step| step.channels.get(name).map_or(Cell::from("-"), |one| number(one.check_rmse)));
         [Cell::from(name.clone()), Cell::from(channel.unit.clone())].into_iter().chain(errors).collect()
     });
-    section.table(Table::new("Error of each channel on the check record, model by model", columns, rows.collect()));
+    section.table(Table::new("Error of each sensor on the check record, model by model", columns, rows.collect()));
     let notes: Vec<String> = ledger
         .steps
         .iter()

@@ -27,13 +27,16 @@ pub fn html(rig: &Rig, report: &IsolabilityReport) -> String {
             "{detected} of {} faults can be detected; {}.",
             structure.faults.len(),
             match structure.ambiguity_groups.len() {
-                0 => "all of these can be told apart by structure".to_owned(),
-                1 => "one group cannot be told apart".to_owned(),
-                several => format!("{several} groups cannot be told apart"),
+                0 => "all of these are isolable by structure".to_owned(),
+                1 => "one ambiguity group".to_owned(),
+                several => format!("{several} ambiguity groups"),
             }
         ),
     );
-    let groups = structure.ambiguity_groups.iter().map(|group| format!("Not to be told apart: {}.", group.join(", ")));
+    let groups = structure
+        .ambiguity_groups
+        .iter()
+        .map(|group| format!("Not isolable from each other (ambiguity group): {}.", group.join(", ")));
     let pairs = structure.inseparable.iter().filter_map(|pair| {
         let back = |other: &Pair| other.fault == pair.explained_by && other.explained_by == pair.fault;
         match structure.inseparable.iter().any(back) {
@@ -52,7 +55,7 @@ pub fn html(rig: &Rig, report: &IsolabilityReport) -> String {
         "The circuit as the rig file has it; sensors beside what they measure.",
     );
     page.section(drawn);
-    let mut matrix = Section::new("Which fault hides behind which");
+    let mut matrix = Section::new("Which fault is confused with which");
     matrix.table(isolation_table(structure));
     let points: Vec<String> = groups.chain(pairs).collect();
     if !points.is_empty() {
@@ -102,13 +105,13 @@ fn tests(structure: &Isolability) -> Section {
         vec![test.faults.join(", ").into(), test.signals.join(", ").into(), test.equations.len().to_string().into()]
     };
     section.table(Table::new(
-        "Tests that suffice to tell apart what can be told apart",
+        "Tests that are sufficient to isolate what can be isolated",
         vec![Column::text("answers to"), Column::text("uses"), Column::number("equations", "")],
         structure.tests.iter().map(row).collect(),
     ));
     match structure.sensors.first() {
         None => section.paragraph("No few further sensors would isolate every fault."),
-        Some(none) if none.is_empty() => section.paragraph("No further sensor would tell more faults apart."),
+        Some(none) if none.is_empty() => section.paragraph("No further sensor would isolate more faults."),
         Some(_) => {
             section.paragraph("Further sensors that would help, any one line of these:");
             section.list(structure.sensors.iter().map(|sensors| sensors.join(" and ")).collect())

@@ -47,11 +47,11 @@ pub fn comparison(rig: &Rig, record: &Record, compared: &Compared) -> Result<Str
     misfit::add(&mut place, &shown, &misfit);
     let worst = words::worst_rows(comparison);
     if !worst.is_empty() {
-        place.table(Table::of("Where it misses most, by sensor", &words::WORST_HEADS, worst));
+        place.table(Table::of("Largest misfits, by sensor", &words::WORST_HEADS, worst));
     }
     page.section(place);
     if !comparison.fitted.is_empty() {
-        let mut fitted = Section::new("Fitted along");
+        let mut fitted = Section::new("Nuisance parameters");
         fitted.table(fitted_table(&comparison.fitted));
         page.section(fitted);
     }
@@ -96,7 +96,7 @@ fn fitted_table(fitted: &[Fitted]) -> Table {
         ]
     };
     Table::new(
-        "What the rig file gives with an uncertainty, +- one standard deviation: bar of two, point where the record draws it",
+        "Values that the rig file states with an uncertainty, +- one standard deviation. Bar: two standard deviations; point: fitted value",
         vec![
             Column::text("parameter"),
             Column::number("fitted", ""),
@@ -135,8 +135,8 @@ pub fn suggestion(
     }
     page.section(verdict);
     let shown = Shown::new(rig, record, "time", records)?;
-    let mut place = Section::new("Where the model as given misses");
-    place.paragraph("The model as given, with everything uncertain and all faults fitted.");
+    let mut place = Section::new("Where your model misses");
+    place.paragraph("Your model, with all uncertain values and all faults fitted.");
     misfit::add(&mut place, &shown, &by_sensor(&found.base.fit.misfit, record));
     page.section(place);
     let best = found.judged.first();
@@ -154,7 +154,7 @@ pub fn suggestion(
         page.section(section);
     }
     let before_after = |shown: &Shown<'_>, section: &mut Section, before: &Run, after: Option<(&str, &Run)>| {
-        let mut said = vec![run_said("as given", before, shown.record, GIVEN)];
+        let mut said = vec![run_said("your model", before, shown.record, GIVEN)];
         said.extend(after.map(|(name, run)| run_said(name, run, shown.record, ADDED)));
         shown.charts(section, &said);
     };
@@ -171,7 +171,7 @@ pub fn suggestion(
     let mut rest = Section::new("What the record could have shown");
     let rows = report.scored().into_iter().map(words::scored_row).collect();
     rest.table(Table::of(
-        "All that the rig could have, with the smallest size that this record could show",
+        "All candidates, with the smallest size that this record could show",
         &words::SCORED_HEADS,
         rows,
     ));
@@ -221,8 +221,8 @@ fn ranking(report: &SuggestionReport) -> Section {
         ]
     };
     section.table(Table::new(
-        "Fitted effects, the best first. Errors over noise, without -> with the effect; in the last scale bar with, point \
-         without the effect, stroke at the noise",
+        "Fitted effects, the best first. Errors, times the sensor noise, without -> with the effect; in the last scale bar with, point \
+         without the effect, tick at the noise",
         vec![
             Column::text("effect"),
             Column::text("supported"),
@@ -259,7 +259,7 @@ fn ranking(report: &SuggestionReport) -> Section {
     let warned: Vec<String> =
         all.iter().flat_map(|one| one.warnings.iter().map(|warning| format!("{}: {warning}", one.effect))).collect();
     if !warned.is_empty() {
-        section.subheading("What speaks against them");
+        section.subheading("Caveats");
         section.list(warned);
     }
     section
@@ -285,7 +285,7 @@ pub(super) fn staircase(errors: &[(f64, f64)]) -> (Chart, Live) {
     };
     let mut x = Axis::new("model", "");
     x.names = (0..errors.len()).map(|number| number.to_string()).collect();
-    let mut y = Axis::new("error over noise", "");
+    let mut y = Axis::new("times the sensor noise", "");
     y.logarithmic = true;
     let series = vec![
         Series::line("fit record", steps(&|errors| errors.0)).styled(0, 0),

@@ -56,6 +56,6 @@ fn chart(one: &Missing, found: Option<&str>) -> (Chart, Live) {
     let points = one.curve.iter().map(|&(x, y, half)| (x, y - half, y + half)).collect();
     chart.envelopes.push(Envelope { name: "95 %".to_owned(), points, colour: 0 });
     chart.rules.push(Rule::Horizontal { y: 0.0, label: String::new() });
-    let told = format!("{title} over the {}: explains {share} % of what is missed", one.over.name);
+    let told = format!("{title} versus {}: explains {share} % of the misfit", one.over.name);
     (chart, Live::new("", told))
 }

@@ -34,8 +34,8 @@ pub(super) fn section(shown: &Shown<'_>, found: &Suggestion) -> Option<Section> 
     }
     let mut section = Section::new("Confounded");
     section.paragraph(
-        "These explain what was recorded alike. The table says where their fitted models differ most in this record; what experiment would \
-         tell the best two apart stands under the verdict.",
+        "These explain the record equally well. The table says where their fitted models differ most in this record; the experiment that \
+         would separate the best two stands under the verdict.",
     );
     let columns = vec![
         Column::text("effect"),
@@ -44,7 +44,7 @@ pub(super) fn section(shown: &Shown<'_>, found: &Suggestion) -> Option<Section> 
         Column::text("sensor"),
         Column::number("difference", "of a sample's deviation"),
     ];
-    section.table(Table::new("Pairs that this record cannot tell apart", columns, rows));
+    section.table(Table::new("Pairs that this record cannot separate", columns, rows));
     Some(section)
 }
 

@@ -20,7 +20,7 @@ fn cards_are_complete() {
         for state in card.states {
             unit(state.unit);
         }
-        assert_eq!(CARDS.iter().filter(|other| other.kind == card.kind).count(), 1, "{} stands twice", card.kind);
+        assert_eq!(CARDS.iter().filter(|other| other.kind == card.kind).count(), 1, "{} appears twice", card.kind);
         assert!(!card.worked.is_empty() || card.fixes_pressure.is_some(), "{} has no worked number", card.kind);
     }
 }

@@ -17,7 +17,12 @@ fn cards_are_complete() {
         }
         let kebab = effect.name.split('-').all(|word| !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase()));
         assert!(kebab, "`{}` is not kebab-case", effect.name);
-        assert_eq!(EFFECTS.iter().filter(|other| other.name == effect.name).count(), 1, "{} stands twice", effect.name);
+        assert_eq!(
+            EFFECTS.iter().filter(|other| other.name == effect.name).count(),
+            1,
+            "{} appears twice",
+            effect.name
+        );
         assert!(!effect.parameters.is_empty(), "{} has no size", effect.name);
         for free in effect.parameters {
             assert!(free.plausible.0 < free.plausible.1, "{}.{}", effect.name, free.name);

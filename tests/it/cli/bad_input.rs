@@ -240,10 +240,10 @@ fn a_table_for_spreadsheets_holds_no_formula() {
 fn a_key_that_stands_twice_is_named_with_both_places() {
     let told = |text: &str| rig_of(text).unwrap_err().to_string();
     let twice = told("[rig]\nname = \"a\"\n[fluid]\ndensity = \"1 kg/m3\"\nviscosity = \"1 mPa.s\"\ndensity = 2\n");
-    assert!(twice.starts_with("error: rig.toml:4 and rig.toml:6: this is not TOML: the key `density` stands twice"));
+    assert!(twice.starts_with("error: rig.toml:4 and rig.toml:6: this is not TOML: the key `density` appears twice"));
     let twice = told("[rig]\nname = \"a\"\n[nodes]\n[rig]\n");
     assert!(
-        twice.starts_with("error: rig.toml:1 and rig.toml:4: this is not TOML: the key `rig` stands twice"),
+        twice.starts_with("error: rig.toml:1 and rig.toml:4: this is not TOML: the key `rig` appears twice"),
         "{twice}"
     );
 }

@@ -296,7 +296,7 @@ fn a_sensor_that_shows_nothing_is_left_out() {
         let q_a = list(&found, "channels").iter().find(|channel| channel["name"] == "q_A").unwrap();
         assert_eq!(q_a["samples"], 0);
         assert!(
-            text.out.contains("\nThe record says nothing of sensor.q_A.offset, sensor.q_A.gain.\n"),
+            text.out.contains("\nThe record does not determine sensor.q_A.offset, sensor.q_A.gain.\n"),
             "{}",
             text.out
         );

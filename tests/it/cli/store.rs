@@ -47,7 +47,7 @@ fn a_growing_leak_over_thirty_records_is_shown_with_its_forecast() {
         let at = format!("2026-05-{day:02}T12:00:00Z");
         let ran = borescope(["diagnose", rig_text, record_text, "--store", store, "--at", &at]);
         assert_eq!(ran.status, Some(0), "{}", ran.err);
-        let note = format!("as run {day}, measured 2026-05-{day:02} 12:00 UTC (as given)");
+        let note = format!("as run {day}, measured 2026-05-{day:02} 12:00 UTC (stated with `--at`)");
         assert!(ran.err.contains(&note), "{}", ran.err);
     }
     let ran = borescope(["history", rig_text, "--store", store]);
@@ -72,7 +72,7 @@ fn a_growing_leak_over_thirty_records_is_shown_with_its_forecast() {
     assert_eq!(fs::read_to_string(&table).unwrap().lines().count(), 1 + 30 * faults.len());
     // Diagnosed again, the record keeps the time that was given to it.
     let ran = borescope(["diagnose", rig_text, record_text, "--store", store]);
-    assert!(ran.err.contains("as run 31, measured 2026-05-30 12:00 UTC (as given before"), "{}", ran.err);
+    assert!(ran.err.contains("as run 31, measured 2026-05-30 12:00 UTC (as stated before"), "{}", ran.err);
 }
 
 #[test]

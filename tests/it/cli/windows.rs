@@ -61,7 +61,11 @@ fn what_is_not_diagnosed_is_told() {
     let path = long(folder.path(), [2, 2]);
     let ran = borescope(["diagnose", RIG, path.to_str().unwrap(), "--window", "10", "--fits", "0", "--exit-code"]);
     assert_eq!(ran.status, Some(1), "{}", ran.err);
-    assert!(ran.out.starts_with("NOT DIAGNOSED: residuals fired in 1 episode, and why is not known.\n"), "{}", ran.out);
+    assert!(
+        ran.out.starts_with("NOT DIAGNOSED: residuals raised alarms in 1 episode; the cause is not known.\n"),
+        "{}",
+        ran.out
+    );
     assert!(ran.out.contains("not diagnosed: `--fits 0` allows no more windows to be diagnosed\n"), "{}", ran.out);
     assert!(ran.out.contains("\n3 windows of 10 s: "), "{}", ran.out);
 }
@@ -72,7 +76,7 @@ fn a_healthy_record_is_healthy_in_every_window() {
     let path = long(folder.path(), [8, 0]);
     let ran = borescope(["diagnose", RIG, path.to_str().unwrap(), "--window", "7.5", "--exit-code"]);
     assert_eq!(ran.status, Some(0), "{}", ran.err);
-    assert!(ran.out.starts_with("HEALTHY: no residual fired in any window.\n"), "{}", ran.out);
+    assert!(ran.out.starts_with("HEALTHY: no residual raised an alarm in any window.\n"), "{}", ran.out);
     assert!(ran.out.contains("\n8 windows of 7.5 s: 8 quiet, 0 with alarms\n"), "{}", ran.out);
 }
 

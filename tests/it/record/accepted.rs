@@ -135,7 +135,7 @@ fn a_record_that_could_not_be_read_back_is_not_written() {
         (vec![0.0, 0.0], vec![channel("x", &[1.0, 2.0])], Kind::Order, "the time does not rise to 0 s"),
         (vec![0.0, 1.0], vec![channel("x", &[1.0])], Kind::Shape, "the column `x` has 1 values for 2 times"),
         (vec![0.0, 1.0], vec![channel("x", &[1.0, f64::NAN])], Kind::Number, "the column `x` is NaN at 1 s"),
-        (vec![0.0], vec![channel("x", &[1.0]), channel("x", &[1.0])], Kind::Duplicate, "the column `x` stands twice"),
+        (vec![0.0], vec![channel("x", &[1.0]), channel("x", &[1.0])], Kind::Duplicate, "the column `x` appears twice"),
         (vec![0.0], vec![channel(" ", &[1.0])], Kind::MissingEntry, "channel 1 has no name"),
     ] {
         let complaint = Record::new("simulated", time, channels).write(&path).unwrap_err();

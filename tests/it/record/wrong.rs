@@ -74,8 +74,8 @@ const WRONG: &[(&[u8], &str, &str)] = &[
         ":1: column 3 has no name",
         "write `name [unit]`; remove a separator at the end of the lines",
     ),
-    (b"time [s],p [bar],p [kPa]\n0,1,2\n", ":1: the column `p` stands twice", "rename or remove one of the two"),
-    (b"time [s],p [bar],time [s]\n0,1,0\n", ":1: the column `time` stands twice", "rename or remove one of the two"),
+    (b"time [s],p [bar],p [kPa]\n0,1,2\n", ":1: the column `p` appears twice", "rename or remove one of the two"),
+    (b"time [s],p [bar],time [s]\n0,1,0\n", ":1: the column `time` appears twice", "rename or remove one of the two"),
     (b"time [s],\"p [bar]\n0,1\n1,2\n", ":1: a quotation mark opens and is not closed", QUOTE),
     // The time.
     (b"time [s],p [bar]\n0.1,1\n0.3,1\n0.2,1\n", ":3 and :4: the time runs backwards to 0.2 s", RISES),
