@@ -167,7 +167,7 @@ fn what_is_not_called_a_fault_has_its_reason() {
     let told = json(&borescope(["diagnose", RIG, LEAK, "--format", "json"]).out);
     assert_eq!(told["verdict"], "faulty");
     let stopped = told["fit"]["stopped_because"].as_str().unwrap();
-    assert!(stopped.starts_with("no other set of faults"), "{stopped}");
+    assert!(stopped.starts_with("no other fault combination"), "{stopped}");
     let html = fs::read_to_string(&page).unwrap();
     let mut explained = 0;
     for fault in list(&told, "faults").iter().filter(|fault| fault["present"] == false) {
