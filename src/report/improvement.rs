@@ -155,8 +155,8 @@ impl Ledger {
                 format!("CONFOUNDED: the added effects explain the records, and so do others.{ends}")
             }
             (Conclusion::PartlyExplained, _) => {
-                let what = "what was added explains much of what the model misses, and something is left";
-                format!("PARTLY EXPLAINED: {what} that no law of the library explains{with}.{ends}")
+                let rest = "no effect of the library explains the rest";
+                format!("PARTLY EXPLAINED: the added effects explain much of the misfit{with}; {rest}.{ends}")
             }
             (Conclusion::UnknownEffect, _) => {
                 format!("UNKNOWN EFFECT: no effect of the library explains the whole misfit{with}.{ends}")

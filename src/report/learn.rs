@@ -169,21 +169,17 @@ pub fn conclusion(suggestion: &SuggestionReport) -> String {
             best.confounded_with.join(", ")
         ),
         (Conclusion::PartlyExplained, Some(best)) => format!(
-            "PARTLY EXPLAINED: {} explains much of what the model misses, and something is left that no effect of the library \
-             explains.{}",
+            "PARTLY EXPLAINED: {} explains much of the misfit; no effect of the library explains the rest.{}",
             best.effect,
             at_bounds(&best.parameters)
         ),
-        (Conclusion::UnknownEffect, Some(best)) if best.supported => format!(
-            "UNKNOWN EFFECT: no effect of the library explains the misfit; {} comes nearest.",
-            best.effect
-        ),
+        (Conclusion::UnknownEffect, Some(best)) if best.supported => {
+            format!("UNKNOWN EFFECT: no effect of the library explains the misfit; {} comes nearest.", best.effect)
+        }
         (Conclusion::UnknownEffect, Some(_)) => {
             "UNKNOWN EFFECT: no effect of the library explains the misfit; none reduces it.".to_owned()
         }
-        (_, None) => {
-            "UNKNOWN EFFECT: no effect of the library explains the misfit; none reduces it.".to_owned()
-        }
+        (_, None) => "UNKNOWN EFFECT: no effect of the library explains the misfit; none reduces it.".to_owned(),
     }
 }
 
@@ -210,7 +206,9 @@ pub(super) fn experiment(experiment: &Experiment) -> String {
     let [first, second] = &experiment.between;
     let apart = format!("{:.1} standard deviations", experiment.sigma);
     if experiment.sigma < TOLD_APART {
-        return format!("No change of the rig's cycle that was tried separates {first} from {second}: {apart} at most.");
+        return format!(
+            "No change of the rig's cycle that was tried separates {first} from {second}: {apart} at most."
+        );
     }
     let length = if experiment.length == 1.0 {
         String::new()
