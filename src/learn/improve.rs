@@ -4,7 +4,7 @@ use super::compare::{Comparison, Where};
 use super::separate::Experiment;
 use super::suggest::{Conclusion, Judged, RIVAL, ROUNDS, Suggestion, is_adequate, suggest, suggest_from};
 use super::trial::{Run, Trial};
-use super::verdict::CLEARLY;
+use super::verdict::{CLEARLY, are_part, explained};
 use super::warning::Warning;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate;
@@ -120,7 +120,8 @@ fn add_while_asked(
         _ if trial.rig.effects.iter().any(|effect| effect.placed.effect.empirical) => Conclusion::UnknownEffect,
         (_, Conclusion::Adequate) => Conclusion::EffectFound,
         (_, Conclusion::Confounded) => Conclusion::Confounded,
-        _ => Conclusion::PartlyExplained,
+        (last, _) if are_part(explained_by(&steps[0], &steps[last - 1])) => Conclusion::PartlyExplained,
+        _ => Conclusion::UnknownEffect,
     };
     let rest = if last.conclusion == Conclusion::Adequate {
         None
@@ -136,6 +137,11 @@ fn add_while_asked(
         (rivals, experiment) = Default::default();
     }
     Ok(Improvement { conclusion, steps, given, trial, rest, alike: rivals, experiment })
+}
+
+/// Shares of what the model missed that the steps from one to another explain, on the fit record and on the check record.
+fn explained_by(before: &Step, after: &Step) -> (f64, f64) {
+    (explained(&before.fit, &after.fit), explained(&before.check, &after.check))
 }
 
 /// An explanation with those that do as well, and what would tell them apart.

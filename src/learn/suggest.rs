@@ -6,7 +6,7 @@ use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
 use super::refit::{FORMS, Stand, charged, quick, refitted};
 use super::separate::{Experiment, separating};
 use super::trial::{MOST_WEIGHINGS, Run, Trial};
-use super::verdict::{conclude, conclude_near, in_order, is_whole};
+use super::verdict::{conclude, conclude_near, in_order, is_part, is_whole};
 use super::warning::Warning;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::estimate::{self, Estimate};
@@ -30,6 +30,8 @@ const PROMISING: f64 = 0.03;
 const PAIRED: usize = 5;
 /// Share of what is missed that two have to gain one by one for their pair to be fitted: together they may gain more.
 const PAIR_PROMISE: f64 = 0.1;
+/// Effects that are fitted beside one that explains much but not all.
+const BESIDE: usize = 3;
 /// Ratio of two scores within which the refit has to say which effect explains more.
 const SCORES_ALIKE: f64 = 1.2;
 /// Rounds of isolation of each fit.
@@ -273,6 +275,12 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     if !near && (stands_in || !judged.iter().any(is_whole)) {
         let more = pairs(&judged, &base);
         looking.join(&mut judged, more)?;
+        if let Some(best) = judged.iter().find(|one| is_part(one, &base, &base_check))
+            && !is_whole(best)
+        {
+            let more = beside(best, estimate.case.record)?;
+            looking.join(&mut judged, more)?;
+        }
     }
     looking.settle(&mut judged)?;
     if let Some(best) = judged.first()
@@ -355,6 +363,22 @@ fn pairs(judged: &[Judged], base: &Trial) -> Vec<Vec<Candidate>> {
         pairs.extend(others.map(|b| [b.effects.clone(), a.effects.clone()].concat()));
     }
     pairs
+}
+
+/// An explanation with what its rest asks for: effects by their score where it stands, with none but faults of components.
+///
+/// # Errors
+/// The model cannot be solved there.
+fn beside(best: &Judged, record: &Record) -> Result<Vec<Vec<Candidate>>, Complaint> {
+    let rig = &best.trial.rig;
+    let model = Model::new(with_lack_of_fit(rig, &best.trial.fit));
+    let drive = Drive::from_record(&model.rig, record)?;
+    let of_components = best.trial.set.iter().filter(|&fault| !rig.is_of_sensor(rig.faults[fault].parameter)).collect();
+    let start = (&estimate::picked(rig, &best.trial.values)[..], of_components);
+    let list = candidates(&estimate::held_at(&model, record, &drive, start, FORMS)?, 0, 0.0);
+    let least = worth(list.len(), 0.0);
+    let asked = list.into_iter().filter(|one| one.score > least).take(BESIDE);
+    Ok(asked.map(|one| [best.effects.clone(), vec![Candidate { stand: None, ..one }]].concat()).collect())
 }
 
 /// What would tell the best explanation from the first that is alike: an effect, or the faults of the model as given.

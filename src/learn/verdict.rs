@@ -7,8 +7,8 @@ use crate::diagnosis::case::REACH;
 
 /// Share of what is missed that an effect has to explain to be called found.
 const EXPLAINED: f64 = 0.8;
-/// The same of one that is named although it leaves much: less is what any effect takes that goes a little with the one that is
-/// missing.
+/// The same on the check record of one that is named as a part of it: less is what any effect takes that goes a little with the
+/// one that is missing.
 const PART: f64 = 1.0 / 3.0;
 
 /// What speaks against an effect as fitted.
@@ -57,25 +57,36 @@ pub(super) fn warnings(trial: &Trial, base: &Trial) -> Vec<Warning> {
 }
 
 /// Share of what the model misses that a run explains; 1 where it is within noise and tolerance.
-fn explained(before: &Run, after: &Run) -> f64 {
+pub(super) fn explained(before: &Run, after: &Run) -> f64 {
     if is_adequate(after) {
         return 1.0;
     }
     1.0 - ((after.chi2 - 1.0).max(0.0) / (before.chi2 - 1.0).max(1e-9))
 }
 
-/// Share of what the model misses that an explanation takes away, on the record where it takes less.
-fn share(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> f64 {
+/// Share of what the model misses that an explanation takes away, on the fit record and on the check record.
+fn shares(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> (f64, f64) {
     let on_check = match (base_check, &judged.check) {
         (Some(before), Some(after)) => explained(before, after),
         (None, _) => 1.0,
         (Some(_), None) => 0.0,
     };
-    explained(&base.fit, &judged.trial.fit).min(on_check)
+    (explained(&base.fit, &judged.trial.fit), on_check)
 }
 
 fn explains(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> bool {
-    judged.supported && share(judged, base, base_check) >= EXPLAINED
+    let (on_fit, on_check) = shares(judged, base, base_check);
+    judged.supported && on_fit.min(on_check) >= EXPLAINED
+}
+
+/// Whether a law with physical sense explains what an effect has to, but on the check record only a part of it.
+pub(super) fn is_part(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> bool {
+    judged.supported && !judged.senseless() && !judged.is_empirical() && are_part(shares(judged, base, base_check))
+}
+
+/// Whether these shares on the fit record and on the check record are a part of the explanation.
+pub(super) fn are_part((on_fit, on_check): (f64, f64)) -> bool {
+    on_fit >= EXPLAINED && on_check >= PART
 }
 
 /// Whether an explanation leaves both records at their floor, and leans on nothing that was known otherwise.
@@ -135,10 +146,8 @@ pub(super) fn conclude(judged: &mut [Judged], base: &Trial, base_check: &Option<
     in_order(judged);
     let Some(best) = judged.first() else { return Conclusion::UnknownEffect };
     if !explains(best, base, base_check) {
-        let is_part = |one: &Judged| {
-            one.supported && !one.senseless() && share(one, base, base_check) >= PART && !one.is_empirical()
-        };
-        let Some(place) = judged.iter().position(is_part) else { return Conclusion::UnknownEffect };
+        let part = judged.iter().position(|one| is_part(one, base, base_check));
+        let Some(place) = part else { return Conclusion::UnknownEffect };
         judged[..=place].rotate_right(1);
         return Conclusion::PartlyExplained;
     }
