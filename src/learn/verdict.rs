@@ -95,12 +95,28 @@ pub(super) fn is_whole(judged: &Judged) -> bool {
     at_floor && !judged.warnings.iter().any(Warning::is_at_end)
 }
 
-/// Share of the error by which an explanation with an effect of a sensor has to be better than one of physics alone.
+/// Whether the effects of one explanation are some of those of another.
+fn is_among(one: &Judged, other: &Judged) -> bool {
+    one.effects.len() < other.effects.len()
+        && one.effects.iter().all(|own| other.effects.iter().any(|effect| effect.id == own.id))
+}
+
+/// Share of the error by which an explanation has to be better than one with fewer effects, or than one of physics alone where it has
+/// an effect of a sensor.
 pub(super) const CLEARLY: f64 = 0.03;
 
-/// What is supported comes first; of that, physics before effects of sensors where those do not clearly explain more.
+/// What is supported comes first; of that, fewer effects before more, and physics before effects of sensors, where the others do not
+/// clearly explain more.
 pub(super) fn in_order(judged: &mut [Judged]) {
     judged.sort_by_key(|one| !one.supported);
+    let is_enough = |first: &Judged, one: &Judged| {
+        one.supported && !one.senseless() && is_among(one, first) && one.error() <= first.error() / (1.0 - CLEARLY)
+    };
+    if let Some(first) = judged.first()
+        && let Some(place) = judged.iter().position(|one| is_enough(first, one))
+    {
+        judged[..=place].rotate_right(1);
+    }
     let Some(first) = judged.first().filter(|first| first.is_of_sensor()) else { return };
     let most = first.error() / (1.0 - CLEARLY);
     let is_physics = |one: &Judged| one.supported && !one.senseless() && !one.is_of_sensor() && !one.is_empirical();
