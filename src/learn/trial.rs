@@ -11,7 +11,7 @@ use crate::diagnosis::events;
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::{away, count_there, square_sum};
 use crate::diagnosis::{WILD, is_there};
-use crate::estimation::{Problem, long_run_variance};
+use crate::estimation::Problem;
 use crate::model::{Drive, Model};
 use crate::record::Record;
 use crate::rig::FaultSet;
@@ -152,8 +152,7 @@ impl Trial {
         let known = |values: &[f64]| values.iter().take(base.values.len()).enumerate().map(known).sum::<f64>();
         let waived = known(&self.values) - known(&base.values);
         let samples = base.fit.weights.all_samples() as f64;
-        let independent = (samples / judge.inflation).max(2.0);
-        Ok(fall / (judge.left * judge.inflation) - waived - (parameters(self) - parameters(base)) * independent.ln())
+        Ok(fall / judge.left - waived - (parameters(self) - parameters(base)) * samples.ln())
     }
 
     /// What other models of its record are compared by: weights with the lack of fit that it leaves itself.
@@ -170,21 +169,15 @@ impl Trial {
         } else {
             self.fit.weights.clone()
         };
-        let misfit = self.misfit_under(record, &weights)?;
-        let left = (2.0 * ROBUST.cost(&misfit) / weights.all_samples().max(1) as f64).max(1.0);
-        Ok(Judge { inflation: inflation(&misfit, &weights), weights, left })
+        let left = self.cost_under(record, &weights)? / weights.all_samples().max(1) as f64;
+        Ok(Judge { weights, left: left.max(1.0) })
     }
 
     /// `2 F` of the record alone under common weights.
     fn cost_under(&self, record: &Record, weights: &Weights) -> Result<f64, Complaint> {
-        Ok(2.0 * ROBUST.cost(&self.misfit_under(record, weights)?))
-    }
-
-    /// Misfits of the record under given weights, one sensor after the other.
-    fn misfit_under(&self, record: &Record, weights: &Weights) -> Result<Vec<f64>, Complaint> {
         let mut misfit = away(&self.fit.outputs, &estimate::measured(&self.rig, record)?);
         weights.apply(&mut misfit);
-        Ok(misfit)
+        Ok(2.0 * ROBUST.cost(&misfit))
     }
 }
 
@@ -193,22 +186,6 @@ pub struct Judge {
     weights: Weights,
     /// Mean square that the best leaves under them, at least 1.
     left: f64,
-    /// Variance inflation by the autocorrelation of what the best leaves, at least 1.
-    inflation: f64,
-}
-
-/// Variance inflation by autocorrelation of weighted misfits, over all sensors: what is missed slowly says the same many times.
-fn inflation(misfit: &[f64], weights: &Weights) -> f64 {
-    let (mut long_run, mut squares) = (0.0, 0.0);
-    for sensor in misfit.chunks(weights.rows().max(1)).take(weights.sensors()) {
-        let there: Vec<f64> =
-            sensor.iter().copied().filter(|misfit| is_there(*misfit)).map(|misfit| misfit.clamp(-WILD, WILD)).collect();
-        if there.len() > 1 {
-            long_run += long_run_variance(&there);
-            squares += there.iter().map(|misfit| misfit * misfit).sum::<f64>();
-        }
-    }
-    if squares > 0.0 { (long_run / squares).max(1.0) } else { 1.0 }
 }
 
 /// Simulates a record with all parameters given, SI; judged by noise alone, whatever it was fitted with.
