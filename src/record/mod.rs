@@ -115,12 +115,13 @@ impl Record {
 
     /// Reads a table of columns `name [unit]`, the first of them `time`, separated by commas, semicolons or tabs.
     ///
-    /// Lines that start with `#`, blank lines, quoted names, a byte-order mark and any line ends are accepted; so are
-    /// decimal commas where the columns are separated by another sign or the numbers quoted. A column keeps the number of its
-    /// decimals where all of its values have as many, so that writing gives back what was read.
+    /// Lines that start with `#`, blank lines, quoted names, a byte-order mark, Latin-1 text and any line ends are accepted; so are
+    /// decimal commas where the columns are separated by another sign or the numbers quoted, units in round brackets where none
+    /// stands in square ones, and times that are dates after ISO 8601. A column keeps the number of its decimals where all of its
+    /// values have as many, so that writing gives back what was read.
     ///
     /// # Errors
-    /// A file that cannot be read or is no UTF-8 text; a missing time column; a column without name or unit, with an
+    /// A file that cannot be read or is no text in UTF-8 or Latin-1; a missing time column; a column without name or unit, with an
     /// unknown unit, or twice; a row that is too short or too long; a text that is neither a number nor a word for none; a time
     /// that is missing, repeats or runs backwards; a file that ends in the middle of a row, or has no rows. The first mistake is
     /// told, with its line.
