@@ -73,6 +73,8 @@ pub mod units;
 mod visible;
 
 // No part of what the library promises: public for the command, tests, benches and fuzz targets.
+#[cfg(test)]
+mod added_component;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;

@@ -249,6 +249,18 @@ impl Card {
         throttles: false,
     };
 
+    /// Whether a parameter of the card has a role.
+    pub const fn has(&self, role: Role) -> bool {
+        let mut index = 0;
+        while index < self.parameters.len() {
+            if self.parameters[index].role as u8 == role as u8 {
+                return true;
+            }
+            index += 1;
+        }
+        false
+    }
+
     /// Number of variables that the ports and states bring to one evaluation.
     pub fn variables(&self) -> usize {
         self.ports.iter().map(|port| port.kind.variables()).sum::<usize>() + self.states.len()

@@ -20,6 +20,10 @@ pub fn generators(rig: &Rig) -> Vec<Generator> {
         match facts(component.card).residuals {
             Residuals::Cylinder => cylinder(rig, index, &mut found),
             Residuals::FlowControl => flow_control(rig, index, &mut found),
+            Residuals::Through => {
+                let meaning = "flow of the healthy part at the measured pressures minus the actual flow";
+                through(rig, index, Label::new("flow", "-", meaning), &mut found);
+            }
             Residuals::Directional => directional(rig, index, &mut found),
             Residuals::Pump => pump(rig, index, &mut found),
             // The pump that it guards brings its residual.
@@ -108,9 +112,9 @@ fn cylinder(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
     });
 }
 
-fn flow_control(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
-    let meaning = "flow of the healthy valve at the measured pressures minus the actual flow";
-    add(rig, index, Label::new("flow", "(10)", meaning), found, |readings| {
+/// What the law of a component with two ports lets through, against what passes.
+fn through(rig: &Rig, index: usize, label: Label, found: &mut Vec<Generator>) {
+    add(rig, index, label, found, |readings| {
         let view = View::of(rig, index, readings)?;
         // What enters leaves again, so either side will do.
         if let Some(flow) = Balance::into_port(rig, index, 1, readings) {
@@ -119,6 +123,11 @@ fn flow_control(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
         let flow = Balance::into_port(rig, index, 0, readings)?;
         Some(Form::Through { laws: vec![(view, 0)], flow, sign: 1.0 })
     });
+}
+
+fn flow_control(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
+    let meaning = "flow of the healthy valve at the measured pressures minus the actual flow";
+    through(rig, index, Label::new("flow", "(10)", meaning), found);
     let meaning = "flow of the regulating valve, whatever the pressures, minus the actual flow";
     add(rig, index, Label::new("flow", "(10)", meaning).printed(), found, |readings| {
         let view = View::of(rig, index, readings)?;

@@ -1,6 +1,6 @@
 //! Double-acting cylinder with one rod.
 
-use super::facts::{Balance, Facts, Residuals, Symbol};
+use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
 use crate::physics::ATMOSPHERE;
@@ -9,7 +9,7 @@ use crate::physics::fluid::Fluid;
 use crate::physics::law::annular_gap_conductance;
 use std::f64::consts::PI;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::Cylinder, residuals: Residuals::Cylinder, balance: Balance::Chamber };
+pub const FACTS: Facts = Facts { symbol: Symbol::Cylinder, residuals: Residuals::Cylinder, balance: Balance::Chamber, settles: Settles::AtOnce };
 
 pub const CARD: Card = Card {
     kind: "cylinder",

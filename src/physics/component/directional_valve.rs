@@ -1,7 +1,7 @@
 //! Directional control valve: four ports, three positions.
 
 use super::orifice::TRANSITION;
-use super::facts::{Balance, Facts, Residuals, Symbol};
+use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Input, Parameter, Port, State, Worked, Role};
@@ -21,7 +21,7 @@ const fn leak(name: &'static str, symbol: &'static str, meaning: &'static str) -
     Parameter::required(name, symbol, "L/min/bar", meaning).or(0.0)
 }
 
-pub const FACTS: Facts = Facts { symbol: Symbol::DirectionalValve, residuals: Residuals::Directional, balance: Balance::Ends };
+pub const FACTS: Facts = Facts { symbol: Symbol::DirectionalValve, residuals: Residuals::Directional, balance: Balance::Ends, settles: Settles::Lag };
 
 pub const CARD: Card = Card {
     kind: "directional-valve",

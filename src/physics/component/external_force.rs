@@ -1,12 +1,12 @@
 //! External force on a body, recorded or prescribed.
 
-use super::facts::{Balance, Facts, Residuals, Symbol};
+use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
 use crate::physics::card::{ANY, Answer, Card, Input, Port, Worked};
 use crate::physics::fluid::Fluid;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::Force, residuals: Residuals::None, balance: Balance::Ends };
+pub const FACTS: Facts = Facts { symbol: Symbol::Force, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
 
 pub const CARD: Card = Card {
     kind: "external-force",

@@ -9,11 +9,14 @@ pub struct Facts {
     pub residuals: Residuals,
     /// What a flow balance makes of it.
     pub balance: Balance,
+    /// How long it takes to settle after a jump of an input.
+    pub settles: Settles,
 }
 
 impl Facts {
     /// Those of physics that an effect joins to a circuit: a box, without residuals, and no balance reaches past it.
-    pub const OF_EFFECT: Self = Self { symbol: Symbol::Box, residuals: Residuals::None, balance: Balance::Ends };
+    pub const OF_EFFECT: Self =
+        Self { symbol: Symbol::Box, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
 }
 
 /// How a component is drawn, after ISO 1219-1.
@@ -58,8 +61,19 @@ pub enum Residuals {
     Pump,
     /// What should be shut below its set pressure, at the pump that it guards.
     Relief,
+    /// Flow of the law at the measured pressures against the flow that passes from one port to the other.
+    Through,
     /// None is known.
     None,
+}
+
+/// How long a component takes to settle after a jump of an input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Settles {
+    /// No longer than the circuit around it.
+    AtOnce,
+    /// With its time constants: its parameters of [`Role::Lag`](crate::physics::card::Role::Lag).
+    Lag,
 }
 
 /// What the flow balance of a node makes of a component that is joined to it and whose flow nobody measures.

@@ -1,14 +1,14 @@
 //! Flow control valve: a reducing valve keeps the pressure drop over a throttle.
 
 use super::orifice::TRANSITION;
-use super::facts::{Balance, Facts, Residuals, Symbol};
+use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, State, Worked, Role};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::{orifice_conductance, root};
 
-pub const FACTS: Facts = Facts { symbol: Symbol::FlowControlValve, residuals: Residuals::FlowControl, balance: Balance::Through };
+pub const FACTS: Facts = Facts { symbol: Symbol::FlowControlValve, residuals: Residuals::FlowControl, balance: Balance::Through, settles: Settles::Lag };
 
 pub const CARD: Card = Card {
     kind: "flow-control-valve",

@@ -1,12 +1,12 @@
 //! Flow source: a pump whose flow follows a recorded signal.
 
-use super::facts::{Balance, Facts, Residuals, Symbol};
+use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
 use crate::physics::card::{ANY, Answer, Card, Input, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::VariablePump, residuals: Residuals::None, balance: Balance::Ends };
+pub const FACTS: Facts = Facts { symbol: Symbol::VariablePump, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
 
 pub const CARD: Card = Card {
     kind: "flow-source",

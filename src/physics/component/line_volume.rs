@@ -1,12 +1,12 @@
 //! Line volume: the oil in a pipe or hose that makes a node compliant.
 
-use super::facts::{Balance, Facts, Residuals, Symbol};
+use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
 use crate::physics::fluid::Fluid;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::Hidden, residuals: Residuals::None, balance: Balance::Stores };
+pub const FACTS: Facts = Facts { symbol: Symbol::Hidden, residuals: Residuals::None, balance: Balance::Stores, settles: Settles::AtOnce };
 
 pub const CARD: Card = Card {
     kind: "line-volume",

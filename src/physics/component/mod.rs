@@ -1,7 +1,7 @@
 //! The components, one file each. A new one is its file and its line in `components!`.
 
-use self::facts::Facts;
-use super::card::Card;
+use self::facts::{Facts, Settles};
+use super::card::{Card, Role};
 use super::drop::Dropped;
 use super::effect::EffectLaw;
 use super::fluid::Fluid;
@@ -64,16 +64,25 @@ pub trait Law<T: Real>: Sized {
 }
 
 macro_rules! components {
-    ($($module:ident :: $name:ident),+ $(,)?) => {
-        $(pub mod $module;)+
+    ($($(#[$condition:meta])* $module:ident :: $name:ident),+ $(,)?) => {
+        $($(#[$condition])* pub mod $module;)+
 
         /// Every component that a rig file may name.
-        pub const CARDS: &[&Card] = &[$(&$module::CARD),+];
+        pub const CARDS: &[&Card] = &[$($(#[$condition])* &$module::CARD),+];
+
+        $($(#[$condition])* const _: () = {
+            let card = $module::CARD;
+            assert!(!card.worked.is_empty() || card.fixes_pressure.is_some(), "a component has a number worked by hand");
+            let lags = matches!($module::FACTS.settles, Settles::Lag);
+            assert!(lags == card.has(Role::Lag), "what settles with a lag has a parameter of Role::Lag");
+        };)+
 
         /// What the component of a card is to the drawing, to residuals and to balances.
         pub fn facts(card: &Card) -> Facts {
-            $(if card.kind == $module::CARD.kind {
-                return $module::FACTS;
+            $($(#[$condition])* {
+                if card.kind == $module::CARD.kind {
+                    return $module::FACTS;
+                }
             })+
             Facts::OF_EFFECT
         }
@@ -81,7 +90,7 @@ macro_rules! components {
         /// Any component's law, chosen by kind.
         #[derive(Debug, Clone)]
         pub enum AnyLaw<T> {
-            $($name($module::$name<T>),)+
+            $($(#[$condition])* $name($module::$name<T>),)+
             /// What an effect has joined to the rig.
             Effect(EffectLaw<T>),
             /// What a user's effect has joined to it.
@@ -97,8 +106,10 @@ macro_rules! components {
                     return Formula::new(card, parameters).map(AnyLaw::Formula);
                 }
                 let kind = card.kind;
-                $(if kind == $module::CARD.kind {
-                    return Some(AnyLaw::$name($module::$name::new(parameters, fluid)));
+                $($(#[$condition])* {
+                    if kind == $module::CARD.kind {
+                        return Some(AnyLaw::$name($module::$name::new(parameters, fluid)));
+                    }
                 })+
                 EffectLaw::new(kind, parameters, fluid).map(AnyLaw::Effect)
             }
@@ -106,7 +117,7 @@ macro_rules! components {
             #[inline]
             pub fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
                 match self {
-                    $(AnyLaw::$name(law) => law.evaluate(seen, answers),)+
+                    $($(#[$condition])* AnyLaw::$name(law) => law.evaluate(seen, answers),)+
                     AnyLaw::Effect(law) => law.evaluate(seen, answers),
                     AnyLaw::Formula(law) => law.evaluate(seen, answers),
                     AnyLaw::Dropped(law) => law.evaluate(seen, answers),
@@ -122,6 +133,8 @@ components! {
     cylinder::Cylinder,
     directional_valve::DirectionalValve,
     external_force::ExternalForce,
+    #[cfg(test)]
+    filter::Filter,
     flow_control_valve::FlowControlValve,
     flow_source::FlowSource,
     free_outlet::FreeOutlet,

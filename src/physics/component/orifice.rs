@@ -1,6 +1,6 @@
 //! Sharp-edged orifice.
 
-use super::facts::{Balance, Facts, Residuals, Symbol};
+use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
@@ -25,7 +25,7 @@ pub const HOLE: &[Parameter] = &[
     TRANSITION,
 ];
 
-pub const FACTS: Facts = Facts { symbol: Symbol::Orifice, residuals: Residuals::None, balance: Balance::Through };
+pub const FACTS: Facts = Facts { symbol: Symbol::Orifice, residuals: Residuals::None, balance: Balance::Through, settles: Settles::AtOnce };
 
 pub const CARD: Card = Card {
     kind: "orifice",

@@ -1,12 +1,12 @@
 //! Fixed-displacement pump.
 
-use super::facts::{Balance, Facts, Residuals, Symbol};
+use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::Pump, residuals: Residuals::Pump, balance: Balance::Ends };
+pub const FACTS: Facts = Facts { symbol: Symbol::Pump, residuals: Residuals::Pump, balance: Balance::Ends, settles: Settles::AtOnce };
 
 pub const CARD: Card = Card {
     kind: "pump",

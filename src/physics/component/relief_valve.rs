@@ -1,13 +1,13 @@
 //! Pressure-relief valve.
 
-use super::facts::{Balance, Facts, Residuals, Symbol};
+use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, State, Worked, Role};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::root;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::ReliefValve, residuals: Residuals::Relief, balance: Balance::Ends };
+pub const FACTS: Facts = Facts { symbol: Symbol::ReliefValve, residuals: Residuals::Relief, balance: Balance::Ends, settles: Settles::Lag };
 
 pub const CARD: Card = Card {
     kind: "relief-valve",

@@ -1,12 +1,12 @@
 //! Tank: a boundary of constant pressure.
 
-use super::facts::{Balance, Facts, Residuals, Symbol};
+use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::{Answers, Law, Seen};
 use crate::numeric::Real;
 use crate::physics::card::{Card, Parameter, Port};
 use crate::physics::fluid::Fluid;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::Hidden, residuals: Residuals::None, balance: Balance::Ends };
+pub const FACTS: Facts = Facts { symbol: Symbol::Hidden, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
 
 pub const CARD: Card = Card {
     kind: "tank",

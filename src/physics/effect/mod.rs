@@ -151,6 +151,8 @@ macro_rules! effects {
         /// The cards of the laws that effects join to a rig.
         pub const LAWS: &[&Card] = &[$(&$module::CARD),+];
 
+        $(const _: () = assert!(!$module::CARD.worked.is_empty(), "the law of an effect has a number worked by hand");)+
+
         /// The law of any joined effect, chosen by kind.
         #[derive(Debug, Clone)]
         pub enum EffectLaw<T> { $($name($module::$name<T>)),+ }
