@@ -48,8 +48,13 @@ fn check(path: &str) -> (String, Vec<String>, Vec<String>) {
     let around = tempfile::tempdir().unwrap();
     // A page may write beside the project.
     let folder = around.path().join("project");
-    for fixtures in ["fixtures/telescopic", "fixtures/learning", "fixtures/press", "fixtures/two_tanks"] {
-        copy(Path::new(fixtures), &folder.join(fixtures));
+    for fixtures in ["telescopic", "learning", "press", "two_tanks", "cascaded_tanks", "emps"] {
+        let fixtures = format!("fixtures/{fixtures}");
+        copy(Path::new(&fixtures), &folder.join(&fixtures));
+    }
+    // Records that stand beside the project, where they do.
+    if let Ok(shared) = fs::canonicalize("../shared") {
+        std::os::unix::fs::symlink(shared, around.path().join("shared")).unwrap();
     }
     let document = fs::read_to_string(path).unwrap();
     let (mut now, mut wrong, mut stale, mut ran) = (String::new(), Vec::new(), Vec::new(), 0);
@@ -120,6 +125,14 @@ fn the_gallery_prints_what_the_program_prints() {
     holds("docs/gallery/missing-physics.md");
     holds("docs/gallery/the-papers-leakage.md");
     holds("docs/gallery/pages.md");
+}
+
+mod shared {
+    #[test]
+    #[ignore = "needs ../shared/records"]
+    fn the_gallery_of_measured_machines_prints_what_the_program_prints() {
+        super::holds("docs/gallery/measured.md");
+    }
 }
 
 #[test]
