@@ -7,7 +7,7 @@ mod progress;
 
 use std::fmt;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -33,6 +33,26 @@ pub struct Context {
     listener: Option<Listener>,
     cancelled: Arc<AtomicBool>,
     threads: Option<Arc<ThreadPool>>,
+    effort: Arc<Effort>,
+}
+
+/// What has been solved so far in a context and its clones.
+#[derive(Debug, Default)]
+pub struct Effort {
+    simulations: AtomicU64,
+    linearisations: AtomicU64,
+}
+
+impl Effort {
+    /// Simulations without derivatives.
+    pub fn simulations(&self) -> u64 {
+        self.simulations.load(Ordering::Relaxed)
+    }
+
+    /// Simulations with derivatives by parameters, however many those are.
+    pub fn linearisations(&self) -> u64 {
+        self.linearisations.load(Ordering::Relaxed)
+    }
 }
 
 /// A computation that was cancelled before its end.
@@ -67,6 +87,17 @@ impl Context {
             Complaint::new(Kind::Bounds, format!("{threads} threads cannot be started: {error}")).help("ask for fewer")
         })?;
         Ok(Self { threads: Some(Arc::new(pool)), ..self })
+    }
+
+    /// What has been solved so far in this context and its clones.
+    pub fn effort(&self) -> &Effort {
+        &self.effort
+    }
+
+    /// Counts a simulation, with derivatives or without.
+    pub(crate) fn solved(&self, with_derivatives: bool) {
+        let counter = if with_derivatives { &self.effort.linearisations } else { &self.effort.simulations };
+        counter.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Ends what runs in this context or a clone of it: it returns [`Interrupted`], as a complaint of

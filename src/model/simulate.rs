@@ -201,6 +201,7 @@ impl Model {
     /// # Errors
     /// The integrator gives up: parameters without physical sense, or a circuit that tears.
     pub fn solve(&self, parameters: &[f64], drive: &Drive, times: &[f64]) -> Result<Outputs, SimulationError> {
+        self.rig.context().solved(false);
         let (values, effort) = with_states!(self.layout.states, N => self.readings::<N>(parameters, drive, times))?;
         Ok(Outputs { values, effort })
     }
@@ -216,6 +217,7 @@ impl Model {
         drive: &Drive,
         times: &[f64],
     ) -> Result<Sensitivities, SimulationError> {
+        self.rig.context().solved(true);
         let groups: Vec<&[usize]> = by.chunks(GROUP).collect();
         let solve =
             |group: &[usize]| with_states!(self.layout.states, N => self.group::<N>(parameters, group, drive, times));

@@ -62,6 +62,7 @@ mod diagnosis {
     mod common_cause;
     mod context;
     mod cycle;
+    mod effort;
     mod honest;
     mod open_records;
     mod store;
