@@ -141,7 +141,7 @@ fn calibrated_small() -> (Calibrated, Rig, Record) {
 #[test]
 fn the_text_stays_but_for_the_calibration() {
     let (calibrated, _, record) = calibrated_small();
-    let (kept, new) = calibrated.text.split_once("\n# What healthy records").unwrap();
+    let (kept, new) = calibrated.text.split_once("\n# Calibrated on healthy records").unwrap();
     let start = SMALL.find("[calibration]").unwrap();
     let end = SMALL.find("# Kept: before the line.").unwrap();
     let without = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -183,7 +183,7 @@ fn the_rig_is_what_reading_its_text_gives() {
 #[test]
 fn in_memory_and_from_text_agree() {
     let (calibrated, _, record) = calibrated_small();
-    let sheet = calibrated.text.split_once("\n# What healthy records").unwrap().0;
+    let sheet = calibrated.text.split_once("\n# Calibrated on healthy records").unwrap().0;
     let sheet = Rig::parse("small.toml", sheet.to_owned()).unwrap();
     let (rig, report) = calibrate_rig(&sheet, &[record], &Options::default()).unwrap();
     assert_eq!(report, calibrated.report);
