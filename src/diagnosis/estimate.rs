@@ -161,7 +161,7 @@ pub fn held_at<'a>(
 }
 
 /// A fit that did not have to go to its end.
-pub struct Quick {
+pub struct PreliminaryFit {
     /// All estimated parameters, SI.
     pub theta: Vec<f64>,
     /// `2 F` of record and prior.
@@ -184,7 +184,7 @@ pub fn quick(
     drive: &Drive,
     (start, set): (&[f64], FaultSet),
     forms: usize,
-) -> Result<Quick, Complaint> {
+) -> Result<PreliminaryFit, Complaint> {
     let (case, form) = case_at(model, record, drive, start)?;
     let fit = walked(&case, form, (start, set), forms).map_err(|error| unsolvable(model, record, error))?;
     if forms <= FIRST_FORMS {
@@ -197,7 +197,7 @@ pub fn quick(
     let again = |start: &[f64], forms: usize| {
         case.local_model(start).and_then(|form| walked(&case, form, (start, set), forms)).ok()
     };
-    let near = |again: &Quick| again.cost - HOPE * again.gained < fit.cost;
+    let near = |again: &PreliminaryFit| again.cost - HOPE * again.gained < fit.cost;
     let fresh = again(&expected, FIRST_FORMS).filter(near);
     let further = fresh.and_then(|fresh| again(&fresh.theta, forms - FIRST_FORMS));
     Ok(further.filter(|further| further.cost < fit.cost).unwrap_or(fit))
@@ -209,15 +209,20 @@ fn walked(
     mut form: LocalModel,
     (start, set): (&[f64], FaultSet),
     forms: usize,
-) -> Result<Quick, FitError> {
-    let mut fit = Quick { theta: start.to_vec(), cost: f64::INFINITY, gained: f64::INFINITY, stopped: None };
+) -> Result<PreliminaryFit, FitError> {
+    let mut fit = PreliminaryFit { theta: start.to_vec(), cost: f64::INFINITY, gained: f64::INFINITY, stopped: None };
     let mut damping = 0.0;
     for left in (0..forms).rev() {
         let steps = Options::steps(QUICK, ROUGH).damped(damping);
         let Ok(point) = case.fit(&form, set, &fit.theta, steps) else { break };
         let before = if fit.cost.is_finite() { fit.cost } else { case.cost(set, &form.misfit, &form.theta) };
         damping = point.damping;
-        fit = Quick { theta: point.theta, cost: point.cost, gained: before - point.cost, stopped: Some(point.stopped) };
+        fit = PreliminaryFit {
+            theta: point.theta,
+            cost: point.cost,
+            gained: before - point.cost,
+            stopped: Some(point.stopped),
+        };
         let again = left + 1 < forms;
         if left == 0 || (again && fit.gained < 1e-3 * fit.cost) {
             break;

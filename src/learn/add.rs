@@ -6,7 +6,7 @@ use toml_edit::{InlineTable, Item, Table};
 
 use super::candidate::candidate;
 use super::suggest::{anew, is_adequate, refitted_alone, rough_base};
-use super::trial::Trial;
+use super::trial::FittedModel;
 use super::tries::nothing;
 use super::verdict::warnings;
 use super::warning::Warning;
@@ -81,14 +81,14 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
 }
 
 /// The model with one effect more, what the information criterion gains by it over the model alone, and what speaks against it.
-type Fitted = (Trial, f64, Vec<Warning>);
+type Fitted = (FittedModel, f64, Vec<Warning>);
 
-fn fitted_with(estimate: &Estimate<'_>, base: &Trial, placed: &Placed) -> Result<Fitted, Complaint> {
+fn fitted_with(estimate: &Estimate<'_>, base: &FittedModel, placed: &Placed) -> Result<Fitted, Complaint> {
     let record = estimate.case.record;
     let (trial, screened) = refitted_alone(base, record, candidate(estimate, placed))?;
     let gained = trial.gain_over(base, record, &trial.judge(record)?)?;
     match anew(estimate, base, (&trial, screened), gained)? {
-        Some(better) => fitted_with(&better, &Trial::of(&better)?, placed),
+        Some(better) => fitted_with(&better, &FittedModel::of(&better)?, placed),
         None => {
             let warnings = warnings(&trial, base);
             Ok((trial, gained, warnings))
@@ -100,7 +100,7 @@ fn fitted_with(estimate: &Estimate<'_>, base: &Trial, placed: &Placed) -> Result
 ///
 /// # Errors
 /// A text that is no TOML.
-pub fn with_effects(path: &Path, text: &str, rig: &Rig, trial: &Trial) -> Result<String, Complaint> {
+pub fn with_effects(path: &Path, text: &str, rig: &Rig, trial: &FittedModel) -> Result<String, Complaint> {
     let mut text = text.to_owned();
     for present in trial.rig.effects.iter().filter(|present| rig.effects.iter().all(|old| old.id != present.id)) {
         let written = present.placed.effect.parameters.iter().zip(&present.parameters).map(|(free, &index)| {

@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use super::tries::{Here, best_try};
+use super::tries::{ScoreContext, best_try};
 use crate::diagnosis::estimate::Estimate;
 use crate::physics::effect::{First, Form, Free};
 use crate::rig::{Given, Placed, Rig};
@@ -23,8 +23,8 @@ pub struct Candidate {
     pub tried: Vec<Given>,
     /// Expected fall of chi-square.
     pub score: f64,
-    /// Where it was scored, as an index into the stands; `None` where it was not.
-    pub stand: Option<usize>,
+    /// Where it was scored, as an index into the base points; `None` where it was not.
+    pub base_point: Option<usize>,
     /// Factor on the tried size at which chi-square would be least.
     pub factor: f64,
     /// Smallest factor on the tried size that the record could show: that from which on it would be looked at.
@@ -48,7 +48,7 @@ impl Candidate {
             _ => Given { value: rig.first_size(&self.placed, free).unwrap_or(tried.value), ..tried.clone() },
         };
         let tried = self.placed.effect.parameters.iter().zip(&self.tried).map(typical).collect();
-        Self { tried, factor: 1.0, stand: None, ..self.clone() }
+        Self { tried, factor: 1.0, base_point: None, ..self.clone() }
     }
 }
 
@@ -68,7 +68,7 @@ pub fn tolerated(samples: f64) -> f64 {
 
 /// All effects that the rig may have and does not, the most promising first; `stand` is where the estimate stands, `tolerance`
 /// the fall of chi-square that says nothing.
-pub fn candidates(estimate: &Estimate<'_>, stand: usize, tolerance: f64) -> Vec<Candidate> {
+pub fn candidates(estimate: &Estimate<'_>, base_point: usize, tolerance: f64) -> Vec<Candidate> {
     let rig = estimate.case.rig();
     let places: Vec<Placed> = rig
         .effect_places()
@@ -79,7 +79,7 @@ pub fn candidates(estimate: &Estimate<'_>, stand: usize, tolerance: f64) -> Vec<
         .filter(|placed| !(matches!(placed.effect.form, Form::Bent) && bends_a_fault(rig, placed)))
         .collect();
     let count = rig.context().count("candidates screened", places.len());
-    let Some(here) = Here::of(estimate, worth(places.len(), tolerance)) else { return Vec::new() };
+    let Some(here) = ScoreContext::of(estimate, worth(places.len(), tolerance)) else { return Vec::new() };
     let one = |placed: &Placed| {
         let tried = best_try(&here, placed);
         count.one();
@@ -87,8 +87,8 @@ pub fn candidates(estimate: &Estimate<'_>, stand: usize, tolerance: f64) -> Vec<
     };
     let mut all: Vec<Candidate> = places.par_iter().flat_map_iter(one).collect();
     for candidate in &mut all {
-        candidate.stand = Some(stand);
-        candidate.others.iter_mut().for_each(|other| other.stand = Some(stand));
+        candidate.base_point = Some(base_point);
+        candidate.others.iter_mut().for_each(|other| other.base_point = Some(base_point));
     }
     all.sort_by(|a, b| b.score.total_cmp(&a.score));
     all
@@ -100,7 +100,7 @@ pub fn candidate(estimate: &Estimate<'_>, placed: &Placed) -> Option<Candidate> 
         let id = estimate.case.rig().effect_id(placed);
         return empirical(estimate.case.rig()).into_iter().find(|candidate| candidate.id == id);
     }
-    best_try(&Here::of(estimate, worth(1, 0.0))?, placed)
+    best_try(&ScoreContext::of(estimate, worth(1, 0.0))?, placed)
 }
 
 /// Curves without a formula at every place, as if tried at their typical size.
@@ -117,7 +117,7 @@ pub fn empirical(rig: &Rig) -> Vec<Candidate> {
                 placed,
                 tried: placed.effect.parameters.iter().map(one).collect(),
                 score: 0.0,
-                stand: None,
+                base_point: None,
                 factor: 0.0,
                 smallest: f64::INFINITY,
                 own: 1.0,

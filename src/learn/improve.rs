@@ -2,8 +2,8 @@
 
 use super::compare::{Comparison, Where};
 use super::separate::Experiment;
-use super::suggest::{Conclusion, Judged, RIVAL, ROUNDS, Suggestion, is_adequate, suggest, suggest_from};
-use super::trial::{Run, Trial};
+use super::suggest::{Conclusion, EvaluatedModel, RIVAL, ROUNDS, Suggestion, is_adequate, suggest, suggest_from};
+use super::trial::{FittedModel, Run};
 use super::verdict::{CLEARLY, are_part, explained};
 use super::warning::Warning;
 use crate::complaint::Complaint;
@@ -40,9 +40,9 @@ pub struct Improvement {
     pub conclusion: Conclusion,
     pub steps: Vec<Step>,
     /// The model as given, everything uncertain and all faults fitted.
-    pub given: Trial,
+    pub given: FittedModel,
     /// The model at the end.
-    pub trial: Trial,
+    pub trial: FittedModel,
     /// Where the model at the end still misses; `None` where it is adequate.
     pub rest: Option<Where>,
     /// What explains the records alike, where several do.
@@ -74,7 +74,7 @@ fn add_while_asked(
     let mut last = suggest(rig, fit, Some(check))?;
     let given = last.base.clone();
     let mut trial = given.clone();
-    let step = |added, trial: &Trial, warnings, refused| -> Result<Step, Complaint> {
+    let step = |added, trial: &FittedModel, warnings, refused| -> Result<Step, Complaint> {
         Ok(Step { added, fit: trial.fit.clone(), check: trial.check(check)?, warnings, refused })
     };
     let mut steps = vec![step(None, &trial, Vec::new(), Vec::new())?];
@@ -88,8 +88,8 @@ fn add_while_asked(
         (rivals, experiment) = alike(&last, chosen);
         let refused = refused(&last, chosen);
         // Candidates are compared by a few rounds each; what is added is fitted to its end.
-        let Trial { rig, values, set, .. } = &chosen.trial;
-        trial = Trial::fitted(rig, fit, values, *set, MOST_ROUNDS)?;
+        let FittedModel { rig, values, set, .. } = &chosen.trial;
+        trial = FittedModel::fitted(rig, fit, values, *set, MOST_ROUNDS)?;
         let next = step(Some(chosen.id()), &trial, chosen.warnings.clone(), refused)?;
         told(&next);
         steps.push(next);
@@ -102,9 +102,9 @@ fn add_while_asked(
         let drive = Drive::from_record(&model.rig, fit)?;
         let theta = estimate::picked(&model.rig, &trial.values);
         let again = estimate::isolated(&model, fit, &drive, (&theta, trial.set), ROUNDS)?;
-        let stand = Trial::of(&again)?;
-        let cost = stand.cost;
-        last = suggest_from(&again, stand, Some(check))?;
+        let base_point = FittedModel::of(&again)?;
+        let cost = base_point.cost;
+        last = suggest_from(&again, base_point, Some(check))?;
         // It may have found a better fit of the same model.
         if last.base.cost < cost - RIVAL
             && let (Some(reached), Some(on_check)) = (steps.last_mut(), &last.base_check)
@@ -145,14 +145,14 @@ fn explained_by(before: &Step, after: &Step) -> (f64, f64) {
 }
 
 /// An explanation with those that do as well, and what would tell them apart.
-fn alike(last: &Suggestion, one: &Judged) -> (Vec<String>, Option<Experiment>) {
+fn alike(last: &Suggestion, one: &EvaluatedModel) -> (Vec<String>, Option<Experiment>) {
     let ids = std::iter::once(one.id()).chain(one.confounded_with.iter().cloned());
     (ids.collect(), last.experiment.clone())
 }
 
 /// The best addition that is worth it: a law with physical sense if there is one, else a curve.
-fn chosen<'a>(last: &'a Suggestion, before: &Step) -> Option<&'a Judged> {
-    let worth = |judged: &&Judged, (on_fit, on_check): (f64, f64)| {
+fn chosen<'a>(last: &'a Suggestion, before: &Step) -> Option<&'a EvaluatedModel> {
+    let worth = |judged: &&EvaluatedModel, (on_fit, on_check): (f64, f64)| {
         let missed = |run: &Run| (run.chi2 - 1.0).max(0.0);
         let Some(check) = &judged.check else { return false };
         judged.supported
@@ -160,14 +160,14 @@ fn chosen<'a>(last: &'a Suggestion, before: &Step) -> Option<&'a Judged> {
             && check.normalised <= (1.0 - on_check) * before.check.normalised
     };
     let laws = || last.judged.iter().filter(|judged| !judged.is_empirical()).filter(|judged| worth(judged, WORTH));
-    let best = |is_one: &dyn Fn(&Judged) -> bool| {
+    let best = |is_one: &dyn Fn(&EvaluatedModel) -> bool| {
         let sensible = || laws().filter(|judged| !judged.senseless() && is_one(judged));
         let single = sensible().find(|judged| judged.effects.len() == 1);
         let pair = sensible().find(|judged| judged.effects.len() > 1);
         single.filter(|single| pair.is_none_or(|pair| pair.error() > (1.0 - PAIR) * single.error())).or(pair)
     };
     let (physics, any) = (best(&|judged| !judged.is_of_sensor()), best(&|_| true));
-    let clearly = |any: &&Judged| physics.is_none_or(|physics| any.error() < (1.0 - CLEARLY) * physics.error());
+    let clearly = |any: &&EvaluatedModel| physics.is_none_or(|physics| any.error() < (1.0 - CLEARLY) * physics.error());
     any.filter(clearly)
         .or(physics)
         .or_else(|| last.judged.iter().filter(|one| one.is_empirical()).find(|judged| worth(judged, WORTH_EMPIRICAL)))
@@ -175,9 +175,10 @@ fn chosen<'a>(last: &'a Suggestion, before: &Step) -> Option<&'a Judged> {
 }
 
 /// Extensions that promise more than the chosen one but make no sense.
-fn refused(last: &Suggestion, chosen: &Judged) -> Vec<(String, Run, Vec<Warning>)> {
-    let better =
-        |one: &&Judged| one.check.as_ref().zip(chosen.check.as_ref()).is_some_and(|(a, b)| a.normalised < b.normalised);
+fn refused(last: &Suggestion, chosen: &EvaluatedModel) -> Vec<(String, Run, Vec<Warning>)> {
+    let better = |one: &&EvaluatedModel| {
+        one.check.as_ref().zip(chosen.check.as_ref()).is_some_and(|(a, b)| a.normalised < b.normalised)
+    };
     let flagged = last.judged.iter().filter(better).filter(|one| one.senseless());
     flagged.filter_map(|one| Some((one.id(), one.check.clone()?, one.warnings.clone()))).collect()
 }

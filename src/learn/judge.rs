@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
-use super::refit::{FORMS, Rough, Stand, charged, effect_parameters, quick, refitted};
-use super::suggest::{Judged, RIVAL, ROUNDS, is_adequate, joined};
-use super::trial::{Run, Trial, run_under};
+use super::refit::{BasePoint, FORMS, PreliminaryModel, charged, effect_parameters, quick, refitted};
+use super::suggest::{EvaluatedModel, RIVAL, ROUNDS, is_adequate, joined};
+use super::trial::{FittedModel, Run, run_under};
 use super::verdict::warnings;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate::HOPE;
@@ -27,32 +27,32 @@ const ISOLATED: usize = 2;
 const CONTINUED: usize = 3;
 
 /// A record that is looked at, with the model as given.
-pub(super) struct Looking<'a> {
+pub(super) struct Screening<'a> {
     pub record: &'a Record,
-    pub base: &'a Trial,
+    pub base: &'a FittedModel,
     pub base_check: &'a Option<Run>,
     pub check: Option<&'a Record>,
     /// Where refits start.
-    pub stands: Vec<Stand>,
+    pub base_points: Vec<BasePoint>,
 }
 
 /// What fits have to come down to.
-struct Bar {
+struct PruningThreshold {
     /// The least cost so far with its faults and effects priced, and what the others may be above it.
     cost: f64,
     room: f64,
 }
 
-impl Bar {
+impl PruningThreshold {
     /// Whether a fit has no hope to come near.
-    fn is_beyond(&self, rough: &Rough, samples: f64) -> bool {
+    fn is_beyond(&self, rough: &PreliminaryModel, samples: f64) -> bool {
         !rough.cost.is_finite() || rough.priced(samples) - HOPE * rough.gained > self.cost + self.room
     }
 }
 
 /// What an effect promises to cost where it was scored.
-pub(super) fn promised(candidate: &Candidate, stands: &[Stand]) -> Option<f64> {
-    Some(stands.get(candidate.stand?)?.cost - candidate.score)
+pub(super) fn promised(candidate: &Candidate, base_points: &[BasePoint]) -> Option<f64> {
+    Some(base_points.get(candidate.base_point?)?.cost - candidate.score)
 }
 
 /// Whether some effects are part of more.
@@ -60,35 +60,39 @@ fn is_part(some: &[Candidate], more: &[Candidate]) -> bool {
     some.len() < more.len() && some.iter().all(|one| more.iter().any(|other| other.id == one.id))
 }
 
-impl Looking<'_> {
+impl Screening<'_> {
     fn samples(&self) -> f64 {
         self.base.fit.weights.all_samples() as f64
     }
 
     /// What the best so far sets.
-    fn bar(&self, best: f64) -> Bar {
+    fn bar(&self, best: f64) -> PruningThreshold {
         let scale = (best / self.samples()).max(1.0);
         let room = CLOSE * (self.cost_of(self.base) - best).max(0.0) + RIVAL * scale;
-        Bar { cost: best, room }
+        PruningThreshold { cost: best, room }
     }
 
     /// Whether a preliminary fit leaves nothing to explain.
-    fn explains_all(&self, rough: &Rough) -> bool {
+    fn explains_all(&self, rough: &PreliminaryModel) -> bool {
         run_under(&rough.rig, self.record, &rough.values, None).is_ok_and(|run| is_adequate(&run))
     }
 
     /// What a trial costs with its faults and effects priced, under its own weights.
-    fn cost_of(&self, trial: &Trial) -> f64 {
+    fn cost_of(&self, trial: &FittedModel) -> f64 {
         charged(&trial.rig, trial.cost, trial.set, self.samples())
     }
 
     /// Refits the model with each set of effects; `known` is what was judged before, the best first.
-    pub fn judge(&self, chosen: Vec<Vec<Candidate>>, known: &[Judged]) -> Result<Vec<Judged>, Complaint> {
+    pub fn judge(
+        &self,
+        chosen: Vec<Vec<Candidate>>,
+        known: &[EvaluatedModel],
+    ) -> Result<Vec<EvaluatedModel>, Complaint> {
         let mut rough = self.roughly(chosen, known);
         let samples = self.samples();
         let known = known.first();
         let mut best = known.map_or(f64::INFINITY, |best| best.screened);
-        let continued = |rough: &mut [(Vec<Candidate>, Rough)], best: f64| {
+        let continued = |rough: &mut [(Vec<Candidate>, PreliminaryModel)], best: f64| {
             let bar = self.bar(best);
             rough.par_iter_mut().filter(|(_, rough)| !bar.is_beyond(rough, samples)).for_each(|(_, rough)| {
                 if let Some(further) = quick(&rough.rig, self.record, &rough.values, (rough.set, FORMS), Some(ROUGH)) {
@@ -118,42 +122,48 @@ impl Looking<'_> {
             let isolated = !(bar.is_beyond(&rough, samples) && (place > 0 || known.is_some()) && explained);
             one(isolated, None, (effects, rough))
         });
-        let mut judged: Vec<Judged> = in_front.collect();
+        let mut judged: Vec<EvaluatedModel> = in_front.collect();
         // What is far behind is weighed as the best is.
         let best = judged.iter().min_by(|a, b| a.trial.fit.chi2.total_cmp(&b.trial.fit.chi2));
         let weights = best.map(|best| (&best.trial.fit.weights, best.check.as_ref().map(|check| &check.weights)));
-        let others: Vec<Judged> = behind.into_par_iter().filter_map(|rough| one(false, weights, rough)).collect();
+        let others: Vec<EvaluatedModel> =
+            behind.into_par_iter().filter_map(|rough| one(false, weights, rough)).collect();
         judged.extend(others);
         self.rank(&mut judged)?;
         Ok(judged)
     }
 
-    /// Rough refits with each set of effects, the best first.
-    fn roughly(&self, chosen: Vec<Vec<Candidate>>, known: &[Judged]) -> Vec<(Vec<Candidate>, Rough)> {
-        let Self { record, base, ref stands, .. } = *self;
+    /// Preliminary fits with each set of effects, the best first.
+    fn roughly(
+        &self,
+        chosen: Vec<Vec<Candidate>>,
+        known: &[EvaluatedModel],
+    ) -> Vec<(Vec<Candidate>, PreliminaryModel)> {
+        let Self { record, base, ref base_points, .. } = *self;
         let samples = self.samples();
         let count = base.rig.context().count("effects fitted", chosen.len());
         let fitted = |effects: Vec<Candidate>| {
-            let smaller: Vec<&Judged> = known.iter().filter(|one| is_part(&one.effects, &effects)).collect();
-            let rough = refitted(base, stands, &smaller, record, &effects);
+            let smaller: Vec<&EvaluatedModel> = known.iter().filter(|one| is_part(&one.effects, &effects)).collect();
+            let rough = refitted(base, base_points, &smaller, record, &effects);
             count.one();
             (effects, rough)
         };
         // Scores know nothing of what an effect's parameters are charged.
-        let price_of_effects = |rough: &Option<Rough>| {
-            let more = |rough: &Rough| effect_parameters(&rough.rig) - effect_parameters(&base.rig);
+        let price_of_effects = |rough: &Option<PreliminaryModel>| {
+            let more = |rough: &PreliminaryModel| effect_parameters(&rough.rig) - effect_parameters(&base.rig);
             rough.as_ref().map_or(0.0, |rough| more(rough) as f64 * samples.ln())
         };
-        let mut rough: Vec<(Vec<Candidate>, Option<Rough>)> = chosen.into_par_iter().map(fitted).collect();
-        let cost = |rough: &Option<Rough>| rough.as_ref().map_or(f64::INFINITY, |rough| rough.priced(samples));
+        let mut rough: Vec<(Vec<Candidate>, Option<PreliminaryModel>)> = chosen.into_par_iter().map(fitted).collect();
+        let cost =
+            |rough: &Option<PreliminaryModel>| rough.as_ref().map_or(f64::INFINITY, |rough| rough.priced(samples));
         // Scores of one stand are compared with each other.
         let scores: Vec<(Option<usize>, f64)> =
-            rough.iter().flat_map(|(effects, _)| effects).map(|effect| (effect.stand, effect.score)).collect();
-        let most = |stand| scores.iter().filter(|one| one.0 == stand).map(|one| one.1).fold(0.0, f64::max);
+            rough.iter().flat_map(|(effects, _)| effects).map(|effect| (effect.base_point, effect.score)).collect();
+        let most = |base_point| scores.iter().filter(|one| one.0 == base_point).map(|one| one.1).fold(0.0, f64::max);
         rough.par_iter_mut().for_each(|(effects, rough)| {
             let [effect] = effects.as_slice() else { return };
-            let Some(promised) = promised(effect, stands) else { return };
-            if effect.score <= KEPT * most(effect.stand) {
+            let Some(promised) = promised(effect, base_points) else { return };
+            if effect.score <= KEPT * most(effect.base_point) {
                 return;
             }
             if !effect.others.is_empty() {
@@ -164,13 +174,14 @@ impl Looking<'_> {
             }
             let kept = cost(rough) - price_of_effects(rough) <= promised + (1.0 - KEPT) * effect.score;
             if !kept {
-                let again = refitted(base, &[Stand::healthy(&base.rig)], &[], record, &[effect.as_typical(&base.rig)]);
+                let again =
+                    refitted(base, &[BasePoint::healthy(&base.rig)], &[], record, &[effect.as_typical(&base.rig)]);
                 if cost(&again) < cost(rough) {
                     *rough = again;
                 }
             }
         });
-        let mut rough: Vec<(Vec<Candidate>, Rough)> =
+        let mut rough: Vec<(Vec<Candidate>, PreliminaryModel)> =
             rough.into_iter().filter_map(|(effects, rough)| Some((effects, rough?))).collect();
         rough.sort_by(|a, b| a.1.priced(samples).total_cmp(&b.1.priced(samples)));
         // From several stands the same effect comes twice.
@@ -186,7 +197,11 @@ impl Looking<'_> {
 
     /// Of refits from several starts the one that explains both records best: where a law begins may be anywhere between two
     /// pressures at which the fit record stands. `first` is the one from where the effect promises most.
-    fn best_of_starts(&self, mut effect: Candidate, first: Option<&Rough>) -> Option<(Rough, Candidate)> {
+    fn best_of_starts(
+        &self,
+        mut effect: Candidate,
+        first: Option<&PreliminaryModel>,
+    ) -> Option<(PreliminaryModel, Candidate)> {
         let samples = self.samples();
         let mut starts = std::mem::take(&mut effect.others);
         starts.insert(0, effect);
@@ -194,7 +209,7 @@ impl Looking<'_> {
         let ends = starts.iter().enumerate().filter_map(|(place, start)| {
             let rough = match place {
                 0 => first.cloned()?,
-                _ => refitted(self.base, &self.stands, &[], self.record, std::slice::from_ref(start))?,
+                _ => refitted(self.base, &self.base_points, &[], self.record, std::slice::from_ref(start))?,
             };
             let further = quick(&rough.rig, self.record, &rough.values, (rough.set, FORMS), Some(ROUGH));
             let end = further.unwrap_or(rough);
@@ -213,21 +228,21 @@ impl Looking<'_> {
     fn judged(
         &self,
         effects: Vec<Candidate>,
-        rough: &Rough,
+        rough: &PreliminaryModel,
         isolated: bool,
         weights: Option<(&Weights, Option<&Weights>)>,
-    ) -> Option<Judged> {
-        let Rough { rig, values, set, cost, .. } = rough;
+    ) -> Option<EvaluatedModel> {
+        let PreliminaryModel { rig, values, set, cost, .. } = rough;
         let trial = if isolated {
-            Trial::fitted(rig, self.record, values, *set, ROUNDS)
+            FittedModel::fitted(rig, self.record, values, *set, ROUNDS)
         } else {
-            Trial::at(rig, self.record, values, (*set, *cost), weights.map(|(fit, _)| fit))
+            FittedModel::at(rig, self.record, values, (*set, *cost), weights.map(|(fit, _)| fit))
         };
         let trial = trial.ok()?;
         let on_check = weights.and_then(|(_, check)| check);
         let check = self.check.and_then(|record| trial.check_under(record, on_check).ok());
         let warnings = warnings(&trial, self.base);
-        Some(Judged {
+        Some(EvaluatedModel {
             effects,
             trial,
             preliminary: rough.cost,
@@ -242,9 +257,9 @@ impl Looking<'_> {
     }
 
     /// Fits those that come near the best to their end: what decides between them is smaller than what rough fits leave.
-    pub fn settle(&self, judged: &mut [Judged]) -> Result<(), Complaint> {
+    pub fn settle(&self, judged: &mut [EvaluatedModel]) -> Result<(), Complaint> {
         let Some(top) = judged.first().map(|best| best.delta_bic) else { return Ok(()) };
-        let near = |one: &Judged| {
+        let near = |one: &EvaluatedModel| {
             let share = if one.isolated { CLOSE_ISOLATED } else { CLOSE };
             one.delta_bic > top - (share * top).max(RIVAL)
         };
@@ -252,8 +267,8 @@ impl Looking<'_> {
             return Ok(());
         }
         judged.par_iter_mut().filter(|one| near(one)).for_each(|one| {
-            let Trial { rig, values, set, .. } = &one.trial;
-            let Ok(trial) = Trial::fitted(rig, self.record, values, *set, ROUNDS) else { return };
+            let FittedModel { rig, values, set, .. } = &one.trial;
+            let Ok(trial) = FittedModel::fitted(rig, self.record, values, *set, ROUNDS) else { return };
             one.check = self.check.and_then(|record| trial.check(record).ok());
             one.warnings = warnings(&trial, self.base);
             one.trial = trial;
@@ -263,7 +278,7 @@ impl Looking<'_> {
     }
 
     /// Refits with further sets of effects, and ranks all anew.
-    pub fn join(&self, judged: &mut Vec<Judged>, chosen: Vec<Vec<Candidate>>) -> Result<(), Complaint> {
+    pub fn join(&self, judged: &mut Vec<EvaluatedModel>, chosen: Vec<Vec<Candidate>>) -> Result<(), Complaint> {
         if chosen.is_empty() {
             return Ok(());
         }
@@ -273,7 +288,7 @@ impl Looking<'_> {
     }
 
     /// Costs under the weights of the best, what they support, and the order by the information criterion.
-    fn rank(&self, judged: &mut [Judged]) -> Result<(), Complaint> {
+    fn rank(&self, judged: &mut [EvaluatedModel]) -> Result<(), Complaint> {
         let Self { record, base, .. } = *self;
         let best = judged.iter().min_by(|a, b| a.trial.fit.chi2.total_cmp(&b.trial.fit.chi2));
         let Some(judge) = best.map(|best| best.trial.judge(record)).transpose()? else { return Ok(()) };

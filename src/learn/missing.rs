@@ -9,7 +9,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
 use super::candidate::empirical;
-use super::trial::{Run, Trial};
+use super::trial::{FittedModel, Run};
 use super::tries::highest_at;
 use crate::complaint::Complaint;
 use crate::diagnosis::{estimate, is_there};
@@ -77,11 +77,11 @@ pub struct Missing {
 ///
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
-pub fn missing(base: &Trial, record: &Record, found: Option<&Run>) -> Result<Vec<Missing>, Complaint> {
+pub fn missing(base: &FittedModel, record: &Record, found: Option<&Run>) -> Result<Vec<Missing>, Complaint> {
     base.rig.context().run(|| missing_here(base, record, found))
 }
 
-fn missing_here(base: &Trial, record: &Record, found: Option<&Run>) -> Result<Vec<Missing>, Complaint> {
+fn missing_here(base: &FittedModel, record: &Record, found: Option<&Run>) -> Result<Vec<Missing>, Complaint> {
     let own = Slopes::of_fitted(base, record)?;
     let with: Option<Vec<f64>> = found.map(|run| {
         let pairs = run.outputs.iter().flatten().zip(base.fit.outputs.iter().flatten());
@@ -107,7 +107,7 @@ struct Slopes {
 
 impl Slopes {
     /// Of everything that was fitted.
-    fn of_fitted(base: &Trial, record: &Record) -> Result<Self, Complaint> {
+    fn of_fitted(base: &FittedModel, record: &Record) -> Result<Self, Complaint> {
         let rig = &base.rig;
         let present = |parameter: usize| {
             rig.faults
@@ -148,7 +148,7 @@ fn columns(
 }
 
 /// The curve at one place; `None` where the record shows nothing of it.
-fn one(base: &Trial, record: &Record, own: &Slopes, placed: &Placed, with: Option<&[f64]>) -> Option<Missing> {
+fn one(base: &FittedModel, record: &Record, own: &Slopes, placed: &Placed, with: Option<&[f64]>) -> Option<Missing> {
     let told = TOLD.iter().find(|told| told.effect == placed.effect.name)?;
     let mut rig = base.rig.clone();
     let drive = Drive::from_record(&rig, record).ok()?;

@@ -1,10 +1,10 @@
 //! A model with effects in it, fitted with the faults as they were.
 
 use super::candidate::Candidate;
-use super::suggest::Judged;
-use super::trial::Trial;
+use super::suggest::EvaluatedModel;
+use super::trial::FittedModel;
 use crate::complaint::Complaint;
-use crate::diagnosis::estimate::{self, FIRST_FORMS, Quick};
+use crate::diagnosis::estimate::{self, FIRST_FORMS, PreliminaryFit};
 use crate::diagnosis::search::ROUGH;
 use crate::estimation::criteria::bic;
 use crate::model::{Drive, Model, Tolerance};
@@ -23,7 +23,7 @@ const SHAPE: f64 = 1.0;
 
 /// A model with some effects, fitted with the faults as they were.
 #[derive(Clone)]
-pub(super) struct Rough {
+pub(super) struct PreliminaryModel {
     pub rig: Rig,
     /// All parameters of the rig, SI.
     pub values: Vec<f64>,
@@ -34,7 +34,7 @@ pub(super) struct Rough {
     pub gained: f64,
 }
 
-impl Rough {
+impl PreliminaryModel {
     /// The cost with its faults and the parameters of its effects priced.
     pub fn priced(&self, samples: f64) -> f64 {
         charged(&self.rig, self.cost, self.set, samples)
@@ -53,7 +53,7 @@ pub(super) fn effect_parameters(rig: &Rig) -> usize {
 }
 
 /// Where a model without the effects stands.
-pub(super) struct Stand {
+pub(super) struct BasePoint {
     /// All of its parameters, SI.
     pub values: Vec<f64>,
     /// Faults that are present.
@@ -62,22 +62,22 @@ pub(super) struct Stand {
     pub cost: f64,
 }
 
-impl Stand {
+impl BasePoint {
     /// The data sheet, which was not fitted.
     pub fn healthy(rig: &Rig) -> Self {
         Self { values: rig.healthy(), set: FaultSet::EMPTY, cost: f64::INFINITY }
     }
 }
 
-/// Everything fitted jointly with some effects, from the stands where they were scored; from all where they were not. Of several
+/// Everything fitted jointly with some effects, from the base points where they were scored; from all where they were not. Of several
 /// effects also from the fits with some of them, `smaller`: with one effect more a model is never worse.
 pub(super) fn refitted(
-    base: &Trial,
-    stands: &[Stand],
-    smaller: &[&Judged],
+    base: &FittedModel,
+    base_points: &[BasePoint],
+    smaller: &[&EvaluatedModel],
     record: &Record,
     effects: &[Candidate],
-) -> Option<Rough> {
+) -> Option<PreliminaryModel> {
     let (rig, starts) = with_effects(&base.rig, effects)?;
     let samples = base.fit.weights.all_samples() as f64;
     let fitted = |values: &[f64], set: FaultSet, starts: &[&Start], at_size: bool| {
@@ -89,7 +89,7 @@ pub(super) fn refitted(
         quick(&rig, record, &values, (set, FIRST_FORMS), Some(ROUGH))
     };
     // At its neutral value an effect is nothing: a fit that ends above the one without it has gone astray from its start.
-    let not_above = |without: f64, begun: &dyn Fn(bool) -> Option<Rough>| {
+    let not_above = |without: f64, begun: &dyn Fn(bool) -> Option<PreliminaryModel>| {
         let first = begun(true);
         if first.as_ref().is_some_and(|first| first.cost <= without) {
             return first;
@@ -97,12 +97,13 @@ pub(super) fn refitted(
         [first, begun(false)].into_iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost))
     };
     let all: Vec<&Start> = starts.iter().collect();
-    let asked = |stand: usize| effects.iter().any(|effect| effect.stand.is_none_or(|own| own == stand));
-    let of_stands = stands.iter().enumerate().filter(|(stand, _)| asked(*stand));
-    let of_stands = of_stands
-        .filter_map(|(_, stand)| not_above(stand.cost, &|at_size| fitted(&stand.values, stand.set, &all, at_size)));
+    let asked = |base_point: usize| effects.iter().any(|effect| effect.base_point.is_none_or(|own| own == base_point));
+    let of_base_points = base_points.iter().enumerate().filter(|(base_point, _)| asked(*base_point));
+    let of_base_points = of_base_points.filter_map(|(_, base_point)| {
+        not_above(base_point.cost, &|at_size| fitted(&base_point.values, base_point.set, &all, at_size))
+    });
     let of_smaller = smaller.iter().filter_map(|one| {
-        let Trial { rig: own, values: found, set, .. } = &one.trial;
+        let FittedModel { rig: own, values: found, set, .. } = &one.trial;
         let fitted_there = |index: usize| {
             let id = &rig.parameters[index].id;
             own.parameters.iter().position(|parameter| parameter.id == *id).filter(|&at| own.is_of_effect(at))
@@ -116,7 +117,7 @@ pub(super) fn refitted(
         }
         not_above(one.preliminary, &|at_size| fitted(&values, *set, &new, at_size))
     });
-    of_stands.chain(of_smaller).min_by(|a, b| a.priced(samples).total_cmp(&b.priced(samples)))
+    of_base_points.chain(of_smaller).min_by(|a, b| a.priced(samples).total_cmp(&b.priced(samples)))
 }
 
 /// Where the fit of a parameter of an effect starts.
@@ -187,7 +188,7 @@ pub(super) fn fitted(
     drive: &Drive,
     values: &[f64],
     (set, forms): (FaultSet, usize),
-) -> Result<(Vec<f64>, Quick), Complaint> {
+) -> Result<(Vec<f64>, PreliminaryFit), Complaint> {
     let start = estimate::picked(&model.rig, values);
     let fit = estimate::quick(model, record, drive, (&start, set), forms)?;
     let mut values = values.to_vec();
@@ -205,9 +206,9 @@ pub(super) fn quick(
     values: &[f64],
     (set, forms): (FaultSet, usize),
     tolerance: Option<Tolerance>,
-) -> Option<Rough> {
+) -> Option<PreliminaryModel> {
     let model = Model::new(rig.clone()).with_tolerance(tolerance.unwrap_or_default());
     let drive = Drive::from_record(&model.rig, record).ok()?;
-    let (values, Quick { cost, gained, .. }) = fitted(&model, record, &drive, values, (set, forms)).ok()?;
-    Some(Rough { rig: model.rig, values, set, cost, gained })
+    let (values, PreliminaryFit { cost, gained, .. }) = fitted(&model, record, &drive, values, (set, forms)).ok()?;
+    Some(PreliminaryModel { rig: model.rig, values, set, cost, gained })
 }

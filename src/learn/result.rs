@@ -5,8 +5,8 @@ use serde::Serialize;
 use super::candidate::Candidate;
 use super::compare::{Comparison, Where};
 use super::separate::Experiment;
-use super::suggest::{Conclusion, Judged, Suggestion};
-use super::trial::{Run, Trial};
+use super::suggest::{Conclusion, EvaluatedModel, Suggestion};
+use super::trial::{FittedModel, Run};
 use super::tries::distance;
 use super::warning::Warning;
 use crate::complaint::Complaint;
@@ -163,7 +163,7 @@ impl SuggestionReport {
     }
 }
 
-fn candidate(suggestion: &Suggestion, judged: &Judged) -> CandidateReport {
+fn candidate(suggestion: &Suggestion, judged: &EvaluatedModel) -> CandidateReport {
     let normalised = |run: &Option<Run>| run.as_ref().map(|run| rounded(run.normalised, DIGITS));
     CandidateReport {
         effect: judged.id(),
@@ -214,7 +214,7 @@ fn joined(rig: &Rig, id: &str, card: &Card) -> Option<String> {
 }
 
 /// The parameters of one effect of a fitted model.
-pub(crate) fn parameters(trial: &Trial, id: &str) -> Vec<ParameterReport> {
+pub(crate) fn parameters(trial: &FittedModel, id: &str) -> Vec<ParameterReport> {
     let Some(present) = trial.rig.effects.iter().find(|present| present.id == id) else { return Vec::new() };
     let one = |(free, &index): (&Free, &usize)| {
         let parameter = &trial.rig.parameters[index];
@@ -244,14 +244,14 @@ pub(crate) fn parameters(trial: &Trial, id: &str) -> Vec<ParameterReport> {
 }
 
 /// The smallest size of a candidate that the record could show, in the unit of its size.
-fn smallest_detectable(base: &Trial, candidate: &Candidate) -> Option<f64> {
+fn smallest_detectable(base: &FittedModel, candidate: &Candidate) -> Option<f64> {
     let free = candidate.placed.effect.parameters.first()?;
     let size = candidate.smallest * distance(&base.rig, candidate)?;
     let unit = base.rig.effect_unit(&candidate.placed, free.name);
     (candidate.excited && size.is_finite()).then(|| rounded(unit.difference_from_si(size), DIGITS))
 }
 
-fn onset(base: &Trial, candidate: &Candidate) -> Option<OnsetReport> {
+fn onset(base: &FittedModel, candidate: &Candidate) -> Option<OnsetReport> {
     let mut tried = candidate.placed.effect.parameters.iter().zip(&candidate.tried);
     let (free, from) = tried.find(|(free, _)| matches!(free.first, First::Onset(_)))?;
     let unit = base.rig.effect_unit(&candidate.placed, free.name);
@@ -259,7 +259,7 @@ fn onset(base: &Trial, candidate: &Candidate) -> Option<OnsetReport> {
     Some(OnsetReport { from, unit: unit.symbol, smallest_detectable: smallest_detectable(base, candidate) })
 }
 
-fn scored(base: &Trial, candidate: &Candidate) -> ScoredReport {
+fn scored(base: &FittedModel, candidate: &Candidate) -> ScoredReport {
     let placed = &candidate.placed;
     let free = placed.effect.parameters.first();
     let unit = free.map(|free| base.rig.effect_unit(placed, free.name));

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::refit::{Rough, quick};
-use super::trial::Trial;
+use super::refit::{PreliminaryModel, quick};
+use super::trial::FittedModel;
 use crate::complaint::{Complaint, Kind};
 use crate::diagnosis::search::ROUGH;
 use crate::model::{self, Drive, Model, SimulationError};
@@ -36,7 +36,7 @@ pub struct Experiment {
 
 /// The change of the rig's cycle under which the second explanation can follow the first least; `None` for a rig without a
 /// cycle, or where none can be run.
-pub fn separating(names: [String; 2], first: &Trial, second: &Trial) -> Option<Experiment> {
+pub fn separating(names: [String; 2], first: &FittedModel, second: &FittedModel) -> Option<Experiment> {
     let rig = &first.rig;
     let cycle = rig.cycle.as_ref()?;
     let loads: Vec<bool> = rig.inputs.iter().map(|input| input.noise > 0.0).collect();
@@ -72,12 +72,12 @@ struct Tried {
     share: f64,
     length: f64,
     record: Record,
-    rival: Rough,
+    rival: PreliminaryModel,
     at_its_end: bool,
 }
 
 /// What a fitted model says that a logger would write of a cycle, without noise.
-fn predicted(trial: &Trial, cycle: &Cycle) -> Result<Record, Complaint> {
+fn predicted(trial: &FittedModel, cycle: &Cycle) -> Result<Record, Complaint> {
     let rig: &Rig = &trial.rig;
     let model = Model::new(rig.clone());
     let times = model::cycle_times(rig, cycle);

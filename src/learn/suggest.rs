@@ -1,11 +1,11 @@
 //! Which effect is missing: candidates by score, joint refits of the best, one verdict.
 
 use super::candidate::{Candidate, candidates, empirical, tolerated, worth};
-use super::judge::{Looking, promised};
+use super::judge::{Screening, promised};
 use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
-use super::refit::{FORMS, Stand, charged, quick, refitted};
+use super::refit::{BasePoint, FORMS, charged, quick, refitted};
 use super::separate::{Experiment, separating};
-use super::trial::{MOST_WEIGHINGS, Run, Trial};
+use super::trial::{FittedModel, MOST_WEIGHINGS, Run};
 use super::verdict::{conclude, conclude_near, in_order, is_part, is_whole};
 use super::warning::Warning;
 use crate::complaint::{Complaint, Kind, Place};
@@ -60,10 +60,10 @@ pub enum Conclusion {
 
 /// An effect, or a pair, with what the records say of it.
 #[derive(Debug, Clone)]
-pub struct Judged {
+pub struct EvaluatedModel {
     pub effects: Vec<Candidate>,
     /// The joint refit.
-    pub trial: Trial,
+    pub trial: FittedModel,
     /// What its preliminary fit cost under the weights of the base.
     pub preliminary: f64,
     /// The same with faults and effects penalised.
@@ -81,7 +81,7 @@ pub struct Judged {
     pub warnings: Vec<Warning>,
 }
 
-impl Judged {
+impl EvaluatedModel {
     pub fn id(&self) -> String {
         joined(&self.effects)
     }
@@ -117,10 +117,10 @@ pub(super) fn joined(effects: &[Candidate]) -> String {
 pub struct Suggestion {
     pub conclusion: Conclusion,
     /// The model as given, everything uncertain and all faults fitted.
-    pub base: Trial,
+    pub base: FittedModel,
     pub base_check: Option<Run>,
     /// Fitted candidates, the best first.
-    pub judged: Vec<Judged>,
+    pub judged: Vec<EvaluatedModel>,
     /// Every candidate by its score, the best first.
     pub scored: Vec<Candidate>,
     /// What would tell the best from its first rival, where it has one.
@@ -130,7 +130,7 @@ pub struct Suggestion {
 impl Suggestion {
     /// Whether the best explanation leaves nothing to explain, on the check record too.
     fn explains_all(&self) -> bool {
-        let all = |best: &Judged| is_adequate(&best.trial.fit) && best.check.as_ref().is_none_or(is_adequate);
+        let all = |best: &EvaluatedModel| is_adequate(&best.trial.fit) && best.check.as_ref().is_none_or(is_adequate);
         self.conclusion == Conclusion::Adequate || self.judged.first().is_some_and(|best| best.supported && all(best))
     }
 }
@@ -153,7 +153,7 @@ pub(super) fn rough_base<T>(
     rig: &Rig,
     fit: &Record,
     enough: impl Fn(&T) -> bool,
-    then: impl Fn(&Estimate<'_>, Trial) -> Result<T, Complaint>,
+    then: impl Fn(&Estimate<'_>, FittedModel) -> Result<T, Complaint>,
 ) -> Result<T, Complaint> {
     rig.context().stage("fit of your model");
     let mut rig = with_shown_noise(rig, fit);
@@ -162,7 +162,7 @@ pub(super) fn rough_base<T>(
         let model = Model::new(rig.clone());
         let drive = Drive::from_record(&model.rig, fit)?;
         let near = estimate::near(&model, fit, &drive, None, estimate::FROM_HEALTHY)?;
-        let base = Trial::of(&near)?;
+        let base = FittedModel::of(&near)?;
         if is_adequate(&base.fit) {
             return then(&near, base);
         }
@@ -178,17 +178,17 @@ pub(super) fn rough_base<T>(
 fn with_faults_of_components<T>(
     near: &Estimate<'_>,
     enough: impl Fn(&T) -> bool,
-    then: impl Fn(&Estimate<'_>, Trial) -> Result<T, Complaint>,
+    then: impl Fn(&Estimate<'_>, FittedModel) -> Result<T, Complaint>,
 ) -> Result<T, Complaint> {
     let (rig, fit) = (near.case.rig(), near.case.record);
     let simple = near.by_components_alone(search::SINGLE, FORMS)?;
     // Its faults may explain much: the others are looked for by what they leave.
-    let left = with_lack_of_fit(rig, &Trial::of(&simple)?.fit);
+    let left = with_lack_of_fit(rig, &FittedModel::of(&simple)?.fit);
     let model = Model::new(if is_alike(&left, rig) { rig.clone() } else { left });
     let drive = Drive::from_record(&model.rig, fit)?;
     let theta = &simple.isolation.best.theta;
     let simple = estimate::held_at(&model, fit, &drive, (theta, simple.isolation.set()), FORMS)?;
-    let base = Trial::of(&simple)?;
+    let base = FittedModel::of(&simple)?;
     let (given, samples) = (then(&simple, base.clone())?, base.fit.weights.all_samples() as f64);
     if enough(&given) {
         return Ok(given);
@@ -198,7 +198,7 @@ fn with_faults_of_components<T>(
     let cost = |estimate: &Estimate<'_>| bic(estimate.isolation.best.cost, estimate.isolation.set().len(), samples);
     if cost(&deep) < cost(&simple)
         && deep.isolation.set() != simple.isolation.set()
-        && let Ok(found) = then(&deep, Trial::of(&deep)?)
+        && let Ok(found) = then(&deep, FittedModel::of(&deep)?)
     {
         return Ok(found);
     }
@@ -210,17 +210,17 @@ fn with_faults_of_components<T>(
 /// # Errors
 /// The model cannot be solved with it.
 pub(super) fn refitted_alone(
-    base: &Trial,
+    base: &FittedModel,
     record: &Record,
     candidate: Option<Candidate>,
-) -> Result<(Trial, f64), Complaint> {
-    let given = Stand { values: base.values.clone(), set: base.set, cost: f64::INFINITY };
-    let stands = [given, Stand::healthy(&base.rig)];
+) -> Result<(FittedModel, f64), Complaint> {
+    let given = BasePoint { values: base.values.clone(), set: base.set, cost: f64::INFINITY };
+    let base_points = [given, BasePoint::healthy(&base.rig)];
     // It was scored at the first; the other is tried too.
-    let from = |start: Candidate| refitted(base, &stands, &[], record, &[start]);
+    let from = |start: Candidate| refitted(base, &base_points, &[], record, &[start]);
     let rough = candidate.and_then(|candidate| {
         let typical = candidate.as_typical(&base.rig);
-        let scored = (candidate.score > 0.0).then(|| from(Candidate { stand: None, ..candidate }));
+        let scored = (candidate.score > 0.0).then(|| from(Candidate { base_point: None, ..candidate }));
         scored.flatten().or_else(|| from(typical))
     });
     let Some(rough) = rough else {
@@ -229,14 +229,18 @@ pub(super) fn refitted_alone(
             .at(Place::file(&record.path)));
     };
     let screened = rough.priced(base.fit.weights.all_samples() as f64);
-    Ok((Trial::fitted(&rough.rig, record, &rough.values, rough.set, ROUNDS)?, screened))
+    Ok((FittedModel::fitted(&rough.rig, record, &rough.values, rough.set, ROUNDS)?, screened))
 }
 
 /// The same for a model that is fitted already, `base` being what it is fitted as.
 ///
 /// # Errors
 /// As [`suggest`].
-pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>) -> Result<Suggestion, Complaint> {
+pub fn suggest_from(
+    estimate: &Estimate<'_>,
+    base: FittedModel,
+    check: Option<&Record>,
+) -> Result<Suggestion, Complaint> {
     let base_check = check.map(|record| base.check(record)).transpose()?;
     let near = is_adequate(&base.fit) && base_check.as_ref().is_none_or(is_adequate);
     // Faults bend to what is missing: what they hide shows where there are none.
@@ -250,13 +254,14 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     let mut lists = vec![list];
     lists.extend(without.as_ref().map(|without| candidates(without, 1, tolerance)));
     let cost = charged(&base.rig, estimate.isolation.best.cost, base.set, samples);
-    let mut stands = vec![Stand { values: base.values.clone(), set: base.set, cost }];
-    stands.extend(without.map(|without| Stand {
+    let mut base_points = vec![BasePoint { values: base.values.clone(), set: base.set, cost }];
+    base_points.extend(without.map(|without| BasePoint {
         values: without.case.full.parameters(&without.isolation.best.theta),
         set: FaultSet::EMPTY,
         cost: charged(&base.rig, without.isolation.best.cost, FaultSet::EMPTY, samples),
     }));
-    let looking = Looking { record: estimate.case.record, base: &base, base_check: &base_check, check, stands };
+    let screening =
+        Screening { record: estimate.case.record, base: &base, base_check: &base_check, check, base_points };
     let [chance, worth] = [0.0, tolerance].map(|tolerance| worth(lists[0].len(), tolerance));
     let most = [if near { FITTED_NEAR } else { FITTED }, FITTED_NEAR];
     let promising = lists.iter().zip(most).flat_map(|(list, most)| {
@@ -266,27 +271,27 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
             move |(place, one): &(usize, &Candidate)| one.score > if *place < ANYWAY { chance } else { least };
         list.iter().enumerate().filter(looked_at).map(|(_, one)| one).take(most)
     });
-    let promising = once_each(promising.collect(), &looking.stands);
-    let mut judged = looking.judge(promising.into_iter().map(|candidate| vec![candidate.clone()]).collect(), &[])?;
+    let promising = once_each(promising.collect(), &screening.base_points);
+    let mut judged = screening.judge(promising.into_iter().map(|candidate| vec![candidate.clone()]).collect(), &[])?;
     let more = alike(&judged, &lists);
-    looking.join(&mut judged, more)?;
+    screening.join(&mut judged, more)?;
     // A fault that comes with an effect may stand in for a second one.
     let stands_in = judged.first().is_some_and(|best| !best.trial.set.difference(base.set).is_empty());
     if !near && (stands_in || !judged.iter().any(is_whole)) {
         let more = pairs(&judged, &base);
-        looking.join(&mut judged, more)?;
+        screening.join(&mut judged, more)?;
         if let Some(best) = judged.iter().find(|one| is_part(one, &base, &base_check))
             && !is_whole(best)
         {
             let more = beside(best, estimate.case.record)?;
-            looking.join(&mut judged, more)?;
+            screening.join(&mut judged, more)?;
         }
     }
-    looking.settle(&mut judged)?;
+    screening.settle(&mut judged)?;
     if let Some(best) = judged.first()
         && let Some(better) = anew(estimate, &base, (&best.trial, best.screened), best.delta_bic)?
     {
-        return suggest_from(&better, Trial::of(&better)?, check);
+        return suggest_from(&better, FittedModel::of(&better)?, check);
     }
     let conclusion = if near {
         conclude_near(&mut judged, &base, &base_check, tolerance)
@@ -295,7 +300,7 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
     };
     if conclusion == Conclusion::UnknownEffect {
         // What no law explains, a curve may at least describe.
-        looking.join(&mut judged, empirical(&base.rig).into_iter().map(|curve| vec![curve]).collect())?;
+        screening.join(&mut judged, empirical(&base.rig).into_iter().map(|curve| vec![curve]).collect())?;
         in_order(&mut judged);
     }
     let experiment = apart(&judged, &base);
@@ -311,8 +316,8 @@ pub fn suggest_from(estimate: &Estimate<'_>, base: Trial, check: Option<&Record>
 /// The model cannot be solved there.
 pub(super) fn anew<'a>(
     estimate: &Estimate<'a>,
-    base: &Trial,
-    (best, screened): (&Trial, f64),
+    base: &FittedModel,
+    (best, screened): (&FittedModel, f64),
     gain: f64,
 ) -> Result<Option<Estimate<'a>>, Complaint> {
     if gain <= RIVAL {
@@ -335,28 +340,28 @@ pub(super) fn anew<'a>(
     Ok((cost < least).then_some(better))
 }
 
-/// Of each effect that is promising at several stands, the one that promises to cost least.
-fn once_each<'a>(promising: Vec<&'a Candidate>, stands: &[Stand]) -> Vec<&'a Candidate> {
-    let cost = |one: &Candidate| promised(one, stands).unwrap_or(0.0);
+/// Of each effect that is promising at several base points, the one that promises to cost least.
+fn once_each<'a>(promising: Vec<&'a Candidate>, base_points: &[BasePoint]) -> Vec<&'a Candidate> {
+    let cost = |one: &Candidate| promised(one, base_points).unwrap_or(0.0);
     let beaten = |one: &Candidate| promising.iter().any(|other| other.id == one.id && cost(other) < cost(one));
     promising.iter().copied().filter(|one| !beaten(one)).collect()
 }
 
 /// Candidates that promise as much as the best explanation where it was scored, and were not fitted.
-fn alike(judged: &[Judged], lists: &[Vec<Candidate>]) -> Vec<Vec<Candidate>> {
+fn alike(judged: &[EvaluatedModel], lists: &[Vec<Candidate>]) -> Vec<Vec<Candidate>> {
     let Some([best]) = judged.first().map(|best| best.effects.as_slice()) else { return Vec::new() };
-    let list = best.stand.and_then(|stand| lists.get(stand)).map_or(&[][..], Vec::as_slice);
+    let list = best.base_point.and_then(|base_point| lists.get(base_point)).map_or(&[][..], Vec::as_slice);
     let known = |candidate: &Candidate| judged.iter().any(|one| one.id() == candidate.id);
     let close = list.iter().filter(|candidate| candidate.score * SCORES_ALIKE > best.score && !known(candidate));
     close.take(FITTED).map(|candidate| vec![candidate.clone()]).collect()
 }
 
 /// The best explanations, two by two, as far as they may explain together what is missed.
-fn pairs(judged: &[Judged], base: &Trial) -> Vec<Vec<Candidate>> {
-    let best: Vec<&Judged> = judged.iter().take(PAIRED).collect();
+fn pairs(judged: &[EvaluatedModel], base: &FittedModel) -> Vec<Vec<Candidate>> {
+    let best: Vec<&EvaluatedModel> = judged.iter().take(PAIRED).collect();
     let scale = judged.iter().map(|one| one.trial.fit.chi2).fold(f64::INFINITY, f64::min).max(1.0);
     let missed = (base.fit.chi2 - 1.0).max(0.0) * base.fit.weights.all_samples() as f64 / scale;
-    let gain = |one: &Judged| one.delta_bic.max(0.0);
+    let gain = |one: &EvaluatedModel| one.delta_bic.max(0.0);
     let mut pairs = Vec::new();
     for (place, a) in best.iter().enumerate() {
         let others = best[..place].iter().filter(|b| gain(a) + gain(b) > PAIR_PROMISE * missed);
@@ -369,7 +374,7 @@ fn pairs(judged: &[Judged], base: &Trial) -> Vec<Vec<Candidate>> {
 ///
 /// # Errors
 /// The model cannot be solved there.
-fn beside(best: &Judged, record: &Record) -> Result<Vec<Vec<Candidate>>, Complaint> {
+fn beside(best: &EvaluatedModel, record: &Record) -> Result<Vec<Vec<Candidate>>, Complaint> {
     let rig = &best.trial.rig;
     let model = Model::new(with_lack_of_fit(rig, &best.trial.fit));
     let drive = Drive::from_record(&model.rig, record)?;
@@ -378,11 +383,11 @@ fn beside(best: &Judged, record: &Record) -> Result<Vec<Vec<Candidate>>, Complai
     let list = candidates(&estimate::held_at(&model, record, &drive, start, FORMS)?, 0, 0.0);
     let least = worth(list.len(), 0.0);
     let asked = list.into_iter().filter(|one| one.score > least).take(BESIDE);
-    Ok(asked.map(|one| [best.effects.clone(), vec![Candidate { stand: None, ..one }]].concat()).collect())
+    Ok(asked.map(|one| [best.effects.clone(), vec![Candidate { base_point: None, ..one }]].concat()).collect())
 }
 
 /// What would tell the best explanation from the first that is alike: an effect, or the faults of the model as given.
-fn apart(judged: &[Judged], base: &Trial) -> Option<Experiment> {
+fn apart(judged: &[EvaluatedModel], base: &FittedModel) -> Option<Experiment> {
     let best = judged.first()?;
     let rival = best.confounded_with.first()?;
     let other = judged.iter().find(|other| other.id() == *rival).map_or(base, |other| &other.trial);

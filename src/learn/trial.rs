@@ -24,7 +24,7 @@ const AROUND: usize = 2;
 
 /// What a record says through one model.
 #[derive(Debug, Clone)]
-pub struct Trial {
+pub struct FittedModel {
     pub rig: Rig,
     /// Every parameter of the rig as fitted, SI.
     pub values: Vec<f64>,
@@ -57,7 +57,7 @@ pub struct Run {
     pub of_sensors: Vec<f64>,
 }
 
-impl Trial {
+impl FittedModel {
     /// From an estimate.
     ///
     /// # Errors
@@ -131,7 +131,7 @@ impl Trial {
     /// The same under given weights.
     ///
     /// # Errors
-    /// As [`Trial::check`].
+    /// As [`FittedModel::check`].
     pub fn check_under(&self, record: &Record, weights: Option<&Weights>) -> Result<Run, Complaint> {
         run_under(&self.rig, record, &self.values, weights)
     }
@@ -240,7 +240,7 @@ pub(super) fn run_of(rig: &Rig, record: &Record, outputs: Vec<Vec<f64>>, weights
     Ok(Run { outputs, misfit, weights, rmse, normalised, chi2, of_sensors })
 }
 
-/// Sum of squares of the weighted misfits of a sensor. One that stands out from those around it counts as no more than a wild
+/// Sum of squares of the weighted misfits of a sensor. One that base points out from those around it counts as no more than a wild
 /// sample; what lasts counts in full, so that twice the error is four times the sum however large it is.
 fn lasting_squares(misfit: &[f64]) -> f64 {
     let sizes: Vec<f64> = misfit.iter().copied().filter(|misfit| is_there(*misfit)).map(f64::abs).collect();

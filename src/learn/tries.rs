@@ -39,7 +39,7 @@ const STRAIGHT: f64 = 0.9;
 const BEYOND: f64 = 1.5;
 
 /// Where candidates are scored.
-pub(super) struct Here<'a, 'e> {
+pub(super) struct ScoreContext<'a, 'e> {
     estimate: &'a Estimate<'e>,
     scoring: ScoreTest<'a>,
     /// What the sensors show there, `[sensor][row]`, SI, solved as roughly as what it is compared with.
@@ -48,7 +48,7 @@ pub(super) struct Here<'a, 'e> {
     worth: f64,
 }
 
-impl<'a, 'e> Here<'a, 'e> {
+impl<'a, 'e> ScoreContext<'a, 'e> {
     /// `None` where the model cannot be solved.
     pub fn of(estimate: &'a Estimate<'e>, worth: f64) -> Option<Self> {
         let (case, isolation) = (&estimate.case, &estimate.isolation);
@@ -60,17 +60,17 @@ impl<'a, 'e> Here<'a, 'e> {
     }
 
     /// Whether a try changes the misfits so much that it raises the cost, however it points.
-    fn is_hopeless(&self, tried: &Try) -> bool {
+    fn is_hopeless(&self, tried: &TrialStep) -> bool {
         tried.information > HOPELESS * HOPELESS * self.estimate.isolation.best.cost
     }
 }
 
 /// The try of an effect that promises most.
-pub(super) fn best_try(here: &Here<'_, '_>, placed: &Placed) -> Option<Candidate> {
+pub(super) fn best_try(here: &ScoreContext<'_, '_>, placed: &Placed) -> Option<Candidate> {
     let highest = |quantity| highest(here.estimate, placed.spot, quantity);
-    let groups: Vec<Vec<Try>> = if let Some(levels) = levels(placed) {
+    let groups: Vec<Vec<TrialStep>> = if let Some(levels) = levels(placed) {
         let top = highest(Quantity::Level);
-        let mut tried = levels.iter().filter_map(|&level| Try::at(here, placed, (level, level * top), None));
+        let mut tried = levels.iter().filter_map(|&level| TrialStep::at(here, placed, (level, level * top), None));
         let first = tried.next()?;
         if !first.candidate.excited {
             return Some(first.candidate);
@@ -95,7 +95,7 @@ pub(super) fn best_try(here: &Here<'_, '_>, placed: &Placed) -> Option<Candidate
 }
 
 /// Of tries in the order of their sizes the one that promises most, with the smallest size that the record could show.
-fn best_of(rig: &Rig, tried: Vec<Try>) -> Option<Candidate> {
+fn best_of(rig: &Rig, tried: Vec<TrialStep>) -> Option<Candidate> {
     if let Some(typical) = tried.iter().position(|one| one.step == SIZES[TYPICAL] && !one.candidate.excited) {
         return tried.into_iter().nth(typical).map(|one| one.candidate);
     }
@@ -127,7 +127,7 @@ fn smallest(tried: impl IntoIterator<Item = (f64, f64)>) -> Option<f64> {
 }
 
 /// A size or level that is tried.
-struct Try {
+struct TrialStep {
     step: f64,
     /// Of the weighted misfits.
     change: Vec<f64>,
@@ -136,9 +136,9 @@ struct Try {
     candidate: Candidate,
 }
 
-impl Try {
+impl TrialStep {
     /// `None` where the model cannot be solved with it.
-    fn at(here: &Here<'_, '_>, placed: &Placed, (step, onset): (f64, f64), reach: Option<f64>) -> Option<Self> {
+    fn at(here: &ScoreContext<'_, '_>, placed: &Placed, (step, onset): (f64, f64), reach: Option<f64>) -> Option<Self> {
         let attempt = attempt(here.estimate, placed, (step, onset));
         let change = change(here, placed, &attempt)?;
         let (candidate, information) = scored(here, placed, attempt, &change, reach);
@@ -147,10 +147,10 @@ impl Try {
 }
 
 /// Sizes of an effect, as many as it takes to see whether one of them explains what is missed.
-fn sizes(here: &Here<'_, '_>, placed: &Placed, onset: f64) -> Vec<Try> {
-    let mut tried: Vec<Try> = Vec::new();
+fn sizes(here: &ScoreContext<'_, '_>, placed: &Placed, onset: f64) -> Vec<TrialStep> {
+    let mut tried: Vec<TrialStep> = Vec::new();
     for (place, &step) in SIZES.iter().enumerate() {
-        let Some(one) = Try::at(here, placed, (step, onset), Some(FAR)) else { continue };
+        let Some(one) = TrialStep::at(here, placed, (step, onset), Some(FAR)) else { continue };
         let bent = place == TYPICAL
             && tried.first().is_some_and(|least| cosine(&least.change, &one.change) < STRAIGHT)
             && one.candidate.excited;
@@ -173,7 +173,7 @@ fn sizes(here: &Here<'_, '_>, placed: &Placed, onset: f64) -> Vec<Try> {
         return tried;
     }
     for &step in &BENT_SIZES[TYPICAL..] {
-        let Some(one) = Try::at(here, placed, (step, onset), None) else { continue };
+        let Some(one) = TrialStep::at(here, placed, (step, onset), None) else { continue };
         let hopeless = here.is_hopeless(&one);
         tried.push(one);
         // Larger ones change more still.
@@ -181,7 +181,7 @@ fn sizes(here: &Here<'_, '_>, placed: &Placed, onset: f64) -> Vec<Try> {
             break;
         }
     }
-    let unlike = |pair: &[Try]| {
+    let unlike = |pair: &[TrialStep]| {
         let between = !here.is_hopeless(&pair[0]) && pair.iter().all(|one| one.candidate.excited);
         between && pair[1].step > FINEST * pair[0].step && cosine(&pair[0].change, &pair[1].change) < NEIGHBOURS
     };
@@ -189,7 +189,7 @@ fn sizes(here: &Here<'_, '_>, placed: &Placed, onset: f64) -> Vec<Try> {
         // The small ones first: they are likelier.
         let Some(place) = tried.windows(2).position(unlike) else { break };
         let step = (tried[place].step * tried[place + 1].step).sqrt();
-        let Some(between) = Try::at(here, placed, (step, onset), None) else { break };
+        let Some(between) = TrialStep::at(here, placed, (step, onset), None) else { break };
         tried.insert(place + 1, between);
     }
     tried
@@ -292,8 +292,8 @@ pub(super) fn highest_at(
 }
 
 /// By how much a try changes the weighted misfits; `None` where the model cannot be solved with it.
-fn change(here: &Here<'_, '_>, placed: &Placed, tried: &[Given]) -> Option<Vec<f64>> {
-    let Here { estimate, plain, .. } = here;
+fn change(here: &ScoreContext<'_, '_>, placed: &Placed, tried: &[Given]) -> Option<Vec<f64>> {
+    let ScoreContext { estimate, plain, .. } = here;
     let (case, isolation) = (&estimate.case, &estimate.isolation);
     let full = &case.full;
     let mut rig = full.model.rig.clone();
@@ -327,7 +327,7 @@ fn change(here: &Here<'_, '_>, placed: &Placed, tried: &[Given]) -> Option<Vec<f
 /// A try with the score of its change; believed where it lies, or along a straight line through it as far as `reach` times its
 /// size. Also the squares of what of it nothing fitted can take over.
 fn scored(
-    here: &Here<'_, '_>,
+    here: &ScoreContext<'_, '_>,
     placed: &Placed,
     tried: Vec<Given>,
     change: &[f64],
@@ -340,7 +340,7 @@ fn scored(
         placed: *placed,
         tried,
         score: 0.0,
-        stand: None,
+        base_point: None,
         factor: 0.0,
         smallest: f64::INFINITY,
         own: 0.0,

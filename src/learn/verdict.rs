@@ -1,7 +1,7 @@
 //! What speaks against an effect as fitted, what it explains, and the one word on the record.
 
-use super::suggest::{Conclusion, Judged, RIVAL, is_adequate};
-use super::trial::{Run, Trial};
+use super::suggest::{Conclusion, EvaluatedModel, RIVAL, is_adequate};
+use super::trial::{FittedModel, Run};
 use super::warning::Warning;
 use crate::diagnosis::case::REACH;
 
@@ -12,7 +12,7 @@ const EXPLAINED: f64 = 0.8;
 const PART: f64 = 1.0 / 3.0;
 
 /// What speaks against an effect as fitted.
-pub(super) fn warnings(trial: &Trial, base: &Trial) -> Vec<Warning> {
+pub(super) fn warnings(trial: &FittedModel, base: &FittedModel) -> Vec<Warning> {
     let mut warnings = Vec::new();
     for effect in &trial.rig.effects {
         for (place, (free, &index)) in effect.placed.effect.parameters.iter().zip(&effect.parameters).enumerate() {
@@ -65,7 +65,7 @@ pub(super) fn explained(before: &Run, after: &Run) -> f64 {
 }
 
 /// Share of what the model misses that an explanation takes away, on the fit record and on the check record.
-fn shares(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> (f64, f64) {
+fn shares(judged: &EvaluatedModel, base: &FittedModel, base_check: &Option<Run>) -> (f64, f64) {
     let on_check = match (base_check, &judged.check) {
         (Some(before), Some(after)) => explained(before, after),
         (None, _) => 1.0,
@@ -74,13 +74,13 @@ fn shares(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> (f64, f64)
     (explained(&base.fit, &judged.trial.fit), on_check)
 }
 
-fn explains(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> bool {
+fn explains(judged: &EvaluatedModel, base: &FittedModel, base_check: &Option<Run>) -> bool {
     let (on_fit, on_check) = shares(judged, base, base_check);
     judged.supported && on_fit.min(on_check) >= EXPLAINED
 }
 
 /// Whether a law with physical sense explains what an effect has to, but on the check record only a part of it.
-pub(super) fn is_part(judged: &Judged, base: &Trial, base_check: &Option<Run>) -> bool {
+pub(super) fn is_part(judged: &EvaluatedModel, base: &FittedModel, base_check: &Option<Run>) -> bool {
     judged.supported && !judged.senseless() && !judged.is_empirical() && are_part(shares(judged, base, base_check))
 }
 
@@ -90,13 +90,13 @@ pub(super) fn are_part((on_fit, on_check): (f64, f64)) -> bool {
 }
 
 /// Whether an explanation leaves both records at their floor, and leans on nothing that was known otherwise.
-pub(super) fn is_whole(judged: &Judged) -> bool {
+pub(super) fn is_whole(judged: &EvaluatedModel) -> bool {
     let at_floor = is_adequate(&judged.trial.fit) && judged.check.as_ref().is_none_or(is_adequate);
     at_floor && !judged.warnings.iter().any(Warning::is_at_end)
 }
 
 /// Whether the effects of one explanation are some of those of another.
-fn is_among(one: &Judged, other: &Judged) -> bool {
+fn is_among(one: &EvaluatedModel, other: &EvaluatedModel) -> bool {
     one.effects.len() < other.effects.len()
         && one.effects.iter().all(|own| other.effects.iter().any(|effect| effect.id == own.id))
 }
@@ -107,9 +107,9 @@ pub(super) const CLEARLY: f64 = 0.03;
 
 /// What is supported comes first; of that, fewer effects before more, and physics before effects of sensors, where the others do not
 /// clearly explain more.
-pub(super) fn in_order(judged: &mut [Judged]) {
+pub(super) fn in_order(judged: &mut [EvaluatedModel]) {
     judged.sort_by_key(|one| !one.supported);
-    let is_enough = |first: &Judged, one: &Judged| {
+    let is_enough = |first: &EvaluatedModel, one: &EvaluatedModel| {
         one.supported && !one.senseless() && is_among(one, first) && one.error() <= first.error() / (1.0 - CLEARLY)
     };
     if let Some(first) = judged.first()
@@ -119,7 +119,8 @@ pub(super) fn in_order(judged: &mut [Judged]) {
     }
     let Some(first) = judged.first().filter(|first| first.is_of_sensor()) else { return };
     let most = first.error() / (1.0 - CLEARLY);
-    let is_physics = |one: &Judged| one.supported && !one.senseless() && !one.is_of_sensor() && !one.is_empirical();
+    let is_physics =
+        |one: &EvaluatedModel| one.supported && !one.senseless() && !one.is_of_sensor() && !one.is_empirical();
     if let Some(place) = judged.iter().position(|one| is_physics(one) && one.error() <= most) {
         judged[..=place].rotate_right(1);
     }
@@ -128,8 +129,8 @@ pub(super) fn in_order(judged: &mut [Judged]) {
 /// What a model that is within its tolerance lacks nevertheless: an effect that explains both records better, with sense, or
 /// what several faults would have to stand in for. A fall of chi-square within `tolerance` says nothing.
 pub(super) fn conclude_near(
-    judged: &mut Vec<Judged>,
-    base: &Trial,
+    judged: &mut Vec<EvaluatedModel>,
+    base: &FittedModel,
     base_check: &Option<Run>,
     tolerance: f64,
 ) -> Conclusion {
@@ -158,7 +159,7 @@ pub(super) fn conclude_near(
     Conclusion::Confounded
 }
 
-pub(super) fn conclude(judged: &mut [Judged], base: &Trial, base_check: &Option<Run>) -> Conclusion {
+pub(super) fn conclude(judged: &mut [EvaluatedModel], base: &FittedModel, base_check: &Option<Run>) -> Conclusion {
     in_order(judged);
     let Some(best) = judged.first() else { return Conclusion::UnknownEffect };
     if !explains(best, base, base_check) {
@@ -173,7 +174,7 @@ pub(super) fn conclude(judged: &mut [Judged], base: &Trial, base_check: &Option<
         .iter()
         .map(|one| one.effects.len() <= size && one.delta_bic > top - RIVAL && explains(one, base, base_check))
         .collect();
-    let ids: Vec<String> = judged.iter().map(Judged::id).collect();
+    let ids: Vec<String> = judged.iter().map(EvaluatedModel::id).collect();
     let rivals = close.iter().filter(|close| **close).count();
     for (place, one) in judged.iter_mut().enumerate() {
         if close[place] && rivals > 1 {

@@ -9,7 +9,7 @@ use super::table::{Head, aligned};
 use crate::learn::compare::{Channel, Comparison, Where};
 use crate::learn::result::{CandidateReport, ParameterReport, ScoredReport, SuggestionReport};
 use crate::learn::separate::Experiment;
-use crate::learn::suggest::{Conclusion, Judged, Suggestion};
+use crate::learn::suggest::{Conclusion, EvaluatedModel, Suggestion};
 use crate::number::{before_unit, rounded, text};
 
 const CHANNEL_HEADS: [Head; 9] = [
@@ -332,7 +332,7 @@ pub fn suggestion(suggestion: &SuggestionReport) -> String {
 impl fmt::Display for Suggestion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let best = self.judged.first();
-        let id = best.map_or_else(String::new, Judged::id);
+        let id = best.map_or_else(String::new, EvaluatedModel::id);
         match self.conclusion {
             Conclusion::Adequate => f.write_str("the model explains the record within its tolerance"),
             Conclusion::EffectFound => write!(f, "the model lacks {id}"),

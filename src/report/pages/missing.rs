@@ -2,7 +2,7 @@
 
 use crate::complaint::Complaint;
 use crate::learn::missing::{Missing, missing};
-use crate::learn::trial::{Run, Trial};
+use crate::learn::trial::{FittedModel, Run};
 use crate::number::{rounded, text};
 use crate::record::Record;
 use crate::report::html::Section;
@@ -17,7 +17,7 @@ const LEAST: f64 = 0.02;
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
 pub(super) fn section(
-    base: &Trial,
+    base: &FittedModel,
     record: &Record,
     found: Option<(&str, &Run)>,
 ) -> Result<Option<Section>, Complaint> {

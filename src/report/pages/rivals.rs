@@ -1,7 +1,7 @@
 //! Effects that explain a record alike, and where they would part.
 
 use super::channels::Shown;
-use crate::learn::suggest::{Judged, Suggestion};
+use crate::learn::suggest::{EvaluatedModel, Suggestion};
 use crate::number::{rounded, text};
 use crate::report::html::{Column, Section, Table};
 
@@ -48,8 +48,8 @@ pub(super) fn section(shown: &Shown<'_>, found: &Suggestion) -> Option<Section> 
     Some(section)
 }
 
-fn parting(shown: &Shown<'_>, a: &Judged, b: &Judged) -> Option<Parting> {
-    let outputs = |one: &Judged| one.trial.fit.outputs.concat();
+fn parting(shown: &Shown<'_>, a: &EvaluatedModel, b: &EvaluatedModel) -> Option<Parting> {
+    let outputs = |one: &EvaluatedModel| one.trial.fit.outputs.concat();
     let mut change: Vec<f64> = outputs(a).iter().zip(outputs(b)).map(|(a, b)| a - b).collect();
     a.trial.fit.weights.apply(&mut change);
     let sensors = change.chunks(shown.record.time.len().max(1)).zip(&shown.rig.sensors);
