@@ -7,7 +7,7 @@ mod timing;
 
 use std::hint::black_box;
 
-use borescope::model::{Drive, Model, cycle_times};
+use borescope::model::{InputSignals, Model, cycle_times};
 use borescope::numeric::System;
 use borescope::rig::Rig;
 use by_hand::{N, Telescopic};
@@ -20,7 +20,7 @@ const RUNS: usize = 15;
 /// The general circuit beside the same circuit by hand, over the cycle of the rig.
 fn beside_by_hand(model: &Model) {
     let cycle = model.rig.cycle.as_ref().expect("a cycle");
-    let (drive, times) = (Drive::from_cycle(&model.rig, cycle), cycle_times(&model.rig, cycle));
+    let (drive, times) = (InputSignals::from_cycle(&model.rig, cycle), cycle_times(&model.rig, cycle));
     let parameters = model.rig.nominal();
     let general = model.solve(&parameters, &drive, &times).expect("solved");
     let (values, steps) = by_hand::run(&model.rig, &drive, &times);
@@ -59,7 +59,7 @@ fn pieces(rig: &Rig) {
 fn main() {
     let model = Model::new(Rig::read(RIG).expect("the rig is right"));
     let record = model.rig.record(RECORD).expect("the record is right");
-    let drive = Drive::from_record(&model.rig, &record).expect("the record drives the rig");
+    let drive = InputSignals::from_record(&model.rig, &record).expect("the record drives the rig");
     let parameters = model.rig.nominal();
     let effort = model.solve(&parameters, &drive, &record.time).expect("solved").effort;
     let plain = time(RUNS, || {

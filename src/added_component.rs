@@ -1,7 +1,7 @@
 //! The page that adds a component, done: the file that it prints is compiled, and what it promises of it holds.
 
 use crate::diagnosis::Verdict;
-use crate::physics::component::{Answers, AnyLaw, Seen, filter};
+use crate::physics::component::{AnyLaw, PortFlows, PortVariables, filter};
 use crate::physics::fluid::Fluid;
 use crate::report::circuit;
 use crate::residual::{ResidualReport, generators};
@@ -44,7 +44,7 @@ fn its_number_worked_by_hand_comes_out() {
         .zip(worked.parameters)
         .map(|(own, (_, value))| Unit::parse(own.unit).unwrap().difference_to_si(*value))
         .collect();
-    let (mut seen, mut answers) = (Seen::default(), Answers::default());
+    let (mut seen, mut answers) = (PortVariables::default(), PortFlows::default());
     seen.z[..2].copy_from_slice(worked.at);
     AnyLaw::new(&filter::CARD, &parameters, &Fluid::new(&[870.0, 0.0455, 1.4e9, 0.0, 0.0, 0.0]))
         .unwrap()

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use borescope::model::Drive;
+use borescope::model::InputSignals;
 use borescope::numeric::{Dual, Options, Real, Rosenbrock, System, jacobian};
 use borescope::rig::Rig;
 
@@ -255,7 +255,7 @@ impl System<f64, N> for Telescopic {
 }
 
 /// What the sensors read over the drive: `[sensor][row]`, and the steps that were taken.
-pub fn run(rig: &Rig, drive: &Drive, times: &[f64]) -> (Vec<Vec<f64>>, usize) {
+pub fn run(rig: &Rig, drive: &InputSignals, times: &[f64]) -> (Vec<Vec<f64>>, usize) {
     let mut circuit = Telescopic::of(rig);
     circuit.load = drive.pieces[0].from[1];
     let mut y = circuit.start();

@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::path::Path;
 
-use borescope::model::{Drive, Model};
+use borescope::model::{InputSignals, Model};
 use borescope::residual::estimator::Healthy;
 use borescope::rig::{Cycle, Phase, Profile, Rig};
 
@@ -117,7 +117,7 @@ impl Bench {
         };
         let cycle = Cycle { interval: INTERVAL, phases: vec![phase(OPENS, 0.0), phase(duration - OPENS, 1.0)] };
         let time: Vec<f64> = (0..=(duration / INTERVAL).round() as usize).map(|row| row as f64 * INTERVAL).collect();
-        let outputs = self.model.solve(&parameters, &Drive::from_cycle(rig, &cycle), &time)?;
+        let outputs = self.model.solve(&parameters, &InputSignals::from_cycle(rig, &cycle), &time)?;
         let mut stroke = Stroke::default();
         for row in 0..time.len() {
             let [p_pump, p_p, p_a, q_p, q_a, q_b, x] = self.sensors.map(|sensor| outputs.values[sensor][row]);

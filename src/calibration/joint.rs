@@ -8,13 +8,13 @@ use rayon::prelude::*;
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::{Estimated, away, count_there, square_sum};
 use crate::estimation::{Fit, FitError, Gaussian, Linearised, LocalModel, Loss, Options, Problem, fit_along};
-use crate::model::{Drive, Model, SimulationError};
+use crate::model::{InputSignals, Model, SimulationError};
 use crate::record::Record;
 
 /// A healthy record with what drives it.
 pub(super) struct Healthy<'a> {
     pub record: &'a Record,
-    pub drive: Drive,
+    pub drive: InputSignals,
     /// `[sensor][row]`, SI.
     pub measured: Vec<&'a [f64]>,
 }

@@ -24,14 +24,14 @@ use crate::diagnosis::events::{self, Events};
 use crate::diagnosis::noise::{Weights, phases, variances};
 use crate::diagnosis::problem::{Estimated, RecordProblem};
 use crate::estimation::{FitError, Gaussian, Loss, Options as Steps};
-use crate::model::{Drive, Model, SimulationError};
+use crate::model::{InputSignals, Model, SimulationError};
 use crate::record::Record;
 use crate::residual::settling;
 use crate::rig::{Rig, Sensor, TOLERANCE};
 use joint::{Healthy, Joint, Solutions};
 use noise::Noise;
 pub use report::{ChannelFit, ParameterReport, RecordReport, Report, SCHEMA, SensorReport};
-use tolerance::{Evidence, Seen};
+use tolerance::{Evidence, PortVariables};
 
 /// What the user may choose.
 #[derive(Debug, Clone, PartialEq)]
@@ -138,7 +138,7 @@ fn fit_all(rig: &Rig, records: &[Record], options: &Options) -> Result<(Rig, Rep
         for sensor in &model.rig.sensors {
             record.require(&sensor.column, sensor.quantity.dimension(), sensor.place.clone())?;
         }
-        Ok(Healthy { record, drive: Drive::from_record(&model.rig, record)?, measured })
+        Ok(Healthy { record, drive: InputSignals::from_record(&model.rig, record)?, measured })
     });
     let taken = taken.collect::<Result<Vec<_>, Complaint>>()?;
     let open = open(&model.rig);
@@ -204,7 +204,7 @@ fn open(rig: &Rig) -> Vec<Estimated> {
         let fault = rig.faults.iter().find(|fault| fault.parameter == index);
         let known =
             if fault.is_some() && parameter.spread == 0.0 { 0.0 } else { parameter.spread.max(parameter.sigma) };
-        if known == 0.0 || parameter.anew {
+        if known == 0.0 || parameter.per_event {
             continue;
         }
         let (low, high) = fault.map_or(parameter.bounds, |fault| fault.bounds);
@@ -296,7 +296,7 @@ impl Rounds<'_> {
         let curves = self.solutions.curves(theta)?;
         let mut seen = Vec::new();
         for (record, one) in events.iter().enumerate() {
-            seen.push(Seen {
+            seen.push(PortVariables {
                 weights: Weights::new(&free, &one.phases, &one.variance, &one.changes),
                 phases: one.phases.clone(),
                 misfit: self.solutions.misfit(&curves, record),

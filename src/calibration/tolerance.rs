@@ -46,7 +46,7 @@ pub(super) struct Evidence {
 }
 
 /// One record as the tolerances see it.
-pub(super) struct Seen {
+pub(super) struct PortVariables {
     /// Weights without any tolerance.
     pub weights: Weights,
     pub phases: Vec<Range<usize>>,
@@ -61,7 +61,7 @@ impl Evidence {
     /// way from this point to its mean; `colour` by how much the noise of each sensor is stronger in means than if white.
     pub fn new(
         rig: &Rig,
-        records: Vec<Seen>,
+        records: Vec<PortVariables>,
         precision: DMatrix<f64>,
         pull: DVector<f64>,
         colour: &[f64],
@@ -83,8 +83,8 @@ impl Evidence {
         evidence
     }
 
-    fn add(&mut self, record: Seen, pull: &mut DVector<f64>, colour: &[f64]) {
-        let Seen { weights, phases, mut misfit, mut columns } = record;
+    fn add(&mut self, record: PortVariables, pull: &mut DVector<f64>, colour: &[f64]) {
+        let PortVariables { weights, phases, mut misfit, mut columns } = record;
         let sensors = self.noise.len();
         let rows = misfit.len() / sensors.max(1);
         weights.apply(&mut misfit);

@@ -16,7 +16,7 @@ use crate::model::{Model, Outputs};
 use crate::number::{difference_in_unit, in_unit, rounded};
 use crate::physics::ATMOSPHERE;
 use crate::physics::card::{PortKind, Role};
-use crate::physics::component::{Answers, Seen};
+use crate::physics::component::{PortFlows, PortVariables};
 use crate::physics::fluid::{self, Fluid};
 use crate::record::Record;
 use crate::rig::{Quantity, Rig, Target};
@@ -234,11 +234,11 @@ fn leakage(disturbed: &Disturbed, parameters: &[f64], fault: usize, outputs: &Ou
     let difference = *differences.get((PRESSED * differences.len() as f64) as usize)?;
     let flow = |clearance: f64| {
         let fluid = Fluid::new(&parameters[..fluid::CARD.parameters.len()]);
-        let mut seen = Seen::default();
+        let mut seen = PortVariables::default();
         let hydraulic = component.card.ports.iter().filter(|port| port.kind == PortKind::Hydraulic).count();
         seen.z[..hydraulic].fill(ATMOSPHERE);
         seen.z[0] += difference;
-        let mut answers = Answers::default();
+        let mut answers = PortFlows::default();
         component
             .law(|index| if index == parameter { clearance } else { parameters[index] }, &fluid)?
             .evaluate(&seen, &mut answers);

@@ -59,7 +59,7 @@ pub fn disturb(rig: &Rig, size: f64, random: &mut Stream) -> Result<Disturbed, C
         let stray = random.normal() * size;
         if parameter.role == Role::Smoothing {
             parameter.value = value * (SMOOTHING * stray).exp();
-        } else if parameter.anew {
+        } else if parameter.per_event {
             parameter.value += STRAY_ANEW * parameter.sigma * stray;
         } else {
             let known = if parameter.spread > 0.0 { parameter.spread } else { parameter.sigma };

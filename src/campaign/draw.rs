@@ -2,7 +2,7 @@
 
 use super::disturb::Disturbed;
 use super::random::{Purpose, Stream};
-use crate::model::{self, Drive, Piece};
+use crate::model::{self, InputSignals, Piece};
 use crate::rig::{Cycle, Fault, Rig};
 
 /// Of the faulty cases: how many have one, two and three faults.
@@ -37,7 +37,7 @@ pub fn plan(cases: usize, healthy: f64, faults: usize, seed: u64) -> Vec<usize> 
 
 /// Commands and loads of one run.
 pub struct Run {
-    pub drive: Drive,
+    pub drive: InputSignals,
     /// Times of the rows, s.
     pub times: Vec<f64>,
     /// s.
@@ -56,7 +56,11 @@ impl Run {
             })
             .collect();
         let cycle = cycle.scaled(&factors, || random.uniform(DURATION.0, DURATION.1));
-        Self { drive: Drive::from_cycle(rig, &cycle), times: model::cycle_times(rig, &cycle), interval: cycle.interval }
+        Self {
+            drive: InputSignals::from_cycle(rig, &cycle),
+            times: model::cycle_times(rig, &cycle),
+            interval: cycle.interval,
+        }
     }
 
     /// When a command first leaves zero, s; the start where there is none. Before that, most faults cannot show.
@@ -111,7 +115,7 @@ impl Injected {
     }
 
     /// The run's drive, with the healthy values of a rig's faults (SI) before these began.
-    pub fn drive(&self, rig: &Rig, healthy: &[f64], run: &Run) -> Drive {
+    pub fn drive(&self, rig: &Rig, healthy: &[f64], run: &Run) -> InputSignals {
         let Some(time) = self.onset else { return run.drive.clone() };
         let before = |&(index, _): &(usize, f64)| (rig.faults[index].parameter, model::Before::Value(healthy[index]));
         run.drive.clone().with_onset(model::Onset { time, before: self.faults.iter().map(before).collect() })

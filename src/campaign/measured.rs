@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::disturb::Disturbed;
 use super::random::Stream;
-use crate::model::{self, Drive, Outputs};
+use crate::model::{self, InputSignals, Outputs};
 use crate::record::Record;
 
 /// Share of the variance of the noise that is coloured.
@@ -16,7 +16,7 @@ const COLOUR: f64 = 0.02;
 pub fn measured(
     disturbed: &Disturbed,
     path: impl Into<PathBuf>,
-    drive: &Drive,
+    drive: &InputSignals,
     times: &[f64],
     interval: f64,
     outputs: &Outputs,

@@ -219,7 +219,7 @@ fn rig_page(rig: &Rig) -> RigPage {
         value: in_unit(parameter.value, &parameter.unit),
         unit: parameter.unit.to_string(),
         sigma: difference_in_unit(parameter.sigma, &parameter.unit),
-        fitted: (parameter.sigma > 0.0 && !parameter.anew) || rig.is_fault(index),
+        fitted: (parameter.sigma > 0.0 && !parameter.per_event) || rig.is_fault(index),
         meaning: parameter.meaning.clone(),
     });
     let faults = rig.faults.iter().filter_map(|fault| {

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate::measured;
-use crate::model::Drive;
+use crate::model::InputSignals;
 use crate::number::{in_unit, rounded};
 use crate::record::survey::{Finding, survey, told};
 use crate::record::{Channel, Record};
@@ -148,14 +148,14 @@ pub(super) fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<
 }
 
 /// The drive, where the record has every column that the rig asks for.
-fn columns(rig: &Rig, record: &Record) -> Result<Drive, Complaint> {
-    let drive = Drive::from_record(rig, record)?;
+fn columns(rig: &Rig, record: &Record) -> Result<InputSignals, Complaint> {
+    let drive = InputSignals::from_record(rig, record)?;
     measured(rig, record)?;
     Ok(drive)
 }
 
 /// The pieces of the drive, joined up to the next jump.
-fn phases(rig: &Rig, drive: &Drive) -> Vec<PhaseLine> {
+fn phases(rig: &Rig, drive: &InputSignals) -> Vec<PhaseLine> {
     let mut phases: Vec<PhaseLine> = Vec::new();
     for piece in &drive.pieces {
         match phases.last_mut().filter(|_| !piece.jump) {

@@ -8,7 +8,7 @@ use crate::estimation::local_model::Information;
 use crate::estimation::{
     Fit, FitError, Gaussian, Held, Linearised, LocalModel, Loss, Options, Problem, SchurComplement, fit_along,
 };
-use crate::model::{Drive, Model, SimulationError};
+use crate::model::{InputSignals, Model, SimulationError};
 use crate::record::Record;
 use crate::rig::FaultSet;
 use crate::rig::Rig;
@@ -44,7 +44,7 @@ impl<'a> Case<'a> {
     pub fn new(
         model: &'a Model,
         record: &'a Record,
-        drive: &'a Drive,
+        drive: &'a InputSignals,
         measured: Vec<&'a [f64]>,
         weights: Weights,
     ) -> Self {
@@ -54,7 +54,7 @@ impl<'a> Case<'a> {
         mean.extend(estimated[mean.len()..].iter().map(|uncertain| rig.parameters[uncertain.parameter].value));
         let uncertain = |index: &usize| {
             let parameter = &rig.parameters[estimated[*index].parameter];
-            parameter.sigma > 0.0 && !parameter.anew
+            parameter.sigma > 0.0 && !parameter.per_event
         };
         let known: Vec<usize> = (0..estimated.len()).filter(uncertain).collect();
         let mut covariance = rig.covariance(&known.iter().map(|&index| estimated[index].parameter).collect::<Vec<_>>());
@@ -249,7 +249,8 @@ pub(super) fn estimated(rig: &Rig) -> Vec<Estimated> {
         bounds: fault.bounds,
         scale: (fault.bounds.1 - fault.bounds.0) / 4.0,
     });
-    let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0 && !parameter.anew);
+    let stated =
+        rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0 && !parameter.per_event);
     let uncertain = stated.filter(|(index, _)| !rig.is_fault(*index)).map(|(index, known)| {
         let (low, high) = (known.value - REACH * known.sigma, known.value + REACH * known.sigma);
         // What is positive by nature stays of the size stated: a laminar start of nothing cannot be solved.

@@ -15,7 +15,7 @@ use super::noise::Weights;
 use super::problem::away;
 use super::{Diagnosed, Verdict};
 use crate::estimation::Score;
-use crate::model::{Drive, Model};
+use crate::model::{InputSignals, Model};
 use crate::number::{rounded, text};
 use crate::record::{Channel, Record};
 use crate::rig::{Quantity, Rig};
@@ -181,7 +181,7 @@ impl Diagnosed {
 /// Causes without a size that leave the healthy model less to explain than the record as it stands does, the best first.
 fn promising(model: &Model, record: &Record) -> Vec<Cause> {
     let rig = &model.rig;
-    let Ok(drive) = Drive::from_record(rig, record) else { return Vec::new() };
+    let Ok(drive) = InputSignals::from_record(rig, record) else { return Vec::new() };
     let Ok(outputs) = model.solve(&rig.healthy(), &drive, &record.time) else { return Vec::new() };
     // No weights by events: they would have to be made for every cause, and only the order counts.
     let cost = |record: &Record| -> Option<f64> {
@@ -205,7 +205,7 @@ fn clock(model: &Model, record: &Record) -> Option<Cause> {
     let mut rate = 0.0;
     for _ in 0..IMPROVED {
         let corrected = Cause::FastClock(rate).corrected(&model.rig, record);
-        let drive = Drive::from_record(&model.rig, &corrected).ok()?;
+        let drive = InputSignals::from_record(&model.rig, &corrected).ok()?;
         let near = estimate::near(model, &corrected, &drive, None, 1).ok()?;
         let healthy = near.without_faults(RELINEARISED).ok()?;
         let score = score_of_rate(&healthy)?;
@@ -228,7 +228,7 @@ fn score_of_rate(near: &Estimate<'_>) -> Option<Score> {
     let (full, best) = (&case.full, &isolation.best);
     let values = full.parameters(&best.theta);
     let record = Cause::FastClock(FIRST_RATE).corrected(case.rig(), case.record);
-    let drive = Drive::from_record(case.rig(), &record).ok()?;
+    let drive = InputSignals::from_record(case.rig(), &record).ok()?;
     let plain = full.model.solve(&values, full.drive, full.times).ok()?.values;
     let with = full.model.solve(&values, &drive, &record.time).ok()?.values;
     let pairs = with.iter().flatten().zip(plain.iter().flatten());
@@ -242,7 +242,7 @@ fn score_of_rate(near: &Estimate<'_>) -> Option<Score> {
 fn explain(model: &Model, record: &Record, cause: Cause) -> Option<Explained> {
     let record = cause.corrected(&model.rig, record);
     let (evidence, weights, missed) = {
-        let drive = Drive::from_record(&model.rig, &record).ok()?;
+        let drive = InputSignals::from_record(&model.rig, &record).ok()?;
         let near = estimate::near(model, &record, &drive, None, FROM_HEALTHY).ok()?;
         let size = match cause {
             Cause::FastClock(_) => occam_of_rate(&near).unwrap_or(0.0),

@@ -11,7 +11,7 @@ use super::unseen::{in_step, simpler, unseen};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::estimation::criteria::bic;
 use crate::estimation::{FitError, LocalModel, Options, StoppedBecause};
-use crate::model::{Drive, Model};
+use crate::model::{InputSignals, Model};
 use crate::record::{Channel, Record};
 use crate::rig::FaultSet;
 use crate::rig::Rig;
@@ -63,7 +63,7 @@ pub fn measured<'a>(rig: &Rig, record: &'a Record) -> Result<Vec<&'a [f64]>, Com
 pub fn estimate<'a>(
     model: &'a Model,
     record: &'a Record,
-    drive: &'a Drive,
+    drive: &'a InputSignals,
     guess: Option<(&[f64], FaultSet)>,
 ) -> Result<Estimate<'a>, Complaint> {
     let mut near = near(model, record, drive, guess, if guess.is_some() { MOST_ROUNDS } else { FROM_HEALTHY })?;
@@ -81,7 +81,7 @@ pub fn estimate<'a>(
 pub fn near<'a>(
     model: &'a Model,
     record: &'a Record,
-    drive: &'a Drive,
+    drive: &'a InputSignals,
     guess: Option<(&[f64], FaultSet)>,
     rounds: u64,
 ) -> Result<Estimate<'a>, Complaint> {
@@ -103,7 +103,7 @@ pub fn near<'a>(
     Ok(Estimate { case, isolation })
 }
 
-fn unweighed<'a>(model: &'a Model, record: &'a Record, drive: &'a Drive) -> Result<Case<'a>, Complaint> {
+fn unweighed<'a>(model: &'a Model, record: &'a Record, drive: &'a InputSignals) -> Result<Case<'a>, Complaint> {
     let none = Weights::new(&model.rig, &[], &[], &[]);
     Ok(Case::new(model, record, drive, measured(&model.rig, record)?, none))
 }
@@ -112,7 +112,7 @@ fn unweighed<'a>(model: &'a Model, record: &'a Record, drive: &'a Drive) -> Resu
 fn case_at<'a>(
     model: &'a Model,
     record: &'a Record,
-    drive: &'a Drive,
+    drive: &'a InputSignals,
     theta: &[f64],
 ) -> Result<(Case<'a>, LocalModel), Complaint> {
     let mut case = unweighed(model, record, drive)?;
@@ -134,7 +134,7 @@ fn renewed(case: &mut Case<'_>, theta: &[f64]) -> Result<LocalModel, FitError> {
 pub fn isolated<'a>(
     model: &'a Model,
     record: &'a Record,
-    drive: &'a Drive,
+    drive: &'a InputSignals,
     (theta, set): (&[f64], FaultSet),
     rounds: u64,
 ) -> Result<Estimate<'a>, Complaint> {
@@ -150,7 +150,7 @@ pub fn isolated<'a>(
 pub fn held_at<'a>(
     model: &'a Model,
     record: &'a Record,
-    drive: &'a Drive,
+    drive: &'a InputSignals,
     (start, set): (&[f64], FaultSet),
     forms: usize,
 ) -> Result<Estimate<'a>, Complaint> {
@@ -181,7 +181,7 @@ pub struct PreliminaryFit {
 pub fn quick(
     model: &Model,
     record: &Record,
-    drive: &Drive,
+    drive: &InputSignals,
     (start, set): (&[f64], FaultSet),
     forms: usize,
 ) -> Result<PreliminaryFit, Complaint> {
@@ -348,7 +348,7 @@ fn missed(case: &Case<'_>, isolation: &Isolation) -> bool {
 }
 
 /// Weights from the record alone, before any model has followed it.
-fn rough(model: &Model, record: &Record, drive: &Drive, data: &[&[f64]]) -> Weights {
+fn rough(model: &Model, record: &Record, drive: &InputSignals, data: &[&[f64]]) -> Weights {
     let rig = &model.rig;
     let variance = noise::variances(rig, record, data, true);
     let phases = noise::phases(rig, drive, &record.time, &variance);

@@ -5,14 +5,14 @@ use std::ops::Range;
 use super::noise::{self, Weights};
 use super::problem::RecordProblem;
 use super::starts;
-use crate::model::{Drive, Late, Model, Sensitivities, SimulationError};
+use crate::model::{InputSignals, Late, Model, Sensitivities, SimulationError};
 use crate::record::Record;
 
 /// Weights of a record for all parameters of a rig, SI, and what the sensors read with them, `[sensor][row]`, SI.
 pub(crate) fn weights_of(
     model: &Model,
     record: &Record,
-    drive: &Drive,
+    drive: &InputSignals,
     parameters: &[f64],
 ) -> Result<(Weights, Vec<Vec<f64>>), SimulationError> {
     let nothing = Weights::new(&model.rig, &[], &[], &[]);
@@ -66,7 +66,7 @@ fn events_along(
         .parameters
         .iter()
         .enumerate()
-        .filter(|(index, parameter)| parameter.sigma > 0.0 && parameter.anew && !rig.is_fault(*index))
+        .filter(|(index, parameter)| parameter.sigma > 0.0 && parameter.per_event && !rig.is_fault(*index))
         .map(|(index, _)| index)
         .collect();
     let parameters = problem.parameters(theta);
@@ -98,13 +98,13 @@ const LEAST_DAMPING: f64 = 0.7;
 
 /// What may have driven the rig instead of what the record says, by one standard deviation each: measured inputs that acted
 /// later, commands that acted later, and spools that follow their command with mass, not with a lag alone.
-fn driven_otherwise(problem: &RecordProblem<'_>, record: &Record, parameters: &[f64]) -> Vec<Drive> {
+fn driven_otherwise(problem: &RecordProblem<'_>, record: &Record, parameters: &[f64]) -> Vec<InputSignals> {
     let rig = &problem.model.rig;
     let Late { measured, commanded } = noise::input_timing(rig, record);
     let lates = [Late { measured, commanded: 0.0 }, Late { measured: 0.0, commanded }];
     let late = lates.into_iter().filter(|late| *late != Late::default()).filter_map(|late| {
-        let drive = Drive::from_late_record(rig, record, late).ok()?;
-        let drive = Drive { shown: problem.drive.shown.clone(), begun: problem.drive.begun, ..drive };
+        let drive = InputSignals::from_late_record(rig, record, late).ok()?;
+        let drive = InputSignals { shown: problem.drive.shown.clone(), begun: problem.drive.begun, ..drive };
         Some(match &problem.drive.onset {
             Some(onset) => drive.with_onset(onset.clone()),
             None => drive,
@@ -118,7 +118,7 @@ fn driven_otherwise(problem: &RecordProblem<'_>, record: &Record, parameters: &[
 /// What another drive changes of the readings, over so many rows from the first.
 pub(super) fn change(
     problem: &RecordProblem<'_>,
-    drive: &Drive,
+    drive: &InputSignals,
     parameters: &[f64],
     outputs: &[Vec<f64>],
     rows: usize,

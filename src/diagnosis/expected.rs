@@ -10,7 +10,7 @@ use super::events::weights;
 use super::hypotheses::{candidates, prior_odds};
 use super::noise::Weights;
 use crate::estimation::{FitError, SchurComplement};
-use crate::model::{Drive, Model};
+use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::FaultSet;
 
@@ -46,7 +46,12 @@ const ONE_IN: f64 = 100.0;
 ///
 /// # Errors
 /// The model cannot be solved with these faults.
-pub fn expected(model: &Model, record: &Record, drive: &Drive, faults: &[(usize, f64)]) -> Result<Expected, FitError> {
+pub fn expected(
+    model: &Model,
+    record: &Record,
+    drive: &InputSignals,
+    faults: &[(usize, f64)],
+) -> Result<Expected, FitError> {
     let rig = &model.rig;
     let mut parameters = rig.healthy();
     for &(fault, value) in faults {

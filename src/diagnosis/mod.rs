@@ -24,7 +24,7 @@ pub mod watch;
 
 use crate::complaint::{Complaint, Kind, Place};
 use crate::estimation::Interval;
-use crate::model::{Drive, Model, Shown};
+use crate::model::{InputSignals, Model, Shown};
 use crate::number::rounded;
 use crate::record::Record;
 use crate::residual::{self, Detection};
@@ -138,8 +138,8 @@ pub fn diagnose_from(
     }
     let (cleared, left_out) = doubtful::set_aside(rig, record);
     let record = cleared.as_ref().unwrap_or(record);
-    let drive = Drive::from_record(rig, record)?;
-    let drive = Drive { shown: shown.to_vec(), begun: begun.unwrap_or(drive.begun), ..drive };
+    let drive = InputSignals::from_record(rig, record)?;
+    let drive = InputSignals { shown: shown.to_vec(), begun: begun.unwrap_or(drive.begun), ..drive };
     estimate::measured(rig, record)?;
     rig.context().stage("residuals and fit");
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;

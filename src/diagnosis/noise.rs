@@ -20,7 +20,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use crate::model::{Drive, Late};
+use crate::model::{InputSignals, Late};
 use crate::record::{Record, Sampling};
 use crate::rig::{Hold, Rig};
 use crate::units::Dimension;
@@ -57,7 +57,7 @@ fn own_interval(record: &Record, rows: &[usize]) -> f64 {
 fn timing(rig: &Rig, record: &Record) -> f64 {
     let Late { measured, commanded } = input_timing(rig, record);
     let hold = measured.max(commanded);
-    let lags = rig.parameters.iter().filter(|lag| lag.anew && lag.unit.dimension == Dimension::TIME);
+    let lags = rig.parameters.iter().filter(|lag| lag.per_event && lag.unit.dimension == Dimension::TIME);
     lags.map(|parameter| parameter.sigma.powi(2)).sum::<f64>().mul_add(1.0, hold * hold).sqrt()
 }
 
@@ -111,7 +111,7 @@ fn sudden_slopes(curve: &[f64], stride: usize) -> Vec<f64> {
 }
 
 /// Rows between events: jumps of the inputs, and moments at which a curve bends by more than its sensor's noise.
-pub fn phases(rig: &Rig, drive: &Drive, times: &[f64], variance: &[Vec<f64>]) -> Vec<Range<usize>> {
+pub fn phases(rig: &Rig, drive: &InputSignals, times: &[f64], variance: &[Vec<f64>]) -> Vec<Range<usize>> {
     let jumps = drive.pieces.iter().filter(|piece| piece.jump);
     let mut starts: Vec<usize> = jumps.map(|piece| times.partition_point(|&time| time <= piece.start)).collect();
     let bends = |row: usize| {

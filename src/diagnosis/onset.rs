@@ -14,7 +14,7 @@ use super::problem::away;
 use super::summary::{mean_squares, tame};
 use super::{SEVERAL, adequate};
 use crate::estimation::Problem;
-use crate::model::{Before, Drive, Model, Onset};
+use crate::model::{Before, InputSignals, Model, Onset};
 use crate::record::Record;
 use crate::rig::FaultSet;
 
@@ -33,7 +33,7 @@ const ROUNDS: usize = 2;
 
 /// A beginning within the record, and the faults since then.
 pub struct Begun {
-    pub drive: Drive,
+    pub drive: InputSignals,
     /// s.
     pub time: f64,
     /// All estimated parameters, SI.
@@ -44,7 +44,7 @@ pub struct Begun {
 /// Looks for a beginning of the faults within the record; `first` is an explanation by faults as old as the record, good or
 /// bad, and `model` is that of its rig [with what faults were before](crate::rig::Rig::with_before). `None` also where the
 /// model cannot be solved with one.
-pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>) -> Option<Begun> {
+pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estimate<'_>) -> Option<Begun> {
     let worth = WORTH + (record.time.len() as f64).ln();
     let shaken = plain.pieces.iter().skip(1).find(|piece| piece.jump).map_or(f64::INFINITY, |piece| piece.start);
     // Several faults, or what does not explain the record, may all stand in for one that is not there.
@@ -79,7 +79,7 @@ pub fn find(model: &Model, record: &Record, plain: &Drive, first: &Estimate<'_>)
 }
 
 /// The drive with every fault at what it was before until `time`.
-fn begun(model: &Model, plain: &Drive, time: f64) -> Drive {
+fn begun(model: &Model, plain: &InputSignals, time: f64) -> InputSignals {
     let before = model.rig.before.iter().map(|&(fault, before)| (fault, Before::Like(before))).collect();
     plain.clone().with_onset(Onset { time, before })
 }
@@ -108,7 +108,7 @@ fn left(case: &Case<'_>) -> Option<usize> {
 /// by more than `worth` nats; `None` where no faults explain anything or the healthy rig cannot be simulated.
 ///
 /// Faults that begin late may, as old as the record, lose to the healthy rig: they are tried too.
-fn parting(case: &Case<'_>, isolation: &Isolation, plain: &Drive, worth: f64) -> Option<usize> {
+fn parting(case: &Case<'_>, isolation: &Isolation, plain: &InputSignals, worth: f64) -> Option<usize> {
     let (set, faulty) = if isolation.set().is_empty() {
         let fitted = isolation.weighed.iter().filter(|other| !other.set.is_empty());
         fitted.filter_map(|other| Some((other.set, other.point.as_ref()?))).next()?
@@ -136,7 +136,7 @@ fn parting(case: &Case<'_>, isolation: &Isolation, plain: &Drive, worth: f64) ->
 
 /// Misfits of all samples, each on its own: what those of a phase have in common would smear a beginning over all of it.
 /// `None` where the model cannot be solved.
-fn by_sample(case: &Case<'_>, drive: &Drive, theta: &[f64]) -> Option<Vec<f64>> {
+fn by_sample(case: &Case<'_>, drive: &InputSignals, theta: &[f64]) -> Option<Vec<f64>> {
     let full = &case.full;
     let outputs = full.model.solve(&full.parameters(theta), drive, full.times).ok()?;
     let mut misfit = away(&outputs.values, &full.measured);
@@ -158,7 +158,7 @@ fn least(values: impl Iterator<Item = f64>) -> (usize, f64) {
 
 /// The moment at which a beginning explains the record best, s, with the faults as they are: from the best of `from` and
 /// moments all over the record, since where several faults begin at once each of them shows at its own time.
-fn refined(case: &Case<'_>, begun: impl Fn(f64) -> Drive + Sync, theta: &[f64], from: f64) -> f64 {
+fn refined(case: &Case<'_>, begun: impl Fn(f64) -> InputSignals + Sync, theta: &[f64], from: f64) -> f64 {
     let times = case.full.times;
     let cost = |time: f64| {
         by_sample(case, &begun(time), theta).map_or(f64::INFINITY, |misfit| misfit.iter().map(|r| tame(*r)).sum())

@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use super::noise::Weights;
 use crate::context::Interrupted;
 use crate::estimation::{FitError, Linearised, Problem};
-use crate::model::{Drive, Model, Onset, Sensitivities, SimulationError};
+use crate::model::{InputSignals, Model, Onset, Sensitivities, SimulationError};
 
 /// A parameter that is fitted.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,7 +41,7 @@ pub(crate) fn count_there(measured: &[f64]) -> usize {
 /// Misfits of a model to a record: every sensor's samples one after the other.
 pub struct RecordProblem<'a> {
     pub model: &'a Model,
-    pub drive: &'a Drive,
+    pub drive: &'a InputSignals,
     pub times: &'a [f64],
     /// `[sensor][row]`, SI.
     pub measured: Vec<&'a [f64]>,
@@ -57,7 +57,7 @@ pub struct RecordProblem<'a> {
 impl<'a> RecordProblem<'a> {
     pub fn new(
         model: &'a Model,
-        drive: &'a Drive,
+        drive: &'a InputSignals,
         times: &'a [f64],
         measured: Vec<&'a [f64]>,
         weights: Weights,
@@ -95,7 +95,7 @@ impl<'a> RecordProblem<'a> {
     ///
     /// # Errors
     /// The model cannot be solved.
-    pub fn misfit_with(&self, drive: &Drive, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
+    pub fn misfit_with(&self, drive: &InputSignals, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
         self.solves.fetch_add(1, Ordering::Relaxed);
         let outputs = self.model.solve(&self.parameters(theta), drive, self.times)?;
         Ok(self.weigh(&outputs.values))

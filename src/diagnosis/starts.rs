@@ -56,7 +56,7 @@ fn unknown(problem: &RecordProblem<'_>, parameters: &[f64], node: usize) -> Opti
 mod tests {
     use super::super::noise::Weights;
     use super::*;
-    use crate::model::{Drive, Model, Shown, cycle_times};
+    use crate::model::{InputSignals, Model, Shown, cycle_times};
     use crate::physics::GRAVITY;
     use crate::rig::Rig;
 
@@ -65,7 +65,7 @@ mod tests {
         let model = Model::new(Rig::read("fixtures/two_tanks/rig.toml").unwrap());
         let rig = &model.rig;
         let cycle = rig.cycle.as_ref().unwrap();
-        let (times, mut drive) = (cycle_times(rig, cycle), Drive::from_cycle(rig, cycle));
+        let (times, mut drive) = (cycle_times(rig, cycle), InputSignals::from_cycle(rig, cycle));
         drive.shown.push(Shown { sensor: 0, value: 0.1, sigma: 5e-4, rate: 0.0 });
         let nothing = Weights::new(rig, &[], &[], &[]);
         let problem = RecordProblem::new(&model, &drive, &times, Vec::new(), nothing, Vec::new());

@@ -6,7 +6,7 @@ use crate::units::Dimension;
 
 /// Where a sensor of the cylinder circuit sits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Spot {
+pub(super) enum Location {
     PumpLine,
     A,
     B,
@@ -18,7 +18,7 @@ pub(super) enum Spot {
 pub(super) struct Measured<'a> {
     pub channel: &'a Channel,
     pub quantity: &'static str,
-    pub spot: Spot,
+    pub spot: Location,
 }
 
 /// The columns by what they may be.
@@ -71,8 +71,8 @@ impl<'a> Roles<'a> {
         let (quantity, spot) = match channel.unit.dimension {
             Dimension::PRESSURE => ("pressure", spot(&channel.name)),
             Dimension::FLOW => ("flow", spot(&channel.name)),
-            Dimension::LENGTH => ("position", Some(Spot::Piston)),
-            Dimension::VELOCITY => ("velocity", Some(Spot::Piston)),
+            Dimension::LENGTH => ("position", Some(Location::Piston)),
+            Dimension::VELOCITY => ("velocity", Some(Location::Piston)),
             _ => return,
         };
         let Some(spot) = spot.filter(|_| !named) else { return };
@@ -82,7 +82,7 @@ impl<'a> Roles<'a> {
     }
 
     /// The sensor of a quantity at a place.
-    pub(super) fn at(&self, quantity: &str, spot: Spot) -> Option<&'a Channel> {
+    pub(super) fn at(&self, quantity: &str, spot: Location) -> Option<&'a Channel> {
         self.sensors.iter().find(|one| one.quantity == quantity && one.spot == spot).map(|one| one.channel)
     }
 
@@ -100,10 +100,10 @@ impl<'a> Roles<'a> {
         }
         self.sensors.iter().find(|one| is(one.channel)).map(|one| {
             let spot = match one.spot {
-                Spot::PumpLine => "the pump line",
-                Spot::A => "port A",
-                Spot::B => "port B",
-                Spot::Piston => "the piston",
+                Location::PumpLine => "the pump line",
+                Location::A => "port A",
+                Location::B => "port B",
+                Location::Piston => "the piston",
             };
             format!("{} at {spot}", one.quantity)
         })
@@ -111,7 +111,7 @@ impl<'a> Roles<'a> {
 }
 
 /// Where a pressure or a flow is measured, by the last word of its name that says it.
-fn spot(name: &str) -> Option<Spot> {
+fn spot(name: &str) -> Option<Location> {
     let words = name.split(|letter: char| !letter.is_alphanumeric()).filter(|word| !word.is_empty());
     // `pA` is `p_A`: the letter of the quantity goes before.
     let words = words.map(|word| match word.strip_prefix(['p', 'q', 'Q']) {
@@ -121,11 +121,11 @@ fn spot(name: &str) -> Option<Spot> {
     let words: Vec<String> = words.collect();
     let several = words.len() > 1;
     words.iter().enumerate().rev().find_map(|(index, word)| match word.as_str() {
-        "a" | "cap" | "head" => Some(Spot::A),
-        "b" | "rod" | "annulus" => Some(Spot::B),
-        "pump" | "supply" | "system" | "s" => Some(Spot::PumpLine),
+        "a" | "cap" | "head" => Some(Location::A),
+        "b" | "rod" | "annulus" => Some(Location::B),
+        "pump" | "supply" | "system" | "s" => Some(Location::PumpLine),
         // Alone it is the quantity.
-        "p" if several && index > 0 => Some(Spot::PumpLine),
+        "p" if several && index > 0 => Some(Location::PumpLine),
         _ => None,
     })
 }
@@ -137,12 +137,12 @@ mod tests {
     #[test]
     fn names_say_where_a_sensor_sits() {
         for (name, expected) in [
-            ("p_A", Some(Spot::A)),
-            ("pA", Some(Spot::A)),
-            ("Druck B", Some(Spot::B)),
-            ("pressure rod side", Some(Spot::B)),
-            ("p_pump", Some(Spot::PumpLine)),
-            ("p_P", Some(Spot::PumpLine)),
+            ("p_A", Some(Location::A)),
+            ("pA", Some(Location::A)),
+            ("Druck B", Some(Location::B)),
+            ("pressure rod side", Some(Location::B)),
+            ("p_pump", Some(Location::PumpLine)),
+            ("p_P", Some(Location::PumpLine)),
             ("p", None),
             ("pressure 1", None),
         ] {

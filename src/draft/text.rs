@@ -5,7 +5,7 @@ use std::fmt::Write;
 use toml_edit::Key;
 
 use super::Options;
-use super::roles::{Roles, Spot};
+use super::roles::{Location, Roles};
 use crate::number::{rounded, written};
 use crate::record::{Channel, Record};
 use crate::units::{Dimension, Quantity};
@@ -31,9 +31,9 @@ pub(super) fn cylinder(record: &Record, roles: &Roles<'_>, options: &Options) ->
         Some(_) => "{}  # starts at what its sensor shows first".to_owned(),
         None => format!("{{ initial = \"{otherwise}\" }}"),
     };
-    let position = at("position", Spot::Piston);
+    let position = at("position", Location::Piston);
     let begins = position.and_then(|x| Some(shown(x, x.begins_at()?))).unwrap_or_else(|| "0 mm".to_owned());
-    let opening = at("pressure", Spot::PumpLine).and_then(|p| Some((p, p.range()?.1)));
+    let opening = at("pressure", Location::PumpLine).and_then(|p| Some((p, p.range()?.1)));
     let opening = opening.map_or("100 bar".to_owned(), |(p, most)| written(p.unit.from_si(most), 2, &p.unit));
     let given = |quantity: &Option<Quantity>, otherwise: String| match quantity {
         Some(given) => format!("\"{given}\""),
@@ -91,9 +91,9 @@ dead_volume_B = "50 cm3"  {OPEN}
 mass = "100 kg"  {OPEN}
 viscous_friction = "1 kN.s/m"  {OPEN}
 "#,
-        pump_line = starts(Spot::PumpLine, &opening),
-        a = starts(Spot::A, "balance"),
-        b = starts(Spot::B, "0 bar"),
+        pump_line = starts(Location::PumpLine, &opening),
+        a = starts(Location::A, "balance"),
+        b = starts(Location::B, "0 bar"),
         bore = given(&options.bore, "40 mm".to_owned()),
         rod = given(&options.rod, "20 mm".to_owned()),
         stroke = given(&options.stroke, travel.unwrap_or_else(|| "200 mm".to_owned())),
@@ -135,13 +135,13 @@ viscous_friction = "1 kN.s/m"  {OPEN}
     let mut names = Names::default();
     for one in &roles.sensors {
         let place = match (one.quantity, one.spot) {
-            ("flow", Spot::PumpLine) => "\"directional_valve.P\"",
-            ("flow", Spot::A) => "\"directional_valve.A\", direction = \"out\"",
+            ("flow", Location::PumpLine) => "\"directional_valve.P\"",
+            ("flow", Location::A) => "\"directional_valve.A\", direction = \"out\"",
             ("flow", _) => "\"directional_valve.B\"",
-            (_, Spot::PumpLine) => "\"pump_line\"",
-            (_, Spot::A) => "\"A\"",
-            (_, Spot::B) => "\"B\"",
-            (_, Spot::Piston) => "\"piston\"",
+            (_, Location::PumpLine) => "\"pump_line\"",
+            (_, Location::A) => "\"A\"",
+            (_, Location::B) => "\"B\"",
+            (_, Location::Piston) => "\"piston\"",
         };
         out.push_str(&names.sensor(one.channel, one.quantity, place));
     }

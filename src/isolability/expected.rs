@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::expected::{self, Expected};
-use crate::model::Drive;
+use crate::model::InputSignals;
 use crate::number::rounded;
 use crate::record::Record;
 use crate::rig::Rig;
@@ -84,7 +84,7 @@ impl TakenFault {
 /// An operating point that cannot be simulated.
 pub(super) fn expectation(
     rig: &Rig,
-    drive: &Drive,
+    drive: &InputSignals,
     record: &Record,
     with: &[TakenFault],
 ) -> Result<Expectation, Complaint> {

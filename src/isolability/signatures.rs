@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::complaint::{Complaint, Kind};
-use crate::model::{self, Drive};
+use crate::model::{self, InputSignals};
 use crate::number::{difference_in_unit, rounded};
 use crate::record::Record;
 use crate::residual::{self, Detection, Sensitivity};
@@ -60,7 +60,7 @@ pub struct Response {
 ///
 /// # Errors
 /// A record without the inputs; a healthy rig that cannot be simulated.
-pub(super) fn operating_point(rig: &Rig, source: Option<&Record>) -> Result<Option<(Drive, Record)>, Complaint> {
+pub(super) fn operating_point(rig: &Rig, source: Option<&Record>) -> Result<Option<(InputSignals, Record)>, Complaint> {
     let (drive, times) = match simulation::drive(rig, source) {
         Ok(found) => found,
         Err(_) if source.is_none() => return Ok(None),
@@ -80,7 +80,7 @@ pub(super) fn operating_point(rig: &Rig, source: Option<&Record>) -> Result<Opti
 ///
 /// # Errors
 /// Columns that are missing.
-pub(super) fn rows(rig: &Rig, drive: &Drive, record: &Record) -> Result<Vec<SignatureRow>, Complaint> {
+pub(super) fn rows(rig: &Rig, drive: &InputSignals, record: &Record) -> Result<Vec<SignatureRow>, Complaint> {
     let matrix = residual::signatures(rig, record, drive, Detection::default().window)?;
     let row = |signature: residual::Signature| {
         let unit = &signature.generator.unit;

@@ -5,7 +5,7 @@ use std::path::Path;
 use toml_edit::{InlineTable, Item, Table};
 
 use super::candidate::candidate;
-use super::suggest::{anew, is_adequate, refitted_alone, rough_base};
+use super::suggest::{is_adequate, refitted_alone, restarted, rough_base};
 use super::trial::FittedModel;
 use super::tries::nothing;
 use super::verdict::warnings;
@@ -14,7 +14,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::estimate::Estimate;
 use crate::number::written;
 use crate::record::Record;
-use crate::rig::{Placed, Rig, document};
+use crate::rig::{EffectInstance, Rig, document};
 use crate::units::Unit;
 
 /// Digits of a value and of its standard error.
@@ -83,11 +83,11 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
 /// The model with one effect more, what the information criterion gains by it over the model alone, and what speaks against it.
 type Fitted = (FittedModel, f64, Vec<Warning>);
 
-fn fitted_with(estimate: &Estimate<'_>, base: &FittedModel, placed: &Placed) -> Result<Fitted, Complaint> {
+fn fitted_with(estimate: &Estimate<'_>, base: &FittedModel, placed: &EffectInstance) -> Result<Fitted, Complaint> {
     let record = estimate.case.record;
     let (trial, screened) = refitted_alone(base, record, candidate(estimate, placed))?;
     let gained = trial.gain_over(base, record, &trial.judge(record)?)?;
-    match anew(estimate, base, (&trial, screened), gained)? {
+    match restarted(estimate, base, (&trial, screened), gained)? {
         Some(better) => fitted_with(&better, &FittedModel::of(&better)?, placed),
         None => {
             let warnings = warnings(&trial, base);

@@ -11,14 +11,14 @@ use rayon::prelude::*;
 use super::tries::{ScoreContext, best_try};
 use crate::diagnosis::estimate::Estimate;
 use crate::physics::effect::{First, Form, Free};
-use crate::rig::{Given, Placed, Rig};
+use crate::rig::{EffectInstance, Given, Rig};
 
 /// A candidate with what the score test says of it.
 #[derive(Debug, Clone)]
 pub struct Candidate {
     /// `kind@place`.
     pub id: String,
-    pub placed: Placed,
+    pub placed: EffectInstance,
     /// Its parameters as they were tried, SI, in the order of the effect.
     pub tried: Vec<Given>,
     /// Expected fall of chi-square.
@@ -70,7 +70,7 @@ pub fn tolerated(samples: f64) -> f64 {
 /// the fall of chi-square that says nothing.
 pub fn candidates(estimate: &Estimate<'_>, base_point: usize, tolerance: f64) -> Vec<Candidate> {
     let rig = estimate.case.rig();
-    let places: Vec<Placed> = rig
+    let places: Vec<EffectInstance> = rig
         .effect_places()
         .into_iter()
         .filter(|placed| rig.effects.iter().all(|present| present.id != rig.effect_id(placed)))
@@ -80,7 +80,7 @@ pub fn candidates(estimate: &Estimate<'_>, base_point: usize, tolerance: f64) ->
         .collect();
     let count = rig.context().count("candidates screened", places.len());
     let Some(here) = ScoreContext::of(estimate, worth(places.len(), tolerance)) else { return Vec::new() };
-    let one = |placed: &Placed| {
+    let one = |placed: &EffectInstance| {
         let tried = best_try(&here, placed);
         count.one();
         tried
@@ -95,7 +95,7 @@ pub fn candidates(estimate: &Estimate<'_>, base_point: usize, tolerance: f64) ->
 }
 
 /// One effect at its place, scored; a curve without a formula as it is tried.
-pub fn candidate(estimate: &Estimate<'_>, placed: &Placed) -> Option<Candidate> {
+pub fn candidate(estimate: &Estimate<'_>, placed: &EffectInstance) -> Option<Candidate> {
     if placed.effect.empirical {
         let id = estimate.case.rig().effect_id(placed);
         return empirical(estimate.case.rig()).into_iter().find(|candidate| candidate.id == id);
@@ -130,7 +130,7 @@ pub fn empirical(rig: &Rig) -> Vec<Candidate> {
 }
 
 /// Whether the first parameter that an effect bends is a fault of the rig.
-fn bends_a_fault(rig: &Rig, placed: &Placed) -> bool {
+fn bends_a_fault(rig: &Rig, placed: &EffectInstance) -> bool {
     let first = placed.effect.parameters.first().and_then(|free| rig.bent(placed, free.name));
     first.is_some_and(|parameter| rig.is_fault(parameter))
 }

@@ -8,7 +8,7 @@ use super::trial::{Run, run_with};
 use super::with_faults::{Explained, WithFaults, with_faults};
 use crate::complaint::Complaint;
 use crate::diagnosis::{adequate, estimate, mean_squares};
-use crate::model::{Drive, Model};
+use crate::model::{InputSignals, Model};
 use crate::number::rounded;
 use crate::record::Record;
 use crate::rig::FaultSet;
@@ -169,7 +169,7 @@ pub fn compared(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
 
 fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     let model = Model::new(rig.clone());
-    let drive = Drive::from_record(rig, record)?;
+    let drive = InputSignals::from_record(rig, record)?;
     rig.context().stage("fit of the healthy model");
     let (values, _) = refit::fitted(&model, record, &drive, &rig.healthy(), (FaultSet::EMPTY, FORMS))?;
     let run = run_with(&model, record, &drive, &values)?;
@@ -207,7 +207,7 @@ impl Comparison {
     pub fn of(model: &Model, record: &Record, run: &Run) -> Result<Self, Complaint> {
         let rig = &model.rig;
         let measured = estimate::measured(&model.rig, record)?;
-        let drive = Drive::from_record(rig, record)?;
+        let drive = InputSignals::from_record(rig, record)?;
         let phases = stretches(rig, record, &drive, &measured);
         let signals = signals(rig, record, &drive, run);
         let rows = record.time.len().max(1);
@@ -331,7 +331,7 @@ fn worst(record: &Record, phases: &[Stretch], (measured, model): (&[f64], &[f64]
 }
 
 /// What a misfit may go with: inputs, what the model says of each sensor, and how bodies move.
-fn signals(rig: &Rig, record: &Record, drive: &Drive, run: &Run) -> Vec<(String, Vec<f64>)> {
+fn signals(rig: &Rig, record: &Record, drive: &InputSignals, run: &Run) -> Vec<(String, Vec<f64>)> {
     let inputs = rig.inputs.iter().enumerate().map(|(input, named)| {
         (named.name.clone(), record.time.iter().map(|&time| drive.value(input, time)).collect::<Vec<f64>>())
     });

@@ -9,7 +9,7 @@ use super::warning::Warning;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate;
 use crate::diagnosis::hypotheses::MOST_ROUNDS;
-use crate::model::{Drive, Model};
+use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::Rig;
 
@@ -99,7 +99,7 @@ fn add_while_asked(
             break;
         }
         let model = Model::new(trial.rig.clone());
-        let drive = Drive::from_record(&model.rig, fit)?;
+        let drive = InputSignals::from_record(&model.rig, fit)?;
         let theta = estimate::picked(&model.rig, &trial.values);
         let again = estimate::isolated(&model, fit, &drive, (&theta, trial.set), ROUNDS)?;
         let base_point = FittedModel::of(&again)?;

@@ -14,11 +14,11 @@ use super::tries::highest_at;
 use crate::complaint::Complaint;
 use crate::diagnosis::{estimate, is_there};
 use crate::estimation::profile::QUANTILE;
-use crate::model::{Drive, Model};
+use crate::model::{InputSignals, Model};
 use crate::physics::effect::First;
 use crate::physics::effect::spline::{Curve, HEIGHTS};
 use crate::record::Record;
-use crate::rig::{Given, Placed, Quantity, Rig, Spot};
+use crate::rig::{EffectInstance, Given, Location, Quantity, Rig};
 
 /// Points of a picture over the whole axis.
 const POINTS: usize = 120;
@@ -89,7 +89,7 @@ fn missing_here(base: &FittedModel, record: &Record, found: Option<&Run>) -> Res
         base.fit.weights.apply(&mut change);
         change
     });
-    let curves: Vec<Placed> = empirical(&base.rig).into_iter().map(|curve| curve.placed).collect();
+    let curves: Vec<EffectInstance> = empirical(&base.rig).into_iter().map(|curve| curve.placed).collect();
     let mut all: Vec<Missing> =
         curves.par_iter().filter_map(|placed| one(base, record, &own, placed, with.as_deref())).collect();
     all.sort_by(|a, b| b.explains.total_cmp(&a.explains));
@@ -117,7 +117,7 @@ impl Slopes {
         };
         let by: Vec<usize> = estimate::estimated_parameters(rig).into_iter().filter(|&index| present(index)).collect();
         let model = Model::new(rig.clone());
-        let drive = Drive::from_record(rig, record)?;
+        let drive = InputSignals::from_record(rig, record)?;
         let columns = columns(&model, &base.values, &by, &drive, record, &base.fit)
             .map_err(|error| estimate::unsolvable(&model, record, error))?;
         let sigma =
@@ -134,7 +134,7 @@ fn columns(
     model: &Model,
     values: &[f64],
     by: &[usize],
-    drive: &Drive,
+    drive: &InputSignals,
     record: &Record,
     run: &Run,
 ) -> Result<Vec<Vec<f64>>, crate::model::SimulationError> {
@@ -148,13 +148,19 @@ fn columns(
 }
 
 /// The curve at one place; `None` where the record shows nothing of it.
-fn one(base: &FittedModel, record: &Record, own: &Slopes, placed: &Placed, with: Option<&[f64]>) -> Option<Missing> {
+fn one(
+    base: &FittedModel,
+    record: &Record,
+    own: &Slopes,
+    placed: &EffectInstance,
+    with: Option<&[f64]>,
+) -> Option<Missing> {
     let told = TOLD.iter().find(|told| told.effect == placed.effect.name)?;
     let mut rig = base.rig.clone();
-    let drive = Drive::from_record(&rig, record).ok()?;
+    let drive = InputSignals::from_record(&rig, record).ok()?;
     // Pressures that all lie within one piece of the curve would show no form: it ends where they do then.
     let range = match (placed.spot, placed.effect.form.card()) {
-        (Spot::Node(node), Some(card)) if told.over == PRESSURE => {
+        (Location::Node(node), Some(card)) if told.over == PRESSURE => {
             let top = highest_at(&rig, &base.values, (&drive, &record.time), node, Quantity::Pressure);
             let pieces = (HEIGHTS - 3) as f64;
             let usual = card.parameters.iter().find(|own| own.name == RANGE).and_then(|own| own.default)?;
@@ -194,7 +200,7 @@ fn one(base: &FittedModel, record: &Record, own: &Slopes, placed: &Placed, with:
 }
 
 /// The place behind the `@` of an effect.
-fn placed_name(rig: &Rig, placed: &Placed) -> String {
+fn placed_name(rig: &Rig, placed: &EffectInstance) -> String {
     let id = rig.effect_id(placed);
     id.split_once('@').map_or(id.clone(), |(_, at)| at.to_owned())
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::model::Drive;
+use crate::model::InputSignals;
 use crate::physics::card::PortKind;
 use crate::record::Record;
 use crate::rig::{Quantity, Rig, Target};
@@ -30,7 +30,7 @@ const MOVES_SHARE: f64 = 0.02;
 const SHORT: usize = 10;
 
 /// The stretches of a record, one after the other without gap. `measured` are the readings of the rig's sensors, SI.
-pub fn stretches(rig: &Rig, record: &Record, drive: &Drive, measured: &[&[f64]]) -> Vec<Stretch> {
+pub fn stretches(rig: &Rig, record: &Record, drive: &InputSignals, measured: &[&[f64]]) -> Vec<Stretch> {
     let rows = record.time.len();
     let mut jumps = jumps(record, drive);
     let switching: Vec<Range<usize>> = jumps.iter().map(|&row| switch(&record.time, row)).collect();
@@ -57,7 +57,7 @@ pub fn stretches(rig: &Rig, record: &Record, drive: &Drive, measured: &[&[f64]])
 }
 
 /// First rows behind the jumps of the inputs, without that at the start.
-fn jumps(record: &Record, drive: &Drive) -> Vec<usize> {
+fn jumps(record: &Record, drive: &InputSignals) -> Vec<usize> {
     let times = &record.time;
     let first = times.first().copied().unwrap_or(0.0);
     let jumps = drive.pieces.iter().filter(|piece| piece.jump && piece.start > first);

@@ -7,7 +7,7 @@ use crate::complaint::Complaint;
 use crate::diagnosis::estimate::{self, FIRST_FORMS, PreliminaryFit};
 use crate::diagnosis::search::ROUGH;
 use crate::estimation::criteria::bic;
-use crate::model::{Drive, Model, Tolerance};
+use crate::model::{InputSignals, Model, Tolerance};
 use crate::physics::effect::First;
 use crate::record::Record;
 use crate::rig::FaultSet;
@@ -185,7 +185,7 @@ fn with_effects(rig: &Rig, effects: &[Candidate]) -> Option<(Rig, Vec<Start>)> {
 pub(super) fn fitted(
     model: &Model,
     record: &Record,
-    drive: &Drive,
+    drive: &InputSignals,
     values: &[f64],
     (set, forms): (FaultSet, usize),
 ) -> Result<(Vec<f64>, PreliminaryFit), Complaint> {
@@ -208,7 +208,7 @@ pub(super) fn quick(
     tolerance: Option<Tolerance>,
 ) -> Option<PreliminaryModel> {
     let model = Model::new(rig.clone()).with_tolerance(tolerance.unwrap_or_default());
-    let drive = Drive::from_record(&model.rig, record).ok()?;
+    let drive = InputSignals::from_record(&model.rig, record).ok()?;
     let (values, PreliminaryFit { cost, gained, .. }) = fitted(&model, record, &drive, values, (set, forms)).ok()?;
     Some(PreliminaryModel { rig: model.rig, values, set, cost, gained })
 }

@@ -16,7 +16,7 @@ use crate::number::rounded;
 use crate::physics::card::{Answer, Card, PortKind};
 use crate::physics::effect::{First, Form, Free};
 use crate::record::Record;
-use crate::rig::{NodeKind, Rig, Spot, is_next_to_nothing};
+use crate::rig::{Location, NodeKind, Rig, is_next_to_nothing};
 
 /// Name and version of the JSON schema.
 pub const SCHEMA: &str = "borescope.suggestion/1";
@@ -183,13 +183,13 @@ fn candidate(suggestion: &Suggestion, judged: &EvaluatedModel) -> CandidateRepor
 /// The equation into which an effect enters.
 fn equation(rig: &Rig, candidate: &Candidate) -> String {
     let spot = match candidate.placed.spot {
-        Spot::Fluid if candidate.placed.effect.parameters[0].name == "air_fraction" => {
+        Location::Fluid if candidate.placed.effect.parameters[0].name == "air_fraction" => {
             return "compressibility of the fluid".to_owned();
         }
-        Spot::Fluid => return "viscosity of the fluid".to_owned(),
-        Spot::Sensor(sensor) => return format!("reading of {}", rig.sensors[sensor].name),
-        Spot::Node(node) => &rig.nodes[node].name,
-        Spot::Component(component) => &rig.components[component].name,
+        Location::Fluid => return "viscosity of the fluid".to_owned(),
+        Location::Sensor(sensor) => return format!("reading of {}", rig.sensors[sensor].name),
+        Location::Node(node) => &rig.nodes[node].name,
+        Location::Component(component) => &rig.components[component].name,
     };
     match candidate.placed.effect.form {
         Form::Joined { card, .. } => joined(rig, &candidate.id, card).unwrap_or_else(|| format!("balance at {spot}")),

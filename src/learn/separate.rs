@@ -6,7 +6,7 @@ use super::refit::{PreliminaryModel, quick};
 use super::trial::FittedModel;
 use crate::complaint::{Complaint, Kind};
 use crate::diagnosis::search::ROUGH;
-use crate::model::{self, Drive, Model, SimulationError};
+use crate::model::{self, InputSignals, Model, SimulationError};
 use crate::record::Record;
 use crate::rig::{Cycle, Rig};
 
@@ -81,13 +81,13 @@ fn predicted(trial: &FittedModel, cycle: &Cycle) -> Result<Record, Complaint> {
     let rig: &Rig = &trial.rig;
     let model = Model::new(rig.clone());
     let times = model::cycle_times(rig, cycle);
-    let record = |drive: &Drive| -> Result<Record, SimulationError> {
+    let record = |drive: &InputSignals| -> Result<Record, SimulationError> {
         let outputs = model.solve(&trial.values, drive, &times)?;
         let inputs = model::input_columns(rig, drive, &times);
         Ok(model::recording(rig, "experiment", times.clone(), inputs, &outputs, None))
     };
     let failed = |error: SimulationError| Complaint::new(Kind::Computation, error.to_string());
-    let first = record(&Drive::from_cycle(rig, cycle)).map_err(failed)?;
+    let first = record(&InputSignals::from_cycle(rig, cycle)).map_err(failed)?;
     // Once more from its own columns, so that both explanations read the inputs in the same way.
-    record(&Drive::from_record(rig, &first)?).map_err(failed)
+    record(&InputSignals::from_record(rig, &first)?).map_err(failed)
 }

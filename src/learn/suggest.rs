@@ -13,10 +13,10 @@ use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::search;
 use crate::diagnosis::{adequate, mean_squares};
 use crate::estimation::criteria::bic;
-use crate::model::{Drive, Model};
+use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::FaultSet;
-use crate::rig::{Rig, Spot};
+use crate::rig::{Location, Rig};
 
 /// Candidates that are fitted.
 const FITTED: usize = 8;
@@ -88,7 +88,7 @@ impl EvaluatedModel {
 
     /// Whether one of its effects is of a sensor, and not physics of the circuit.
     pub(super) fn is_of_sensor(&self) -> bool {
-        self.effects.iter().any(|effect| matches!(effect.placed.spot, Spot::Sensor(_)))
+        self.effects.iter().any(|effect| matches!(effect.placed.spot, Location::Sensor(_)))
     }
 
     /// Whether one of its effects is a curve without a formula.
@@ -160,7 +160,7 @@ pub(super) fn rough_base<T>(
     let mut weighings = 1;
     loop {
         let model = Model::new(rig.clone());
-        let drive = Drive::from_record(&model.rig, fit)?;
+        let drive = InputSignals::from_record(&model.rig, fit)?;
         let near = estimate::near(&model, fit, &drive, None, estimate::FROM_HEALTHY)?;
         let base = FittedModel::of(&near)?;
         if is_adequate(&base.fit) {
@@ -185,7 +185,7 @@ fn with_faults_of_components<T>(
     // Its faults may explain much: the others are looked for by what they leave.
     let left = with_lack_of_fit(rig, &FittedModel::of(&simple)?.fit);
     let model = Model::new(if is_alike(&left, rig) { rig.clone() } else { left });
-    let drive = Drive::from_record(&model.rig, fit)?;
+    let drive = InputSignals::from_record(&model.rig, fit)?;
     let theta = &simple.isolation.best.theta;
     let simple = estimate::held_at(&model, fit, &drive, (theta, simple.isolation.set()), FORMS)?;
     let base = FittedModel::of(&simple)?;
@@ -289,7 +289,7 @@ pub fn suggest_from(
     }
     screening.settle(&mut judged)?;
     if let Some(best) = judged.first()
-        && let Some(better) = anew(estimate, &base, (&best.trial, best.screened), best.delta_bic)?
+        && let Some(better) = restarted(estimate, &base, (&best.trial, best.screened), best.delta_bic)?
     {
         return suggest_from(&better, FittedModel::of(&better)?, check);
     }
@@ -314,7 +314,7 @@ pub fn suggest_from(
 ///
 /// # Errors
 /// The model cannot be solved there.
-pub(super) fn anew<'a>(
+pub(super) fn restarted<'a>(
     estimate: &Estimate<'a>,
     base: &FittedModel,
     (best, screened): (&FittedModel, f64),
@@ -377,7 +377,7 @@ fn pairs(judged: &[EvaluatedModel], base: &FittedModel) -> Vec<Vec<Candidate>> {
 fn beside(best: &EvaluatedModel, record: &Record) -> Result<Vec<Vec<Candidate>>, Complaint> {
     let rig = &best.trial.rig;
     let model = Model::new(with_lack_of_fit(rig, &best.trial.fit));
-    let drive = Drive::from_record(&model.rig, record)?;
+    let drive = InputSignals::from_record(&model.rig, record)?;
     let of_components = best.trial.set.iter().filter(|&fault| !rig.is_of_sensor(rig.faults[fault].parameter)).collect();
     let start = (&estimate::picked(rig, &best.trial.values)[..], of_components);
     let list = candidates(&estimate::held_at(&model, record, &drive, start, FORMS)?, 0, 0.0);

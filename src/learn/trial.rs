@@ -12,7 +12,7 @@ use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::{away, count_there, square_sum};
 use crate::diagnosis::{WILD, is_there};
 use crate::estimation::Problem;
-use crate::model::{Drive, Model};
+use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::FaultSet;
 use crate::rig::Rig;
@@ -110,7 +110,7 @@ impl FittedModel {
         let mut fitted = Self::at(rig, record, values, (set, f64::INFINITY), None)?;
         for _ in 0..MOST_WEIGHINGS {
             let model = Model::new(with_lack_of_fit(&fitted.rig, &fitted.fit));
-            let drive = Drive::from_record(&model.rig, record)?;
+            let drive = InputSignals::from_record(&model.rig, record)?;
             let theta = estimate::picked(&model.rig, &fitted.values);
             fitted = Self::of(&estimate::isolated(&model, record, &drive, (&theta, fitted.set), rounds)?)?;
             if is_alike(&fitted.rig, &with_lack_of_fit(&fitted.rig, &fitted.fit)) {
@@ -163,7 +163,7 @@ impl FittedModel {
         let rig = with_lack_of_fit(&self.rig, &self.fit);
         let weights = if has_lack_of_fit(&rig) {
             let model = Model::new(rig);
-            let drive = Drive::from_record(&model.rig, record)?;
+            let drive = InputSignals::from_record(&model.rig, record)?;
             let solved = events::weights_of(&model, record, &drive, &self.values);
             solved.map_err(|error| estimate::unsolvable(&model, record, error))?.0
         } else {
@@ -192,7 +192,7 @@ pub struct Judge {
 ///
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
-pub fn run_with(model: &Model, record: &Record, drive: &Drive, values: &[f64]) -> Result<Run, Complaint> {
+pub fn run_with(model: &Model, record: &Record, drive: &InputSignals, values: &[f64]) -> Result<Run, Complaint> {
     if has_lack_of_fit(&model.rig) {
         return run_with(&Model::new(without_lack_of_fit(&model.rig)), record, drive, values);
     }
@@ -212,7 +212,7 @@ pub(super) fn run_under(
     weights: Option<&Weights>,
 ) -> Result<Run, Complaint> {
     let model = Model::new(rig.clone());
-    let drive = Drive::from_record(rig, record)?;
+    let drive = InputSignals::from_record(rig, record)?;
     let Some(weights) = weights else { return run_with(&model, record, &drive, values) };
     let solved = model.solve(values, &drive, &record.time);
     let outputs = solved.map_err(|error| estimate::unsolvable(&model, record, error))?.values;

@@ -4,9 +4,9 @@ use super::candidate::Candidate;
 use crate::diagnosis::estimate::Estimate;
 use crate::diagnosis::search::ROUGH;
 use crate::estimation::ScoreTest;
-use crate::model::{Drive, Model};
+use crate::model::{InputSignals, Model};
 use crate::physics::effect::{self, First, Form, Free};
-use crate::rig::{Given, NodeKind, Placed, Quantity, Rig, Sensor, Spot, Target};
+use crate::rig::{EffectInstance, Given, Location, NodeKind, Quantity, Rig, Sensor, Target};
 
 /// Change of the weighted misfits below which a candidate is not excited, root sum of squares.
 const EXCITED: f64 = 0.1;
@@ -66,7 +66,7 @@ impl<'a, 'e> ScoreContext<'a, 'e> {
 }
 
 /// The try of an effect that promises most.
-pub(super) fn best_try(here: &ScoreContext<'_, '_>, placed: &Placed) -> Option<Candidate> {
+pub(super) fn best_try(here: &ScoreContext<'_, '_>, placed: &EffectInstance) -> Option<Candidate> {
     let highest = |quantity| highest(here.estimate, placed.spot, quantity);
     let groups: Vec<Vec<TrialStep>> = if let Some(levels) = levels(placed) {
         let top = highest(Quantity::Level);
@@ -138,7 +138,12 @@ struct TrialStep {
 
 impl TrialStep {
     /// `None` where the model cannot be solved with it.
-    fn at(here: &ScoreContext<'_, '_>, placed: &Placed, (step, onset): (f64, f64), reach: Option<f64>) -> Option<Self> {
+    fn at(
+        here: &ScoreContext<'_, '_>,
+        placed: &EffectInstance,
+        (step, onset): (f64, f64),
+        reach: Option<f64>,
+    ) -> Option<Self> {
         let attempt = attempt(here.estimate, placed, (step, onset));
         let change = change(here, placed, &attempt)?;
         let (candidate, information) = scored(here, placed, attempt, &change, reach);
@@ -147,7 +152,7 @@ impl TrialStep {
 }
 
 /// Sizes of an effect, as many as it takes to see whether one of them explains what is missed.
-fn sizes(here: &ScoreContext<'_, '_>, placed: &Placed, onset: f64) -> Vec<TrialStep> {
+fn sizes(here: &ScoreContext<'_, '_>, placed: &EffectInstance, onset: f64) -> Vec<TrialStep> {
     let mut tried: Vec<TrialStep> = Vec::new();
     for (place, &step) in SIZES.iter().enumerate() {
         let Some(one) = TrialStep::at(here, placed, (step, onset), Some(FAR)) else { continue };
@@ -202,7 +207,7 @@ pub(super) fn distance(rig: &Rig, candidate: &Candidate) -> Option<f64> {
 }
 
 /// The value, SI, at which a parameter of an effect does nothing: its neutral one, or that which the rig has.
-pub(super) fn nothing(rig: &Rig, placed: &Placed, free: &Free) -> Option<f64> {
+pub(super) fn nothing(rig: &Rig, placed: &EffectInstance, free: &Free) -> Option<f64> {
     match free.neutral {
         Some(neutral) => Some(rig.effect_unit(placed, free.name).difference_to_si(neutral)),
         None => Some(rig.parameters[rig.bent(placed, free.name)?].value),
@@ -224,17 +229,17 @@ fn asks_for_more(tried: &Candidate, typical: bool) -> bool {
 }
 
 /// Shares or distances at which a level is tried, where an effect has one that has to be found.
-fn levels(placed: &Placed) -> Option<&'static [f64]> {
+fn levels(placed: &EffectInstance) -> Option<&'static [f64]> {
     let of_level = placed.effect.parameters.iter().any(|free| matches!(free.first, First::Range(_)));
     of_level.then_some(match placed.spot {
         // Readings pile up at a limit, noise above it.
-        Spot::Sensor(_) => &[0.0, 2.0],
+        Location::Sensor(_) => &[0.0, 2.0],
         _ => &[0.6, 0.75, 0.85, 0.95],
     })
 }
 
 /// What is tried of each parameter at a step, SI: so many typical sizes, from a level or pressure on where it has one.
-fn attempt(estimate: &Estimate<'_>, placed: &Placed, (step, onset): (f64, f64)) -> Vec<Given> {
+fn attempt(estimate: &Estimate<'_>, placed: &EffectInstance, (step, onset): (f64, f64)) -> Vec<Given> {
     let rig = estimate.case.rig();
     let of_level = levels(placed).is_some();
     let one = |free: &Free| {
@@ -243,7 +248,7 @@ fn attempt(estimate: &Estimate<'_>, placed: &Placed, (step, onset): (f64, f64)) 
             (Some(first), _) if of_level => first,
             // What only shapes the effect stays.
             (Some(first), _) => nothing(rig, placed, free).map_or(first, |from| from + step * (first - from)),
-            (None, Spot::Sensor(sensor)) => {
+            (None, Location::Sensor(sensor)) => {
                 ends(estimate.case.full.measured[sensor]).1 - step * rig.sensors[sensor].noise
             }
             (None, _) => onset,
@@ -258,8 +263,8 @@ fn ends(values: &[f64]) -> (f64, f64) {
 }
 
 /// The highest level, m, or pressure, Pa, at the node of the first port of a component, in the fitted model.
-fn highest(estimate: &Estimate<'_>, spot: Spot, quantity: Quantity) -> f64 {
-    let Spot::Component(component) = spot else { return 0.0 };
+fn highest(estimate: &Estimate<'_>, spot: Location, quantity: Quantity) -> f64 {
+    let Location::Component(component) = spot else { return 0.0 };
     let full = &estimate.case.full;
     let (rig, values) = (&full.model.rig, full.parameters(&estimate.isolation.best.theta));
     highest_at(rig, &values, (full.drive, full.times), rig.components[component].ports[0], quantity)
@@ -269,7 +274,7 @@ fn highest(estimate: &Estimate<'_>, spot: Spot, quantity: Quantity) -> f64 {
 pub(super) fn highest_at(
     rig: &Rig,
     values: &[f64],
-    (drive, times): (&Drive, &[f64]),
+    (drive, times): (&InputSignals, &[f64]),
     node: usize,
     quantity: Quantity,
 ) -> f64 {
@@ -292,7 +297,7 @@ pub(super) fn highest_at(
 }
 
 /// By how much a try changes the weighted misfits; `None` where the model cannot be solved with it.
-fn change(here: &ScoreContext<'_, '_>, placed: &Placed, tried: &[Given]) -> Option<Vec<f64>> {
+fn change(here: &ScoreContext<'_, '_>, placed: &EffectInstance, tried: &[Given]) -> Option<Vec<f64>> {
     let ScoreContext { estimate, plain, .. } = here;
     let (case, isolation) = (&estimate.case, &estimate.isolation);
     let full = &case.full;
@@ -303,7 +308,7 @@ fn change(here: &ScoreContext<'_, '_>, placed: &Placed, tried: &[Given]) -> Opti
     for (given, &index) in tried.iter().zip(&indices) {
         values[index] = given.value;
     }
-    let with = if let (Form::Reading { card }, Spot::Sensor(sensor)) = (placed.effect.form, placed.spot) {
+    let with = if let (Form::Reading { card }, Location::Sensor(sensor)) = (placed.effect.form, placed.spot) {
         // What a sensor does to its readings changes nothing else.
         let (does, mut with) = (rig.readings.last()?, plain.clone());
         effect::read(
@@ -315,7 +320,7 @@ fn change(here: &ScoreContext<'_, '_>, placed: &Placed, tried: &[Given]) -> Opti
         );
         with
     } else {
-        let drive = Drive::from_record(&rig, case.record).ok()?;
+        let drive = InputSignals::from_record(&rig, case.record).ok()?;
         Model::new(rig).with_tolerance(ROUGH).solve(&values, &drive, full.times).ok()?.values
     };
     let mut change: Vec<f64> =
@@ -328,7 +333,7 @@ fn change(here: &ScoreContext<'_, '_>, placed: &Placed, tried: &[Given]) -> Opti
 /// size. Also the squares of what of it nothing fitted can take over.
 fn scored(
     here: &ScoreContext<'_, '_>,
-    placed: &Placed,
+    placed: &EffectInstance,
     tried: Vec<Given>,
     change: &[f64],
     reach: Option<f64>,

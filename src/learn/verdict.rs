@@ -39,7 +39,7 @@ pub(super) fn warnings(trial: &FittedModel, base: &FittedModel) -> Vec<Warning> 
     for (index, parameter) in base.rig.parameters.iter().enumerate() {
         let moved = (trial.values[index] - parameter.value).abs();
         if parameter.sigma > 0.0
-            && !parameter.anew
+            && !parameter.per_event
             && !base.rig.is_fault(index)
             && moved > 4.0 * parameter.sigma
             && !base.rig.is_of_effect(index)

@@ -3,7 +3,7 @@
 use super::drive::Piece;
 use super::layout::{Layout, Raw, Slot, Variable};
 use crate::numeric::{Dual, Real, Scalar, System};
-use crate::physics::component::{Answers, AnyLaw, Seen, VARIABLES};
+use crate::physics::component::{AnyLaw, PortFlows, PortVariables, VARIABLES};
 use crate::physics::fluid::{self, Fluid};
 use crate::physics::{ATMOSPHERE, GRAVITY};
 use crate::rig::Rig;
@@ -58,8 +58,8 @@ pub struct Assembly<'a, S> {
     held: Vec<S>,
     /// Level per pressure, m/Pa.
     level_per_pressure: S,
-    answers: Vec<Answers<S>>,
-    local: Vec<Answers<Local<S>>>,
+    answers: Vec<PortFlows<S>>,
+    local: Vec<PortFlows<Local<S>>>,
     pub inputs: Inputs,
 }
 
@@ -80,15 +80,15 @@ impl<'a, S: Scalar> Assembly<'a, S> {
             local_laws: build(rig, &lifted),
             held,
             level_per_pressure: level_per_pressure(parameters[0]),
-            answers: vec![Answers::default(); rig.components.len()],
-            local: vec![Answers::default(); rig.components.len()],
+            answers: vec![PortFlows::default(); rig.components.len()],
+            local: vec![PortFlows::default(); rig.components.len()],
             inputs: Inputs::default(),
         }
     }
 
     #[inline]
-    fn seen(&self, slot: &Slot, fluidity: S, t: f64, y: &[S]) -> Seen<S> {
-        let mut seen = Seen { fluidity, ..Seen::default() };
+    fn seen(&self, slot: &Slot, fluidity: S, t: f64, y: &[S]) -> PortVariables<S> {
+        let mut seen = PortVariables { fluidity, ..PortVariables::default() };
         for (value, variable) in seen.z.iter_mut().zip(&slot.variables) {
             match *variable {
                 Variable::Unused => break,
@@ -105,8 +105,8 @@ impl<'a, S: Scalar> Assembly<'a, S> {
     }
 
     #[inline]
-    fn seen_locally(&self, slot: &Slot, fluidity: Local<S>, t: f64, y: &[S]) -> Seen<Local<S>> {
-        let mut seen = Seen { fluidity, ..Seen::default() };
+    fn seen_locally(&self, slot: &Slot, fluidity: Local<S>, t: f64, y: &[S]) -> PortVariables<Local<S>> {
+        let mut seen = PortVariables { fluidity, ..PortVariables::default() };
         for (index, (value, variable)) in seen.z.iter_mut().zip(&slot.variables).enumerate() {
             match *variable {
                 Variable::Unused => break,
@@ -185,7 +185,7 @@ impl<'a, S: Scalar> Assembly<'a, S> {
     pub fn own_rate(&mut self, component: usize, state: usize, t: f64, y: &[S]) -> (S, S) {
         let slot = &self.layout.slots[component];
         let seen = self.seen_locally(slot, self.fluidity_locally(t), t, y);
-        let mut answers = Answers::default();
+        let mut answers = PortFlows::default();
         self.local_laws[component].evaluate(&seen, &mut answers);
         let rate = answers.rate[state];
         let own = slot.variables.iter().position(|v| *v == Variable::State(slot.first_state + state)).unwrap_or(0);

@@ -23,7 +23,7 @@ pub struct Piece {
 
 /// The pieces of a whole record, one after the other without gap.
 #[derive(Debug, Clone)]
-pub struct Drive {
+pub struct InputSignals {
     /// In the order of time.
     pub pieces: Vec<Piece>,
     /// First readings of the nodes' gauge pressures, Pa; 0 where nothing measures.
@@ -94,7 +94,7 @@ const JUMP: f64 = 6.0;
 /// (Kolmogorov distribution).
 const EXCURSION: f64 = 1.63;
 
-impl Drive {
+impl InputSignals {
     /// From the input columns of a record.
     ///
     /// # Errors
@@ -107,7 +107,7 @@ impl Drive {
     /// The same, had some inputs acted later than the record says.
     ///
     /// # Errors
-    /// As [`Drive::from_record`].
+    /// As [`InputSignals::from_record`].
     pub fn from_late_record(rig: &Rig, record: &Record, late: Late) -> Result<Self, Complaint> {
         Ok(Self { readings: readings(rig, record)?, ..Self::inputs(rig, record, late)? })
     }
@@ -115,7 +115,7 @@ impl Drive {
     /// The same with nothing read of where the nodes start.
     ///
     /// # Errors
-    /// As [`Drive::from_record`], but for the sensors.
+    /// As [`InputSignals::from_record`], but for the sensors.
     pub(crate) fn inputs(rig: &Rig, record: &Record, late: Late) -> Result<Self, Complaint> {
         let Some(interval) = record.sampling().map(|sampling| sampling.interval) else {
             return Err(Complaint::new(Kind::Shape, "the record has fewer than two rows, so no interval between rows")

@@ -16,7 +16,7 @@ mod slopes;
 mod start;
 
 pub(crate) use assembly::level_per_pressure;
-pub use drive::{Before, Drive, Late, Onset, Piece, Shown};
+pub use drive::{Before, InputSignals, Late, Onset, Piece, Shown};
 pub use recording::{cycle_times, decimals_of, input_columns, recording};
 pub use run::{Reading, Simulation};
 pub use simulate::{Effort, Model, Outputs, Sensitivities, SimulationError, Tolerance};

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::{Drive, Outputs, Piece};
+use super::{InputSignals, Outputs, Piece};
 use crate::record::{Channel, Record};
 use crate::rig::{Cycle, Hold, Rig};
 
@@ -38,7 +38,7 @@ pub fn cycle_times(rig: &Rig, cycle: &Cycle) -> Vec<f64> {
 ///
 /// A held value is the one in the middle of its interval, as long as the one before (at the first and last row: after and
 /// before) the row.
-pub fn input_columns(rig: &Rig, drive: &Drive, times: &[f64]) -> Vec<Vec<f64>> {
+pub fn input_columns(rig: &Rig, drive: &InputSignals, times: &[f64]) -> Vec<Vec<f64>> {
     let step = |row: usize| times.get(row + 1).zip(times.get(row)).map(|(late, early)| late - early);
     let column = |(index, hold): (usize, Hold)| {
         let value = |(row, &time): (usize, &f64)| {

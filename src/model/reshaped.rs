@@ -3,7 +3,7 @@
 //! A spool of second order follows `T² s'' + tau s' + s = u`. A lag of first order that is driven by `v = s + tau s'` gives the same
 //! `s`, since `tau s' + s = v`. So another dynamic of the spool needs no other model, only another command.
 
-use super::Drive;
+use super::InputSignals;
 use super::drive::Piece;
 
 /// Steps of the fourth order in each time constant of the spool: errors of 1e-4 of a stroke.
@@ -55,7 +55,7 @@ impl Spool {
     }
 }
 
-impl Drive {
+impl InputSignals {
     /// The same drive as if the part behind `input` had mass, and not only the lag of first order `lag` (s) of the model: with
     /// `damping` below 1 it overshoots.
     #[must_use]
@@ -112,15 +112,15 @@ mod tests {
     use super::*;
 
     /// One step of the command at 0.1 s, then standing.
-    fn step_up() -> Drive {
+    fn step_up() -> InputSignals {
         let piece =
             |start: f64, end: f64, value: f64| Piece { start, end, from: vec![value], to: vec![value], jump: true };
         let pieces = vec![piece(0.0, 0.1, 0.0), piece(0.1, 0.3, 1.0)];
-        Drive { pieces, readings: Vec::new(), nudges: Vec::new(), onset: None, shown: Vec::new(), begun: 0.0 }
+        InputSignals { pieces, readings: Vec::new(), nudges: Vec::new(), onset: None, shown: Vec::new(), begun: 0.0 }
     }
 
     /// What a lag of first order makes of a drive at a time, exactly for straight pieces.
-    fn lagged(drive: &Drive, lag: f64, until: f64) -> f64 {
+    fn lagged(drive: &InputSignals, lag: f64, until: f64) -> f64 {
         let mut s = drive.pieces[0].from[0];
         for piece in drive.pieces.iter().take_while(|piece| piece.start < until) {
             let length = until.min(piece.end) - piece.start;

@@ -1,6 +1,6 @@
 //! A model as programs use it: parameters by id and text, runs along a record, readings by the name of their sensor.
 
-use super::{Drive, Effort, Model, SimulationError};
+use super::{Effort, InputSignals, Model, SimulationError};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
 use crate::record::Inputs;
 use crate::rig::{NodeKind, Rig};
@@ -47,7 +47,7 @@ impl Model {
     /// Inputs that the record lacks or has in another dimension, and a model that cannot be solved.
     pub fn simulate(&self, inputs: &Inputs<'_>) -> Result<Simulation, Complaint> {
         let record = inputs.record;
-        let drive = Drive::from_record(&self.rig, record)?;
+        let drive = InputSignals::from_record(&self.rig, record)?;
         let outputs = self.solve(&self.rig.nominal(), &drive, &record.time).map_err(|error| self.unsolved(&error))?;
         let sensors = self.rig.sensors.iter().zip(outputs.values).map(|(sensor, values)| Reading {
             sensor: sensor.name.clone(),

@@ -6,14 +6,14 @@ use std::ops::ControlFlow;
 use rayon::prelude::*;
 
 use super::assembly::{Assembly, Inputs};
-use super::drive::{Before, Drive};
+use super::drive::{Before, InputSignals};
 use super::layout::Layout;
 use super::start;
 
 use crate::context::Interrupted;
 use crate::numeric::{IntegrationError, Options, Rosenbrock, Step};
 use crate::physics::effect::{self, Form};
-use crate::rig::{NodeKind, Present, Rig, Spot};
+use crate::rig::{Location, NodeKind, Present, Rig};
 
 /// Parameters whose sensitivities are carried along with one integration: what they share is then worth sharing, and
 /// threads have something to do where there are many.
@@ -29,7 +29,7 @@ const REJECTED_PER_JUMP: usize = 1000;
 const REJECTED_PER_ROW: usize = 4;
 
 /// The same with limits to the steps of a run: a formula that jumps a thousand times a second would make a fit last for ever.
-fn limited<const N: usize>(options: Options<N>, drive: &Drive, rows: usize) -> Options<N> {
+fn limited<const N: usize>(options: Options<N>, drive: &InputSignals, rows: usize) -> Options<N> {
     let rows = rows.max(drive.pieces.len());
     let jumps = 1 + drive.pieces.iter().filter(|piece| piece.jump).count();
     Options {
@@ -200,7 +200,7 @@ impl Model {
     ///
     /// # Errors
     /// The integrator gives up: parameters without physical sense, or a circuit that tears.
-    pub fn solve(&self, parameters: &[f64], drive: &Drive, times: &[f64]) -> Result<Outputs, SimulationError> {
+    pub fn solve(&self, parameters: &[f64], drive: &InputSignals, times: &[f64]) -> Result<Outputs, SimulationError> {
         self.rig.context().solved(false);
         let (values, effort) = with_states!(self.layout.states, N => self.readings::<N>(parameters, drive, times))?;
         Ok(Outputs { values, effort })
@@ -214,7 +214,7 @@ impl Model {
         &self,
         parameters: &[f64],
         by: &[usize],
-        drive: &Drive,
+        drive: &InputSignals,
         times: &[f64],
     ) -> Result<Sensitivities, SimulationError> {
         self.rig.context().solved(true);
@@ -242,8 +242,8 @@ impl Model {
             first.is_some_and(|first| state == first || (is_body && state == first + 1))
         };
         let acts = |present: &&Present| match (present.placed.spot, present.placed.effect.form) {
-            (Spot::Node(node), _) => acts_on(node),
-            (Spot::Component(component), Form::Dropped { .. }) => {
+            (Location::Node(node), _) => acts_on(node),
+            (Location::Component(component), Form::Dropped { .. }) => {
                 self.rig.components[component].ports.iter().any(|&node| acts_on(node))
             }
             _ => false,
@@ -257,7 +257,7 @@ impl Model {
     fn readings<const N: usize>(
         &self,
         parameters: &[f64],
-        drive: &Drive,
+        drive: &InputSignals,
         times: &[f64],
     ) -> Result<(Vec<Vec<f64>>, Effort), SimulationError> {
         let mut readings = Readings(vec![vec![0.0; times.len()]; self.rig.sensors.len()]);
@@ -268,7 +268,7 @@ impl Model {
     }
 
     /// What effects do to the readings of sensors.
-    fn read_by_effects(&self, parameters: &[f64], drive: &Drive, times: &[f64], readings: &mut [Vec<f64>]) {
+    fn read_by_effects(&self, parameters: &[f64], drive: &InputSignals, times: &[f64], readings: &mut [Vec<f64>]) {
         for does in &self.rig.readings {
             let own = &parameters[does.first_parameter..][..does.card.parameters.len()];
             effect::read(does.card, own, drive.begun, times, &mut readings[does.sensor]);
@@ -278,7 +278,7 @@ impl Model {
     fn run<const N: usize>(
         &self,
         parameters: &[f64],
-        drive: &Drive,
+        drive: &InputSignals,
         times: &[f64],
         watch: &mut impl Watch<N>,
     ) -> Result<Effort, SimulationError> {

@@ -4,7 +4,7 @@ use super::assembly::{Inputs, level_per_pressure};
 use super::layout::{Balance, Layout, Raw, Variable};
 use crate::numeric::{Curved, Dual, Entry, Real};
 use crate::physics::ATMOSPHERE;
-use crate::physics::component::{Answers, AnyLaw, Seen, VARIABLES};
+use crate::physics::component::{AnyLaw, PortFlows, PortVariables, VARIABLES};
 use crate::physics::fluid::{self, Fluid};
 use crate::rig::Rig;
 
@@ -33,7 +33,7 @@ struct Pass {
     lanes: Vec<Lane>,
     /// Lane of each variable.
     of_variable: [Option<usize>; VARIABLES],
-    answers: Answers<First>,
+    answers: PortFlows<First>,
 }
 
 /// Sums over the components at a balance, at one point.
@@ -96,7 +96,7 @@ impl<'a> Slopes<'a> {
         for pass in &mut self.passes {
             let slot = &self.layout.slots[pass.component];
             let fluidity = self.inputs.fluidity(&pass.fluid, self.layout, t);
-            let mut seen = Seen { fluidity, ..Seen::default() };
+            let mut seen = PortVariables { fluidity, ..PortVariables::default() };
             for (index, variable) in slot.variables.iter().enumerate() {
                 seen.z[index] = pass.variable(index, *variable, y, &self.held);
             }
@@ -201,7 +201,7 @@ fn passes_of(
         let fluid: Vec<First> = of_fluid.clone().map(seed).collect();
         let fluid = Fluid::new(&fluid);
         if let Some(law) = own.law(seed, &fluid) {
-            passes.push(Pass { component, first, fluid, law, lanes, of_variable, answers: Answers::default() });
+            passes.push(Pass { component, first, fluid, law, lanes, of_variable, answers: PortFlows::default() });
         }
         first = false;
     }

@@ -1,7 +1,7 @@
 //! The states at the beginning of a record.
 
 use super::assembly::{Assembly, level_per_pressure};
-use super::drive::Drive;
+use super::drive::InputSignals;
 use super::layout::Layout;
 use crate::numeric::Scalar;
 use crate::physics::ATMOSPHERE;
@@ -19,7 +19,7 @@ pub fn start<S: Scalar>(
     layout: &Layout,
     assembly: &mut Assembly<'_, S>,
     parameters: &[S],
-    drive: &Drive,
+    drive: &InputSignals,
     t: f64,
     y: &mut [S],
 ) {
@@ -68,7 +68,7 @@ pub fn start<S: Scalar>(
 }
 
 /// Sets what sensors show, freed of their offset and gain: a sensor that is off must not start the circuit off.
-fn shown<S: Scalar>(rig: &Rig, layout: &Layout, parameters: &[S], drive: &Drive, y: &mut [S]) {
+fn shown<S: Scalar>(rig: &Rig, layout: &Layout, parameters: &[S], drive: &InputSignals, y: &mut [S]) {
     for shown in &drive.shown {
         let sensor = &rig.sensors[shown.sensor];
         let Target::Node(node) = sensor.target else { continue };
@@ -88,7 +88,14 @@ fn shown<S: Scalar>(rig: &Rig, layout: &Layout, parameters: &[S], drive: &Drive,
 }
 
 /// Sets the pressures that follow from others where no sensor shows them.
-fn derived<S: Scalar>(rig: &Rig, layout: &Layout, assembly: &mut Assembly<'_, S>, drive: &Drive, t: f64, y: &mut [S]) {
+fn derived<S: Scalar>(
+    rig: &Rig,
+    layout: &Layout,
+    assembly: &mut Assembly<'_, S>,
+    drive: &InputSignals,
+    t: f64,
+    y: &mut [S],
+) {
     alike(rig, layout, drive, y);
     for node in 0..rig.nodes.len() {
         if let (Some(state), NodeKind::Volume { initial: InitialPressure::Balance }, None) =
@@ -102,7 +109,7 @@ fn derived<S: Scalar>(rig: &Rig, layout: &Layout, assembly: &mut Assembly<'_, S>
 }
 
 /// Copies the pressures of nodes that start like another.
-fn alike<S: Scalar>(rig: &Rig, layout: &Layout, drive: &Drive, y: &mut [S]) {
+fn alike<S: Scalar>(rig: &Rig, layout: &Layout, drive: &InputSignals, y: &mut [S]) {
     for node in 0..rig.nodes.len() {
         if let (Some(state), NodeKind::Volume { initial: InitialPressure::Like(other) }, None) =
             (layout.node_state[node], &rig.nodes[node].kind, drive.shown_at(rig, node))
@@ -169,7 +176,7 @@ mod tests {
         let mut assembly = Assembly::new(&rig, &layout, &parameters);
         let inputs = vec![0.0; layout.clock + 1];
         assembly.inputs = Inputs { from: inputs.clone(), slope: inputs, start: 0.0 };
-        let mut drive = Drive::from_cycle(&rig, rig.cycle.as_ref().unwrap());
+        let mut drive = InputSignals::from_cycle(&rig, rig.cycle.as_ref().unwrap());
         let sensor = |name: &str| rig.sensors.iter().position(|sensor| sensor.name == name).unwrap();
         drive.shown = SHOWN.map(|(name, value)| Shown { sensor: sensor(name), value, sigma: 0.0, rate: 0.0 }).to_vec();
         let mut y = vec![0.0; layout.states];

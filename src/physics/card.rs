@@ -19,7 +19,7 @@ pub struct Parameter {
     pub tolerance: f64,
     /// Whether the value may be another in each switching: it matters only while something moves, and what stands for it
     /// here (a lag of first order, say) is a simplification.
-    pub anew: bool,
+    pub per_event: bool,
     /// What it is to the rest of the program.
     pub role: Role,
     /// Standard deviation between a data sheet and the part at hand, relative, or in `unit` where the value is 0; what
@@ -38,7 +38,7 @@ impl Parameter {
             default: None,
             bounds: (0.0, f64::INFINITY),
             tolerance: 0.0,
-            anew: false,
+            per_event: false,
             role: Role::Plain,
             spread: 0.0,
             meaning,
@@ -71,9 +71,9 @@ impl Parameter {
 
     /// The same, uncertain by this much (one standard deviation) unless the rig file says otherwise, and anew in each
     /// switching.
-    pub const fn uncertain_anew(mut self, tolerance: f64) -> Self {
+    pub const fn uncertain_per_event(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
-        self.anew = true;
+        self.per_event = true;
         self
     }
 

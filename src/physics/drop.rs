@@ -2,7 +2,7 @@
 
 use super::ATMOSPHERE;
 use super::card::Card;
-use super::component::{Answers, AnyLaw, Seen};
+use super::component::{AnyLaw, PortFlows, PortVariables};
 use super::formula::Formula;
 use crate::numeric::Real;
 
@@ -36,7 +36,7 @@ impl<T: Real> Dropped<T> {
     }
 
     #[inline(never)]
-    pub fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    pub fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let mut within = *seen;
         let mut flow_at = |flow: T| {
             let gauge = [seen.z[0] - ATMOSPHERE, seen.z[1] - ATMOSPHERE, flow];
@@ -123,7 +123,7 @@ mod tests {
         let hole = [diameter, 0.7, transition].map(One::constant);
         let own = AnyLaw::new(&orifice::CARD, &hole, &Fluid::new(&fluid)).unwrap();
         let law = Dropped::new(own, Box::leak(Box::new(card)), &[k]).unwrap();
-        let (mut seen, mut answers) = (Seen::default(), Answers::default());
+        let (mut seen, mut answers) = (PortVariables::default(), PortFlows::default());
         (seen.z[0], seen.z[1]) = (One::variable(p_in, 0), One::constant(p_out));
         seen.z[0].eps[0] = if k.eps[0] == 0.0 { 1.0 } else { 0.0 };
         law.evaluate(&seen, &mut answers);

@@ -2,7 +2,7 @@
 
 use super::ATMOSPHERE;
 use super::card::{Card, PortKind};
-use super::component::{Answers, INPUTS, Seen, VARIABLES};
+use super::component::{INPUTS, PortFlows, PortVariables, VARIABLES};
 use crate::expression::Expression;
 use crate::numeric::Real;
 
@@ -40,7 +40,7 @@ impl<T: Real> Formula<T> {
     }
 
     #[inline(never)]
-    pub fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    pub fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let mut values = [T::zero(); VARIABLES + INPUTS];
         let mut count = 0;
         for port in self.card.ports {

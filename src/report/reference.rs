@@ -174,7 +174,7 @@ fn parameters(out: &mut String, parameters: &[Parameter]) -> fmt::Result {
 
 fn uncertainty(parameter: &Parameter) -> String {
     let share = crate::units::Quantity { value: parameter.tolerance, unit: percent() };
-    match (parameter.tolerance > 0.0, parameter.anew) {
+    match (parameter.tolerance > 0.0, parameter.per_event) {
         (false, _) => "exact".to_owned(),
         (true, false) => share.to_string(),
         (true, true) => format!("{share}, per switching"),

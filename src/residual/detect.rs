@@ -9,7 +9,7 @@ use super::form::CLOSED;
 use super::frame::{self, Cursor, Prepared};
 use super::generator::{Gate, Generator, Series, Variant};
 use crate::complaint::Complaint;
-use crate::model::Drive;
+use crate::model::InputSignals;
 use crate::physics::component::facts;
 use crate::physics::component::facts::Residuals;
 use crate::record::Record;
@@ -108,7 +108,7 @@ pub struct ResidualReport {
 pub fn detect(
     rig: &Rig,
     record: &Record,
-    drive: &Drive,
+    drive: &InputSignals,
     detection: &Detection,
 ) -> Result<Vec<ResidualReport>, Complaint> {
     Ok(Evaluated::of(rig, record, drive, detection.window)?.judge(detection))
@@ -118,7 +118,7 @@ pub fn detect(
 #[derive(Debug, Clone)]
 pub struct Evaluated<'a> {
     rig: &'a Rig,
-    drive: &'a Drive,
+    drive: &'a InputSignals,
     /// s.
     window: f64,
     /// Every residual with its values, one per window.
@@ -130,7 +130,7 @@ impl<'a> Evaluated<'a> {
     ///
     /// # Errors
     /// A column that the record lacks or has in another dimension.
-    pub fn of(rig: &'a Rig, record: &Record, drive: &'a Drive, window: f64) -> Result<Self, Complaint> {
+    pub fn of(rig: &'a Rig, record: &Record, drive: &'a InputSignals, window: f64) -> Result<Self, Complaint> {
         let ensemble = Ensemble::of(rig);
         let prepared = Prepared::new(rig, record, drive, &ensemble.sources, window)?;
         let frames = prepared.lay(rig, &ensemble.sources, &mut Cursor::default(), f64::INFINITY);
@@ -177,7 +177,7 @@ impl<'a> Evaluated<'a> {
 
 fn report(
     rig: &Rig,
-    drive: &Drive,
+    drive: &InputSignals,
     generator: &Generator,
     series: &Series,
     detection: &Detection,
@@ -254,7 +254,7 @@ fn command(rig: &Rig) -> Option<usize> {
 }
 
 /// The phase of a record at a time (s).
-pub(super) fn phase(rig: &Rig, drive: &Drive, time: f64) -> &'static str {
+pub(super) fn phase(rig: &Rig, drive: &InputSignals, time: f64) -> &'static str {
     let Some(input) = command(rig) else { return "all" };
     let command = drive.value(input, time);
     if command.abs() < CLOSED {

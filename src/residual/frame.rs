@@ -2,7 +2,7 @@
 
 use super::reading::Source;
 use crate::complaint::Complaint;
-use crate::model::{Drive, Late};
+use crate::model::{InputSignals, Late};
 use crate::physics::card::Role;
 use crate::record::Record;
 use crate::rig::{Input, Quantity, Rig};
@@ -72,7 +72,7 @@ pub(crate) fn settling(rig: &Rig) -> f64 {
 }
 
 /// Times at which an input jumps, s, rising.
-pub(super) fn jumps(drive: &Drive) -> Vec<f64> {
+pub(super) fn jumps(drive: &InputSignals) -> Vec<f64> {
     drive.pieces.iter().filter(|piece| piece.jump).map(|piece| piece.start).collect()
 }
 
@@ -147,7 +147,7 @@ impl<'a> Prepared<'a> {
     pub fn new(
         rig: &Rig,
         record: &'a Record,
-        drive: &Drive,
+        drive: &InputSignals,
         sources: &[Source],
         length: f64,
     ) -> Result<Self, Complaint> {
@@ -161,7 +161,7 @@ impl<'a> Prepared<'a> {
         rig: &Rig,
         record: &'a Record,
         data: Vec<&'a [f64]>,
-        drive: &Drive,
+        drive: &InputSignals,
         (length, interval): (f64, f64),
     ) -> Self {
         Self {
@@ -250,7 +250,7 @@ impl Prepared<'_> {
 pub(super) fn blocks(
     rig: &Rig,
     record: &Record,
-    drive: &Drive,
+    drive: &InputSignals,
     sources: &[Source],
     length: f64,
 ) -> Result<Vec<Frame>, Complaint> {
@@ -277,7 +277,7 @@ pub(super) fn block_rows(length: f64, interval: f64) -> usize {
 pub(super) fn samples(
     rig: &Rig,
     record: &Record,
-    drive: &Drive,
+    drive: &InputSignals,
     sources: &[Source],
     length: f64,
 ) -> Result<Vec<Frame>, Complaint> {
@@ -333,7 +333,7 @@ pub struct Stretch {
 /// # Errors
 /// A column that the record lacks or has in another dimension.
 pub fn straight(rig: &Rig, record: &Record, sensors: &[usize], length: f64) -> Result<Vec<Stretch>, Complaint> {
-    let drive = Drive::inputs(rig, record, Late::default())?;
+    let drive = InputSignals::inputs(rig, record, Late::default())?;
     let sources: Vec<Source> = sensors.iter().map(|&sensor| Source::Sensor(sensor)).collect();
     let mut frames = blocks(rig, record, &drive, &sources, length)?;
     frames.retain(|frame| !frame.disturbed && frame.moments.iter().all(|moment| moment.steady));

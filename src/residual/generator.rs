@@ -5,7 +5,7 @@ use super::frame::{self, Frame};
 use super::known::{BENDS, Known, LANES, Lanes, Parameters, Second, Unknown};
 use super::reading::{Reading, Source};
 use crate::complaint::Complaint;
-use crate::model::Drive;
+use crate::model::InputSignals;
 use crate::numeric::{Dual, Real};
 use crate::physics::component::facts;
 use crate::physics::component::facts::Residuals;
@@ -90,7 +90,7 @@ struct Expansion {
 
 /// What a window says about the next one.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Seen {
+pub(super) struct PortVariables {
     steady: bool,
     validity: Gate,
     variance: f64,
@@ -109,7 +109,7 @@ impl Generator {
     ///
     /// # Errors
     /// A column that the record lacks or has in another dimension.
-    pub fn evaluate(&self, rig: &Rig, record: &Record, drive: &Drive, window: f64) -> Result<Series, Complaint> {
+    pub fn evaluate(&self, rig: &Rig, record: &Record, drive: &InputSignals, window: f64) -> Result<Series, Complaint> {
         let frames = frame::samples(rig, record, drive, &self.sources(), window)?;
         Ok(self.series(rig, &frames, false, &mut None))
     }
@@ -119,14 +119,20 @@ impl Generator {
     ///
     /// # Errors
     /// As [`Generator::evaluate`].
-    pub fn blocks(&self, rig: &Rig, record: &Record, drive: &Drive, window: f64) -> Result<Series, Complaint> {
+    pub fn blocks(&self, rig: &Rig, record: &Record, drive: &InputSignals, window: f64) -> Result<Series, Complaint> {
         let frames = frame::blocks(rig, record, drive, &self.sources(), window)?;
         Ok(self.series(rig, &frames, true, &mut None))
     }
 
     /// The residual over windows of many sources, of which `own` are those of its readings; `before` is carried from piece to
     /// piece of a record.
-    pub(super) fn series_of(&self, rig: &Rig, frames: &[Frame], own: &[usize], before: &mut Option<Seen>) -> Series {
+    pub(super) fn series_of(
+        &self,
+        rig: &Rig,
+        frames: &[Frame],
+        own: &[usize],
+        before: &mut Option<PortVariables>,
+    ) -> Series {
         let frames: Vec<Frame> = frames.iter().map(|frame| frame.of(own)).collect();
         self.series(rig, &frames, true, before)
     }
@@ -151,7 +157,7 @@ impl Generator {
         self.form.value(rig, p, &x)
     }
 
-    fn series(&self, rig: &Rig, frames: &[Frame], predictable: bool, before: &mut Option<Seen>) -> Series {
+    fn series(&self, rig: &Rig, frames: &[Frame], predictable: bool, before: &mut Option<PortVariables>) -> Series {
         let known = self.known(rig);
         let mut series = Series::default();
         for frame in frames {
@@ -177,7 +183,7 @@ impl Generator {
         known: &Known,
         frames: &[Frame],
         own: &[usize],
-        before: &mut Option<Seen>,
+        before: &mut Option<PortVariables>,
     ) -> Series {
         let mut series = Series::default();
         for frame in frames.iter().map(|frame| frame.of(own)) {
@@ -185,7 +191,7 @@ impl Generator {
             if frame.disturbed || frame.moments.iter().any(|moment| !moment.steady) {
                 let defined = frame.disturbed || self.residual(rig, &known.nominal, &shown).is_some();
                 series.push(&frame, [f64::NAN; 3], motion(&frame, defined));
-                *before = Some(Seen { steady: false, validity: Gate::Undefined, variance: f64::NAN });
+                *before = Some(PortVariables { steady: false, validity: Gate::Undefined, variance: f64::NAN });
                 continue;
             }
             let expansion = self.expand(rig, &known.second, &shown, &self.variances(&frame));
@@ -213,8 +219,8 @@ impl Generator {
         shown: &[f64],
         motion: Gate,
         expansion: Option<&Expansion>,
-    ) -> Seen {
-        Seen {
+    ) -> PortVariables {
+        PortVariables {
             steady: motion == Gate::Open,
             validity: self.validity(rig, &known.nominal, frame, shown, expansion),
             variance: expansion.map_or(f64::NAN, |expansion| expansion.variance.0 + expansion.variance.1),
@@ -345,7 +351,7 @@ fn motion(frame: &Frame, defined: bool) -> Gate {
 }
 
 /// Whether a value counts, by how the circuit moves and what the window before says.
-fn gate(motion: Gate, judge: Option<Seen>) -> Gate {
+fn gate(motion: Gate, judge: Option<PortVariables>) -> Gate {
     match (motion, judge) {
         (Gate::Open, None) => Gate::First,
         (Gate::Open, Some(judge)) => judge.validity,

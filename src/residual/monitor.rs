@@ -7,11 +7,11 @@ use super::cusum::{Direction, Running};
 use super::detect::{Detection, phase, phases};
 use super::ensemble::Ensemble;
 use super::frame::{self, Cursor, Frame, Prepared};
-use super::generator::{Gate, Generator, Seen};
+use super::generator::{Gate, Generator, PortVariables};
 use super::known::Known;
 use super::reading::Source;
 use crate::complaint::Complaint;
-use crate::model::{Drive, Late};
+use crate::model::{InputSignals, Late};
 use crate::record::Record;
 use crate::rig::Rig;
 
@@ -62,7 +62,7 @@ struct Watch {
     generator: Generator,
     known: Known,
     own: Vec<usize>,
-    before: Option<Seen>,
+    before: Option<PortVariables>,
     /// Start of the windows just before that do not count because something moved, s, and their phase.
     moved: Option<(f64, &'static str)>,
     sums: Vec<Running<f64>>,
@@ -111,7 +111,7 @@ impl<'a> Monitor<'a> {
             self.rows = Some(rows);
             return Ok(Default::default());
         }
-        let drive = Drive::inputs(self.rig, &rows, Late::default())?;
+        let drive = InputSignals::inputs(self.rig, &rows, Late::default())?;
         let (interval, threshold) = self.clock(&rows);
         let data = frame::channels(self.rig, &rows, &self.sources)?;
         let prepared = Prepared::over(self.rig, &rows, data, &drive, (self.detection.window, interval));
@@ -162,7 +162,7 @@ impl Watch {
     fn test(
         &mut self,
         rig: &Rig,
-        drive: &Drive,
+        drive: &InputSignals,
         frames: &[Frame],
         detection: &Detection,
         threshold: f64,

@@ -6,7 +6,7 @@ use super::frame;
 use super::generator::{Gate, Generator, Series, Variant, along};
 use super::known::Parameters;
 use crate::complaint::Complaint;
-use crate::model::Drive;
+use crate::model::InputSignals;
 use crate::numeric::Dual;
 use crate::record::Record;
 use crate::rig::Rig;
@@ -48,7 +48,7 @@ pub struct Signature {
 ///
 /// # Errors
 /// A column that the record lacks or has in another dimension.
-pub fn signatures(rig: &Rig, record: &Record, drive: &Drive, window: f64) -> Result<Vec<Signature>, Complaint> {
+pub fn signatures(rig: &Rig, record: &Record, drive: &InputSignals, window: f64) -> Result<Vec<Signature>, Complaint> {
     let mut matrix = Vec::new();
     for generator in generators(rig).into_iter().filter(|generator| generator.variant == Variant::Corrected) {
         let series = generator.blocks(rig, record, drive, window)?;
@@ -84,7 +84,7 @@ impl Generator {
         &self,
         rig: &Rig,
         record: &Record,
-        drive: &Drive,
+        drive: &InputSignals,
         window: f64,
     ) -> Result<Vec<Sensitivity>, Complaint> {
         let series = self.blocks(rig, record, drive, window)?;
@@ -93,7 +93,13 @@ impl Generator {
     }
 
     /// Readings of every window, SI.
-    fn points(&self, rig: &Rig, record: &Record, drive: &Drive, window: f64) -> Result<Vec<Vec<f64>>, Complaint> {
+    fn points(
+        &self,
+        rig: &Rig,
+        record: &Record,
+        drive: &InputSignals,
+        window: f64,
+    ) -> Result<Vec<Vec<f64>>, Complaint> {
         let frames = frame::blocks(rig, record, drive, &self.sources(), window)?;
         Ok(frames.iter().map(|frame| self.shown(frame)).collect())
     }

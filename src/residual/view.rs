@@ -5,7 +5,7 @@ use super::reading::{Readings, Source};
 use crate::numeric::{Dual, Real};
 use crate::physics::ATMOSPHERE;
 use crate::physics::card::PortKind;
-use crate::physics::component::{Answers, AnyLaw, INPUTS, Seen, VARIABLES};
+use crate::physics::component::{AnyLaw, INPUTS, PortFlows, PortVariables, VARIABLES};
 use crate::rig::{NodeKind, Quantity, Rig};
 
 /// Where a variable of a component's law comes from.
@@ -96,10 +96,10 @@ impl View {
     }
 
     /// What the law answers at the readings `x` with the rig's parameters `p`, all SI.
-    pub fn answers<T: Real>(&self, p: &Parameters<T>, x: &[T]) -> Answers<T> {
-        let mut answers = Answers::default();
+    pub fn answers<T: Real>(&self, p: &Parameters<T>, x: &[T]) -> PortFlows<T> {
+        let mut answers = PortFlows::default();
         let Some(laws) = p.laws.get(self.component).and_then(Option::as_ref) else { return answers };
-        let mut seen = Seen::default();
+        let mut seen = PortVariables::default();
         let mut settled = None;
         for (index, variable) in self.z.iter().enumerate() {
             seen.z[index] = match *variable {
@@ -124,9 +124,13 @@ impl View {
 }
 
 /// The value of the state at which its rate is zero, with the derivatives that follow from it implicitly.
-fn settle<T: Real>(laws: &Laws<T>, seen: &Seen<T>, index: usize) -> T {
+fn settle<T: Real>(laws: &Laws<T>, seen: &PortVariables<T>, index: usize) -> T {
     // The search needs no derivatives but the one by the state.
-    let plain = Seen { z: seen.z.map(|value| value.re()), u: seen.u.map(|value| value.re()), ..Seen::default() };
+    let plain = PortVariables {
+        z: seen.z.map(|value| value.re()),
+        u: seen.u.map(|value| value.re()),
+        ..PortVariables::default()
+    };
     let state = search(&Rate::of(&laws.plain, &plain, index));
     // Two steps more carry first and second derivatives of everything else into the state.
     let rate = Rate::of(&laws.lifted, seen, index);
@@ -136,13 +140,13 @@ fn settle<T: Real>(laws: &Laws<T>, seen: &Seen<T>, index: usize) -> T {
 /// Rate of a component's state over the state, everything else given.
 struct Rate<'a, N> {
     law: &'a AnyLaw<Dual<N, 1>>,
-    seen: Seen<Dual<N, 1>>,
+    seen: PortVariables<Dual<N, 1>>,
     index: usize,
 }
 
 impl<'a, N: Real> Rate<'a, N> {
-    fn of(law: &'a AnyLaw<Dual<N, 1>>, seen: &Seen<N>, index: usize) -> Self {
-        let seen = Seen { z: seen.z.map(Dual::lift), u: seen.u.map(Dual::lift), ..Seen::default() };
+    fn of(law: &'a AnyLaw<Dual<N, 1>>, seen: &PortVariables<N>, index: usize) -> Self {
+        let seen = PortVariables { z: seen.z.map(Dual::lift), u: seen.u.map(Dual::lift), ..PortVariables::default() };
         Self { law, seen, index }
     }
 
@@ -150,7 +154,7 @@ impl<'a, N: Real> Rate<'a, N> {
     fn at(&self, state: N) -> (N, N) {
         let mut seen = self.seen;
         seen.z[self.index] = Dual::variable(state, 0);
-        let mut answers = Answers::default();
+        let mut answers = PortFlows::default();
         self.law.evaluate(&seen, &mut answers);
         (answers.rate[0].re, answers.rate[0].eps[0])
     }

@@ -18,8 +18,8 @@ impl Rig {
                 value: fault.healthy,
                 bounds: fault.bounds,
                 // What is another in each switching is in the weights, before a fault as after it.
-                sigma: if own.anew { 0.0 } else { own.sigma },
-                anew: false,
+                sigma: if own.per_event { 0.0 } else { own.sigma },
+                per_event: false,
                 role: Role::Plain,
                 ..own.clone()
             });

@@ -10,14 +10,14 @@ use crate::units::Unit;
 
 /// An effect at its place in a rig.
 #[derive(Debug, Clone, Copy)]
-pub struct Placed {
+pub struct EffectInstance {
     pub effect: &'static Effect,
-    pub spot: Spot,
+    pub spot: Location,
 }
 
 /// Where an effect sits, as an index into the rig.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Spot {
+pub enum Location {
     Fluid,
     Node(usize),
     Component(usize),
@@ -29,7 +29,7 @@ pub enum Spot {
 pub struct Present {
     /// `kind@place`.
     pub id: String,
-    pub placed: Placed,
+    pub placed: EffectInstance,
     /// Indices of its parameters, in the order of the effect.
     pub parameters: Vec<usize>,
 }
@@ -52,38 +52,38 @@ pub struct Given {
 
 impl Rig {
     /// Every effect at every place where this rig may have it, in the order of the library.
-    pub fn effect_places(&self) -> Vec<Placed> {
+    pub fn effect_places(&self) -> Vec<EffectInstance> {
         self.effect_names()
-            .flat_map(|effect| self.spots(effect).into_iter().map(move |spot| Placed { effect, spot }))
+            .flat_map(|effect| self.spots(effect).into_iter().map(move |spot| EffectInstance { effect, spot }))
             .collect()
     }
 
-    fn spots(&self, effect: &Effect) -> Vec<Spot> {
+    fn spots(&self, effect: &Effect) -> Vec<Location> {
         match effect.at {
-            At::Fluid => vec![Spot::Fluid],
-            At::Warmth => self.temperature.iter().map(|_| Spot::Fluid).collect(),
+            At::Fluid => vec![Location::Fluid],
+            At::Warmth => self.temperature.iter().map(|_| Location::Fluid).collect(),
             At::Node => {
                 let volume = |&node: &usize| matches!(self.nodes[node].kind, NodeKind::Volume { .. });
-                (0..self.nodes.len()).filter(volume).map(Spot::Node).collect()
+                (0..self.nodes.len()).filter(volume).map(Location::Node).collect()
             }
             At::Actuator => {
                 let actuated = |&node: &usize| {
                     matches!(self.nodes[node].kind, NodeKind::Volume { .. }) && self.actuators(node).next().is_some()
                 };
-                (0..self.nodes.len()).filter(actuated).map(Spot::Node).collect()
+                (0..self.nodes.len()).filter(actuated).map(Location::Node).collect()
             }
             At::Component { kind, .. } => (0..self.components.len())
                 .filter(|&component| self.components[component].card.kind == kind)
-                .map(Spot::Component)
+                .map(Location::Component)
                 .collect(),
-            At::Sensor => (0..self.sensors.len()).map(Spot::Sensor).collect(),
+            At::Sensor => (0..self.sensors.len()).map(Location::Sensor).collect(),
             At::NamedSensor(name) => {
-                self.sensors.iter().position(|sensor| sensor.name == name).map(Spot::Sensor).into_iter().collect()
+                self.sensors.iter().position(|sensor| sensor.name == name).map(Location::Sensor).into_iter().collect()
             }
-            At::Named(name) => self.node(name).map(Spot::Node).into_iter().collect(),
+            At::Named(name) => self.node(name).map(Location::Node).into_iter().collect(),
             At::NamedComponent(name) => {
                 let own = self.components.iter().position(|component| component.name == name);
-                own.map(Spot::Component).into_iter().collect()
+                own.map(Location::Component).into_iter().collect()
             }
         }
     }
@@ -105,13 +105,13 @@ impl Rig {
     }
 
     /// The name of an effect at its place, `kind@place`, or the kind alone where the place goes without saying.
-    pub fn effect_id(&self, placed: &Placed) -> String {
+    pub fn effect_id(&self, placed: &EffectInstance) -> String {
         let effect = placed.effect;
         let place = match placed.spot {
-            Spot::Fluid => None,
-            Spot::Node(node) => Some(&self.nodes[node].name),
-            Spot::Sensor(sensor) => Some(&self.sensors[sensor].name),
-            Spot::Component(component) => {
+            Location::Fluid => None,
+            Location::Node(node) => Some(&self.nodes[node].name),
+            Location::Sensor(sensor) => Some(&self.sensors[sensor].name),
+            Location::Component(component) => {
                 let said = matches!(effect.at, At::Component { named: true, .. } | At::NamedComponent(_))
                     || self.spots(effect).len() > 1;
                 said.then(|| &self.components[component].name)
@@ -124,14 +124,15 @@ impl Rig {
     ///
     /// # Errors
     /// An effect that is not in the library, or a place where this rig cannot have it.
-    pub fn placed(&self, id: &str) -> Result<Placed, Complaint> {
+    pub fn placed(&self, id: &str) -> Result<EffectInstance, Complaint> {
         let (name, place) = id.split_once('@').map_or((id, None), |(name, place)| (name, Some(place)));
         let Some(effect) = self.effect_names().find(|effect| effect.name == name) else {
             return Err(Complaint::new(Kind::UnknownName, format!("there is no effect `{name}`"))
                 .at(Place::file(&self.path))
                 .help(help_with_names(name, "effects", self.effect_names().map(|effect| effect.name))));
         };
-        let all: Vec<Placed> = self.spots(effect).into_iter().map(|spot| Placed { effect, spot }).collect();
+        let all: Vec<EffectInstance> =
+            self.spots(effect).into_iter().map(|spot| EffectInstance { effect, spot }).collect();
         let ids: Vec<String> = all.iter().map(|placed| self.effect_id(placed)).collect();
         let found = match place {
             Some(place) => all.iter().find(|placed| self.spot_name(placed.spot) == Some(place)),
@@ -149,47 +150,47 @@ impl Rig {
         })
     }
 
-    fn spot_name(&self, spot: Spot) -> Option<&str> {
+    fn spot_name(&self, spot: Location) -> Option<&str> {
         match spot {
-            Spot::Fluid => None,
-            Spot::Node(node) => Some(&self.nodes[node].name),
-            Spot::Component(component) => Some(&self.components[component].name),
-            Spot::Sensor(sensor) => Some(&self.sensors[sensor].name),
+            Location::Fluid => None,
+            Location::Node(node) => Some(&self.nodes[node].name),
+            Location::Component(component) => Some(&self.components[component].name),
+            Location::Sensor(sensor) => Some(&self.sensors[sensor].name),
         }
     }
 
     /// Unit of a parameter of an effect at its place, as the rig file writes it.
-    pub fn effect_unit(&self, placed: &Placed, name: &str) -> Unit {
+    pub fn effect_unit(&self, placed: &EffectInstance, name: &str) -> Unit {
         let Some(card) = placed.effect.form.card() else {
             let index = self.bent(placed, name);
             return index.map_or_else(Unit::dimensionless, |index| self.parameters[index].unit.clone());
         };
         match (card.parameters.iter().find(|own| own.name == name).map(|own| own.unit), placed.spot) {
             // A reading's own limits are in the unit of the sensor.
-            (Some("-"), Spot::Sensor(sensor)) if card.formula.is_none() => self.sensor_unit(&self.sensors[sensor]),
+            (Some("-"), Location::Sensor(sensor)) if card.formula.is_none() => self.sensor_unit(&self.sensors[sensor]),
             (Some(unit), _) => Unit::parse(unit).unwrap_or_else(|_| Unit::dimensionless()),
             (None, _) => Unit::dimensionless(),
         }
     }
 
     /// What is tried first of a parameter of an effect, SI; `None` of a level, which has to be looked for.
-    pub fn first_size(&self, placed: &Placed, free: &Free) -> Option<f64> {
+    pub fn first_size(&self, placed: &EffectInstance, free: &Free) -> Option<f64> {
         let unit = || self.effect_unit(placed, free.name);
         match (free.first, placed.spot) {
             (First::Value(value) | First::Onset(value), _) => Some(unit().difference_to_si(value)),
-            (First::Noise(factor), Spot::Sensor(sensor)) => Some(factor * self.sensors[sensor].noise),
+            (First::Noise(factor), Location::Sensor(sensor)) => Some(factor * self.sensors[sensor].noise),
             (First::Noise(_), _) => Some(unit().difference_to_si(1.0)),
             (First::Range(_), _) => None,
         }
     }
 
     /// Index of the parameter that an effect bends.
-    pub fn bent(&self, placed: &Placed, name: &str) -> Option<usize> {
+    pub fn bent(&self, placed: &EffectInstance, name: &str) -> Option<usize> {
         let owner = match placed.spot {
-            Spot::Fluid => "fluid".to_owned(),
-            Spot::Sensor(sensor) => format!("sensor.{}", self.sensors[sensor].name),
-            Spot::Component(component) => self.components[component].name.clone(),
-            Spot::Node(_) => return None,
+            Location::Fluid => "fluid".to_owned(),
+            Location::Sensor(sensor) => format!("sensor.{}", self.sensors[sensor].name),
+            Location::Component(component) => self.components[component].name.clone(),
+            Location::Node(_) => return None,
         };
         self.parameter(&format!("{owner}.{name}"))
     }
@@ -199,7 +200,7 @@ impl Rig {
     ///
     /// # Errors
     /// An effect that the rig has already; a parameter that the effect does not have, or a value outside its bounds.
-    pub fn give_effect(&mut self, placed: &Placed, given: &[Given]) -> Result<Vec<usize>, Complaint> {
+    pub fn give_effect(&mut self, placed: &EffectInstance, given: &[Given]) -> Result<Vec<usize>, Complaint> {
         let id = self.effect_id(placed);
         if self.effects.iter().any(|present| present.id == id) {
             return Err(Complaint::new(Kind::Duplicate, format!("the rig has the effect `{id}` already"))
@@ -211,7 +212,12 @@ impl Rig {
     }
 
     /// Makes an effect part of the model under a name, which its components and parameters take.
-    pub(super) fn attach(&mut self, placed: &Placed, id: &str, given: &[Given]) -> Result<Vec<usize>, Complaint> {
+    pub(super) fn attach(
+        &mut self,
+        placed: &EffectInstance,
+        id: &str,
+        given: &[Given],
+    ) -> Result<Vec<usize>, Complaint> {
         let refuse = |kind, what: String| Err(Complaint::new(kind, what).at(Place::file(&self.path)));
         let indices: Vec<usize> = match placed.effect.form {
             Form::Bent => {
@@ -227,7 +233,7 @@ impl Rig {
                 };
                 let mut values: Vec<(&str, f64)> =
                     given.iter().map(|given| (given.name.as_str(), given.value)).collect();
-                if let Spot::Component(component) = placed.spot {
+                if let Location::Component(component) = placed.spot {
                     for (own, theirs) in shared.iter().filter(|(own, _)| given.iter().all(|given| given.name != *own)) {
                         let id = format!("{}.{theirs}", self.components[component].name);
                         values.extend(self.parameter(&id).map(|index| (*own, self.parameters[index].value)));
@@ -238,7 +244,7 @@ impl Rig {
                 free_indices(card, placed.effect, first)
             }
             Form::Spliced { card } => {
-                let Spot::Node(node) = placed.spot else {
+                let Location::Node(node) = placed.spot else {
                     return refuse(Kind::Contradiction, format!("`{id}` needs a node"));
                 };
                 let far = self.nodes.len();
@@ -260,7 +266,7 @@ impl Rig {
                 free_indices(card, placed.effect, first)
             }
             Form::Reading { card } => {
-                let Spot::Sensor(sensor) = placed.spot else {
+                let Location::Sensor(sensor) = placed.spot else {
                     return refuse(Kind::Contradiction, format!("`{id}` needs a sensor"));
                 };
                 let first = self.parameters.len();
@@ -269,7 +275,7 @@ impl Rig {
                 free_indices(card, placed.effect, first)
             }
             Form::Dropped { card } => {
-                let Spot::Component(component) = placed.spot else {
+                let Location::Component(component) = placed.spot else {
                     return refuse(Kind::Contradiction, format!("`{id}` needs a component"));
                 };
                 if self.components[component].drop.is_some() {
@@ -297,13 +303,19 @@ impl Rig {
                     super::range(parameter.bounds, &parameter.unit)
                 )));
             }
-            (parameter.value, parameter.sigma, parameter.anew) = (given.value, given.sigma, false);
+            (parameter.value, parameter.sigma, parameter.per_event) = (given.value, given.sigma, false);
         }
         Ok(indices)
     }
 
     /// The parameters of an effect's card behind all others, as given or else at their defaults.
-    fn give_parameters(&mut self, placed: &Placed, card: &Card, id: &str, given: &[Given]) -> Result<(), Complaint> {
+    fn give_parameters(
+        &mut self,
+        placed: &EffectInstance,
+        card: &Card,
+        id: &str,
+        given: &[Given],
+    ) -> Result<(), Complaint> {
         for own in card.parameters {
             let unit = self.effect_unit(placed, own.name);
             let default = own.default.map(|default| unit.difference_to_si(default));
@@ -324,7 +336,7 @@ impl Rig {
                 unit,
                 value,
                 sigma: 0.0,
-                anew: false,
+                per_event: false,
                 role: own.role,
                 spread: 0.0,
                 meaning: own.meaning.to_owned(),
@@ -335,11 +347,11 @@ impl Rig {
     }
 
     /// The nodes that the ports of a joined effect meet; `None` without a tank where one is needed.
-    fn joints(&self, placed: &Placed, joints: &[Joint]) -> Option<Vec<usize>> {
+    fn joints(&self, placed: &EffectInstance, joints: &[Joint]) -> Option<Vec<usize>> {
         let tank = self.components.iter().find(|component| component.card.fixes_pressure.is_some());
         let tank = tank.map(|component| component.ports[0]);
         let port = |name: &str| match placed.spot {
-            Spot::Component(component) => {
+            Location::Component(component) => {
                 let component = &self.components[component];
                 let place = component.card.ports.iter().position(|port| port.name == name)?;
                 Some(component.ports[place])
@@ -347,8 +359,8 @@ impl Rig {
             _ => None,
         };
         let here = match placed.spot {
-            Spot::Node(node) => Some(node),
-            Spot::Component(component) => self.components[component].ports.first().copied(),
+            Location::Node(node) => Some(node),
+            Location::Component(component) => self.components[component].ports.first().copied(),
             _ => None,
         };
         joints

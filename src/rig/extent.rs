@@ -2,7 +2,7 @@
 
 use super::{NodeKind, Rig};
 use crate::physics::card::PortKind;
-use crate::physics::component::{Answers, Seen};
+use crate::physics::component::{PortFlows, PortVariables};
 use crate::physics::fluid::{self, Fluid};
 
 impl Rig {
@@ -26,7 +26,7 @@ impl Rig {
         for component in &self.components {
             let Some(law) = component.law(|index| nominal[index], &fluid) else { continue };
             // At rest under atmospheric pressure; capacities are positive everywhere or nowhere.
-            let mut seen = Seen::default();
+            let mut seen = PortVariables::default();
             let mut next = 0;
             for port in component.card.ports {
                 if port.kind == PortKind::Hydraulic {
@@ -34,7 +34,7 @@ impl Rig {
                 }
                 next += port.kind.variables();
             }
-            let mut answers = Answers::default();
+            let mut answers = PortFlows::default();
             law.evaluate(&seen, &mut answers);
             for (port, _) in component.ports.iter().enumerate().filter(|(_, at)| **at == node) {
                 capacity += answers.capacity[port];

@@ -63,7 +63,7 @@ impl Rig {
                 value,
                 bounds,
                 sigma: 0.0,
-                anew: false,
+                per_event: false,
                 role: own.role,
                 spread: 0.0,
                 meaning: own.meaning.to_owned(),

@@ -32,7 +32,7 @@ use crate::units::Unit;
 
 pub use calibration::Calibration;
 pub use cycle::{Cycle, Phase, Profile};
-pub use effect::{Given, Placed, Present, Readings, Spot};
+pub use effect::{EffectInstance, Given, Location, Present, Readings};
 pub use fault_set::FaultSet;
 pub use mapping::Proposal;
 pub use margin::NEVER_KNOWN;
@@ -186,8 +186,8 @@ pub struct Parameter {
     pub bounds: (f64, f64),
     /// One standard deviation, SI; 0 for a value taken as exact.
     pub sigma: f64,
-    /// Whether it may be another in each switching; see [`crate::physics::card::Parameter::anew`].
-    pub anew: bool,
+    /// Whether it may be another in each switching; see [`crate::physics::card::Parameter::per_event`].
+    pub per_event: bool,
     /// What it is to the rest of the program.
     pub role: Role,
     /// What calibration on healthy records starts from: one standard deviation between data sheet and part, SI; 0 for what

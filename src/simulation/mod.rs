@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::complaint::{Complaint, Kind, Place};
-use crate::model::{self, Drive, Effort, Model};
+use crate::model::{self, Effort, InputSignals, Model};
 use crate::number;
 use crate::record::Record;
 use crate::rig::{InitialPressure, NodeKind, Rig};
@@ -80,9 +80,9 @@ pub fn simulate(model: &Model, source: Option<&Record>, options: &Options) -> Re
 ///
 /// # Errors
 /// As [`simulate`], but for the model.
-pub(crate) fn drive(rig: &Rig, source: Option<&Record>) -> Result<(Drive, Vec<f64>), Complaint> {
+pub(crate) fn drive(rig: &Rig, source: Option<&Record>) -> Result<(InputSignals, Vec<f64>), Complaint> {
     if let Some(record) = source {
-        return Ok((Drive::from_record(rig, record)?, record.time.clone()));
+        return Ok((InputSignals::from_record(rig, record)?, record.time.clone()));
     }
     let Some(cycle) = &rig.cycle else {
         return Err(Complaint::new(Kind::MissingEntry, "the rig file has no `[cycle]` to simulate")
@@ -96,11 +96,11 @@ pub(crate) fn drive(rig: &Rig, source: Option<&Record>) -> Result<(Drive, Vec<f6
             .at(node.place.clone())
             .help("add `initial = \"0 bar\"` or the pressure that it starts with, or give `--input RECORD`"));
     }
-    Ok((Drive::from_cycle(rig, cycle), model::cycle_times(rig, cycle)))
+    Ok((InputSignals::from_cycle(rig, cycle), model::cycle_times(rig, cycle)))
 }
 
 /// The input columns of a record; where one has no value, what it does there by its way to hold.
-fn recorded_inputs(rig: &Rig, record: &Record, drive: &Drive) -> Result<Vec<Vec<f64>>, Complaint> {
+fn recorded_inputs(rig: &Rig, record: &Record, drive: &InputSignals) -> Result<Vec<Vec<f64>>, Complaint> {
     let mut columns = model::input_columns(rig, drive, &record.time);
     for (input, column) in rig.inputs.iter().zip(&mut columns) {
         let channel = rig.input_column(record, input)?;

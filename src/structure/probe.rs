@@ -5,7 +5,7 @@
 
 use crate::numeric::{Dual, Real};
 use crate::physics::card::PortKind;
-use crate::physics::component::{Answers, INPUTS, PORTS, STATES, Seen, VARIABLES};
+use crate::physics::component::{INPUTS, PORTS, PortFlows, PortVariables, STATES, VARIABLES};
 use crate::physics::fluid::{self, Fluid};
 use crate::rig::{Component, Rig};
 use crate::units::Unit;
@@ -39,7 +39,10 @@ pub struct Dependences {
 }
 
 impl Dependences {
-    fn each<'a>(&'a mut self, answers: &'a Answers<Number>) -> impl Iterator<Item = (&'a mut Dependence, &'a Number)> {
+    fn each<'a>(
+        &'a mut self,
+        answers: &'a PortFlows<Number>,
+    ) -> impl Iterator<Item = (&'a mut Dependence, &'a Number)> {
         let through = self.through.iter_mut().zip(&answers.through);
         through.chain(self.capacity.iter_mut().zip(&answers.capacity)).chain(self.rate.iter_mut().zip(&answers.rate))
     }
@@ -62,17 +65,18 @@ pub fn probe(rig: &Rig, component: &Component, asked: &[(usize, (f64, f64))]) ->
             parameters[parameter] = Number::constant(random.within(range, nominal[parameter]));
         }
         let seen = point(component, &mut random);
-        let mut evaluate = |parameters: &[Number], seen: &Seen<Number>, note: &dyn Fn(&mut Dependence, usize)| {
-            let fluid = Fluid::new(&parameters[..shared]);
-            let Some(law) = component.law(|index| parameters[index], &fluid) else { return };
-            let mut answers = Answers::default();
-            law.evaluate(seen, &mut answers);
-            for (dependence, answer) in found.each(&answers) {
-                dependence.present |= answer.re != 0.0;
-                let acts = |slope: &f64| *slope != 0.0 && slope.is_finite();
-                (0..DIRECTIONS).filter(|&direction| acts(&answer.eps[direction])).for_each(|d| note(dependence, d));
-            }
-        };
+        let mut evaluate =
+            |parameters: &[Number], seen: &PortVariables<Number>, note: &dyn Fn(&mut Dependence, usize)| {
+                let fluid = Fluid::new(&parameters[..shared]);
+                let Some(law) = component.law(|index| parameters[index], &fluid) else { return };
+                let mut answers = PortFlows::default();
+                law.evaluate(seen, &mut answers);
+                for (dependence, answer) in found.each(&answers) {
+                    dependence.present |= answer.re != 0.0;
+                    let acts = |slope: &f64| *slope != 0.0 && slope.is_finite();
+                    (0..DIRECTIONS).filter(|&direction| acts(&answer.eps[direction])).for_each(|d| note(dependence, d));
+                }
+            };
         let mut moved = seen;
         for (direction, value) in moved.z.iter_mut().chain(&mut moved.u).enumerate() {
             *value = Number::variable(value.re, direction);
@@ -98,7 +102,7 @@ pub fn probe(rig: &Rig, component: &Component, asked: &[(usize, (f64, f64))]) ->
 }
 
 /// A point with magnitudes of any size: 1 kPa to 1 GPa, 10 um to 10 m, 0.1 mm/s to 10 m/s, states around their scale.
-fn point(component: &Component, random: &mut Random) -> Seen<Number> {
+fn point(component: &Component, random: &mut Random) -> PortVariables<Number> {
     let mut values = Vec::with_capacity(VARIABLES);
     for port in component.card.ports {
         match port.kind {
@@ -113,7 +117,7 @@ fn point(component: &Component, random: &mut Random) -> Seen<Number> {
         let scale = state.scale * Unit::parse(state.unit).map_or(1.0, |unit| unit.factor);
         values.push(scale * random.signed(-3.0, 1.0));
     }
-    let mut seen: Seen<Number> = Seen::default();
+    let mut seen: PortVariables<Number> = PortVariables::default();
     seen.z.iter_mut().zip(values).for_each(|(place, value)| *place = Number::constant(value));
     seen.u.iter_mut().for_each(|place| *place = Number::constant(random.signed(-3.0, 4.0)));
     seen

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use ode_solvers::{DVector, Dopri5, OutputType, System as ExplicitSystem};
 
 use super::super::assembly::{Assembly, Inputs};
-use super::super::drive::Drive;
+use super::super::drive::InputSignals;
 use super::super::start;
 use super::{Effort, Model, Outputs, SimulationError};
 use crate::numeric::System;
@@ -49,7 +49,7 @@ impl Model {
     pub fn solve_explicitly(
         &self,
         parameters: &[f64],
-        drive: &Drive,
+        drive: &InputSignals,
         times: &[f64],
     ) -> Result<Outputs, SimulationError> {
         with_states!(self.layout.states, N => self.run_explicitly::<N>(parameters, drive, times))
@@ -58,7 +58,7 @@ impl Model {
     fn run_explicitly<const N: usize>(
         &self,
         parameters: &[f64],
-        drive: &Drive,
+        drive: &InputSignals,
         times: &[f64],
     ) -> Result<Outputs, SimulationError> {
         let mut values = vec![vec![0.0; times.len()]; self.rig.sensors.len()];

@@ -1,7 +1,7 @@
 //! Sensitivities: derivatives of the readings by parameters, led along a plain run.
 
 use super::super::assembly::{Assembly, Inputs};
-use super::super::drive::{Before, Drive};
+use super::super::drive::{Before, InputSignals};
 use super::super::layout::Raw;
 use super::super::slopes::{First, LANES, Slopes, seeded};
 use super::super::start;
@@ -12,7 +12,7 @@ use crate::physics::effect;
 /// What goes along with a run to differentiate it.
 struct Derivatives<'a, const N: usize> {
     model: &'a Model,
-    drive: &'a Drive,
+    drive: &'a InputSignals,
     /// Parameters asked for.
     by: &'a [usize],
     slopes: Option<Slopes<'a>>,
@@ -37,7 +37,7 @@ impl Model {
         &self,
         parameters: &[f64],
         by: &[usize],
-        drive: &Drive,
+        drive: &InputSignals,
         times: &[f64],
     ) -> Result<Sensitivities, SimulationError> {
         let empty = vec![vec![0.0; times.len()]; self.rig.sensors.len()];

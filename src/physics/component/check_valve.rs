@@ -1,7 +1,7 @@
 //! Check valve.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Answers, Law, Seen};
+use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
@@ -43,7 +43,7 @@ impl<T: Real> Law<T> for CheckValve<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let [p_in, p_out, ..] = seen.z;
         let flow = self.gradient * (p_in - p_out - self.cracking_pressure).max(T::zero());
         answers.through[0] = flow;

@@ -1,7 +1,7 @@
 //! Dry friction of a body, such as that of seals and guides.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Answers, Law, Seen};
+use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
@@ -42,7 +42,7 @@ impl<T: Real> Law<T> for CoulombFriction<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let v = seen.z[1];
         answers.through[0] = -(self.force * v) / (v * v + self.transition * self.transition).sqrt();
     }

@@ -1,7 +1,7 @@
 //! Double-acting cylinder with one rod.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Answers, Law, Seen};
+use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
 use crate::physics::ATMOSPHERE;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
@@ -23,8 +23,8 @@ pub const CARD: Card = Card {
         Parameter::required("bore", "D", "mm", "piston diameter").positive(),
         Parameter::required("rod", "D_r", "mm", "rod diameter"),
         Parameter::required("stroke", "s", "mm", "way between the end stops").positive(),
-        Parameter::required("dead_volume_A", "V_A0", "cm3", "volume at A, hose included, at x = 0").is(Role::Volume).uncertain_anew(0.05).calibrated(0.1),
-        Parameter::required("dead_volume_B", "V_B0", "cm3", "volume at B, hose included, at x = s").is(Role::Volume).uncertain_anew(0.05).calibrated(0.1),
+        Parameter::required("dead_volume_A", "V_A0", "cm3", "volume at A, hose included, at x = 0").is(Role::Volume).uncertain_per_event(0.05).calibrated(0.1),
+        Parameter::required("dead_volume_B", "V_B0", "cm3", "volume at B, hose included, at x = s").is(Role::Volume).uncertain_per_event(0.05).calibrated(0.1),
         Parameter::required("mass", "m", "kg", "moving mass").is(Role::Mass).positive(),
         Parameter::required("viscous_friction", "b", "N.s/m", "friction force per speed").or(0.0).calibrated(0.5),
         Parameter::required("clearance", "c", "mm", "diametral clearance of the piston").is(Role::Clearance).or(0.0),
@@ -103,7 +103,7 @@ impl<T: Real> Law<T> for Cylinder<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let [p_a, p_b, x, v, ..] = seen.z;
         let leak = self.leak_conductance * seen.fluidity * (p_a - p_b) - self.drag_area * v;
         answers.through[0] = self.area_a * v + leak;

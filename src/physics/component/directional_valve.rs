@@ -2,7 +2,7 @@
 
 use super::orifice::TRANSITION;
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Answers, Law, Seen};
+use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Input, Parameter, Port, State, Worked, Role};
 use crate::physics::fluid::Fluid;
@@ -14,7 +14,7 @@ const fn share(name: &'static str, symbol: &'static str, meaning: &'static str) 
 
 /// Notches and chamfers open an edge slower or faster than its spool moves; few data sheets say how.
 const fn progression(name: &'static str, symbol: &'static str, meaning: &'static str) -> Parameter {
-    Parameter::required(name, symbol, "-", meaning).or(1.0).within(0.2, 5.0).uncertain_anew(0.05)
+    Parameter::required(name, symbol, "-", meaning).or(1.0).within(0.2, 5.0).uncertain_per_event(0.05)
 }
 
 const fn leak(name: &'static str, symbol: &'static str, meaning: &'static str) -> Parameter {
@@ -44,7 +44,7 @@ pub const CARD: Card = Card {
         leak("leak_PB", "G_PB", "internal leakage from P to B"),
         Parameter::required("lag", "tau", "ms", "time constant with which the spool follows the command").is(Role::Lag).positive()
             .or(8.0)
-            .uncertain_anew(0.25),
+            .uncertain_per_event(0.25),
         TRANSITION,
         progression("progression_PA", "n_PA", "exponent of the opening area of P to A over the spool position"),
         progression("progression_PB", "n_PB", "exponent of the opening area of P to B over the spool position"),
@@ -129,7 +129,7 @@ impl<T: Real> Law<T> for DirectionalValve<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let [p_p, p_t, p_a, p_b, position] = seen.z;
         let spool = self.past_dead_band(position);
         let leak_at = self.leak_at * (p_a - p_t);

@@ -1,7 +1,7 @@
 //! External force on a body, recorded or prescribed.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Answers, Law, Seen};
+use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{ANY, Answer, Card, Input, Port, Worked};
 use crate::physics::fluid::Fluid;
@@ -39,7 +39,7 @@ impl<T: Real> Law<T> for ExternalForce<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         answers.through[0] = -seen.u[0];
     }
 }

@@ -2,7 +2,7 @@
 
 use super::orifice::TRANSITION;
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Answers, Law, Seen};
+use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, State, Worked, Role};
 use crate::physics::fluid::Fluid;
@@ -37,7 +37,7 @@ pub const CARD: Card = Card {
             .calibrated(0.03),
         Parameter::required("spool_area", "A", "mm2", "area on which the throttle's pressure drop acts"),
         Parameter::required("flow_force", "f", "-", "Cv cos(theta) of the flow force; 0 switches it off").or(0.0),
-        Parameter::required("lag", "tau", "ms", "time constant of the opening").is(Role::Lag).positive().or(4.0).uncertain_anew(0.25),
+        Parameter::required("lag", "tau", "ms", "time constant of the opening").is(Role::Lag).positive().or(4.0).uncertain_per_event(0.25),
         TRANSITION,
     ],
     ports: &[Port::hydraulic("in", "inlet"), Port::hydraulic("out", "outlet")],
@@ -120,7 +120,7 @@ impl<T: Real> Law<T> for FlowControlValve<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let [p_in, p_out, opening, ..] = seen.z;
         let (flow, throttle_drop) = self.in_series(self.reducing_gradient * opening, p_in - p_out);
         let drop = p_in - p_out;
@@ -156,8 +156,8 @@ impl FlowControlValve<f64> {
     /// Worked: 2 mm throttle of the data sheet over 10 bar: opening 0.498 mm, 5.35 L/min.
     pub fn steady_flow(&self, p_in: f64, p_out: f64) -> f64 {
         let at = |opening: f64| {
-            let mut answers = Answers::default();
-            let mut seen = Seen::default();
+            let mut answers = PortFlows::default();
+            let mut seen = PortVariables::default();
             (seen.z[0], seen.z[1], seen.z[2]) = (p_in, p_out, opening);
             self.evaluate(&seen, &mut answers);
             (answers.through[0], answers.rate[0])

@@ -1,7 +1,7 @@
 //! Flow source: a pump whose flow follows a recorded signal.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Answers, Law, Seen};
+use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{ANY, Answer, Card, Input, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
@@ -40,7 +40,7 @@ impl<T: Real> Law<T> for FlowSource<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let flow = self.gain * (seen.u[0] - self.dead_voltage).max(T::zero());
         answers.through[0] = -flow;
         answers.through[1] = flow;

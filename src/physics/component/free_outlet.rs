@@ -2,7 +2,7 @@
 
 use super::orifice::{HOLE, Orifice};
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Answers, Law, Seen};
+use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
 use crate::physics::ATMOSPHERE;
 use crate::physics::card::{Answer, Card, Port, Worked};
@@ -39,7 +39,7 @@ impl<T: Real> Law<T> for FreeOutlet<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let flow = self.0.flow((seen.z[0] - ATMOSPHERE).max(T::zero()));
         answers.through[0] = flow;
         answers.through[1] = -flow;

@@ -1,7 +1,7 @@
 //! Line volume: the oil in a pipe or hose that makes a node compliant.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Answers, Law, Seen};
+use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
 use crate::physics::fluid::Fluid;
@@ -14,7 +14,7 @@ pub const CARD: Card = Card {
     law: "C = V/beta;  C p' = sum of flows",
     source: "mass balance of a compressible volume; paper, equation (1)",
     validity: "One pressure in the whole volume: waves are much faster than the changes looked at.",
-    parameters: &[Parameter::required("volume", "V", "cm3", "enclosed volume").is(Role::Volume).uncertain_anew(0.05)],
+    parameters: &[Parameter::required("volume", "V", "cm3", "enclosed volume").is(Role::Volume).uncertain_per_event(0.05)],
     ports: &[Port::hydraulic("P", "to the node")],
     worked: &[Worked {
         text: "50 cm3 of oil of 14000 bar take up 3.5714e-14 m3 per Pa",
@@ -39,7 +39,7 @@ impl<T: Real> Law<T> for LineVolume<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         answers.capacity[0] = self.volume / self.fluid.bulk_modulus(seen.z[0]);
     }
 }

@@ -22,13 +22,13 @@ pub const INPUTS: usize = 2;
 /// What a component sees: port variables in the order of its card, then its states; its inputs; and how easily the fluid flows,
 /// as [`Fluid::fluidity`] says.
 #[derive(Debug, Clone, Copy)]
-pub struct Seen<T> {
+pub struct PortVariables<T> {
     pub z: [T; VARIABLES],
     pub u: [T; INPUTS],
     pub fluidity: T,
 }
 
-impl<T: Real> Default for Seen<T> {
+impl<T: Real> Default for PortVariables<T> {
     /// Zeros, and the fluid as it is at its temperature of reference.
     fn default() -> Self {
         Self { z: [T::zero(); VARIABLES], u: [T::zero(); INPUTS], fluidity: T::one() }
@@ -37,7 +37,7 @@ impl<T: Real> Default for Seen<T> {
 
 /// What a component answers.
 #[derive(Debug, Clone, Copy)]
-pub struct Answers<T> {
+pub struct PortFlows<T> {
     /// Per port: flow into it (m³/s), or force on the body (N).
     pub through: [T; PORTS],
     /// Per port: what the component adds to the node's capacity, m³/Pa or kg.
@@ -46,7 +46,7 @@ pub struct Answers<T> {
     pub rate: [T; STATES],
 }
 
-impl<T: Real> Default for Answers<T> {
+impl<T: Real> Default for PortFlows<T> {
     fn default() -> Self {
         let zero = T::zero();
         Self { through: [zero; PORTS], capacity: [zero; PORTS], rate: [zero; STATES] }
@@ -60,7 +60,7 @@ pub trait Law<T: Real>: Sized {
 
     /// Answers to what is seen. Called in the innermost loop: no allocation, no branching on time. What a law does not
     /// answer arrives as zero and must be left so at every call: the entries are not cleared in between.
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>);
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>);
 }
 
 macro_rules! components {
@@ -115,7 +115,7 @@ macro_rules! components {
             }
 
             #[inline]
-            pub fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+            pub fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
                 match self {
                     $($(#[$condition])* AnyLaw::$name(law) => law.evaluate(seen, answers),)+
                     AnyLaw::Effect(law) => law.evaluate(seen, answers),

@@ -1,7 +1,7 @@
 //! Sharp-edged orifice.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Answers, Law, Seen};
+use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
 use crate::physics::fluid::Fluid;
@@ -62,7 +62,7 @@ impl<T: Real> Law<T> for Orifice<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let [p_in, p_out, ..] = seen.z;
         let flow = self.flow(p_in - p_out);
         answers.through[0] = flow;

@@ -1,7 +1,7 @@
 //! Fixed-displacement pump.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Answers, Law, Seen};
+use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
@@ -44,7 +44,7 @@ impl<T: Real> Law<T> for Pump<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let flow = self.flow * (T::one() - self.droop * (seen.z[0] - seen.z[1]));
         answers.through[0] = -flow;
         answers.through[1] = flow;

@@ -1,7 +1,7 @@
 //! Pressure-relief valve.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Answers, Law, Seen};
+use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, State, Worked, Role};
 use crate::physics::fluid::Fluid;
@@ -21,7 +21,7 @@ pub const CARD: Card = Card {
         Parameter::required("rated_overpressure", "e_r", "bar", "pressure above cracking at the rated flow")
             .positive()
             .calibrated(0.2),
-        Parameter::required("lag", "tau", "ms", "time constant of the opening").is(Role::Lag).positive().or(3.0).uncertain_anew(0.25),
+        Parameter::required("lag", "tau", "ms", "time constant of the opening").is(Role::Lag).positive().or(3.0).uncertain_per_event(0.25),
         Parameter::required("knee", "w", "bar", "width of a soft knee at the cracking pressure").or(0.0),
     ],
     ports: &[Port::hydraulic("P", "pressure side"), Port::hydraulic("T", "tank side")],
@@ -61,7 +61,7 @@ impl<T: Real> Law<T> for ReliefValve<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let [p_p, p_t, followed, ..] = seen.z;
         let drop = p_p - p_t;
         // The transition only keeps the root smooth where the valve is shut anyway.

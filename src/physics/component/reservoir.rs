@@ -1,7 +1,7 @@
 //! Open reservoir whose level is its pressure.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Answers, Law, Seen};
+use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
 use crate::physics::GRAVITY;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
@@ -41,7 +41,7 @@ impl<T: Real> Law<T> for Reservoir<T> {
     }
 
     #[inline]
-    fn evaluate(&self, _seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, _seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         answers.capacity[0] = self.capacity;
     }
 }

@@ -2,7 +2,7 @@
 
 use super::orifice::TRANSITION;
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Answers, Law, Seen};
+use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
@@ -47,7 +47,7 @@ impl<T: Real> Law<T> for Restrictor<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let [p_in, p_out, ..] = seen.z;
         let flow = self.conductance * root(p_in - p_out, self.transition);
         answers.through[0] = flow;

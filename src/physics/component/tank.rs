@@ -1,7 +1,7 @@
 //! Tank: a boundary of constant pressure.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Answers, Law, Seen};
+use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Card, Parameter, Port};
 use crate::physics::fluid::Fluid;
@@ -30,5 +30,5 @@ impl<T: Real> Law<T> for Tank<T> {
     fn new(_parameters: &[T], _fluid: &Fluid<T>) -> Self {
         Self { nothing: std::marker::PhantomData }
     }
-    fn evaluate(&self, _seen: &Seen<T>, _answers: &mut Answers<T>) {}
+    fn evaluate(&self, _seen: &PortVariables<T>, _answers: &mut PortFlows<T>) {}
 }

@@ -4,7 +4,7 @@ use super::spline::{Curve, HEIGHTS, card, free};
 use super::{At, Effect, Form, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Answers, Law, Seen, cylinder};
+use crate::physics::component::{PortFlows, Law, PortVariables, cylinder};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -54,7 +54,7 @@ impl<T: Real> Law<T> for EmpiricalFriction<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let [x, v, ..] = seen.z;
         answers.through[0] = -(self.curve.at(x / self.stroke) * v) / (v * v + self.transition * self.transition).sqrt();
     }

@@ -4,7 +4,7 @@ use super::spline::{Curve, HEIGHTS, card, free};
 use super::{At, Effect, Form, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -53,7 +53,7 @@ impl<T: Real> Law<T> for EmpiricalLeakage<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let flow = self.curve.at((seen.z[0] - seen.z[1]) / self.range);
         answers.through[0] = flow;
         answers.through[1] = -flow;

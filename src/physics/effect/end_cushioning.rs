@@ -3,7 +3,7 @@
 use super::{At, Effect, First, Form, Free, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Answers, Law, Seen, cylinder};
+use crate::physics::component::{PortFlows, Law, PortVariables, cylinder};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -55,7 +55,7 @@ impl<T: Real> Law<T> for EndCushioning<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let [x, v, ..] = seen.z;
         let depth = if v.re() > 0.0 { x - self.stroke + self.length } else { self.length - x };
         let share = (depth / self.length).max(T::zero()).min(T::constant(1.0));

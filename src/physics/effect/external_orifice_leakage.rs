@@ -3,7 +3,7 @@
 use super::{At, Effect, First, Form, Free, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::fluid::Fluid;
 
 use crate::physics::law::root;
@@ -57,7 +57,7 @@ impl<T: Real> Law<T> for ExternalOrificeLeakage<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let flow = self.conductance * root(seen.z[0] - seen.z[1], T::constant(TRANSITION));
         answers.through[0] = flow;
         answers.through[1] = -flow;

@@ -3,7 +3,7 @@
 use super::{At, Effect, First, Form, Free, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -51,7 +51,7 @@ impl<T: Real> Law<T> for HoseCompliance<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let _ = seen;
         answers.capacity[0] = self.capacity;
     }

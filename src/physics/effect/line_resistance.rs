@@ -3,7 +3,7 @@
 use super::{At, Effect, First, Form, Free};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
-use crate::physics::component::{Answers, Law, Seen};
+use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -62,7 +62,7 @@ impl<T: Real> Law<T> for LineResistance<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let drop = seen.z[0] - seen.z[1];
         // The positive root of K q² + R q = |dp|, in the form that stays exact for K = 0.
         let root = (self.laminar * self.laminar + self.turbulent * drop.abs() * 4.0).sqrt();

@@ -7,7 +7,7 @@
 pub(crate) mod spline;
 
 use super::card::Card;
-use super::component::{Answers, Law, Seen};
+use super::component::{Law, PortFlows, PortVariables};
 use super::fluid::Fluid;
 use super::formula;
 use crate::numeric::Real;
@@ -168,7 +168,7 @@ macro_rules! effects {
 
             // Most rigs have none: what is rare need not be laid out in every loop.
             #[inline(never)]
-            pub fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+            pub fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
                 match self { $(EffectLaw::$name(law) => law.evaluate(seen, answers)),+ }
             }
         }

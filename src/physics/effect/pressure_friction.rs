@@ -3,7 +3,7 @@
 use super::{At, Effect, First, Form, Free, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Answers, Law, Seen, cylinder};
+use crate::physics::component::{PortFlows, Law, PortVariables, cylinder};
 use crate::physics::fluid::Fluid;
 
 use crate::physics::ATMOSPHERE;
@@ -55,7 +55,7 @@ impl<T: Real> Law<T> for PressureFriction<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let [p_a, p_b, _, v, ..] = seen.z;
         let size = self.coefficient * (p_a + p_b - 2.0 * ATMOSPHERE);
         answers.through[2] = -(size * v) / (v * v + self.transition * self.transition).sqrt();

@@ -3,7 +3,7 @@
 use super::{At, Effect, First, Form, Free, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Answers, Law, Seen, cylinder};
+use crate::physics::component::{PortFlows, Law, PortVariables, cylinder};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -51,7 +51,7 @@ impl<T: Real> Law<T> for ProgressiveLoad<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         answers.through[0] = -(self.rate * seen.z[0] * seen.z[0]);
     }
 }

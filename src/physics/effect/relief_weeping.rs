@@ -3,7 +3,7 @@
 use super::{At, Effect, First, Form, Free, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Answers, Law, Seen, relief_valve};
+use crate::physics::component::{PortFlows, Law, PortVariables, relief_valve};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -53,7 +53,7 @@ impl<T: Real> Law<T> for ReliefWeeping<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let flow = self.conductance * (seen.z[0] - seen.z[1] - self.from).max(T::zero());
         answers.through[0] = flow;
         answers.through[1] = -flow;

@@ -3,7 +3,7 @@
 use super::{At, Effect, First, Form, Free, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Answers, Law, Seen, reservoir};
+use crate::physics::component::{PortFlows, Law, PortVariables, reservoir};
 use crate::physics::fluid::Fluid;
 
 use crate::physics::{ATMOSPHERE, GRAVITY};
@@ -59,7 +59,7 @@ impl<T: Real> Law<T> for ReservoirOverflow<T> {
     }
 
     #[inline]
-    fn evaluate(&self, seen: &Seen<T>, answers: &mut Answers<T>) {
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let level = (seen.z[0] - ATMOSPHERE) * self.level_per_pressure;
         let flow = self.per_level * (level - self.height).max(T::zero());
         answers.through[0] = flow;

@@ -3,7 +3,7 @@
 use crate::complaint::Complaint;
 use crate::diagnosis::{estimate, is_there};
 use crate::learn::phase::{Stretch, stretches};
-use crate::model::Drive;
+use crate::model::InputSignals;
 use crate::record::Record;
 use crate::report::html::Section;
 use crate::report::plot::{Axis, Band, Chart, Live, Rule, Series};
@@ -51,7 +51,7 @@ impl<'a> Shown<'a> {
     /// Columns that are missing.
     pub fn new(rig: &'a Rig, record: &'a Record, group: &'a str, records: usize) -> Result<Self, Complaint> {
         let measured = estimate::measured(rig, record)?;
-        let drive = Drive::from_record(rig, record)?;
+        let drive = InputSignals::from_record(rig, record)?;
         let stretches = stretches(rig, record, &drive, &measured);
         Ok(Self { rig, record, stretches, group, records, detected_at_s: None })
     }

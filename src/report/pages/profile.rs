@@ -37,7 +37,7 @@ pub(super) fn section(rig: &Rig, diagnosed: &Diagnosed) -> Option<Section> {
     all.sort_by_key(|(_, report, _)| !report.present);
     let mut section = Section::new("Profile likelihood");
     section.paragraph(
-        "Each fault held at values around its estimate while everything else is fitted anew: by how much chi-square rises. The interval \
+        "Each fault held at values around its estimate while everything else is fitted again: by how much chi-square rises. The interval \
          ends where the curve crosses the level of 95 %; a curve that stays below it up to the end of the search leaves the interval \
          open. Misfits of neighbouring samples that go together count as the fewer independent ones that they are worth, so that the \
          level is the same for all. Dots: values that were tried.",

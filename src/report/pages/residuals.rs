@@ -2,7 +2,7 @@
 
 use super::channels::Shown;
 use crate::complaint::Complaint;
-use crate::model::Drive;
+use crate::model::InputSignals;
 use crate::report::html::Section;
 use crate::report::plot::{Axis, Chart, Envelope, Rule, Series};
 use crate::residual::{Detection, Evaluated, Gate, ResidualReport};
@@ -22,7 +22,7 @@ pub(super) fn add(
     reports: &[ResidualReport],
     detection: &Detection,
 ) -> Result<(), Complaint> {
-    let drive = Drive::from_record(shown.rig, shown.record)?;
+    let drive = InputSignals::from_record(shown.rig, shown.record)?;
     let evaluated = Evaluated::of(shown.rig, shown.record, &drive, detection.window)?;
     let threshold = evaluated.threshold(detection);
     let bands = shown.bands();

@@ -45,7 +45,7 @@ pub(super) fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &T
             value,
             bounds,
             sigma: sigma.unwrap_or(parameter.tolerance * of),
-            anew: parameter.anew,
+            per_event: parameter.per_event,
             role: parameter.role,
             // What is stated as exact is not calibrated either.
             spread: if sigma == Some(0.0) { 0.0 } else { parameter.spread * of },

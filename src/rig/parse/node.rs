@@ -75,7 +75,7 @@ fn initial_pressure(rig: &mut Rig, name: &str, table: &Table<'_>) -> Result<Init
                 value: stated.value,
                 bounds: (-crate::physics::ATMOSPHERE, f64::INFINITY),
                 sigma,
-                anew: false,
+                per_event: false,
                 role: Role::Plain,
                 spread: 0.0,
                 meaning: format!("pressure of node `{name}` at the start"),

@@ -78,7 +78,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
             value,
             bounds,
             sigma: sigma.unwrap_or(sigma_unstated),
-            anew: false,
+            per_event: false,
             role: Role::Plain,
             // What is stated as exact is not calibrated either.
             spread: if sigma == Some(0.0) { 0.0 } else { spread },

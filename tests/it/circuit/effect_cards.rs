@@ -2,11 +2,11 @@
 
 use crate::support::cards;
 
-use borescope::model::{Drive, Model, cycle_times};
+use borescope::model::{InputSignals, Model, cycle_times};
 use borescope::physics::component::{INPUTS, PORTS, STATES, VARIABLES};
 use borescope::physics::effect::{EFFECTS, EffectLaw, Form, LAWS, effect};
 use borescope::report::effects::entry;
-use borescope::rig::{Given, Placed, Rig};
+use borescope::rig::{EffectInstance, Given, Rig};
 use cards::unit;
 
 #[test]
@@ -54,7 +54,7 @@ fn worked_numbers_come_out() {
 }
 
 /// Every parameter of an effect where it does nothing.
-fn neutral(rig: &Rig, placed: &Placed) -> Vec<Given> {
+fn neutral(rig: &Rig, placed: &EffectInstance) -> Vec<Given> {
     placed
         .effect
         .parameters
@@ -81,7 +81,7 @@ fn neutral(rig: &Rig, placed: &Placed) -> Vec<Given> {
 
 fn readings(rig: &Rig) -> Vec<Vec<f64>> {
     let cycle = rig.cycle.clone().unwrap();
-    let drive = Drive::from_cycle(rig, &cycle);
+    let drive = InputSignals::from_cycle(rig, &cycle);
     let times = cycle_times(rig, &cycle);
     let model = Model::new(rig.clone());
     model.solve(&rig.nominal(), &drive, &times).unwrap().values

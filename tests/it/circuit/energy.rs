@@ -4,10 +4,10 @@
 use std::f64::consts::PI;
 use std::fs;
 
-use borescope::model::{Drive, Model, Tolerance, cycle_times};
+use borescope::model::{InputSignals, Model, Tolerance, cycle_times};
 use borescope::physics::ATMOSPHERE;
 use borescope::physics::card::{Card, Parameter, PortKind};
-use borescope::physics::component::{Answers, AnyLaw, CARDS, INPUTS, Seen};
+use borescope::physics::component::{AnyLaw, CARDS, INPUTS, PortFlows, PortVariables};
 use borescope::physics::fluid::{self, Fluid};
 use borescope::rig::Rig;
 use borescope::units::Unit;
@@ -50,7 +50,7 @@ fn parameters(random: &mut ChaCha8Rng, card: &Card, fluid: &Fluid<f64>) -> Vec<f
 
 /// What a component may see: gauge pressures from near vacuum to 200 bar, any motion, positions beyond both ends, states on their
 /// side of zero.
-fn seen(random: &mut ChaCha8Rng, card: &Card, parameters: &[f64]) -> Seen<f64> {
+fn seen(random: &mut ChaCha8Rng, card: &Card, parameters: &[f64]) -> PortVariables<f64> {
     let mut z = Vec::new();
     for port in card.ports {
         match port.kind {
@@ -67,13 +67,13 @@ fn seen(random: &mut ChaCha8Rng, card: &Card, parameters: &[f64]) -> Seen<f64> {
         let value = within(random, -1.2, 1.2) * scale;
         z.push(if state.name == "spool" { value } else { value.abs() });
     }
-    let mut seen = Seen { u: [within(random, -1.0, 1.0); INPUTS], ..Seen::default() };
+    let mut seen = PortVariables { u: [within(random, -1.0, 1.0); INPUTS], ..PortVariables::default() };
     seen.z[..z.len()].copy_from_slice(&z);
     seen
 }
 
 /// Power that a component takes up at its ports, W, beside the sum of its parts' magnitudes, and the flows into it, m3/s.
-fn taken(card: &Card, seen: &Seen<f64>, answers: &Answers<f64>) -> (f64, f64, Vec<f64>) {
+fn taken(card: &Card, seen: &PortVariables<f64>, answers: &PortFlows<f64>) -> (f64, f64, Vec<f64>) {
     let (mut power, mut size, mut flows, mut at) = (0.0, 0.0_f64, Vec::new(), 0);
     for (port, through) in card.ports.iter().zip(answers.through) {
         let part = match port.kind {
@@ -91,7 +91,7 @@ fn taken(card: &Card, seen: &Seen<f64>, answers: &Answers<f64>) -> (f64, f64, Ve
 }
 
 /// Power that the end stops of a cylinder store as springs, W.
-fn stored_in_stops(card: &Card, parameters: &[f64], seen: &Seen<f64>) -> f64 {
+fn stored_in_stops(card: &Card, parameters: &[f64], seen: &PortVariables<f64>) -> f64 {
     let (stroke, stiffness) = (parameters[named(card, "stroke")], parameters[named(card, "stop_stiffness")]);
     let [.., position, speed, _] = seen.z;
     stiffness * ((position - stroke).max(0.0) + position.min(0.0)) * speed
@@ -112,7 +112,7 @@ fn no_passive_component_gives_energy_or_loses_fluid() {
                 // What falls arrives with what the fall gives it, which no pressure tells: the outlet itself sees the atmosphere.
                 seen.z[1] = ATMOSPHERE;
             }
-            let mut answers = Answers::default();
+            let mut answers = PortFlows::default();
             AnyLaw::new(card, &values, &fluid).unwrap().evaluate(&seen, &mut answers);
             let (mut power, size, flows) = taken(card, &seen, &answers);
             if card.kind == "cylinder" {
@@ -248,7 +248,7 @@ fn what_pump_and_load_bring_is_stored_or_dissipated() {
     let model = metered();
     let rig = &model.rig;
     let cycle = rig.cycle.as_ref().unwrap();
-    let (times, drive) = (cycle_times(rig, cycle), Drive::from_cycle(rig, cycle));
+    let (times, drive) = (cycle_times(rig, cycle), InputSignals::from_cycle(rig, cycle));
     let load = rig.inputs.iter().position(|input| input.name == "F_load").unwrap();
     let faults: [&[(&str, f64)]; 4] = [
         &[],

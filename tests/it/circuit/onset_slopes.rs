@@ -3,7 +3,7 @@
 use borescope::diagnosis::noise::Weights;
 use borescope::diagnosis::problem::{Estimated, RecordProblem};
 use borescope::estimation::Problem;
-use borescope::model::{Before, Drive, Model, Onset, Tolerance, cycle_times};
+use borescope::model::{Before, InputSignals, Model, Onset, Tolerance, cycle_times};
 use borescope::rig::Rig;
 
 /// Faults of the circuit, of a sensor's gain and of its offset; and how far each is moved, SI.
@@ -22,7 +22,7 @@ fn derivatives_with_a_beginning_are_those_of_differences() {
     // Within the first stroke.
     let time = 0.3 * times[times.len() - 1];
     let before = rig.before.iter().map(|&(fault, before)| (fault, Before::Like(before))).collect();
-    let drive = Drive::from_cycle(&rig, &cycle).with_onset(Onset { time, before });
+    let drive = InputSignals::from_cycle(&rig, &cycle).with_onset(Onset { time, before });
     let mut theta = Vec::new();
     let mut steps = Vec::new();
     let mut estimated = Vec::new();

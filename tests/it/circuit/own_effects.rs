@@ -4,7 +4,7 @@ use std::path::Path;
 
 use approx::assert_relative_eq;
 use borescope::learn::add::add;
-use borescope::model::{Drive, Model, Tolerance};
+use borescope::model::{InputSignals, Model, Tolerance};
 use borescope::rig::{Given, Rig};
 
 use crate::support::command::borescope;
@@ -77,7 +77,7 @@ fn rig(more: &str) -> Rig {
 
 /// What the sensors show over the first second of the cycle.
 fn outputs(rig: &Rig) -> Vec<Vec<f64>> {
-    let drive = Drive::from_cycle(rig, rig.cycle.as_ref().unwrap());
+    let drive = InputSignals::from_cycle(rig, rig.cycle.as_ref().unwrap());
     let times: Vec<f64> = (0..250).map(|row| 0.004 * f64::from(row)).collect();
     Model::new(rig.clone()).solve(&rig.nominal(), &drive, &times).unwrap().values
 }
@@ -140,7 +140,7 @@ fn a_flow_over_time_has_exact_slopes() {
     let slope = 0.01e-3 / 60.0 / 1e5;
     given(&mut own, "loosening", "r", slope);
     let index = own.parameter("loosening@A.r").unwrap();
-    let drive = Drive::from_cycle(&own, own.cycle.as_ref().unwrap());
+    let drive = InputSignals::from_cycle(&own, own.cycle.as_ref().unwrap());
     let times: Vec<f64> = (0..250).map(|row| 0.004 * f64::from(row)).collect();
     let model = Model::new(own).with_tolerance(Tolerance { relative: 1e-8, absolute: 1e-8 });
     let at = |r: f64| {
@@ -179,7 +179,7 @@ fn a_loss_of_pressure_has_exact_slopes() {
     let size = 2.0 * 1e5 * 6e4 * 6e4;
     given(&mut own, "narrow-line@flow_control", "K", size);
     let asked = ["narrow-line@flow_control.K", "flow_control.orifice_diameter"].map(|id| own.parameter(id).unwrap());
-    let drive = Drive::from_cycle(&own, own.cycle.as_ref().unwrap());
+    let drive = InputSignals::from_cycle(&own, own.cycle.as_ref().unwrap());
     let times: Vec<f64> = (0..250).map(|row| 0.004 * f64::from(row)).collect();
     let model = Model::new(own).with_tolerance(Tolerance { relative: 1e-8, absolute: 1e-8 });
     let nominal = model.rig.nominal();

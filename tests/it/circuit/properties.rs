@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use borescope::model::{Drive, Model, cycle_times};
+use borescope::model::{InputSignals, Model, cycle_times};
 use borescope::record::{Asked, Channel, Record};
 use borescope::rig::Rig;
 use borescope::units::{Dimension, Quantity, Unit};
@@ -106,7 +106,7 @@ fn simulated(text: &str) -> (Vec<f64>, HashMap<String, Vec<f64>>) {
     let cycle = rig.cycle.clone().unwrap();
     let times = cycle_times(&rig, &cycle);
     let model = Model::new(rig);
-    let outputs = model.solve(&model.rig.nominal(), &Drive::from_cycle(&model.rig, &cycle), &times).unwrap();
+    let outputs = model.solve(&model.rig.nominal(), &InputSignals::from_cycle(&model.rig, &cycle), &times).unwrap();
     let names = model.rig.sensors.iter().map(|sensor| sensor.name.clone());
     (times, names.zip(outputs.values).collect())
 }

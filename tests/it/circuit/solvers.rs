@@ -4,7 +4,7 @@ use crate::support::circuit;
 
 use std::f64::consts::PI;
 
-use borescope::model::{Drive, Model, Outputs, Tolerance};
+use borescope::model::{InputSignals, Model, Outputs, Tolerance};
 use borescope::rig::Rig;
 use circuit::{digits, model, run};
 
@@ -79,7 +79,7 @@ fn an_explicit_method_of_another_library_agrees() {
     {
         let model = model(Rig::read(path), 1e-8);
         let (times, implicit) = run(&model);
-        let drive = Drive::from_cycle(&model.rig, model.rig.cycle.as_ref().unwrap());
+        let drive = InputSignals::from_cycle(&model.rig, model.rig.cycle.as_ref().unwrap());
         let explicit = model.solve_explicitly(&model.rig.nominal(), &drive, &times).unwrap();
         let (share, worst) = agreement(&model, &implicit, &explicit, 1e-3);
         println!(
@@ -96,7 +96,7 @@ fn an_explicit_method_of_another_library_agrees() {
 /// Digits in the worst sensor in which central differences with a step of this share agree with derivatives.
 fn digits_of_derivative(
     model: &Model,
-    drive: &Drive,
+    drive: &InputSignals,
     times: &[f64],
     at: &[f64],
     parameter: usize,
@@ -151,7 +151,7 @@ fn dual_numbers_agree_with_differences() {
         for (id, value) in set {
             at[model.rig.parameter(id).unwrap()] = *value;
         }
-        let drive = Drive::from_cycle(&model.rig, model.rig.cycle.as_ref().unwrap());
+        let drive = InputSignals::from_cycle(&model.rig, model.rig.cycle.as_ref().unwrap());
         let by: Vec<usize> = ids.iter().map(|id| model.rig.parameter(id).unwrap()).collect();
         // Early enough that the end stop, whose stiffness makes differences coarse, is not reached.
         let times: Vec<f64> = (1..=100).map(|row| drive.pieces[1].end * 0.3 * f64::from(row) / 100.0).collect();

@@ -1,7 +1,7 @@
 //! Oil that gets thinner: the law against its worked number, the engine's derivatives against differences.
 
 use approx::assert_relative_eq;
-use borescope::model::{Drive, Model, Tolerance};
+use borescope::model::{InputSignals, Model, Tolerance};
 use borescope::physics::fluid::Fluid;
 use borescope::record::{Channel, Record};
 use borescope::rig::Rig;
@@ -35,7 +35,7 @@ fn stroke(warming: Option<f64>) -> Record {
 /// Readings of `x` with some values of parameters, and their derivative by the last of these.
 fn positions(record: &Record, changed: &[(&str, f64)]) -> (Vec<f64>, Vec<f64>) {
     let model = leaking();
-    let drive = Drive::from_record(&model.rig, record).unwrap();
+    let drive = InputSignals::from_record(&model.rig, record).unwrap();
     let mut values = model.rig.nominal();
     let index = |id: &str| model.rig.parameter(id).unwrap();
     for &(id, value) in changed {
@@ -94,8 +94,8 @@ fn a_window_goes_on_where_the_record_began() {
     let model = leaking();
     let record = stroke(None);
     let last = |late: f64, drift: f64| {
-        let drive = Drive::from_record(&model.rig, &record).unwrap();
-        let drive = Drive { begun: drive.begun - late, ..drive };
+        let drive = InputSignals::from_record(&model.rig, &record).unwrap();
+        let drive = InputSignals { begun: drive.begun - late, ..drive };
         let mut values = model.rig.nominal();
         values[model.rig.parameter("fluid.viscosity_drift").unwrap()] = drift;
         let x = model.rig.sensors.iter().position(|sensor| sensor.name == "x").unwrap();

@@ -9,7 +9,7 @@ use std::path::Path;
 use approx::assert_relative_eq;
 use borescope::calibration::{Calibrated, Options, Report, calibrate, calibrate_rig};
 use borescope::diagnosis::{self, Verdict};
-use borescope::model::{Drive, Model};
+use borescope::model::{InputSignals, Model};
 use borescope::record::Record;
 use borescope::rig::{NEVER_KNOWN, Quantity, Rig};
 use command::{Ran, borescope};
@@ -99,7 +99,7 @@ fn the_noise_of_a_scaled_sensor_is_in_its_own_unit() {
 fn another_part(sheet: &Rig, seed: u64) -> Rig {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut rig = sheet.clone();
-    for parameter in rig.parameters.iter_mut().filter(|parameter| !parameter.anew && parameter.spread > 0.0) {
+    for parameter in rig.parameters.iter_mut().filter(|parameter| !parameter.per_event && parameter.spread > 0.0) {
         let standard: f64 = StandardNormal.sample(&mut random);
         parameter.value = (parameter.value + parameter.spread * standard).max(parameter.bounds.0);
     }
@@ -399,7 +399,7 @@ fn a_measured_drive_is_not_harmed() {
     let channel = &calibrated.report.records[0].channels[0];
     assert!(channel.rmse < channel.rmse_before, "{channel:?}");
     let model = Model::new(calibrated.rig);
-    let drive = Drive::from_record(&model.rig, &record).unwrap();
+    let drive = InputSignals::from_record(&model.rig, &record).unwrap();
     let read = &model.solve(&model.rig.nominal(), &drive, &record.time).unwrap().values[0];
     let measured = &record.channels.iter().find(|channel| channel.name == "q").unwrap().values;
     let square: f64 = read.iter().zip(measured).map(|(model, measured)| (model - measured).powi(2)).sum();

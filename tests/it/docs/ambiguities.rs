@@ -10,7 +10,7 @@ use crate::support::steady;
 use std::sync::OnceLock;
 
 use borescope::diagnosis::{Diagnosis, Options, diagnose};
-use borescope::model::{Drive, Model};
+use borescope::model::{InputSignals, Model};
 use borescope::record::Record;
 use borescope::residual::{Detection, Variant, signatures};
 use borescope::rig::Rig;
@@ -177,7 +177,7 @@ fn three_printed_estimators_have_rank_2_and_the_return_makes_it_3() {
     phases.truncate(2);
     phases[1].duration = 1.9;
     let (rig, record) = (&model.rig, Run::of(&model).with(&[]).record("simulated"));
-    let drive = Drive::from_record(rig, &record).unwrap();
+    let drive = InputSignals::from_record(rig, &record).unwrap();
     let matrix = signatures(rig, &record, &drive, Detection::default().window).unwrap();
     let printed = singular(&matrix, &["leakage", "consumer", "supply"]);
     let all = singular(&matrix, &["leakage", "consumer", "supply", "return"]);

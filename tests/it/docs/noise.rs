@@ -1,6 +1,6 @@
 //! The table of `docs/theory/noise.md`: what trapped oil remembers of a switching.
 
-use borescope::model::{Drive, Model, cycle_times};
+use borescope::model::{InputSignals, Model, cycle_times};
 use borescope::rig::Rig;
 
 /// Gauge pressures of A and B at the end, bar: out for 1.5 s, then closed for 1.5 s.
@@ -17,7 +17,7 @@ fn at_the_end(set: &[(&str, f64)], late: f64) -> [f64; 2] {
         parameters[rig.parameter(id).unwrap()] = *value;
     }
     let cycle = rig.cycle.clone().unwrap();
-    let (drive, times) = (Drive::from_cycle(&rig, &cycle), cycle_times(&rig, &cycle));
+    let (drive, times) = (InputSignals::from_cycle(&rig, &cycle), cycle_times(&rig, &cycle));
     let model = Model::new(rig);
     let outputs = model.solve(&parameters, &drive, &times).unwrap();
     let last = |name: &str| {

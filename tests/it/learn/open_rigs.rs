@@ -6,7 +6,7 @@ use borescope::calibration::{Options, calibrate};
 use borescope::learn::add::with_effects;
 use borescope::learn::improve::{Improvement, improve};
 use borescope::learn::suggest::{Conclusion, suggest};
-use borescope::model::{Drive, Model};
+use borescope::model::{InputSignals, Model};
 use borescope::record::Record;
 use borescope::report::improvement::Ledger;
 use borescope::rig::Rig;
@@ -139,7 +139,7 @@ mod shared {
         let text = with_effects(&rig.path, &text, &rig, &improvement.trial).unwrap();
         let improved = Rig::parse(&rig.path, text.clone()).unwrap();
         let calibrated = calibrate(&text, &improved, &[fit], &Options::default()).unwrap().rig;
-        let drive = Drive::from_record(&calibrated, &check).unwrap();
+        let drive = InputSignals::from_record(&calibrated, &check).unwrap();
         let model = Model::new(calibrated);
         let predicted = model.solve(&model.rig.nominal(), &drive, &check.time).unwrap().values;
         let measured = &check.channel("level_2").unwrap().values;

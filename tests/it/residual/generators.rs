@@ -1,6 +1,6 @@
 //! The residual generators against simulated truth, Monte Carlo and the run length that their thresholds promise.
 
-use borescope::model::{Drive, Model};
+use borescope::model::{InputSignals, Model};
 use borescope::record::{Channel, Record};
 use borescope::residual::{
     Detection, Gate, Generator, Variant, detect, first_alarm, generators, run_length, threshold,
@@ -19,9 +19,9 @@ fn rig() -> Rig {
 }
 
 /// One cycle of the rig with these parameters: what the sensors would show without noise.
-fn truth(rig: &Rig, set: &[(&str, f64)]) -> (Record, Drive) {
+fn truth(rig: &Rig, set: &[(&str, f64)]) -> (Record, InputSignals) {
     let cycle = rig.cycle.as_ref().unwrap();
-    let drive = Drive::from_cycle(rig, cycle);
+    let drive = InputSignals::from_cycle(rig, cycle);
     let rows = (cycle.duration() / cycle.interval).round() as usize;
     let time: Vec<f64> = (1..=rows).map(|row| row as f64 * cycle.interval).collect();
     let mut parameters = rig.nominal();
@@ -77,7 +77,7 @@ fn find(rig: &Rig, id: &str, variant: Variant) -> Generator {
 }
 
 /// Mean over the windows that count within these times, SI.
-fn mean(rig: &Rig, generator: &Generator, record: &Record, drive: &Drive, from: f64, to: f64) -> f64 {
+fn mean(rig: &Rig, generator: &Generator, record: &Record, drive: &InputSignals, from: f64, to: f64) -> f64 {
     let series = generator.blocks(rig, record, drive, WINDOW).unwrap();
     let counted: Vec<f64> = (0..series.time.len())
         .filter(|&at| series.gate[at] == Gate::Open && series.start[at] >= from && series.time[at] <= to)

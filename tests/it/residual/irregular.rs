@@ -1,6 +1,6 @@
 //! The residuals on records whose clock jitters or that have lost rows.
 
-use borescope::model::{Drive, Model};
+use borescope::model::{InputSignals, Model};
 use borescope::record::Record;
 use borescope::residual::{Detection, Gate, Generator, Variant, detect, generators};
 use borescope::rig::Rig;
@@ -13,7 +13,7 @@ use crate::support::cycle::Run;
 const WINDOW: f64 = 0.1;
 
 /// The record without the rows that `left_out` names, its times moved by up to `jitter` intervals.
-fn irregular(rig: &Rig, set: &[(&str, f64)], jitter: f64, left_out: impl Fn(usize) -> bool) -> (Record, Drive) {
+fn irregular(rig: &Rig, set: &[(&str, f64)], jitter: f64, left_out: impl Fn(usize) -> bool) -> (Record, InputSignals) {
     let cycle = rig.cycle.as_ref().unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(17);
     let rows = (cycle.duration() / cycle.interval).round() as usize;
@@ -38,7 +38,7 @@ fn windows_follow_the_time_stamps() {
     let leak = [("cylinder.clearance", 0.1e-3)];
     let found = |generator: &Generator| generator.id == "cylinder.flow_A" && generator.variant == Variant::Corrected;
     let generator = generators(&rig).into_iter().find(found).unwrap();
-    let counted = |record: &Record, drive: &Drive| {
+    let counted = |record: &Record, drive: &InputSignals| {
         let series = generator.blocks(&rig, record, drive, WINDOW).unwrap();
         let open: Vec<usize> = (0..series.time.len()).filter(|&at| series.gate[at] == Gate::Open).collect();
         for &at in &open {

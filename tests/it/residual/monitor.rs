@@ -2,7 +2,7 @@
 
 use crate::support::long_record;
 
-use borescope::model::Drive;
+use borescope::model::InputSignals;
 use borescope::record::{Channel, Record};
 use borescope::residual::{Block, Detection, Evaluated, Fired, Monitor};
 use borescope::rig::Rig;
@@ -60,7 +60,7 @@ fn alarms_do_not_depend_on_where_the_record_is_cut() {
 fn the_first_alarms_are_those_of_the_whole_record() {
     let rig = rig();
     let record = record(&rig);
-    let drive = Drive::from_record(&rig, &record).unwrap();
+    let drive = InputSignals::from_record(&rig, &record).unwrap();
     let detection = Detection::default();
     let reports = Evaluated::of(&rig, &record, &drive, detection.window).unwrap().judge(&detection);
     let (blocks, fired) = watched(&rig, &record, &[700]);

@@ -1,6 +1,6 @@
 //! A fault that begins in the middle of a record: the residuals that should fire do, soon, and say when it began.
 
-use borescope::model::{Drive, Model};
+use borescope::model::{InputSignals, Model};
 use borescope::residual::{Detection, ResidualReport, detect};
 use borescope::rig::Rig;
 
@@ -60,7 +60,7 @@ fn reports(model: &Model, case: &Case, time: f64, seed: u64) -> Vec<ResidualRepo
     let run = Run::of(model).with(&[(case.parameter, case.after)]).since(time).seed(seed);
     let record = run.record("simulated");
     // The detector knows commands and loads, not the onset.
-    let known = Drive::from_record(rig, &record).unwrap();
+    let known = InputSignals::from_record(rig, &record).unwrap();
     detect(rig, &record, &known, &Detection::default()).unwrap()
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use borescope::model::Drive;
+use borescope::model::InputSignals;
 use borescope::record::Record;
 use borescope::residual::{Detection, ResidualReport, detect};
 use borescope::rig::Rig;
@@ -13,7 +13,7 @@ fn reports(name: &str) -> Vec<ResidualReport> {
     let path: PathBuf = Path::new(RECORDS).join(format!("{name}.csv"));
     let rig = Rig::read("fixtures/telescopic/rig.toml").unwrap_or_else(|complaint| panic!("{complaint}"));
     let record = Record::read(path).unwrap_or_else(|complaint| panic!("{complaint}"));
-    let drive = Drive::from_record(&rig, &record).unwrap_or_else(|complaint| panic!("{complaint}"));
+    let drive = InputSignals::from_record(&rig, &record).unwrap_or_else(|complaint| panic!("{complaint}"));
     let reports = detect(&rig, &record, &drive, &Detection::default()).unwrap();
     println!("{name}: {:.1} s", record.time.last().unwrap());
     for report in &reports {

@@ -2,7 +2,7 @@
 
 use approx::assert_relative_eq;
 use borescope::physics::card::{Answer, Card};
-use borescope::physics::component::{Answers, Seen};
+use borescope::physics::component::{PortFlows, PortVariables};
 use borescope::physics::fluid::{self, Fluid};
 use borescope::units::Unit;
 
@@ -11,7 +11,10 @@ pub fn unit(symbol: &str) -> Unit {
 }
 
 /// Each worked number of a card against what its law answers.
-pub fn worked_numbers_come_out(card: &Card, law: impl Fn(&[f64], &Fluid<f64>, &Seen<f64>, &mut Answers<f64>)) {
+pub fn worked_numbers_come_out(
+    card: &Card,
+    law: impl Fn(&[f64], &Fluid<f64>, &PortVariables<f64>, &mut PortFlows<f64>),
+) {
     let fluid_values: Vec<f64> =
         fluid::CARD.parameters.iter().map(|p| unit(p.unit).to_si(p.default.unwrap())).collect();
     let fluid = Fluid::new(&fluid_values);
@@ -28,10 +31,10 @@ pub fn worked_numbers_come_out(card: &Card, law: impl Fn(&[f64], &Fluid<f64>, &S
                 unit(p.unit).difference_to_si(given.or(p.default).unwrap_or(1.0))
             })
             .collect();
-        let mut seen = Seen::default();
+        let mut seen = PortVariables::default();
         seen.z[..worked.at.len()].copy_from_slice(worked.at);
         seen.u[..worked.inputs.len()].copy_from_slice(worked.inputs);
-        let mut answers = Answers::default();
+        let mut answers = PortFlows::default();
         law(&parameters, &fluid, &seen, &mut answers);
         let got = match worked.answer {
             Answer::Through(port) => answers.through[port],

@@ -1,7 +1,7 @@
 //! Small circuits and what they read, against what they should.
 
 use borescope::complaint::Complaint;
-use borescope::model::{Drive, Model, Outputs, Tolerance, cycle_times};
+use borescope::model::{InputSignals, Model, Outputs, Tolerance, cycle_times};
 use borescope::rig::Rig;
 
 /// The model of a rig, at this relative and absolute tolerance.
@@ -15,7 +15,7 @@ pub fn model(rig: Result<Rig, Complaint>, tolerance: f64) -> Model {
 pub fn run(model: &Model) -> (Vec<f64>, Outputs) {
     let cycle = model.rig.cycle.as_ref().unwrap();
     let times = cycle_times(&model.rig, cycle);
-    let outputs = model.solve(&model.rig.nominal(), &Drive::from_cycle(&model.rig, cycle), &times).unwrap();
+    let outputs = model.solve(&model.rig.nominal(), &InputSignals::from_cycle(&model.rig, cycle), &times).unwrap();
     (times, outputs)
 }
 

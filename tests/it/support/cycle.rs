@@ -1,6 +1,6 @@
 //! The cycle of a rig, simulated into the record that its logger would write.
 
-use borescope::model::{Before, Drive, Model, Onset, cycle_times, input_columns, recording};
+use borescope::model::{Before, InputSignals, Model, Onset, cycle_times, input_columns, recording};
 use borescope::record::Record;
 use borescope::rig::Cycle;
 use borescope::units::Quantity;
@@ -59,8 +59,8 @@ impl<'a> Run<'a> {
     }
 
     /// Commands and loads of the cycle, without any onset: what a diagnosis may know.
-    pub fn drive(&self) -> Drive {
-        Drive::from_cycle(&self.model.rig, &self.cycle)
+    pub fn drive(&self) -> InputSignals {
+        InputSignals::from_cycle(&self.model.rig, &self.cycle)
     }
 
     /// The record, with the noise of the seed.

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use borescope::model::{Before, Drive, Model, Onset, Outputs, input_columns, recording};
+use borescope::model::{Before, InputSignals, Model, Onset, Outputs, input_columns, recording};
 use borescope::rig::{Cycle, Rig};
 use borescope::units::Quantity;
 
@@ -20,7 +20,7 @@ pub fn write(path: &Path, rig: &str, [healthy, faulty]: [usize; 2], (fault, valu
     let before = vec![(index, Before::Value(parameters[index]))];
     parameters[index] = Quantity::parse(value).unwrap().value;
     let onset = Onset { time: 2.0 * cycle.duration(), before };
-    let drive = Drive::from_cycle(&rig, &Cycle { phases, ..cycle.clone() }).with_onset(onset);
+    let drive = InputSignals::from_cycle(&rig, &Cycle { phases, ..cycle.clone() }).with_onset(onset);
     let times: Vec<f64> = (1..=4 * rows).map(|row| row as f64 * cycle.interval).collect();
     let outputs = Model::new(rig.clone()).solve(&parameters, &drive, &times).unwrap();
     let inputs = input_columns(&rig, &drive, &times);

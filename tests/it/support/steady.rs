@@ -1,6 +1,6 @@
 //! A stretch of steady motion: means of the sensors and residuals, and sizes of faults that follow from one component.
 
-use borescope::model::Drive;
+use borescope::model::InputSignals;
 use borescope::record::Record;
 use borescope::residual::{Detection, Gate, Variant, estimator::Healthy, generators};
 use borescope::rig::Rig;
@@ -41,7 +41,7 @@ impl Steady {
         let (middle, centre) = (t.iter().sum::<f64>() / t.len() as f64, mean("x"));
         let slope = t.iter().zip(x).map(|(t, x)| (t - middle) * (x - centre)).sum::<f64>()
             / t.iter().map(|t| (t - middle).powi(2)).sum::<f64>();
-        let drive = Drive::from_record(rig, record).unwrap();
+        let drive = InputSignals::from_record(rig, record).unwrap();
         let residual = |generator: borescope::residual::Generator| {
             let series = generator.blocks(rig, record, &drive, Detection::default().window).unwrap();
             let within =
