@@ -70,7 +70,7 @@ impl AdditionReport {
             }
         };
         let new = rig.effects.iter().filter(|effect| before.effects.iter().all(|old| old.id != effect.id));
-        let effect = |effect: &crate::rig::Present| AddedEffect {
+        let effect = |effect: &crate::rig::InstalledEffect| AddedEffect {
             id: effect.id.clone(),
             parameters: effect.parameters.iter().map(parameter).collect(),
         };

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use super::tries::{ScoreContext, best_try};
 use crate::diagnosis::estimate::Estimate;
-use crate::physics::effect::{First, Form, Free};
-use crate::rig::{EffectInstance, Given, Rig};
+use crate::physics::effect::{Form, FreeParameter, InitialGuess};
+use crate::rig::{EffectInstance, ParameterSetting, Rig};
 
 /// A candidate with what the score test says of it.
 #[derive(Debug, Clone)]
@@ -20,7 +20,7 @@ pub struct Candidate {
     pub id: String,
     pub placed: EffectInstance,
     /// Its parameters as they were tried, SI, in the order of the effect.
-    pub tried: Vec<Given>,
+    pub tried: Vec<ParameterSetting>,
     /// Expected fall of chi-square.
     pub score: f64,
     /// Where it was scored, as an index into the base points; `None` where it was not.
@@ -42,10 +42,10 @@ pub struct Candidate {
 impl Candidate {
     /// In its typical size, to be fitted from anywhere.
     pub(super) fn as_typical(&self, rig: &Rig) -> Self {
-        let typical = |(free, tried): (&Free, &Given)| match free.first {
+        let typical = |(free, tried): (&FreeParameter, &ParameterSetting)| match free.first {
             // Where it begins was found.
-            First::Onset(_) => tried.clone(),
-            _ => Given { value: rig.first_size(&self.placed, free).unwrap_or(tried.value), ..tried.clone() },
+            InitialGuess::Onset(_) => tried.clone(),
+            _ => ParameterSetting { value: rig.first_size(&self.placed, free).unwrap_or(tried.value), ..tried.clone() },
         };
         let tried = self.placed.effect.parameters.iter().zip(&self.tried).map(typical).collect();
         Self { tried, factor: 1.0, base_point: None, ..self.clone() }
@@ -76,7 +76,7 @@ pub fn candidates(estimate: &Estimate<'_>, base_point: usize, tolerance: f64) ->
         .filter(|placed| rig.effects.iter().all(|present| present.id != rig.effect_id(placed)))
         .filter(|placed| !placed.effect.empirical)
         // What is a fault of the rig competes as one.
-        .filter(|placed| !(matches!(placed.effect.form, Form::Bent) && bends_a_fault(rig, placed)))
+        .filter(|placed| !(matches!(placed.effect.form, Form::ParameterChange) && bends_a_fault(rig, placed)))
         .collect();
     let count = rig.context().count("candidates screened", places.len());
     let Some(here) = ScoreContext::of(estimate, worth(places.len(), tolerance)) else { return Vec::new() };
@@ -108,9 +108,9 @@ pub fn empirical(rig: &Rig) -> Vec<Candidate> {
     let places = rig.effect_places().into_iter().filter(|placed| placed.effect.empirical);
     places
         .map(|placed| {
-            let one = |free: &Free| {
+            let one = |free: &FreeParameter| {
                 let value = rig.first_size(&placed, free).unwrap_or(0.0);
-                Given { name: free.name.to_owned(), value, sigma: 0.0 }
+                ParameterSetting { name: free.name.to_owned(), value, sigma: 0.0 }
             };
             Candidate {
                 id: rig.effect_id(&placed),

@@ -15,10 +15,10 @@ use crate::complaint::Complaint;
 use crate::diagnosis::{estimate, is_there};
 use crate::estimation::profile::QUANTILE;
 use crate::model::{InputSignals, Model};
-use crate::physics::effect::First;
+use crate::physics::effect::InitialGuess;
 use crate::physics::effect::spline::{Curve, HEIGHTS};
 use crate::record::Record;
-use crate::rig::{EffectInstance, Given, Location, Quantity, Rig};
+use crate::rig::{EffectInstance, Location, ParameterSetting, Quantity, Rig};
 
 /// Points of a picture over the whole axis.
 const POINTS: usize = 120;
@@ -165,7 +165,11 @@ fn one(
             let pieces = (HEIGHTS - 3) as f64;
             let usual = card.parameters.iter().find(|own| own.name == RANGE).and_then(|own| own.default)?;
             let usual = rig.effect_unit(placed, RANGE).difference_to_si(usual);
-            (top > 0.0 && top * pieces < usual).then(|| Given { name: RANGE.to_owned(), value: top, sigma: 0.0 })
+            (top > 0.0 && top * pieces < usual).then(|| ParameterSetting {
+                name: RANGE.to_owned(),
+                value: top,
+                sigma: 0.0,
+            })
         }
         _ => None,
     };
@@ -176,7 +180,7 @@ fn one(
     let heights = columns(&model, &values, &indices, &drive, record, &base.fit).ok()?;
     let visited = visited(&heights)?;
     let unit = model.rig.effect_unit(placed, placed.effect.parameters[0].name);
-    let First::Value(typical) = placed.effect.parameters[0].first else { return None };
+    let InitialGuess::Value(typical) = placed.effect.parameters[0].first else { return None };
     let fitted = Fitted::new(own, &heights, &base.fit.misfit, unit.difference_to_si(typical))?;
     let (step, spread) = fitted.curve(&fitted.pull);
     let seen = with.map(|change| fitted.curve(&fitted.slope(change)).0);

@@ -8,10 +8,10 @@ use crate::diagnosis::estimate::{self, FIRST_FORMS, PreliminaryFit};
 use crate::diagnosis::search::ROUGH;
 use crate::estimation::criteria::bic;
 use crate::model::{InputSignals, Model, Tolerance};
-use crate::physics::effect::First;
+use crate::physics::effect::InitialGuess;
 use crate::record::Record;
 use crate::rig::FaultSet;
-use crate::rig::{Given, Rig};
+use crate::rig::{ParameterSetting, Rig};
 
 /// Forms of a fit that goes on to its end.
 pub(super) const FORMS: usize = 12;
@@ -135,7 +135,7 @@ fn with_effects(rig: &Rig, effects: &[Candidate]) -> Option<(Rig, Vec<Start>)> {
     let mut rig = rig.clone();
     let mut starts = Vec::new();
     for effect in effects {
-        let given: Vec<Given> = effect
+        let given: Vec<ParameterSetting> = effect
             .placed
             .effect
             .parameters
@@ -148,13 +148,13 @@ fn with_effects(rig: &Rig, effects: &[Candidate]) -> Option<(Rig, Vec<Start>)> {
                 // What was tried may be far smaller than what such an effect often is.
                 let typical = rig.first_size(&effect.placed, free).map_or(0.0, from);
                 let size = from(tried.value).max(typical);
-                let absolute = matches!(free.first, First::Range(_));
+                let absolute = matches!(free.first, InitialGuess::Range(_));
                 let sigma = match neutral {
                     Some(_) => WIDE * size,
                     None if absolute => 0.3 * SHAPE * size,
                     None => SHAPE * size,
                 };
-                Given { name: free.name.to_owned(), value: neutral.unwrap_or(tried.value), sigma }
+                ParameterSetting { name: free.name.to_owned(), value: neutral.unwrap_or(tried.value), sigma }
             })
             .collect();
         let indices = rig.give_effect(&effect.placed, &given).ok()?;

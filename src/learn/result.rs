@@ -14,7 +14,7 @@ use crate::estimation::profile::QUANTILE;
 use crate::model::Model;
 use crate::number::rounded;
 use crate::physics::card::{Answer, Card, PortKind};
-use crate::physics::effect::{First, Form, Free};
+use crate::physics::effect::{Form, FreeParameter, InitialGuess};
 use crate::record::Record;
 use crate::rig::{Location, NodeKind, Rig, is_next_to_nothing};
 
@@ -192,10 +192,10 @@ fn equation(rig: &Rig, candidate: &Candidate) -> String {
         Location::Component(component) => &rig.components[component].name,
     };
     match candidate.placed.effect.form {
-        Form::Joined { card, .. } => joined(rig, &candidate.id, card).unwrap_or_else(|| format!("balance at {spot}")),
-        Form::Spliced { .. } => format!("pressure drop of the line at {spot}"),
-        Form::Dropped { .. } => format!("pressure drop over {spot}"),
-        Form::Bent | Form::Reading { .. } => format!("law of {spot}"),
+        Form::Shunt { card, .. } => joined(rig, &candidate.id, card).unwrap_or_else(|| format!("balance at {spot}")),
+        Form::Series { .. } => format!("pressure drop of the line at {spot}"),
+        Form::PressureLoss { .. } => format!("pressure drop over {spot}"),
+        Form::ParameterChange | Form::Reading { .. } => format!("law of {spot}"),
     }
 }
 
@@ -216,7 +216,7 @@ fn joined(rig: &Rig, id: &str, card: &Card) -> Option<String> {
 /// The parameters of one effect of a fitted model.
 pub(crate) fn parameters(trial: &FittedModel, id: &str) -> Vec<ParameterReport> {
     let Some(present) = trial.rig.effects.iter().find(|present| present.id == id) else { return Vec::new() };
-    let one = |(free, &index): (&Free, &usize)| {
+    let one = |(free, &index): (&FreeParameter, &usize)| {
         let parameter = &trial.rig.parameters[index];
         let shown = |si: f64| rounded(parameter.unit.from_si(si), DIGITS);
         let (low, high) = parameter.bounds;
@@ -253,7 +253,7 @@ fn smallest_detectable(base: &FittedModel, candidate: &Candidate) -> Option<f64>
 
 fn onset(base: &FittedModel, candidate: &Candidate) -> Option<OnsetReport> {
     let mut tried = candidate.placed.effect.parameters.iter().zip(&candidate.tried);
-    let (free, from) = tried.find(|(free, _)| matches!(free.first, First::Onset(_)))?;
+    let (free, from) = tried.find(|(free, _)| matches!(free.first, InitialGuess::Onset(_)))?;
     let unit = base.rig.effect_unit(&candidate.placed, free.name);
     let from = rounded(unit.from_si(from.value), DIGITS);
     Some(OnsetReport { from, unit: unit.symbol, smallest_detectable: smallest_detectable(base, candidate) })

@@ -5,8 +5,8 @@ use crate::diagnosis::estimate::Estimate;
 use crate::diagnosis::search::ROUGH;
 use crate::estimation::ScoreTest;
 use crate::model::{InputSignals, Model};
-use crate::physics::effect::{self, First, Form, Free};
-use crate::rig::{EffectInstance, Given, Location, NodeKind, Quantity, Rig, Sensor, Target};
+use crate::physics::effect::{self, Form, FreeParameter, InitialGuess};
+use crate::rig::{EffectInstance, Location, NodeKind, ParameterSetting, Quantity, Rig, Sensor, Target};
 
 /// Change of the weighted misfits below which a candidate is not excited, root sum of squares.
 const EXCITED: f64 = 0.1;
@@ -76,7 +76,9 @@ pub(super) fn best_try(here: &ScoreContext<'_, '_>, placed: &EffectInstance) -> 
             return Some(first.candidate);
         }
         vec![std::iter::once(first).chain(tried).collect()]
-    } else if let Some(onset) = placed.effect.parameters.iter().find(|free| matches!(free.first, First::Onset(_))) {
+    } else if let Some(onset) =
+        placed.effect.parameters.iter().find(|free| matches!(free.first, InitialGuess::Onset(_)))
+    {
         let top = highest(Quantity::Pressure);
         if top > 0.0 {
             ONSETS.iter().map(|share| sizes(here, placed, share * top)).collect()
@@ -207,7 +209,7 @@ pub(super) fn distance(rig: &Rig, candidate: &Candidate) -> Option<f64> {
 }
 
 /// The value, SI, at which a parameter of an effect does nothing: its neutral one, or that which the rig has.
-pub(super) fn nothing(rig: &Rig, placed: &EffectInstance, free: &Free) -> Option<f64> {
+pub(super) fn nothing(rig: &Rig, placed: &EffectInstance, free: &FreeParameter) -> Option<f64> {
     match free.neutral {
         Some(neutral) => Some(rig.effect_unit(placed, free.name).difference_to_si(neutral)),
         None => Some(rig.parameters[rig.bent(placed, free.name)?].value),
@@ -230,7 +232,7 @@ fn asks_for_more(tried: &Candidate, typical: bool) -> bool {
 
 /// Shares or distances at which a level is tried, where an effect has one that has to be found.
 fn levels(placed: &EffectInstance) -> Option<&'static [f64]> {
-    let of_level = placed.effect.parameters.iter().any(|free| matches!(free.first, First::Range(_)));
+    let of_level = placed.effect.parameters.iter().any(|free| matches!(free.first, InitialGuess::Range(_)));
     of_level.then_some(match placed.spot {
         // Readings pile up at a limit, noise above it.
         Location::Sensor(_) => &[0.0, 2.0],
@@ -239,12 +241,12 @@ fn levels(placed: &EffectInstance) -> Option<&'static [f64]> {
 }
 
 /// What is tried of each parameter at a step, SI: so many typical sizes, from a level or pressure on where it has one.
-fn attempt(estimate: &Estimate<'_>, placed: &EffectInstance, (step, onset): (f64, f64)) -> Vec<Given> {
+fn attempt(estimate: &Estimate<'_>, placed: &EffectInstance, (step, onset): (f64, f64)) -> Vec<ParameterSetting> {
     let rig = estimate.case.rig();
     let of_level = levels(placed).is_some();
-    let one = |free: &Free| {
+    let one = |free: &FreeParameter| {
         let value = match (rig.first_size(placed, free), placed.spot) {
-            (Some(_), _) if matches!(free.first, First::Onset(_)) => onset,
+            (Some(_), _) if matches!(free.first, InitialGuess::Onset(_)) => onset,
             (Some(first), _) if of_level => first,
             // What only shapes the effect stays.
             (Some(first), _) => nothing(rig, placed, free).map_or(first, |from| from + step * (first - from)),
@@ -253,7 +255,7 @@ fn attempt(estimate: &Estimate<'_>, placed: &EffectInstance, (step, onset): (f64
             }
             (None, _) => onset,
         };
-        Given { name: free.name.to_owned(), value, sigma: 0.0 }
+        ParameterSetting { name: free.name.to_owned(), value, sigma: 0.0 }
     };
     placed.effect.parameters.iter().map(one).collect()
 }
@@ -297,7 +299,7 @@ pub(super) fn highest_at(
 }
 
 /// By how much a try changes the weighted misfits; `None` where the model cannot be solved with it.
-fn change(here: &ScoreContext<'_, '_>, placed: &EffectInstance, tried: &[Given]) -> Option<Vec<f64>> {
+fn change(here: &ScoreContext<'_, '_>, placed: &EffectInstance, tried: &[ParameterSetting]) -> Option<Vec<f64>> {
     let ScoreContext { estimate, plain, .. } = here;
     let (case, isolation) = (&estimate.case, &estimate.isolation);
     let full = &case.full;
@@ -334,7 +336,7 @@ fn change(here: &ScoreContext<'_, '_>, placed: &EffectInstance, tried: &[Given])
 fn scored(
     here: &ScoreContext<'_, '_>,
     placed: &EffectInstance,
-    tried: Vec<Given>,
+    tried: Vec<ParameterSetting>,
     change: &[f64],
     reach: Option<f64>,
 ) -> (Candidate, f64) {

@@ -13,7 +13,7 @@ use super::start;
 use crate::context::Interrupted;
 use crate::numeric::{IntegrationError, Options, Rosenbrock, Step};
 use crate::physics::effect::{self, Form};
-use crate::rig::{Location, NodeKind, Present, Rig};
+use crate::rig::{InstalledEffect, Location, NodeKind, Rig};
 
 /// Parameters whose sensitivities are carried along with one integration: what they share is then worth sharing, and
 /// threads have something to do where there are many.
@@ -241,14 +241,15 @@ impl Model {
             let first = self.layout.node_state[node];
             first.is_some_and(|first| state == first || (is_body && state == first + 1))
         };
-        let acts = |present: &&Present| match (present.placed.spot, present.placed.effect.form) {
+        let acts = |present: &&InstalledEffect| match (present.placed.spot, present.placed.effect.form) {
             (Location::Node(node), _) => acts_on(node),
-            (Location::Component(component), Form::Dropped { .. }) => {
+            (Location::Component(component), Form::PressureLoss { .. }) => {
                 self.rig.components[component].ports.iter().any(|&node| acts_on(node))
             }
             _ => false,
         };
-        let formula = |present: &&Present| present.placed.effect.form.card().is_some_and(|card| card.formula.is_some());
+        let formula =
+            |present: &&InstalledEffect| present.placed.effect.form.card().is_some_and(|card| card.formula.is_some());
         let present = self.rig.effects.iter().filter(formula).find(acts)?;
         Some(format!("`{}` of `{}`", present.placed.effect.law, present.id))
     }

@@ -8,7 +8,7 @@ use super::table::{Head, aligned};
 use crate::number::with_unit;
 use crate::physics::card::Parameter;
 use crate::physics::component::CARDS;
-use crate::physics::effect::{At, EFFECTS, Effect, First, Free};
+use crate::physics::effect::{At, EFFECTS, Effect, FreeParameter, InitialGuess};
 use crate::physics::fluid;
 
 /// Name and version of the JSON schema.
@@ -102,7 +102,7 @@ pub fn entry(effect: &Effect, name: &str) -> Option<&'static Parameter> {
     parameters.iter().find(|own| own.name == name)
 }
 
-fn parameter(effect: &Effect, free: &Free) -> FreeReport {
+fn parameter(effect: &Effect, free: &FreeParameter) -> FreeReport {
     let entry = entry(effect, free.name);
     let of_sensor = matches!(effect.at, At::Sensor);
     let unit = match entry.map(|entry| entry.unit) {
@@ -113,10 +113,10 @@ fn parameter(effect: &Effect, free: &Free) -> FreeReport {
         None => "unit of the sensor",
     };
     let first = match free.first {
-        First::Value(value) => with_unit(value, unit),
-        First::Onset(_) => "0.35 to 0.8 of the highest pressure".to_owned(),
-        First::Noise(factor) => format!("{factor} of the sensor's noise"),
-        First::Range(_) => "0.6 to 0.95 of the highest reading or level".to_owned(),
+        InitialGuess::Value(value) => with_unit(value, unit),
+        InitialGuess::Onset(_) => "0.35 to 0.8 of the highest pressure".to_owned(),
+        InitialGuess::Noise(factor) => format!("{factor} of the sensor's noise"),
+        InitialGuess::Range(_) => "0.6 to 0.95 of the highest reading or level".to_owned(),
     };
     let (low, high) = free.plausible;
     FreeReport {

@@ -227,7 +227,7 @@ fn report(
 /// Start of a window, or of the first of those before it in the same phase that do not count because something moved: what
 /// begins within a stroke shakes the window that it begins in, and takes the noise from the next.
 fn onset(series: &Series, mut at: usize, same_phase: impl Fn(usize) -> bool) -> f64 {
-    let moved = |at: usize| matches!(series.gate[at], Gate::Unsteady | Gate::First) && same_phase(at);
+    let moved = |at: usize| matches!(series.gate[at], Gate::Unsteady | Gate::InitialGuess) && same_phase(at);
     while at > 0 && moved(at - 1) {
         at -= 1;
     }

@@ -53,7 +53,7 @@ pub enum Gate {
     /// The residual is not defined here: the spool stands near zero.
     Undefined,
     /// The window before, from which the noise is taken, does not count or is not there.
-    First,
+    InitialGuess,
     /// A check valve, or a relief valve that the residual takes as shut, may be open.
     CheckValve,
     /// The piston touches an end stop.
@@ -353,7 +353,7 @@ fn motion(frame: &Frame, defined: bool) -> Gate {
 /// Whether a value counts, by how the circuit moves and what the window before says.
 fn gate(motion: Gate, judge: Option<PortVariables>) -> Gate {
     match (motion, judge) {
-        (Gate::Open, None) => Gate::First,
+        (Gate::Open, None) => Gate::InitialGuess,
         (Gate::Open, Some(judge)) => judge.validity,
         (closed, _) => closed,
     }

@@ -173,7 +173,7 @@ impl Watch {
             let name = phase(rig, drive, series.time[at]);
             let since = self.moved.filter(|(_, phase)| *phase == name).map_or(series.start[at], |(start, _)| start);
             let gate = series.gate[at];
-            self.moved = matches!(gate, Gate::Unsteady | Gate::First).then_some((since, name));
+            self.moved = matches!(gate, Gate::Unsteady | Gate::InitialGuess).then_some((since, name));
             let Some(sums) = phases(rig).iter().position(|phase| *phase == name).filter(|_| gate == Gate::Open) else {
                 continue;
             };

@@ -5,7 +5,7 @@ use crate::complaint::{Complaint, Kind, Place, help_with_names};
 use crate::physics::card::{Card, PortKind};
 use crate::physics::component::facts;
 use crate::physics::component::facts::Symbol;
-use crate::physics::effect::{At, EFFECTS, Effect, First, Form, Free, Joint};
+use crate::physics::effect::{At, EFFECTS, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::units::Unit;
 
 /// An effect at its place in a rig.
@@ -26,7 +26,7 @@ pub enum Location {
 
 /// An effect that a rig has.
 #[derive(Debug, Clone)]
-pub struct Present {
+pub struct InstalledEffect {
     /// `kind@place`.
     pub id: String,
     pub placed: EffectInstance,
@@ -44,7 +44,7 @@ pub struct Readings {
 
 /// A parameter of an effect as it is to be: SI, with its standard uncertainty (0: exact).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Given {
+pub struct ParameterSetting {
     pub name: String,
     pub value: f64,
     pub sigma: f64,
@@ -174,13 +174,13 @@ impl Rig {
     }
 
     /// What is tried first of a parameter of an effect, SI; `None` of a level, which has to be looked for.
-    pub fn first_size(&self, placed: &EffectInstance, free: &Free) -> Option<f64> {
+    pub fn first_size(&self, placed: &EffectInstance, free: &FreeParameter) -> Option<f64> {
         let unit = || self.effect_unit(placed, free.name);
         match (free.first, placed.spot) {
-            (First::Value(value) | First::Onset(value), _) => Some(unit().difference_to_si(value)),
-            (First::Noise(factor), Location::Sensor(sensor)) => Some(factor * self.sensors[sensor].noise),
-            (First::Noise(_), _) => Some(unit().difference_to_si(1.0)),
-            (First::Range(_), _) => None,
+            (InitialGuess::Value(value) | InitialGuess::Onset(value), _) => Some(unit().difference_to_si(value)),
+            (InitialGuess::Noise(factor), Location::Sensor(sensor)) => Some(factor * self.sensors[sensor].noise),
+            (InitialGuess::Noise(_), _) => Some(unit().difference_to_si(1.0)),
+            (InitialGuess::Range(_), _) => None,
         }
     }
 
@@ -200,14 +200,18 @@ impl Rig {
     ///
     /// # Errors
     /// An effect that the rig has already; a parameter that the effect does not have, or a value outside its bounds.
-    pub fn give_effect(&mut self, placed: &EffectInstance, given: &[Given]) -> Result<Vec<usize>, Complaint> {
+    pub fn give_effect(
+        &mut self,
+        placed: &EffectInstance,
+        given: &[ParameterSetting],
+    ) -> Result<Vec<usize>, Complaint> {
         let id = self.effect_id(placed);
         if self.effects.iter().any(|present| present.id == id) {
             return Err(Complaint::new(Kind::Duplicate, format!("the rig has the effect `{id}` already"))
                 .at(Place::file(&self.path)));
         }
         let indices = self.attach(placed, &id, given)?;
-        self.effects.push(Present { id, placed: *placed, parameters: indices.clone() });
+        self.effects.push(InstalledEffect { id, placed: *placed, parameters: indices.clone() });
         Ok(indices)
     }
 
@@ -216,17 +220,17 @@ impl Rig {
         &mut self,
         placed: &EffectInstance,
         id: &str,
-        given: &[Given],
+        given: &[ParameterSetting],
     ) -> Result<Vec<usize>, Complaint> {
         let refuse = |kind, what: String| Err(Complaint::new(kind, what).at(Place::file(&self.path)));
         let indices: Vec<usize> = match placed.effect.form {
-            Form::Bent => {
+            Form::ParameterChange => {
                 let own: Option<Vec<usize>> =
                     placed.effect.parameters.iter().map(|free| self.bent(placed, free.name)).collect();
                 let Some(own) = own else { return refuse(Kind::UnknownName, format!("nothing for `{id}` to bend")) };
                 own
             }
-            Form::Joined { card, joints, shared } => {
+            Form::Shunt { card, joints, shared } => {
                 let nodes = self.joints(placed, joints);
                 let Some(nodes) = nodes else {
                     return refuse(Kind::MissingEntry, format!("the effect `{id}` needs a tank in the rig"));
@@ -243,7 +247,7 @@ impl Rig {
                 self.join(id, card, &nodes, &values)?;
                 free_indices(card, placed.effect, first)
             }
-            Form::Spliced { card } => {
+            Form::Series { card } => {
                 let Location::Node(node) = placed.spot else {
                     return refuse(Kind::Contradiction, format!("`{id}` needs a node"));
                 };
@@ -274,7 +278,7 @@ impl Rig {
                 self.readings.push(Readings { card, sensor, first_parameter: first });
                 free_indices(card, placed.effect, first)
             }
-            Form::Dropped { card } => {
+            Form::PressureLoss { card } => {
                 let Location::Component(component) = placed.spot else {
                     return refuse(Kind::Contradiction, format!("`{id}` needs a component"));
                 };
@@ -314,7 +318,7 @@ impl Rig {
         placed: &EffectInstance,
         card: &Card,
         id: &str,
-        given: &[Given],
+        given: &[ParameterSetting],
     ) -> Result<(), Complaint> {
         for own in card.parameters {
             let unit = self.effect_unit(placed, own.name);

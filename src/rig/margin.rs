@@ -5,7 +5,7 @@
 //! of them say the same, so that values look far better known than they are (Brynjarsdottir and O'Hagan, Inverse Problems 30
 //! (2014) 114007). A calibrated rig therefore holds such effects as uncertain parameters, centred on nothing.
 
-use super::{Component, Fault, Given, Rig};
+use super::{Component, Fault, ParameterSetting, Rig};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
 use crate::physics::effect::EFFECTS;
 
@@ -54,7 +54,7 @@ impl Rig {
         let Some(size) = placed.effect.parameters.first() else { return Ok(()) };
         let sigma = SHARE * self.first_size(&placed, size).unwrap_or(0.0);
         let nothing = self.effect_unit(&placed, size.name).difference_to_si(size.neutral.unwrap_or(0.0));
-        let given = [Given { name: size.name.to_owned(), value: nothing, sigma }];
+        let given = [ParameterSetting { name: size.name.to_owned(), value: nothing, sigma }];
         let known = self.components.len();
         self.attach(&placed, &format!("margin.{id}"), &given)?;
         self.components[known..].iter_mut().for_each(|component| component.margin = true);

@@ -32,7 +32,7 @@ use crate::units::Unit;
 
 pub use calibration::Calibration;
 pub use cycle::{Cycle, Phase, Profile};
-pub use effect::{EffectInstance, Given, Location, Present, Readings};
+pub use effect::{EffectInstance, InstalledEffect, Location, ParameterSetting, Readings};
 pub use fault_set::FaultSet;
 pub use mapping::Proposal;
 pub use margin::NEVER_KNOWN;
@@ -73,7 +73,7 @@ pub struct Rig {
     pub parameters: Vec<Parameter>,
     pub faults: Vec<Fault>,
     /// Physics beyond that of the components, in the order of the file.
-    pub effects: Vec<Present>,
+    pub effects: Vec<InstalledEffect>,
     /// Effects of the rig file's own, which it may have beside those of the library.
     pub own_effects: Vec<&'static Effect>,
     /// What effects do to the readings of sensors.

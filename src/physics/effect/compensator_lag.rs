@@ -1,6 +1,6 @@
 //! A flow control valve that is slower or faster than its data sheet.
 
-use super::{At, Effect, First, Form, Free};
+use super::{At, Effect, InitialGuess, Form, FreeParameter};
 use crate::physics::component::flow_control_valve;
 
 pub const EFFECT: Effect = Effect {
@@ -8,10 +8,10 @@ pub const EFFECT: Effect = Effect {
     meaning: "Time constant of the reducing valve.",
     law: "tau x' = x* - x",
     source: "first-order dynamics of the spool",
-    validity: "First order.",
+    validity: "InitialGuess order.",
     empirical: false,
     everywhere: false,
     at: At::Component { kind: flow_control_valve::CARD.kind, named: false },
-    form: Form::Bent,
-    parameters: &[Free { name: "lag", neutral: None, first: First::Value(10.0), plausible: (0.2, 1000.0) }],
+    form: Form::ParameterChange,
+    parameters: &[FreeParameter { name: "lag", neutral: None, first: InitialGuess::Value(10.0), plausible: (0.2, 1000.0) }],
 };

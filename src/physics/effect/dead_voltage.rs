@@ -1,6 +1,6 @@
 //! Dead voltage of a pump drive.
 
-use super::{At, Effect, First, Form, Free};
+use super::{At, Effect, InitialGuess, Form, FreeParameter};
 use crate::physics::component::flow_source;
 
 pub const EFFECT: Effect = Effect {
@@ -12,6 +12,6 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Component { kind: flow_source::CARD.kind, named: false },
-    form: Form::Bent,
-    parameters: &[Free { name: "dead_voltage", neutral: Some(0.0), first: First::Value(0.5), plausible: (0.0, 5.0) }],
+    form: Form::ParameterChange,
+    parameters: &[FreeParameter { name: "dead_voltage", neutral: Some(0.0), first: InitialGuess::Value(0.5), plausible: (0.0, 5.0) }],
 };

@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     empirical: true,
     everywhere: false,
     at: At::Node,
-    form: Form::Joined { card: &CARD, joints: &[Joint::Here, Joint::Tank], shared: &[] },
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Here, Joint::Tank], shared: &[] },
     parameters: &free(0.05),
 };
 

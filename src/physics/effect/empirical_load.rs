@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     empirical: true,
     everywhere: false,
     at: At::Component { kind: cylinder::CARD.kind, named: true },
-    form: Form::Joined { card: &CARD, joints: &[Joint::Port("rod")], shared: &[("stroke", "stroke")] },
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("rod")], shared: &[("stroke", "stroke")] },
     parameters: &free(50.0),
 };
 

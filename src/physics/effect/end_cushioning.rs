@@ -1,6 +1,6 @@
 //! End cushioning.
 
-use super::{At, Effect, First, Form, Free, Joint};
+use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::component::{PortFlows, Law, PortVariables, cylinder};
@@ -15,8 +15,8 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Component { kind: cylinder::CARD.kind, named: true },
-    form: Form::Joined { card: &CARD, joints: &[Joint::Port("rod")], shared: &[("stroke", "stroke")] },
-    parameters: &[Free { name: "coefficient", neutral: Some(0.0), first: First::Value(50000.0), plausible: (0.0, 1e8) }, Free { name: "length", neutral: None, first: First::Value(20.0), plausible: (1.0, 100.0) }],
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("rod")], shared: &[("stroke", "stroke")] },
+    parameters: &[FreeParameter { name: "coefficient", neutral: Some(0.0), first: InitialGuess::Value(50000.0), plausible: (0.0, 1e8) }, FreeParameter { name: "length", neutral: None, first: InitialGuess::Value(20.0), plausible: (1.0, 100.0) }],
 };
 
 pub const CARD: Card = Card {

@@ -1,6 +1,6 @@
 //! Free air in the oil.
 
-use super::{At, Effect, First, Form, Free};
+use super::{At, Effect, InitialGuess, Form, FreeParameter};
 
 pub const EFFECT: Effect = Effect {
     name: "entrained-air",
@@ -11,6 +11,6 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Fluid,
-    form: Form::Bent,
-    parameters: &[Free { name: "air_fraction", neutral: Some(0.0), first: First::Value(0.5), plausible: (0.0, 20.0) }],
+    form: Form::ParameterChange,
+    parameters: &[FreeParameter { name: "air_fraction", neutral: Some(0.0), first: InitialGuess::Value(0.5), plausible: (0.0, 20.0) }],
 };

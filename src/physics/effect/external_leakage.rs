@@ -1,6 +1,6 @@
 //! External leakage through a laminar path.
 
-use super::{At, Effect, First, Form, Free, Joint};
+use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::component::{PortFlows, Law, PortVariables};
@@ -15,8 +15,8 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: true,
     at: At::Node,
-    form: Form::Joined { card: &CARD, joints: &[Joint::Here, Joint::Tank], shared: &[] },
-    parameters: &[Free { name: "conductance", neutral: Some(0.0), first: First::Value(0.002), plausible: (0.0, 0.2) }],
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Here, Joint::Tank], shared: &[] },
+    parameters: &[FreeParameter { name: "conductance", neutral: Some(0.0), first: InitialGuess::Value(0.002), plausible: (0.0, 0.2) }],
 };
 
 pub const CARD: Card = Card {

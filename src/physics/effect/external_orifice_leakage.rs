@@ -1,6 +1,6 @@
 //! External leakage through a hole.
 
-use super::{At, Effect, First, Form, Free, Joint};
+use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::component::{PortFlows, Law, PortVariables};
@@ -17,8 +17,8 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Node,
-    form: Form::Joined { card: &CARD, joints: &[Joint::Here, Joint::Tank], shared: &[] },
-    parameters: &[Free { name: "area", neutral: Some(0.0), first: First::Value(0.02), plausible: (0.0, 2.0) }],
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Here, Joint::Tank], shared: &[] },
+    parameters: &[FreeParameter { name: "area", neutral: Some(0.0), first: InitialGuess::Value(0.02), plausible: (0.0, 2.0) }],
 };
 
 pub const CARD: Card = Card {

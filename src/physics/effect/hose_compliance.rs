@@ -1,6 +1,6 @@
 //! Compliance of a hose.
 
-use super::{At, Effect, First, Form, Free, Joint};
+use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::component::{PortFlows, Law, PortVariables};
@@ -15,8 +15,8 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Node,
-    form: Form::Joined { card: &CARD, joints: &[Joint::Here], shared: &[] },
-    parameters: &[Free { name: "capacity", neutral: Some(0.0), first: First::Value(0.002), plausible: (0.0, 1.0) }],
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Here], shared: &[] },
+    parameters: &[FreeParameter { name: "capacity", neutral: Some(0.0), first: InitialGuess::Value(0.002), plausible: (0.0, 1.0) }],
 };
 
 pub const CARD: Card = Card {

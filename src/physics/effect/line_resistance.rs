@@ -1,6 +1,6 @@
 //! Resistance of the line between a valve and its cylinder.
 
-use super::{At, Effect, First, Form, Free};
+use super::{At, Effect, InitialGuess, Form, FreeParameter};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
 use crate::physics::component::{PortFlows, Law, PortVariables};
@@ -15,10 +15,10 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Actuator,
-    form: Form::Spliced { card: &CARD },
+    form: Form::Series { card: &CARD },
     parameters: &[
-        Free { name: "turbulent", neutral: Some(0.0), first: First::Value(0.03), plausible: (0.0, 10.0) },
-        Free { name: "laminar", neutral: Some(0.0), first: First::Value(0.1), plausible: (0.0, 50.0) },
+        FreeParameter { name: "turbulent", neutral: Some(0.0), first: InitialGuess::Value(0.03), plausible: (0.0, 10.0) },
+        FreeParameter { name: "laminar", neutral: Some(0.0), first: InitialGuess::Value(0.1), plausible: (0.0, 50.0) },
     ],
 };
 

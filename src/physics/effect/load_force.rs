@@ -1,6 +1,6 @@
 //! A constant force that is not measured.
 
-use super::{At, Effect, First, Form, Free, Joint};
+use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::component::{PortFlows, Law, PortVariables, cylinder};
@@ -15,8 +15,8 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Component { kind: cylinder::CARD.kind, named: false },
-    form: Form::Joined { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
-    parameters: &[Free { name: "force", neutral: Some(0.0), first: First::Value(100.0), plausible: (-1e5, 1e5) }],
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
+    parameters: &[FreeParameter { name: "force", neutral: Some(0.0), first: InitialGuess::Value(100.0), plausible: (-1e5, 1e5) }],
 };
 
 pub const CARD: Card = Card {

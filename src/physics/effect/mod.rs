@@ -54,18 +54,18 @@ pub enum Joint {
 #[derive(Debug, Clone, Copy)]
 pub enum Form {
     /// One more component.
-    Joined {
+    Shunt {
         card: &'static Card,
         joints: &'static [Joint],
         /// Parameters that are those of the component where the effect sits: own name, its name.
         shared: &'static [(&'static str, &'static str)],
     },
     /// One more component between the node and the actuators that stand there.
-    Spliced { card: &'static Card },
+    Series { card: &'static Card },
     /// Parameters that fluid, component or sensor have already.
-    Bent,
+    ParameterChange,
     /// Pressure that is lost ahead of a component, by the formula of the card over its flow.
-    Dropped { card: &'static Card },
+    PressureLoss { card: &'static Card },
     /// What the sensor does to its readings; the card holds its parameters.
     Reading { card: &'static Card },
 }
@@ -74,29 +74,29 @@ impl Form {
     /// The card that holds the parameters of the effect; `None` where something else has them already.
     pub fn card(self) -> Option<&'static Card> {
         match self {
-            Self::Joined { card, .. } | Self::Spliced { card } | Self::Reading { card } | Self::Dropped { card } => {
+            Self::Shunt { card, .. } | Self::Series { card } | Self::Reading { card } | Self::PressureLoss { card } => {
                 Some(card)
             }
-            Self::Bent => None,
+            Self::ParameterChange => None,
         }
     }
 }
 
 /// A parameter of an effect that is estimated.
 #[derive(Debug, Clone, Copy)]
-pub struct Free {
+pub struct FreeParameter {
     pub name: &'static str,
     /// What it is when the effect does nothing, in the unit of its card; `None` where it is what the rig has.
     pub neutral: Option<f64>,
     /// What is tried first.
-    pub first: First,
+    pub first: InitialGuess,
     /// Values with physical sense, in the unit of its card.
     pub plausible: (f64, f64),
 }
 
 /// Where the search for a parameter of an effect begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum First {
+pub enum InitialGuess {
     /// This value, in the unit of the card.
     Value(f64),
     /// This many times the noise of the sensor where the effect sits.
@@ -126,7 +126,7 @@ pub struct Effect {
     pub at: At,
     pub form: Form,
     /// The size first.
-    pub parameters: &'static [Free],
+    pub parameters: &'static [FreeParameter],
 }
 
 /// What a sensor does to its readings.

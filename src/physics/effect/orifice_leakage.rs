@@ -1,6 +1,6 @@
 //! Leakage past the piston through a hole.
 
-use super::{At, Effect, First, Form, Free, Joint};
+use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::component::{PortFlows, Law, PortVariables, cylinder};
@@ -17,8 +17,8 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: true,
     at: At::Component { kind: cylinder::CARD.kind, named: true },
-    form: Form::Joined { card: &CARD, joints: &[Joint::Port("A"), Joint::Port("B")], shared: &[] },
-    parameters: &[Free { name: "area", neutral: Some(0.0), first: First::Value(0.05), plausible: (0.0, 5.0) }],
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("A"), Joint::Port("B")], shared: &[] },
+    parameters: &[FreeParameter { name: "area", neutral: Some(0.0), first: InitialGuess::Value(0.05), plausible: (0.0, 5.0) }],
 };
 
 pub const CARD: Card = Card {

@@ -1,6 +1,6 @@
 //! Leakage past the piston that changes along the stroke.
 
-use super::{At, Effect, First, Form, Free, Joint};
+use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::component::{PortFlows, Law, PortVariables, cylinder};
@@ -15,8 +15,8 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Component { kind: cylinder::CARD.kind, named: true },
-    form: Form::Joined { card: &CARD, joints: &[Joint::Port("A"), Joint::Port("B"), Joint::Port("rod")], shared: &[("stroke", "stroke")] },
-    parameters: &[Free { name: "conductance", neutral: Some(0.0), first: First::Value(0.01), plausible: (-0.2, 0.2) }],
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("A"), Joint::Port("B"), Joint::Port("rod")], shared: &[("stroke", "stroke")] },
+    parameters: &[FreeParameter { name: "conductance", neutral: Some(0.0), first: InitialGuess::Value(0.01), plausible: (-0.2, 0.2) }],
 };
 
 pub const CARD: Card = Card {

@@ -1,6 +1,6 @@
 //! Friction that grows with the pressure on the seals.
 
-use super::{At, Effect, First, Form, Free, Joint};
+use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::component::{PortFlows, Law, PortVariables, cylinder};
@@ -17,8 +17,8 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Component { kind: cylinder::CARD.kind, named: true },
-    form: Form::Joined { card: &CARD, joints: &[Joint::Port("A"), Joint::Port("B"), Joint::Port("rod")], shared: &[] },
-    parameters: &[Free { name: "coefficient", neutral: Some(0.0), first: First::Value(3.0), plausible: (0.0, 200.0) }],
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("A"), Joint::Port("B"), Joint::Port("rod")], shared: &[] },
+    parameters: &[FreeParameter { name: "coefficient", neutral: Some(0.0), first: InitialGuess::Value(3.0), plausible: (0.0, 200.0) }],
 };
 
 pub const CARD: Card = Card {

@@ -1,6 +1,6 @@
 //! Speed of a pump that droops under load.
 
-use super::{At, Effect, First, Form, Free};
+use super::{At, Effect, InitialGuess, Form, FreeParameter};
 use crate::physics::component::pump;
 
 pub const EFFECT: Effect = Effect {
@@ -12,6 +12,6 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Component { kind: pump::CARD.kind, named: false },
-    form: Form::Bent,
-    parameters: &[Free { name: "droop", neutral: Some(0.0), first: First::Value(0.0003), plausible: (0.0, 0.005) }],
+    form: Form::ParameterChange,
+    parameters: &[FreeParameter { name: "droop", neutral: Some(0.0), first: InitialGuess::Value(0.0003), plausible: (0.0, 0.005) }],
 };

@@ -1,6 +1,6 @@
 //! Slip of a pump.
 
-use super::{At, Effect, First, Form, Free, Joint};
+use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::component::{PortFlows, Law, PortVariables, pump};
@@ -15,8 +15,8 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Component { kind: pump::CARD.kind, named: false },
-    form: Form::Joined { card: &CARD, joints: &[Joint::Port("P"), Joint::Port("T")], shared: &[] },
-    parameters: &[Free { name: "conductance", neutral: Some(0.0), first: First::Value(0.002), plausible: (0.0, 0.05) }],
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("P"), Joint::Port("T")], shared: &[] },
+    parameters: &[FreeParameter { name: "conductance", neutral: Some(0.0), first: InitialGuess::Value(0.002), plausible: (0.0, 0.05) }],
 };
 
 pub const CARD: Card = Card {

@@ -1,6 +1,6 @@
 //! Soft knee of a relief valve.
 
-use super::{At, Effect, First, Form, Free};
+use super::{At, Effect, InitialGuess, Form, FreeParameter};
 use crate::physics::component::relief_valve;
 
 pub const EFFECT: Effect = Effect {
@@ -12,6 +12,6 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Component { kind: relief_valve::CARD.kind, named: false },
-    form: Form::Bent,
-    parameters: &[Free { name: "knee", neutral: Some(0.0), first: First::Value(1.0), plausible: (0.0, 30.0) }],
+    form: Form::ParameterChange,
+    parameters: &[FreeParameter { name: "knee", neutral: Some(0.0), first: InitialGuess::Value(1.0), plausible: (0.0, 30.0) }],
 };

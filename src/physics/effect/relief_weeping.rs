@@ -1,6 +1,6 @@
 //! A relief valve that weeps before it cracks.
 
-use super::{At, Effect, First, Form, Free, Joint};
+use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::component::{PortFlows, Law, PortVariables, relief_valve};
@@ -15,8 +15,8 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Component { kind: relief_valve::CARD.kind, named: false },
-    form: Form::Joined { card: &CARD, joints: &[Joint::Port("P"), Joint::Port("T")], shared: &[] },
-    parameters: &[Free { name: "conductance", neutral: Some(0.0), first: First::Value(0.01), plausible: (0.0, 0.5) }, Free { name: "from", neutral: None, first: First::Onset(80.0), plausible: (0.0, 400.0) }],
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("P"), Joint::Port("T")], shared: &[] },
+    parameters: &[FreeParameter { name: "conductance", neutral: Some(0.0), first: InitialGuess::Value(0.01), plausible: (0.0, 0.5) }, FreeParameter { name: "from", neutral: None, first: InitialGuess::Onset(80.0), plausible: (0.0, 400.0) }],
 };
 
 pub const CARD: Card = Card {

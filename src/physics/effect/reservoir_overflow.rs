@@ -1,6 +1,6 @@
 //! An open reservoir that overflows.
 
-use super::{At, Effect, First, Form, Free, Joint};
+use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::component::{PortFlows, Law, PortVariables, reservoir};
@@ -17,8 +17,8 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Component { kind: reservoir::CARD.kind, named: true },
-    form: Form::Joined { card: &CARD, joints: &[Joint::Port("P"), Joint::Next, Joint::Tank], shared: &[("area", "area")] },
-    parameters: &[Free { name: "height", neutral: None, first: First::Range(0.85), plausible: (0.0, 1e4) }, Free { name: "share", neutral: None, first: First::Value(0.3), plausible: (0.0, 1.0) }],
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("P"), Joint::Next, Joint::Tank], shared: &[("area", "area")] },
+    parameters: &[FreeParameter { name: "height", neutral: None, first: InitialGuess::Range(0.85), plausible: (0.0, 1e4) }, FreeParameter { name: "share", neutral: None, first: InitialGuess::Value(0.3), plausible: (0.0, 1.0) }],
 };
 
 pub const CARD: Card = Card {

@@ -1,6 +1,6 @@
 //! Dry friction of seals.
 
-use super::{At, Effect, First, Form, Free, Joint};
+use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::component::{PortFlows, Law, PortVariables, cylinder};
@@ -15,8 +15,8 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: true,
     at: At::Component { kind: cylinder::CARD.kind, named: true },
-    form: Form::Joined { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
-    parameters: &[Free { name: "coulomb", neutral: Some(0.0), first: First::Value(150.0), plausible: (0.0, 20000.0) }, Free { name: "breakaway", neutral: Some(0.0), first: First::Value(100.0), plausible: (0.0, 20000.0) }, Free { name: "stribeck_velocity", neutral: None, first: First::Value(8.0), plausible: (2.0, 200.0) }, Free { name: "transition_speed", neutral: None, first: First::Value(0.5), plausible: (0.01, 5.0) }],
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
+    parameters: &[FreeParameter { name: "coulomb", neutral: Some(0.0), first: InitialGuess::Value(150.0), plausible: (0.0, 20000.0) }, FreeParameter { name: "breakaway", neutral: Some(0.0), first: InitialGuess::Value(100.0), plausible: (0.0, 20000.0) }, FreeParameter { name: "stribeck_velocity", neutral: None, first: InitialGuess::Value(8.0), plausible: (2.0, 200.0) }, FreeParameter { name: "transition_speed", neutral: None, first: InitialGuess::Value(0.5), plausible: (0.01, 5.0) }],
 };
 
 pub const CARD: Card = Card {

@@ -1,6 +1,6 @@
 //! Time shift of a sensor.
 
-use super::{At, Effect, First, Form, Free, Reading};
+use super::{At, Effect, InitialGuess, Form, FreeParameter, Reading};
 use crate::numeric::Real;
 use crate::physics::card::{Card, Parameter};
 
@@ -14,7 +14,7 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Sensor,
     form: Form::Reading { card: &CARD },
-    parameters: &[Free { name: "delay", neutral: Some(0.0), first: First::Value(4.0), plausible: (-10000.0, 10000.0) }],
+    parameters: &[FreeParameter { name: "delay", neutral: Some(0.0), first: InitialGuess::Value(4.0), plausible: (-10000.0, 10000.0) }],
 };
 
 pub const CARD: Card = Card {

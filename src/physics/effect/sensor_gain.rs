@@ -1,6 +1,6 @@
 //! Gain of a sensor.
 
-use super::{At, Effect, First, Form, Free};
+use super::{At, Effect, InitialGuess, Form, FreeParameter};
 
 pub const EFFECT: Effect = Effect {
     name: "sensor-gain",
@@ -11,6 +11,6 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Sensor,
-    form: Form::Bent,
-    parameters: &[Free { name: "gain", neutral: Some(1.0), first: First::Value(1.02), plausible: (0.5, 2.0) }],
+    form: Form::ParameterChange,
+    parameters: &[FreeParameter { name: "gain", neutral: Some(1.0), first: InitialGuess::Value(1.02), plausible: (0.5, 2.0) }],
 };

@@ -1,6 +1,6 @@
 //! Offset of a sensor.
 
-use super::{At, Effect, First, Form, Free};
+use super::{At, Effect, InitialGuess, Form, FreeParameter};
 
 pub const EFFECT: Effect = Effect {
     name: "sensor-offset",
@@ -11,6 +11,6 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Sensor,
-    form: Form::Bent,
-    parameters: &[Free { name: "offset", neutral: Some(0.0), first: First::Noise(1.0), plausible: (-1e30, 1e30) }],
+    form: Form::ParameterChange,
+    parameters: &[FreeParameter { name: "offset", neutral: Some(0.0), first: InitialGuess::Noise(1.0), plausible: (-1e30, 1e30) }],
 };

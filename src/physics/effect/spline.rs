@@ -1,6 +1,6 @@
 //! A curve without a formula: uniform cubic B-spline, for empirical terms.
 
-use super::{First, Free};
+use super::{FreeParameter, InitialGuess};
 use crate::numeric::Real;
 use crate::physics::card::Parameter;
 
@@ -30,8 +30,9 @@ pub const fn card<const N: usize>(unit: &'static str, meaning: &'static str, mor
 }
 
 /// The heights as what is estimated of an effect; `first` is a typical size.
-pub const fn free(first: f64) -> [Free; HEIGHTS] {
-    let blank = Free { name: "", neutral: Some(0.0), first: First::Value(first), plausible: (-1e12, 1e12) };
+pub const fn free(first: f64) -> [FreeParameter; HEIGHTS] {
+    let blank =
+        FreeParameter { name: "", neutral: Some(0.0), first: InitialGuess::Value(first), plausible: (-1e12, 1e12) };
     let mut all = [blank; HEIGHTS];
     let mut index = 0;
     while index < HEIGHTS {

@@ -1,6 +1,6 @@
 //! Dead band of a directional control valve.
 
-use super::{At, Effect, First, Form, Free};
+use super::{At, Effect, InitialGuess, Form, FreeParameter};
 use crate::physics::component::directional_valve;
 
 pub const EFFECT: Effect = Effect {
@@ -12,6 +12,6 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Component { kind: directional_valve::CARD.kind, named: false },
-    form: Form::Bent,
-    parameters: &[Free { name: "dead_band", neutral: Some(0.0), first: First::Value(0.05), plausible: (0.0, 0.5) }],
+    form: Form::ParameterChange,
+    parameters: &[FreeParameter { name: "dead_band", neutral: Some(0.0), first: InitialGuess::Value(0.05), plausible: (0.0, 0.5) }],
 };

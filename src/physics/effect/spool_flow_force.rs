@@ -1,6 +1,6 @@
 //! Flow force on the spool of a flow control valve.
 
-use super::{At, Effect, First, Form, Free};
+use super::{At, Effect, InitialGuess, Form, FreeParameter};
 use crate::physics::component::flow_control_valve;
 
 pub const EFFECT: Effect = Effect {
@@ -12,6 +12,6 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Component { kind: flow_control_valve::CARD.kind, named: false },
-    form: Form::Bent,
-    parameters: &[Free { name: "flow_force", neutral: Some(0.0), first: First::Value(0.2), plausible: (0.0, 1.0) }],
+    form: Form::ParameterChange,
+    parameters: &[FreeParameter { name: "flow_force", neutral: Some(0.0), first: InitialGuess::Value(0.2), plausible: (0.0, 1.0) }],
 };

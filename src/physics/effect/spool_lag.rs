@@ -1,6 +1,6 @@
 //! A directional control valve that is slower or faster than its data sheet.
 
-use super::{At, Effect, First, Form, Free};
+use super::{At, Effect, InitialGuess, Form, FreeParameter};
 use crate::physics::component::directional_valve;
 
 pub const EFFECT: Effect = Effect {
@@ -8,10 +8,10 @@ pub const EFFECT: Effect = Effect {
     meaning: "Time constant of the spool.",
     law: "tau s' = u - s",
     source: "first-order dynamics of the spool",
-    validity: "First order.",
+    validity: "InitialGuess order.",
     empirical: false,
     everywhere: false,
     at: At::Component { kind: directional_valve::CARD.kind, named: false },
-    form: Form::Bent,
-    parameters: &[Free { name: "lag", neutral: None, first: First::Value(16.0), plausible: (0.2, 2000.0) }],
+    form: Form::ParameterChange,
+    parameters: &[FreeParameter { name: "lag", neutral: None, first: InitialGuess::Value(16.0), plausible: (0.2, 2000.0) }],
 };

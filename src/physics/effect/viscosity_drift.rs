@@ -1,6 +1,6 @@
 //! Oil that gets thinner while the record runs, its temperature not measured.
 
-use super::{At, Effect, First, Form, Free};
+use super::{At, Effect, InitialGuess, Form, FreeParameter};
 
 pub const EFFECT: Effect = Effect {
     name: "viscosity-drift",
@@ -11,6 +11,6 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Fluid,
-    form: Form::Bent,
-    parameters: &[Free { name: "viscosity_drift", neutral: Some(0.0), first: First::Value(0.01), plausible: (-0.1, 0.1) }],
+    form: Form::ParameterChange,
+    parameters: &[FreeParameter { name: "viscosity_drift", neutral: Some(0.0), first: InitialGuess::Value(0.01), plausible: (-0.1, 0.1) }],
 };

@@ -1,6 +1,6 @@
 //! Oil that gets thinner as it gets warmer, its temperature measured.
 
-use super::{At, Effect, First, Form, Free};
+use super::{At, Effect, InitialGuess, Form, FreeParameter};
 
 pub const EFFECT: Effect = Effect {
     name: "viscosity-temperature",
@@ -11,6 +11,6 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Warmth,
-    form: Form::Bent,
-    parameters: &[Free { name: "temperature_coefficient", neutral: Some(0.0), first: First::Value(0.03), plausible: (0.0, 0.08) }],
+    form: Form::ParameterChange,
+    parameters: &[FreeParameter { name: "temperature_coefficient", neutral: Some(0.0), first: InitialGuess::Value(0.03), plausible: (0.0, 0.08) }],
 };

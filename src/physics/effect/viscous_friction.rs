@@ -1,6 +1,6 @@
 //! Viscous friction beyond the data sheet.
 
-use super::{At, Effect, First, Form, Free};
+use super::{At, Effect, InitialGuess, Form, FreeParameter};
 use crate::physics::component::cylinder;
 
 pub const EFFECT: Effect = Effect {
@@ -12,6 +12,6 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Component { kind: cylinder::CARD.kind, named: true },
-    form: Form::Bent,
-    parameters: &[Free { name: "viscous_friction", neutral: None, first: First::Value(1600.0), plausible: (0.0, 1e6) }],
+    form: Form::ParameterChange,
+    parameters: &[FreeParameter { name: "viscous_friction", neutral: None, first: InitialGuess::Value(1600.0), plausible: (0.0, 1e6) }],
 };

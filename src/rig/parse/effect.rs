@@ -2,7 +2,7 @@
 
 use crate::complaint::{Complaint, Kind};
 use crate::rig::source::Value;
-use crate::rig::{Given, Rig, range};
+use crate::rig::{ParameterSetting, Rig, range};
 
 pub(super) fn read_effect(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<(), Complaint> {
     let here = |mut complaint: Complaint| {
@@ -27,7 +27,7 @@ pub(super) fn read_effect(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<
     for name in names {
         let Some(entry) = table.get(name) else { continue };
         let stated = entry.stated(rig.effect_unit(&placed, name).dimension)?;
-        given.push(Given { name: name.to_owned(), value: stated.value, sigma: stated.sigma.unwrap_or(0.0) });
+        given.push(ParameterSetting { name: name.to_owned(), value: stated.value, sigma: stated.sigma.unwrap_or(0.0) });
         written.push((name, stated.unit, entry.place()));
     }
     table.finish()?;

@@ -8,7 +8,7 @@ use super::Value;
 use crate::complaint::{Complaint, Kind};
 use crate::expression::{Expression, Name};
 use crate::physics::card::{ANY, Card, Input, Parameter, Port, PortKind};
-use crate::physics::effect::{At, Effect, First, Form, Free, Joint, effect};
+use crate::physics::effect::{At, Effect, Form, FreeParameter, InitialGuess, Joint, effect};
 use crate::physics::formula::MOST_PARAMETERS;
 use crate::rig::Rig;
 use crate::rig::source::Table;
@@ -98,10 +98,12 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
     let joints = sees.nodes.iter().map(|&node| Joint::Named(kept(&rig.nodes[node].name))).collect();
     let (at, form) = match acts {
         Acts::Flow(node) | Acts::Force(node) => {
-            (At::Named(kept(&rig.nodes[node].name)), Form::Joined { card, joints: kept_list(joints), shared: &[] })
+            (At::Named(kept(&rig.nodes[node].name)), Form::Shunt { card, joints: kept_list(joints), shared: &[] })
         }
         Acts::Reading(sensor) => (At::NamedSensor(kept(&rig.sensors[sensor].name)), Form::Reading { card }),
-        Acts::Drop(component) => (At::NamedComponent(kept(&rig.components[component].name)), Form::Dropped { card }),
+        Acts::Drop(component) => {
+            (At::NamedComponent(kept(&rig.components[component].name)), Form::PressureLoss { card })
+        }
     };
     rig.own_effects.push(Box::leak(Box::new(Effect {
         empirical: false,
@@ -287,11 +289,11 @@ fn parameter(own: &Own) -> Parameter {
     Parameter { default, bounds, ..Parameter::required(name, name, unit, meaning) }
 }
 
-fn free(own: &Own) -> Free {
-    Free {
+fn free(own: &Own) -> FreeParameter {
+    FreeParameter {
         name: kept(&own.name),
         neutral: own.neutral.map(|neutral| own.shown(neutral)),
-        first: First::Value(own.shown(own.first)),
+        first: InitialGuess::Value(own.shown(own.first)),
         plausible: (own.shown(own.bounds.0), own.shown(own.bounds.1)),
     }
 }

@@ -6,7 +6,7 @@ use borescope::model::{InputSignals, Model, cycle_times};
 use borescope::physics::component::{INPUTS, PORTS, STATES, VARIABLES};
 use borescope::physics::effect::{EFFECTS, EffectLaw, Form, LAWS, effect};
 use borescope::report::effects::entry;
-use borescope::rig::{EffectInstance, Given, Rig};
+use borescope::rig::{EffectInstance, ParameterSetting, Rig};
 use cards::unit;
 
 #[test]
@@ -54,7 +54,7 @@ fn worked_numbers_come_out() {
 }
 
 /// Every parameter of an effect where it does nothing.
-fn neutral(rig: &Rig, placed: &EffectInstance) -> Vec<Given> {
+fn neutral(rig: &Rig, placed: &EffectInstance) -> Vec<ParameterSetting> {
     placed
         .effect
         .parameters
@@ -65,7 +65,9 @@ fn neutral(rig: &Rig, placed: &EffectInstance) -> Vec<Given> {
             let value = match (free.neutral, rig.bent(placed, free.name)) {
                 (Some(neutral), _) => unit.difference_to_si(neutral),
                 // What the rig has already.
-                (None, Some(index)) if matches!(placed.effect.form, Form::Bent) => rig.parameters[index].value,
+                (None, Some(index)) if matches!(placed.effect.form, Form::ParameterChange) => {
+                    rig.parameters[index].value
+                }
                 // A limit that nothing reaches.
                 (None, _) if place == 0 => 1e9,
                 // It only shapes the effect.
@@ -74,7 +76,7 @@ fn neutral(rig: &Rig, placed: &EffectInstance) -> Vec<Given> {
                     unit.difference_to_si(default.unwrap_or(1.0))
                 }
             };
-            Given { name: free.name.to_owned(), value, sigma: 0.0 }
+            ParameterSetting { name: free.name.to_owned(), value, sigma: 0.0 }
         })
         .collect()
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use approx::assert_relative_eq;
 use borescope::learn::add::add;
 use borescope::model::{InputSignals, Model, Tolerance};
-use borescope::rig::{Given, Rig};
+use borescope::rig::{ParameterSetting, Rig};
 
 use crate::support::command::borescope;
 use crate::support::cycle::Run;
@@ -84,7 +84,7 @@ fn outputs(rig: &Rig) -> Vec<Vec<f64>> {
 
 fn given(rig: &mut Rig, id: &str, name: &str, value: f64) {
     let placed = rig.placed(id).unwrap();
-    rig.give_effect(&placed, &[Given { name: name.to_owned(), value, sigma: 0.0 }]).unwrap();
+    rig.give_effect(&placed, &[ParameterSetting { name: name.to_owned(), value, sigma: 0.0 }]).unwrap();
 }
 
 #[test]
@@ -200,7 +200,7 @@ fn a_loss_of_pressure_has_exact_slopes() {
 fn a_formula_of_a_sensor_bends_its_reading() {
     let mut own = rig(BENT);
     let placed = own.placed("bent@q_A").unwrap();
-    let one = |name: &str, value: f64| Given { name: name.to_owned(), value, sigma: 0.0 };
+    let one = |name: &str, value: f64| ParameterSetting { name: name.to_owned(), value, sigma: 0.0 };
     let drift = 0.5e-3 / 60.0;
     own.give_effect(&placed, &[one("a", 0.2), one("d", drift)]).unwrap();
     let sensor = own.sensors.iter().position(|sensor| sensor.name == "q_A").unwrap();
