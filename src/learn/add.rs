@@ -5,9 +5,9 @@ use std::path::Path;
 use toml_edit::{InlineTable, Item, Table};
 
 use super::candidate::candidate;
+use super::fitted_model::FittedModel;
 use super::suggest::{is_adequate, refitted_alone, restarted, rough_base};
-use super::trial::FittedModel;
-use super::tries::nothing;
+use super::trial_steps::nothing;
 use super::verdict::warnings;
 use super::warning::Warning;
 use crate::complaint::{Complaint, Kind, Place};

@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use super::tries::{ScoreContext, best_try};
+use super::trial_steps::{ScoreContext, best_try};
 use crate::diagnosis::estimate::Estimate;
 use crate::physics::effect::{Form, FreeParameter, InitialGuess};
 use crate::rig::{EffectInstance, ParameterSetting, Rig};

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
+use super::fitted_model::{Run, run_with};
 use super::phase::{Stretch, stretches};
 use super::refit;
-use super::trial::{Run, run_with};
 use super::with_faults::{Explained, WithFaults, with_faults};
 use crate::complaint::Complaint;
 use crate::diagnosis::{adequate, estimate, mean_squares};

@@ -1,9 +1,9 @@
 //! The whole loop: suggest, add, fit again, until nothing is left to explain or nothing explains the rest.
 
 use super::compare::{Comparison, Where};
+use super::fitted_model::{FittedModel, Run};
 use super::separate::Experiment;
 use super::suggest::{Conclusion, EvaluatedModel, RIVAL, ROUNDS, Suggestion, is_adequate, suggest, suggest_from};
-use super::trial::{FittedModel, Run};
 use super::verdict::{CLEARLY, are_part, explained};
 use super::warning::Warning;
 use crate::complaint::Complaint;

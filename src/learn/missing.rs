@@ -9,8 +9,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
 use super::candidate::empirical;
-use super::trial::{FittedModel, Run};
-use super::tries::highest_at;
+use super::fitted_model::{FittedModel, Run};
+use super::trial_steps::highest_at;
 use crate::complaint::Complaint;
 use crate::diagnosis::{estimate, is_there};
 use crate::estimation::profile::QUANTILE;

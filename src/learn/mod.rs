@@ -6,11 +6,11 @@
 //! | [`with_faults`] | which faults explain what the model misses, and what is then left |
 //! | [`phase`] | what the circuit does over each stretch of a record |
 //! | [`candidate`] | which effects might be missing, and how much of the misfit could each explain (score test) |
-//! | `tries` | at which sizes and levels each is tried |
-//! | [`trial`] | what a record says once an effect is in the model, everything else fitted along |
+//! | `trial_steps` | at which sizes and levels each is tried |
+//! | [`fitted_model`] | what a record says once an effect is in the model, everything else fitted along |
 //! | [`suggest`] | which effect is missing, judged on a second record |
 //! | `lack_of_fit` | what a record is weighed by while the model lacks something |
-//! | `judge` | effects fitted and judged, as far as they could still win |
+//! | `screening` | effects fitted and judged, as far as they could still win |
 //! | [`warning`] | what speaks against an effect as fitted |
 //! | `verdict` | the one word on a record |
 //! | [`separate`] | which experiment would tell two explanations apart |
@@ -24,17 +24,17 @@ pub mod add;
 pub mod addition;
 pub mod candidate;
 pub mod compare;
+pub mod fitted_model;
 pub mod improve;
-mod judge;
 mod lack_of_fit;
 pub mod missing;
 pub mod phase;
 mod refit;
 pub mod result;
+mod screening;
 pub mod separate;
 pub mod suggest;
-pub mod trial;
-mod tries;
+mod trial_steps;
 mod verdict;
 pub mod warning;
 pub mod with_faults;

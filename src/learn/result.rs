@@ -4,10 +4,10 @@ use serde::Serialize;
 
 use super::candidate::Candidate;
 use super::compare::{Comparison, Where};
+use super::fitted_model::{FittedModel, Run};
 use super::separate::Experiment;
 use super::suggest::{Conclusion, EvaluatedModel, Suggestion};
-use super::trial::{FittedModel, Run};
-use super::tries::distance;
+use super::trial_steps::distance;
 use super::warning::Warning;
 use crate::complaint::Complaint;
 use crate::estimation::profile::QUANTILE;

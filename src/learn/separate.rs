@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
+use super::fitted_model::FittedModel;
 use super::refit::{PreliminaryModel, quick};
-use super::trial::FittedModel;
 use crate::complaint::{Complaint, Kind};
 use crate::diagnosis::search::ROUGH;
 use crate::model::{self, InputSignals, Model, SimulationError};

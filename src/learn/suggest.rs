@@ -1,11 +1,11 @@
 //! Which effect is missing: candidates by score, joint refits of the best, one verdict.
 
 use super::candidate::{Candidate, candidates, empirical, tolerated, worth};
-use super::judge::{Screening, promised};
+use super::fitted_model::{FittedModel, MOST_WEIGHINGS, Run};
 use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
 use super::refit::{BasePoint, FORMS, charged, quick, refitted};
+use super::screening::{Screening, promised};
 use super::separate::{Experiment, separating};
-use super::trial::{FittedModel, MOST_WEIGHINGS, Run};
 use super::verdict::{conclude, conclude_near, in_order, is_part, is_whole};
 use super::warning::Warning;
 use crate::complaint::{Complaint, Kind, Place};

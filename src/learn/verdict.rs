@@ -1,7 +1,7 @@
 //! What speaks against an effect as fitted, what it explains, and the one word on the record.
 
+use super::fitted_model::{FittedModel, Run};
 use super::suggest::{Conclusion, EvaluatedModel, RIVAL, is_adequate};
-use super::trial::{FittedModel, Run};
 use super::warning::Warning;
 use crate::diagnosis::case::REACH;
 

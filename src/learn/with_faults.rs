@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::compare::{Channel, Comparison};
-use super::trial::run_of;
+use super::fitted_model::run_of;
 use crate::complaint::Complaint;
 use crate::diagnosis::{Options, diagnose};
 use crate::model::Model;

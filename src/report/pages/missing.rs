@@ -1,8 +1,8 @@
 //! The missing flow or force over the states, with its band.
 
 use crate::complaint::Complaint;
+use crate::learn::fitted_model::{FittedModel, Run};
 use crate::learn::missing::{Missing, missing};
-use crate::learn::trial::{FittedModel, Run};
 use crate::number::{rounded, text};
 use crate::record::Record;
 use crate::report::html::Section;

@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
+use super::fitted_model::{FittedModel, Run, run_under};
 use super::refit::{BasePoint, FORMS, PreliminaryModel, charged, effect_parameters, quick, refitted};
 use super::suggest::{EvaluatedModel, RIVAL, ROUNDS, is_adequate, joined};
-use super::trial::{FittedModel, Run, run_under};
 use super::verdict::warnings;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate::HOPE;
