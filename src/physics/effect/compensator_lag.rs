@@ -8,7 +8,7 @@ pub const EFFECT: Effect = Effect {
     meaning: "Time constant of the reducing valve.",
     law: "tau x' = x* - x",
     source: "first-order dynamics of the spool",
-    validity: "InitialGuess order.",
+    validity: "First order.",
     empirical: false,
     everywhere: false,
     at: At::Component { kind: flow_control_valve::CARD.kind, named: false },

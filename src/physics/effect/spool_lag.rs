@@ -8,7 +8,7 @@ pub const EFFECT: Effect = Effect {
     meaning: "Time constant of the spool.",
     law: "tau s' = u - s",
     source: "first-order dynamics of the spool",
-    validity: "InitialGuess order.",
+    validity: "First order.",
     empirical: false,
     everywhere: false,
     at: At::Component { kind: directional_valve::CARD.kind, named: false },

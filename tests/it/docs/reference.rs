@@ -21,7 +21,7 @@ fn is_fresh(path: &str, parts: &[Part]) {
     }
     let differs = page.lines().zip(fresh.lines()).enumerate().find(|(_, (old, new))| old != new);
     panic!(
-        "{path} is stale; run `BLESS=1 cargo test --test it -- docs::reference`. InitialGuess difference: {differs:?}"
+        "{path} is stale; run `BLESS=1 cargo test --test it -- docs::reference`. First difference: {differs:?}"
     );
 }
 
