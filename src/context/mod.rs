@@ -15,7 +15,7 @@ use crate::complaint::{Complaint, Kind};
 pub use progress::Progress;
 pub(crate) use progress::{Count, Listener};
 
-/// The progress listener, the cancellation flag and the threads of a computation. Clones share all three.
+/// The progress listener, the cancellation flag, the threads and the effort of a computation. Clones share all of them.
 ///
 /// ```
 /// use borescope::context::Context;

@@ -6,7 +6,7 @@ use super::candidate::Candidate;
 use super::fitted_model::{FittedModel, Run, run_under};
 use super::refit::{BasePoint, FORMS, PreliminaryModel, charged, effect_parameters, quick, refitted};
 use super::suggest::{EvaluatedModel, RIVAL, ROUNDS, is_adequate, joined};
-use super::verdict::warnings;
+use super::verdict::{is_among, warnings};
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate::HOPE;
 use crate::diagnosis::noise::Weights;
@@ -53,11 +53,6 @@ impl PruningThreshold {
 /// What an effect promises to cost where it was scored.
 pub(super) fn promised(candidate: &Candidate, base_points: &[BasePoint]) -> Option<f64> {
     Some(base_points.get(candidate.base_point?)?.cost - candidate.score)
-}
-
-/// Whether some effects are part of more.
-fn is_part(some: &[Candidate], more: &[Candidate]) -> bool {
-    some.len() < more.len() && some.iter().all(|one| more.iter().any(|other| other.id == one.id))
 }
 
 impl Screening<'_> {
@@ -143,7 +138,7 @@ impl Screening<'_> {
         let samples = self.samples();
         let count = base.rig.context().count("effects fitted", chosen.len());
         let fitted = |effects: Vec<Candidate>| {
-            let smaller: Vec<&EvaluatedModel> = known.iter().filter(|one| is_part(&one.effects, &effects)).collect();
+            let smaller: Vec<&EvaluatedModel> = known.iter().filter(|one| is_among(&one.effects, &effects)).collect();
             let rough = refitted(base, base_points, &smaller, record, &effects);
             count.one();
             (effects, rough)

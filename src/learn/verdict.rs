@@ -1,5 +1,6 @@
 //! What speaks against an effect as fitted, what it explains, and the one word on the record.
 
+use super::candidate::Candidate;
 use super::fitted_model::{FittedModel, Run};
 use super::suggest::{Conclusion, EvaluatedModel, RIVAL, is_adequate};
 use super::warning::Warning;
@@ -95,10 +96,9 @@ pub(super) fn is_whole(judged: &EvaluatedModel) -> bool {
     at_floor && !judged.warnings.iter().any(Warning::is_at_end)
 }
 
-/// Whether the effects of one explanation are some of those of another.
-fn is_among(one: &EvaluatedModel, other: &EvaluatedModel) -> bool {
-    one.effects.len() < other.effects.len()
-        && one.effects.iter().all(|own| other.effects.iter().any(|effect| effect.id == own.id))
+/// Whether some effects are a part of more.
+pub(super) fn is_among(some: &[Candidate], more: &[Candidate]) -> bool {
+    some.len() < more.len() && some.iter().all(|one| more.iter().any(|other| other.id == one.id))
 }
 
 /// Share of the error by which an explanation has to be better than one with fewer effects, or than one of physics alone where it has
@@ -110,7 +110,10 @@ pub(super) const CLEARLY: f64 = 0.03;
 pub(super) fn in_order(judged: &mut [EvaluatedModel]) {
     judged.sort_by_key(|one| !one.supported);
     let is_enough = |first: &EvaluatedModel, one: &EvaluatedModel| {
-        one.supported && !one.senseless() && is_among(one, first) && one.error() <= first.error() / (1.0 - CLEARLY)
+        one.supported
+            && !one.senseless()
+            && is_among(&one.effects, &first.effects)
+            && one.error() <= first.error() / (1.0 - CLEARLY)
     };
     if let Some(first) = judged.first()
         && let Some(place) = judged.iter().position(|one| is_enough(first, one))
