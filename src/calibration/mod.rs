@@ -4,12 +4,13 @@
 //! to all healthy records together, with the data sheet as prior; noise of the sensors and tolerance of the model are
 //! estimated along. The result is a rig file with a `[calibration]`, which later fits take as prior with its covariance.
 //!
-//! One round is: noise from the fast part of the misfit, tolerance from the levels of its phases, weights from both, and
-//! the most probable parameters under them. Rounds end when none of it moves any more.
+//! One round is: noise from the fast part of the misfit, tolerance from the levels of its phases, what the model lacks beyond both,
+//! weights from all three, and the most probable parameters under them. Rounds end when none of it moves any more.
 
 mod clusters;
 mod harm;
 mod joint;
+mod lack_of_fit;
 mod noise;
 mod report;
 mod result;
@@ -29,6 +30,7 @@ use crate::record::Record;
 use crate::residual::settling;
 use crate::rig::{Rig, Sensor, TOLERANCE};
 use joint::{Healthy, Joint, Solutions};
+use lack_of_fit::PHASES;
 use noise::Noise;
 pub use report::{ChannelFit, ParameterReport, RecordReport, Report, SCHEMA, SensorReport};
 use tolerance::{Evidence, PortVariables};
@@ -168,10 +170,14 @@ fn fit_all(rig: &Rig, records: &[Record], options: &Options) -> Result<(Rig, Rep
     let (fit, weights, settled) = loop {
         round += 1;
         let before = rounds.rig.clone();
+        rounds.forget_lack_of_fit();
         rounds.estimate_noise(&theta).map_err(unsolved)?;
-        let events = rounds.events(&theta).map_err(unsolved)?;
+        let events = rounds.events(&rounds.rig, &theta).map_err(unsolved)?;
         rounds.estimate_tolerance(&theta, &events, if round == 1 { 2 } else { 1 }).map_err(unsolved)?;
-        let weights = rounds.weights(&events);
+        let mut weights = Rounds::weights(&rounds.rig, &events);
+        if rounds.estimate_lack_of_fit(&theta, &weights).map_err(unsolved)? {
+            weights = Rounds::weights(&rounds.rig, &rounds.events(&rounds.rig, &theta).map_err(unsolved)?);
+        }
         let joint = rounds.joint(weights.clone(), &theta, Loss::Huber { k: ROBUST }).map_err(unsolved)?;
         let fit = joint.fit(&theta, ends()).map_err(failed)?;
         let settled = joint.within(&fit.theta, &theta, SETTLED.2).map_err(failed)? && alike(&before, &rounds.rig);
@@ -260,23 +266,23 @@ impl Rounds<'_> {
         Joint::new(&self.solutions, weights, self.prior).robust(theta, loss)
     }
 
-    /// The events of each record.
-    fn events(&self, theta: &[f64]) -> Result<Vec<Events>, SimulationError> {
-        let model = Model::new(self.rig.clone());
+    /// The events of each record under the noise and tolerance of a rig.
+    fn events(&self, rig: &Rig, theta: &[f64]) -> Result<Vec<Events>, SimulationError> {
+        let model = Model::new(rig.clone());
         let each = self.solutions.records.iter().map(|one| {
-            let empty = Weights::new(&self.rig, &[], &[], &[]);
+            let empty = Weights::new(rig, &[], &[], &[]);
             let (times, open) = (&one.record.time, self.solutions.estimated.clone());
             let measured = one.measured.clone();
             let problem = RecordProblem::new(&model, &one.drive, times, measured, empty, open);
             let mut events = events::events(&problem, one.record, theta)?;
-            unsettled(&self.rig, one, &mut events.variance);
+            unsettled(rig, one, &mut events.variance);
             Ok(events)
         });
         each.collect()
     }
 
-    fn weights(&self, events: &[Events]) -> Vec<Weights> {
-        events.iter().map(|one| Weights::new(&self.rig, &one.phases, &one.variance, &one.changes)).collect()
+    fn weights(rig: &Rig, events: &[Events]) -> Vec<Weights> {
+        events.iter().map(|one| Weights::new(rig, &one.phases, &one.variance, &one.changes)).collect()
     }
 
     fn estimate_noise(&mut self, theta: &[f64]) -> Result<(), SimulationError> {
@@ -293,6 +299,9 @@ impl Rounds<'_> {
     fn estimate_tolerance(&mut self, theta: &[f64], events: &[Events], sweeps: usize) -> Result<(), SimulationError> {
         let mut free = self.rig.clone();
         free.sensors.iter_mut().for_each(|sensor| sensor.tolerance = 0.0);
+        if events.iter().map(|one| one.phases.len()).sum::<usize>() < PHASES {
+            return Ok(());
+        }
         let curves = self.solutions.curves(theta)?;
         let mut seen = Vec::new();
         for (record, one) in events.iter().enumerate() {

@@ -66,6 +66,9 @@ impl Rounds<'_> {
             inflation[i] = inflation[i].max(variance / white[(i, i)]);
         }
         let before = &self.prior.sigma;
+        if self.rig.sensors.iter().any(|sensor| sensor.lack_of_fit > 0.0) {
+            fit.misfit = self.judged(&fit.theta)?;
+        }
         let covariance = DMatrix::from_fn(white.nrows(), white.ncols(), |i, j| {
             let coloured = white[(i, j)] * (inflation[i] * inflation[j]).sqrt();
             if i == j { coloured + (NEVER_KNOWN * before[i]).powi(2) } else { coloured }

@@ -6,6 +6,7 @@ use toml_edit::{InlineTable, Item, Table};
 
 use super::candidate::candidate;
 use super::fitted_model::FittedModel;
+use super::refit::range_deviation;
 use super::suggest::{is_adequate, refitted_alone, restarted, rough_base};
 use super::trial_steps::nothing;
 use super::verdict::warnings;
@@ -75,7 +76,8 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
         };
         let nothing = nothing(rig, &placed, free);
         let size = (first - nothing.unwrap_or(0.0)).abs();
-        parameters.push(Written { name: free.name, value: nothing.unwrap_or(first), sigma: WIDE * size, unit });
+        let sigma = if size > 0.0 { WIDE * size } else { range_deviation(&unit, free) };
+        parameters.push(Written { name: free.name, value: nothing.unwrap_or(first), sigma, unit });
     }
     Ok(Added { text: insert(&rig.path, text, &id, &parameters)?, delta_bic: None, warnings: Vec::new() })
 }

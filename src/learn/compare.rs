@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
-use super::fitted_model::{Run, run_with};
+use super::fitted_model::{MOST_WEIGHINGS, Run, run_with};
+use super::lack_of_fit::{is_alike, with_lack_of_fit};
 use super::phase::{Stretch, stretches};
-use super::refit;
+use super::refit::{self, FORMS};
 use super::with_faults::{Explained, WithFaults, with_faults};
 use crate::complaint::Complaint;
 use crate::diagnosis::{adequate, estimate, mean_squares};
@@ -17,8 +18,6 @@ use crate::rig::{Quantity, Rig, Sensor, Target};
 /// Name and version of the JSON schema.
 pub const SCHEMA: &str = "borescope.comparison/1";
 
-/// Forms of the fit of what is uncertain.
-const FORMS: usize = 4;
 /// Phases that are named of each sensor.
 const WORST: usize = 3;
 /// Correlation from which on a misfit goes with a quantity, and share of the greatest from which on it is named too.
@@ -171,8 +170,7 @@ fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     let model = Model::new(rig.clone());
     let drive = InputSignals::from_record(rig, record)?;
     rig.context().stage("fit of the healthy model");
-    let (values, _) = refit::fitted(&model, record, &drive, &rig.healthy(), (FaultSet::EMPTY, FORMS))?;
-    let run = run_with(&model, record, &drive, &values)?;
+    let (values, run) = followed(rig, record, &drive)?;
     let mut comparison = Comparison::of(&model, record, &run)?;
     let estimated = estimate::estimated_parameters(rig).into_iter();
     comparison.fitted = estimated.filter(|&index| !rig.is_fault(index)).map(fitted(rig, &values)).collect();
@@ -184,6 +182,21 @@ fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
         found = Some(outputs);
     }
     Ok(Compared { comparison, run, found })
+}
+
+/// All parameters (SI) of the healthy model as it follows a record best, and its run, weighed by the lack of fit that it leaves itself.
+fn followed(rig: &Rig, record: &Record, drive: &InputSignals) -> Result<(Vec<f64>, Run), Complaint> {
+    let (mut weighed, mut values, mut weighings) = (rig.clone(), rig.healthy(), 1);
+    loop {
+        let model = Model::new(weighed.clone());
+        (values, _) = refit::fitted(&model, record, drive, &values, (FaultSet::EMPTY, FORMS))?;
+        let run = run_with(&model, record, drive, &values)?;
+        let lacking = with_lack_of_fit(rig, &run);
+        if weighings > MOST_WEIGHINGS || is_alike(&lacking, &weighed) {
+            return Ok((values, run));
+        }
+        (weighed, weighings) = (lacking, weighings + 1);
+    }
 }
 
 fn fitted(rig: &Rig, values: &[f64]) -> impl Fn(usize) -> Fitted {

@@ -8,10 +8,11 @@ use crate::diagnosis::estimate::{self, FIRST_FORMS, PreliminaryFit};
 use crate::diagnosis::search::ROUGH;
 use crate::estimation::criteria::bic;
 use crate::model::{InputSignals, Model, Tolerance};
-use crate::physics::effect::InitialGuess;
+use crate::physics::effect::{FreeParameter, InitialGuess};
 use crate::record::Record;
 use crate::rig::FaultSet;
 use crate::rig::{ParameterSetting, Rig};
+use crate::units::Unit;
 
 /// Forms of a fit that goes on to its end.
 pub(super) const FORMS: usize = 12;
@@ -130,6 +131,13 @@ struct Start {
     neutral: f64,
 }
 
+/// Standard deviation of a value of which no more is known than its range, SI: that of a uniform distribution. For parameters that
+/// begin at nothing, such as one that may have either sign.
+pub(super) fn range_deviation(unit: &Unit, free: &FreeParameter) -> f64 {
+    let (low, high) = free.plausible;
+    unit.difference_to_si(high - low) / 12.0_f64.sqrt()
+}
+
 /// A rig with some effects more, and where their parameters start; `None` where it cannot have them.
 fn with_effects(rig: &Rig, effects: &[Candidate]) -> Option<(Rig, Vec<Start>)> {
     let mut rig = rig.clone();
@@ -150,6 +158,7 @@ fn with_effects(rig: &Rig, effects: &[Candidate]) -> Option<(Rig, Vec<Start>)> {
                 let size = from(tried.value).max(typical);
                 let absolute = matches!(free.first, InitialGuess::Range(_));
                 let sigma = match neutral {
+                    _ if size == 0.0 => range_deviation(&unit, free),
                     Some(_) => WIDE * size,
                     None if absolute => 0.3 * SHAPE * size,
                     None => SHAPE * size,

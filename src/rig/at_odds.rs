@@ -12,7 +12,7 @@ const BEYOND: f64 = 0.5;
 /// Share by which a ratio of intervals may miss a power of a thousand.
 const NEAR: f64 = 0.05;
 
-/// A body that begins at `shown`, where the rig file has it at `given`, SI.
+/// A body whose sensor shows that it begins at `shown`, offset and gain taken off, where the rig file has it at `given`, SI.
 struct Start<'a> {
     node: &'a Node,
     channel: &'a Channel,
@@ -47,7 +47,9 @@ impl Rig {
             let node = &self.nodes[node];
             let NodeKind::Body { position: given, .. } = node.kind else { return None };
             let channel = self.sensor_column(record, sensor).ok()?;
-            let shown = channel.begins_at()?;
+            let value = |parameter: usize| self.parameters[parameter].value;
+            let (offset, gain) = (value(sensor.first_parameter), value(sensor.first_parameter + 1));
+            let shown = (channel.begins_at()? - offset) / gain;
             let offset = self.faults.iter().find(|fault| fault.parameter == sensor.first_parameter);
             let offset = offset.map_or(0.0, |fault| fault.bounds.0.abs().max(fault.bounds.1.abs()));
             let elsewhere = (shown - given).abs() > offset + ELSEWHERE * sensor.noise;

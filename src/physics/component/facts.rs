@@ -24,15 +24,19 @@ impl Facts {
 pub enum Symbol {
     Pump,
     VariablePump,
+    ReversiblePump,
     ReliefValve,
     FlowControlValve,
     DirectionalValve,
     CheckValve,
+    PilotCheckValve,
+    OnOffValve,
     Restrictor,
     Orifice,
     FreeOutlet,
     Cylinder,
     Vessel,
+    Accumulator,
     /// A box with its name.
     Box,
     /// Part of a line, or of a body.

@@ -128,6 +128,7 @@ macro_rules! components {
 }
 
 components! {
+    accumulator::Accumulator,
     check_valve::CheckValve,
     coulomb_friction::CoulombFriction,
     cylinder::Cylinder,
@@ -139,11 +140,15 @@ components! {
     flow_source::FlowSource,
     free_outlet::FreeOutlet,
     line_volume::LineVolume,
+    on_off_valve::OnOffValve,
     orifice::Orifice,
+    pilot_check_valve::PilotCheckValve,
+    proportional_relief_valve::ProportionalReliefValve,
     pump::Pump,
     relief_valve::ReliefValve,
     reservoir::Reservoir,
     restrictor::Restrictor,
+    reversible_pump::ReversiblePump,
     tank::Tank,
 }
 

@@ -14,17 +14,17 @@ const THROUGH: &str = "M0 30V-30";
 
 impl Symbol {
     pub fn is_source(self) -> bool {
-        matches!(self, Self::Pump | Self::VariablePump)
+        matches!(self, Self::Pump | Self::VariablePump | Self::ReversiblePump)
     }
 
     /// Whether it may stand upside down.
     pub fn turns(self) -> bool {
-        !matches!(self, Self::Cylinder | Self::DirectionalValve | Self::Vessel | Self::Pump | Self::VariablePump)
+        !self.is_source() && !matches!(self, Self::Cylinder | Self::DirectionalValve | Self::Vessel | Self::Accumulator)
     }
 
     pub fn half_width(self) -> f64 {
         match self {
-            Self::DirectionalValve => 78.0,
+            Self::DirectionalValve | Self::OnOffValve => 78.0,
             Self::Cylinder => 100.0,
             Self::Vessel => 36.0,
             Self::ReliefValve => 36.0,
@@ -49,10 +49,12 @@ impl Symbol {
     pub fn ends(self) -> &'static [(f64, f64)] {
         match self {
             // Outlet and inlet.
-            Self::Pump | Self::VariablePump => &[(0.0, -30.0), (0.0, 30.0)],
+            Self::Pump | Self::VariablePump | Self::ReversiblePump => &[(0.0, -30.0), (0.0, 30.0)],
+            Self::PilotCheckValve => &[(0.0, 30.0), (0.0, -30.0), (-24.0, 0.0)],
             Self::DirectionalValve => &[(-10.0, 30.0), (10.0, 30.0), (-10.0, -30.0), (10.0, -30.0)],
             Self::Cylinder => &[(-48.0, 30.0), (48.0, 30.0)],
             Self::Vessel => &[(0.0, 34.0)],
+            Self::Accumulator => &[(0.0, 30.0)],
             _ => &[(0.0, 30.0), (0.0, -30.0)],
         }
     }
@@ -69,6 +71,7 @@ impl Symbol {
             Self::VariablePump => {
                 Self::Pump.svg() + &line("M-20 20L24-20M24-20l-9 3M24-20l-4 9")
             }
+            Self::ReversiblePump => Self::Pump.svg() + &full("M0 22L-8 9H8z"),
             Self::ReliefValve => {
                 "<rect x=\"-18\" y=\"-18\" width=\"36\" height=\"36\"/>".to_owned()
                     + &line("M0 18V30M0-18V-30M-8 13V-13M-8-13l-4 7M-8-13l4 7M18 0l2-6 4 12 4-12 4 12 2-6")
@@ -92,6 +95,14 @@ impl Symbol {
                     + &line("M30 20L50-20M50-20l-7 6M50-20l0 9M30-20L50 20M50 20l-7-6M50 20l0-9")
             }
             Self::CheckValve => "<circle r=\"8\"/>".to_owned() + &line("M0-8V-30M-12-1L0 11 12-1M0 11V30"),
+            Self::PilotCheckValve => Self::CheckValve.svg() + "<path class=\"pilot\" d=\"M-24 0H-9\"/>",
+            Self::OnOffValve => {
+                "<rect x=\"-60\" y=\"-20\" width=\"40\" height=\"40\"/><rect x=\"-20\" y=\"-20\" width=\"40\" height=\"40\"/>\
+                 <rect x=\"-76\" y=\"-9\" width=\"16\" height=\"18\"/>"
+                    .to_owned()
+                    + &line("M-76 9L-60-9M0 20V30M0-20V-30M0 20v-8m-5 0h10M0-20v8m-5 0h10M-40 20V-20M-40-20l-4 8M-40-20l4 8")
+                    + &line("M20 0l4-6 5 12 5-12 5 12 5-6")
+            }
             Self::Restrictor => line(THROUGH) + &line("M-12-15Q-1 0-12 15M12-15Q1 0 12 15"),
             Self::Orifice => line(THROUGH) + &line("M-13-9L-3 0-13 9M13-9L3 0 13 9"),
             Self::FreeOutlet => line("M0 30V-8") + &line("M-13-9L-3 0-13 9M13-9L3 0 13 9") + "<path class=\"pilot\" d=\"M0-8V-30\"/>",
@@ -100,6 +111,9 @@ impl Symbol {
                  <rect class=\"rod\" x=\"-17\" y=\"-4\" width=\"115\" height=\"8\"/>"
                     .to_owned()
                     + &line("M-48 17V30M48 17V30")
+            }
+            Self::Accumulator => {
+                "<rect x=\"-12\" y=\"-24\" width=\"24\" height=\"46\" rx=\"12\"/>".to_owned() + &line("M-12-2H12M0 22V30") + &full("M-5-16H5L0-8z")
             }
             Self::Vessel => line("M-34-28V26H34V-28M0 26V34") + &line("M-34-6H34") + &full("M-4-14H4L0-7z"),
             Self::Box => "<rect x=\"-20\" y=\"-18\" width=\"40\" height=\"36\"/>".to_owned() + &line("M0 18V30M0-18V-30M-10-6H10M-10 0H10M-10 6H10"),
