@@ -64,6 +64,7 @@ mod diagnosis {
     mod cycle;
     mod effort;
     mod honest;
+    mod measured;
     mod open_records;
     mod store;
     mod switching;

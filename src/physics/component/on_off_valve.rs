@@ -71,7 +71,7 @@ impl<T: Real> Law<T> for OnOffValve<T> {
     fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
         let [p_in, p_out, spool, ..] = seen.z;
         let drop = p_in - p_out;
-        let flow = self.conductance * spool * root(drop, self.transition) + self.leakage * drop;
+        let flow = self.conductance * spool.max(T::zero()) * root(drop, self.transition) + self.leakage * drop;
         answers.through[0] = flow;
         answers.through[1] = -flow;
         answers.rate[0] = (seen.u[0] - spool) / self.lag;

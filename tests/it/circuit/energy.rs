@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// Components that bring power from elsewhere: from a shaft, a voltage, a load.
-const ACTIVE: [&str; 3] = ["pump", "flow-source", "external-force"];
+const ACTIVE: [&str; 4] = ["pump", "reversible-pump", "flow-source", "external-force"];
 const DRAWS: usize = 20_000;
 
 /// Between two numbers.

@@ -48,7 +48,7 @@ fn check(path: &str) -> (String, Vec<String>, Vec<String>) {
     let around = tempfile::tempdir().unwrap();
     // A page may write beside the project.
     let folder = around.path().join("project");
-    for fixtures in ["telescopic", "learning", "press", "two_tanks", "cascaded_tanks", "emps"] {
+    for fixtures in ["telescopic", "learning", "press", "two_tanks", "cascaded_tanks", "emps", "eha", "uci"] {
         let fixtures = format!("fixtures/{fixtures}");
         copy(Path::new(&fixtures), &folder.join(&fixtures));
     }
