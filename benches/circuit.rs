@@ -7,9 +7,9 @@ mod timing;
 
 use std::hint::black_box;
 
-use borescope::model::{InputSignals, Model, cycle_times};
-use borescope::numeric::System;
-use borescope::rig::Rig;
+use borescope::Rig;
+use borescope::internals::model::{InputSignals, Model, cycle_times};
+use borescope::internals::numeric::System;
 use by_hand::{N, Telescopic};
 use timing::{line, time};
 

@@ -7,7 +7,7 @@ mod problem;
 mod stroke;
 mod timing;
 
-use borescope::estimation::{Fit, Loss, Options, fit};
+use borescope::internals::estimation::{Fit, Loss, Options, fit};
 use problem::{Measured, STARTS, is_optimum, random_starts};
 use timing::{Timed, line, time};
 

@@ -4,7 +4,7 @@ mod timing;
 
 use std::fmt::Write as _;
 
-use borescope::record::Record;
+use borescope::Record;
 use timing::{line, time};
 
 const RECORD: &str = "fixtures/telescopic/healthy_1.csv";

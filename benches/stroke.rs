@@ -8,7 +8,7 @@ mod timing;
 
 use std::hint::black_box;
 
-use borescope::numeric::{Dual, Options, Real, Rosenbrock, System};
+use borescope::internals::numeric::{Dual, Options, Real, Rosenbrock, System};
 use derived::tangents;
 use stroke::{N, POINTS, START, Stroke, options, reference, rms_error, run};
 use timing::{Timed, line, time};

@@ -7,14 +7,14 @@
 use std::error::Error;
 use std::path::Path;
 
-use borescope::diagnosis::{Options, diagnose};
-use borescope::files::write_atomically;
-use borescope::learn::improve::improve;
-use borescope::model::Model;
-use borescope::record::Record;
-use borescope::report::diagnosis::headline;
-use borescope::report::plot::{Axis, Chart, Figure, Rule, Series};
-use borescope::rig::Rig;
+use borescope::Model;
+use borescope::Record;
+use borescope::Rig;
+use borescope::internals::diagnosis::{DiagnosisOptions, diagnose};
+use borescope::internals::files::write_atomically;
+use borescope::internals::learn::improve::improve;
+use borescope::internals::report::diagnosis::headline;
+use borescope::internals::report::plot::{Axis, Chart, Figure, Rule, Series};
 
 const DIAGNOSIS: &str = "docs/figures/series-1.svg";
 const IMPROVEMENT: &str = "docs/figures/error-falls.svg";
@@ -42,7 +42,7 @@ fn write(path: &str, figure: &Figure) -> Result<(), Box<dyn Error>> {
 fn diagnosis() -> Result<(), Box<dyn Error>> {
     let model = Model::new(Rig::read("fixtures/telescopic/rig.toml")?);
     let record = Record::read("fixtures/telescopic/series_1.csv")?;
-    let diagnosed = diagnose(&model, &record, &Options::default())?;
+    let diagnosed = diagnose(&model, &record, &DiagnosisOptions::default())?;
     let rig = &model.rig;
     let rows = record.time.partition_point(|time| *time <= END);
     let mut panels = Vec::new();

@@ -1,10 +1,10 @@
 //! What is fuzzed: every reader of what strangers write. A target may refuse its input, but not panic, hang or eat the machine.
 
-use borescope::expression::{Expression, Name};
-use borescope::record::Asked;
-use borescope::record::survey::{Scatter, survey};
-use borescope::rig::Rig;
-use borescope::units::{Dimension, Quantity, Unit};
+use borescope::Rig;
+use borescope::internals::expression::{Expression, Name};
+use borescope::internals::record::Asked;
+use borescope::internals::record::survey::{Scatter, survey};
+use borescope::internals::units::{Dimension, Quantity, Unit};
 
 /// A target by its name, with the fixtures that it starts from.
 pub struct Target {

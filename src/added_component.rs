@@ -5,7 +5,7 @@ use crate::physics::component::{AnyLaw, PortFlows, PortVariables, filter};
 use crate::physics::fluid::Fluid;
 use crate::report::circuit;
 use crate::residual::{ResidualReport, generators};
-use crate::simulation::{Options, simulate};
+use crate::simulation::{SimulationOptions, simulate};
 use crate::units::Unit;
 use crate::{Rig, diagnose};
 
@@ -65,8 +65,9 @@ fn it_is_drawn_and_has_its_residual() {
 fn a_clogged_element_is_diagnosed() {
     let rig = rig();
     let clogged = rig.model().with("filter.clogging", "0.3").unwrap();
-    let record = simulate(&clogged, None, &Options { seed: Some(1), ..Options::default() }).unwrap().record;
-    let diagnosis = diagnose(&rig.model(), &record, &crate::diagnosis::Options::default()).unwrap().diagnosis;
+    let record =
+        simulate(&clogged, None, &SimulationOptions { seed: Some(1), ..SimulationOptions::default() }).unwrap().record;
+    let diagnosis = diagnose(&rig.model(), &record, &crate::diagnosis::DiagnosisOptions::default()).unwrap().diagnosis;
     assert_eq!(diagnosis.verdict, Verdict::Faulty);
     let present: Vec<_> = diagnosis.present().collect();
     let [clogging] = present.as_slice() else { panic!("{present:?}") };
@@ -80,6 +81,7 @@ fn a_clogged_element_is_diagnosed() {
 #[test]
 fn the_healthy_filter_is_healthy() {
     let model = rig().model();
-    let record = simulate(&model, None, &Options { seed: Some(2), ..Options::default() }).unwrap().record;
+    let record =
+        simulate(&model, None, &SimulationOptions { seed: Some(2), ..SimulationOptions::default() }).unwrap().record;
     assert_eq!(model.diagnose(&record).unwrap().verdict, Verdict::Healthy);
 }

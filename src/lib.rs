@@ -38,74 +38,82 @@
 //! A [`Context`] that is given to the rig ([`Rig::with_context`]) hears of the progress, may end the work early, and bounds the
 //! threads.
 //!
-//! Data flows one way, and nothing lower knows anything higher:
-//! [`record`] and [`rig`], then [`model`] (from [`physics`], solved by [`numeric`]), [`residual`] and [`estimation`], [`diagnosis`],
-//! [`report`]. [`store`] keeps diagnoses and [`history`] reads its trends. [`structure`] says beforehand what can be told
-//! apart, [`campaign`] measures how well it goes.
+//! Beside [`diagnose`] and [`suggest`]: [`check`] says what is in a rig file and a record, [`draft`] begins a rig file, [`calibrate`]
+//! takes its values from healthy records, [`compare`] shows where the model misses, [`add`] and [`improve`] give it more physics,
+//! [`isolability`] says beforehand which faults can be isolated, and a [`Campaign`] measures how often a diagnosis is right. What
+//! they give consists of the types in [`results`].
+//!
+//! The feature `cli`, on by default, is the command `borescope`; `store` keeps diagnoses, `excel` reads workbooks, and `parquet`, off
+//! by default, reads and writes tables in that format.
 
-#![deny(missing_docs)]
+// With `internals` more is public than is meant to be read.
+#![cfg_attr(not(feature = "internals"), deny(missing_docs))]
 
-#[allow(missing_docs, reason = "most fields have none yet")]
-pub mod calibration;
-#[allow(missing_docs, reason = "most fields have none yet")]
-pub mod campaign;
-pub mod check;
-pub mod complaint;
-pub mod context;
-#[allow(missing_docs, reason = "most fields have none yet")]
-pub mod diagnosis;
-pub mod draft;
+mod calibration;
+mod campaign;
+mod check;
+#[cfg(feature = "cli")]
+mod cli;
+mod complaint;
+mod context;
+mod diagnosis;
+mod draft;
+mod estimation;
+mod expression;
+mod files;
 #[cfg(feature = "store")]
-#[allow(missing_docs, reason = "most fields have none yet")]
-pub mod history;
-pub mod isolability;
-#[allow(missing_docs, reason = "most fields have none yet")]
-pub mod learn;
-pub mod model;
-pub mod record;
-#[allow(missing_docs, reason = "most fields have none yet")]
-pub mod rig;
-pub mod simulation;
+mod history;
+mod isolability;
+mod learn;
+mod model;
+mod number;
+mod numeric;
+mod physics;
+mod record;
+mod report;
+mod residual;
+mod rig;
+mod simulation;
 #[cfg(feature = "store")]
-pub mod store;
-pub mod units;
+mod store;
+mod structure;
+mod units;
 #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "only the command writes through `Visible`"))]
 mod visible;
 
-// No part of what the library promises: public for the command, tests, benches and fuzz targets.
-#[cfg(test)]
+pub mod results;
+
+#[cfg(all(test, feature = "cli"))]
 mod added_component;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod internals;
+
+pub use calibration::{Calibrated, CalibrationOptions, calibrate};
+pub use campaign::{Campaign, CampaignOptions};
+pub use check::{Checked, check};
 #[cfg(feature = "cli")]
 #[doc(hidden)]
-pub mod cli;
-#[doc(hidden)]
-#[allow(missing_docs, reason = "most fields have none yet")]
-pub mod estimation;
-#[doc(hidden)]
-pub mod expression;
-#[doc(hidden)]
-pub mod files;
-#[doc(hidden)]
-pub mod number;
-#[doc(hidden)]
-pub mod numeric;
-#[doc(hidden)]
-pub mod physics;
-#[doc(hidden)]
-pub mod report;
-#[doc(hidden)]
-pub mod residual;
-#[doc(hidden)]
-pub mod structure;
-
-pub use calibration::calibrate;
-pub use complaint::Complaint;
-pub use context::Context;
-pub use diagnosis::{Diagnosis, Verdict, diagnose};
-pub use learn::improve::improve;
-pub use learn::suggest::{Suggestion, suggest};
-pub use model::{Model, Simulation};
-pub use record::Record;
+pub use cli::run as command;
+pub use complaint::{Complaint, Kind as ComplaintKind, Place};
+pub use context::{Context, Interrupted, Progress};
+pub use diagnosis::watch::{Watched, Watching};
+pub use diagnosis::{Diagnosed, Diagnosis, DiagnosisOptions, Verdict, diagnose};
+pub use draft::{Circuit, Draft, DraftOptions, draft};
+#[cfg(feature = "store")]
+pub use history::{By, History, history};
+pub use isolability::{TakenFault, isolability};
+pub use learn::add::{Added, add};
+pub use learn::compare::compare;
+pub use learn::improve::{Improvement, improve};
+pub use learn::suggest::{Conclusion, Suggestion, suggest};
+pub use model::{Model, Reading, Simulation, SolverEffort};
+pub use record::{Channel, Inputs, Record};
+pub use residual::Detection;
 pub use rig::Rig;
-pub use simulation::simulate;
-pub use units::{Quantity, Unit};
+pub use simulation::{Method, Simulated, SimulationOptions, simulate};
+#[cfg(all(feature = "parquet", feature = "store"))]
+pub use store::export_parquet;
+#[cfg(feature = "store")]
+pub use store::{Moment, NewRun, RigIdentity, Store, StoredRun, export_csv};
+pub use units::{Dimension, Quantity, Unit, UnitError};

@@ -1,5 +1,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    borescope::cli::run(std::env::args_os())
+    borescope::command(std::env::args_os())
 }

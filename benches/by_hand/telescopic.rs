@@ -3,9 +3,9 @@
 
 use std::f64::consts::PI;
 
-use borescope::model::InputSignals;
-use borescope::numeric::{Dual, Options, Real, Rosenbrock, System, jacobian};
-use borescope::rig::Rig;
+use borescope::Rig;
+use borescope::internals::model::InputSignals;
+use borescope::internals::numeric::{Dual, Options, Real, Rosenbrock, System, jacobian};
 
 /// Pressures of pump line, line between the valves, A and B (gauge); position, speed; overpressure that the relief valve follows,
 /// opening of the reducing valve, spool; flows into P, out of A, into B as their sensors follow them.

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use borescope::report::plot::{Axis, Band, Chart, Figure, Marker, Rule, Series};
+use borescope::internals::report::plot::{Axis, Band, Chart, Figure, Marker, Rule, Series};
 
 use super::strokes::{Bench, FULL_LOAD, Faults, HEALTHY, OPENS, SERIES, Steady, Stroke, saturates_at, sweep};
 

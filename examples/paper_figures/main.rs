@@ -7,7 +7,7 @@ mod strokes;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use borescope::files::write_atomically;
+use borescope::internals::files::write_atomically;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args_os().nth(1).map_or_else(|| PathBuf::from("docs/figures"), PathBuf::from);

@@ -3,9 +3,9 @@
 use std::error::Error;
 use std::path::Path;
 
-use borescope::model::{InputSignals, Model};
-use borescope::residual::estimator::Healthy;
-use borescope::rig::{Cycle, Phase, Profile, Rig};
+use borescope::internals::model::{InputSignals, Model};
+use borescope::internals::residual::estimator::Healthy;
+use borescope::internals::rig::{Cycle, Phase, Profile, Rig};
 
 /// The paper's full load, N.
 pub const FULL_LOAD: f64 = 5400.0;

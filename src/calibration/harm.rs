@@ -4,7 +4,7 @@
 //! these weights can prefer a model that runs away from the record: a drift over each phase becomes tolerance. The plain error
 //! of the sensors has no such freedom.
 
-use super::Report;
+use super::CalibrationReport;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::number::{rounded, with_unit};
 use crate::rig::Rig;
@@ -40,7 +40,7 @@ impl Error {
 ///
 /// # Errors
 /// Names the sensor that has lost most, with its error before and after.
-pub(super) fn refuse(sheet: &Rig, report: &Report) -> Result<(), Complaint> {
+pub(super) fn refuse(sheet: &Rig, report: &CalibrationReport) -> Result<(), Complaint> {
     let errors = pooled(report);
     let total: f64 = errors.iter().map(Error::change).sum();
     let Some(worst) = errors.iter().filter(|error| error.rose()).max_by(|a, b| a.change().total_cmp(&b.change()))
@@ -67,10 +67,10 @@ pub(super) fn refuse(sheet: &Rig, report: &Report) -> Result<(), Complaint> {
 }
 
 /// Errors of each sensor over all records; each record counts by its rows.
-fn pooled(report: &Report) -> Vec<Error> {
+fn pooled(report: &CalibrationReport) -> Vec<Error> {
     let rows: usize = report.records.iter().map(|record| record.rows).sum();
     let pool = |sensor: usize, of: fn(&super::ChannelFit) -> f64| {
-        let square = |record: &super::RecordReport| record.rows as f64 * of(&record.channels[sensor]).powi(2);
+        let square = |record: &super::RecordFit| record.rows as f64 * of(&record.channels[sensor]).powi(2);
         (report.records.iter().map(square).sum::<f64>() / rows.max(1) as f64).sqrt()
     };
     let errors = report.sensors.iter().enumerate().map(|(index, sensor)| Error {

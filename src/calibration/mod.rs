@@ -32,17 +32,17 @@ use crate::rig::{Rig, Sensor, TOLERANCE};
 use joint::{Healthy, Joint, Solutions};
 use lack_of_fit::PHASES;
 use noise::Noise;
-pub use report::{ChannelFit, ParameterReport, RecordReport, Report, SCHEMA, SensorReport};
+pub use report::{CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit};
 use tolerance::{Evidence, PortVariables};
 
 /// What the user may choose.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Options {
+pub struct CalibrationOptions {
     /// Most rounds of noise, tolerance and fit.
     pub rounds: usize,
 }
 
-impl Default for Options {
+impl Default for CalibrationOptions {
     fn default() -> Self {
         Self { rounds: 12 }
     }
@@ -55,7 +55,8 @@ pub struct Calibrated {
     pub rig: Rig,
     /// The rig file with its `[calibration]` written anew behind everything else, which is untouched.
     pub text: String,
-    pub report: Report,
+    /// What was found.
+    pub report: CalibrationReport,
 }
 
 /// Parameters are searched this many standard deviations to both sides.
@@ -85,7 +86,12 @@ const LEAST_TOLERANCE: f64 = 0.02;
 /// # Errors
 /// No records, no sensors, missing columns, a model that cannot be solved, a rig file that cannot be read, a context that was
 /// cancelled, a calibrated model that follows the records worse than the data sheet's.
-pub fn calibrate(rig_text: &str, rig: &Rig, records: &[Record], options: &Options) -> Result<Calibrated, Complaint> {
+pub fn calibrate(
+    rig_text: &str,
+    rig: &Rig,
+    records: &[Record],
+    options: &CalibrationOptions,
+) -> Result<Calibrated, Complaint> {
     let bare = write::without_calibration(&rig.path, rig_text)?;
     let sheet = Rig::parse(&rig.path, bare.clone())?.with_context(rig.context());
     let (learnt, report) = calibrate_rig(&sheet, records, options)?;
@@ -99,11 +105,15 @@ pub fn calibrate(rig_text: &str, rig: &Rig, records: &[Record], options: &Option
 ///
 /// # Errors
 /// As [`calibrate`].
-pub fn calibrate_rig(rig: &Rig, records: &[Record], options: &Options) -> Result<(Rig, Report), Complaint> {
+pub fn calibrate_rig(
+    rig: &Rig,
+    records: &[Record],
+    options: &CalibrationOptions,
+) -> Result<(Rig, CalibrationReport), Complaint> {
     rig.context().run(|| fit_all(rig, records, options))
 }
 
-fn fit_all(rig: &Rig, records: &[Record], options: &Options) -> Result<(Rig, Report), Complaint> {
+fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Result<(Rig, CalibrationReport), Complaint> {
     let lacks = |what: &str, help: &str| Complaint::new(Kind::MissingEntry, what).at(Place::file(&rig.path)).help(help);
     if records.is_empty() {
         return Err(lacks("there are no records to calibrate on", "give at least one record of the healthy rig"));

@@ -7,16 +7,18 @@ pub const SCHEMA: &str = "borescope.calibration/1";
 
 /// What a calibration found. Numbers carry the unit beside them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Report {
+pub struct CalibrationReport {
+    /// Name and version of the JSON schema: `borescope.calibration/1`.
     pub schema: &'static str,
     /// The rig file, as it was called.
     pub rig: String,
     /// Every parameter that was calibrated, in the order of the rig.
-    pub parameters: Vec<ParameterReport>,
+    pub parameters: Vec<CalibratedParameter>,
     /// Every sensor, in the order of the rig.
-    pub sensors: Vec<SensorReport>,
+    pub sensors: Vec<CalibratedSensor>,
     /// Every record, in the order given.
-    pub records: Vec<RecordReport>,
+    #[doc(hidden)]
+    pub records: Vec<RecordFit>,
     /// Whether the calibrated model explains every channel of every record.
     pub adequate: bool,
     /// What speaks against taking the records for healthy ones of this rig.
@@ -33,14 +35,18 @@ pub struct Report {
 
 /// A calibrated parameter. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ParameterReport {
+pub struct CalibratedParameter {
+    /// Such as `cylinder.clearance`.
     pub id: String,
+    /// From its card.
     pub meaning: String,
+    /// As the rig file has it.
     pub unit: String,
     /// Data sheet, or the healthy value of the fault.
     pub before: f64,
     /// Standard deviation between data sheet and part.
     pub sigma_before: f64,
+    /// With the records.
     pub after: f64,
     /// Standard error with the records, inflated where the misfit is coloured.
     pub sigma_after: f64,
@@ -52,20 +58,26 @@ pub struct ParameterReport {
 
 /// Noise and tolerance of a sensor. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SensorReport {
+pub struct CalibratedSensor {
+    /// As the rig file has it.
     pub name: String,
+    /// Of its readings.
     pub unit: String,
+    /// Standard deviation of a reading by the rig file.
     pub noise_before: f64,
+    /// The same, estimated from the records.
     pub noise: f64,
     /// Correlation of the noise of neighbouring samples; `None` where the noise could not be estimated and stays.
     pub noise_correlation: Option<f64>,
+    /// How far the model may be off throughout a phase, by the rig file.
     pub tolerance_before: f64,
+    /// The same, estimated from the records.
     pub tolerance: f64,
 }
 
 /// How the calibrated model follows one record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RecordReport {
+pub struct RecordFit {
     pub record: String,
     pub rows: usize,
     pub chi2_reduced: f64,

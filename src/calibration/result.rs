@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::clusters;
 use super::joint::Joint;
-use super::report::{ChannelFit, ParameterReport, RecordReport, Report, SCHEMA, SensorReport};
+use super::report::{CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit, SCHEMA};
 use super::{Noise, ROBUST, Rounds};
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::count_there;
@@ -53,7 +53,7 @@ impl Rounds<'_> {
         mut fit: Fit,
         weights: Vec<Weights>,
         (rounds, settled): (usize, bool),
-    ) -> Result<(Rig, Report), FitError> {
+    ) -> Result<(Rig, CalibrationReport), FitError> {
         let loss = Loss::Huber { k: ROBUST };
         let joint = self.joint(weights, &fit.theta, loss)?;
         let options = UncertaintyOptions { series: joint.series(), ..UncertaintyOptions::default() };
@@ -96,7 +96,7 @@ impl Rounds<'_> {
         Ok((rig, report))
     }
 
-    fn report(&self, sheet: &Rig, rig: &Rig, fit: &Fit, joint: &Joint<'_>) -> Report {
+    fn report(&self, sheet: &Rig, rig: &Rig, fit: &Fit, joint: &Joint<'_>) -> CalibrationReport {
         let mut parameters = Vec::new();
         let mut warnings = Vec::new();
         for (i, one) in self.solutions.estimated.iter().enumerate() {
@@ -119,7 +119,7 @@ impl Rounds<'_> {
                     }
                 ));
             }
-            parameters.push(ParameterReport {
+            parameters.push(CalibratedParameter {
                 id: known.id.clone(),
                 meaning: known.meaning.clone(),
                 unit: unit.symbol.clone(),
@@ -138,7 +138,7 @@ impl Rounds<'_> {
             if after.tolerance > COARSE * before.tolerance && after.tolerance > after.noise {
                 loose.push(format!("`{}` {}", after.name, shown(spread(after.tolerance), &unit.symbol)));
             }
-            sensors.push(SensorReport {
+            sensors.push(CalibratedSensor {
                 name: before.name.clone(),
                 unit: unit.symbol.clone(),
                 noise_before: spread(before.noise),
@@ -159,7 +159,7 @@ impl Rounds<'_> {
         let samples = self.solutions.records.iter().map(|one| one.record.time.len() * sensors.len()).sum::<usize>();
         let total: f64 = records.iter().map(|record| record.chi2_reduced * (record.rows * sensors.len()) as f64).sum();
         let (simulations, sensitivities) = self.solutions.effort();
-        Report {
+        CalibrationReport {
             schema: SCHEMA,
             rig: sheet.path.display().to_string(),
             adequate: records.iter().all(|record| record.channels.iter().all(|channel| channel.adequate)),
@@ -174,7 +174,7 @@ impl Rounds<'_> {
         }
     }
 
-    fn records(&self, sheet: &Rig, fit: &Fit, joint: &Joint<'_>, warnings: &mut Vec<String>) -> Vec<RecordReport> {
+    fn records(&self, sheet: &Rig, fit: &Fit, joint: &Joint<'_>, warnings: &mut Vec<String>) -> Vec<RecordFit> {
         let plain = self.solutions.errors(&fit.theta).ok();
         let mut series = joint.series().into_iter();
         let mut records = Vec::new();
@@ -208,7 +208,7 @@ impl Rounds<'_> {
                 ));
             }
             let mean = channels.iter().map(|channel| channel.chi2_reduced).sum::<f64>() / channels.len().max(1) as f64;
-            records.push(RecordReport {
+            records.push(RecordFit {
                 record: name,
                 rows: one.record.time.len(),
                 chi2_reduced: rounded(mean, DIGITS),

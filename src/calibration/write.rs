@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::Report;
+use super::CalibrationReport;
 use crate::complaint::Complaint;
 use crate::number::written;
 use crate::rig::{Rig, document};
@@ -21,14 +21,14 @@ pub(super) fn without_calibration(path: &Path, text: &str) -> Result<String, Com
 }
 
 /// The `[calibration]` of a calibrated rig, to be put behind the rest.
-pub(super) fn section(rig: &Rig, report: &Report) -> String {
+pub(super) fn section(rig: &Rig, report: &CalibrationReport) -> String {
     let mut text = String::new();
     // Writing to a `String` cannot fail.
     let _ = write_section(&mut text, rig, report);
     text
 }
 
-fn write_section(out: &mut String, rig: &Rig, report: &Report) -> std::fmt::Result {
+fn write_section(out: &mut String, rig: &Rig, report: &CalibrationReport) -> std::fmt::Result {
     let Some(calibration) = &rig.calibration else { return Ok(()) };
     writeln!(out, "\n# Calibrated on healthy records; `borescope calibrate` replaces this part.")?;
     writeln!(out, "[calibration]")?;

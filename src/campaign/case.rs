@@ -73,13 +73,16 @@ impl Prepared {
 pub struct Replay {
     pub row: Row,
     /// `None` where nothing could be simulated.
+    #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the command writes it"))]
     pub record: Option<Record>,
     /// `None` where the case failed.
+    #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the command shows it"))]
     pub diagnosed: Option<Diagnosed>,
 }
 
 impl Campaign {
     /// The rig with this number, drawn and calibrated by the first who asks; a message where it could not be simulated.
+    #[doc(hidden)]
     pub fn prepared(&self, rig: usize) -> Result<&Prepared, &str> {
         let message = "there is no such rig";
         let slot = self.rigs.get(rig).ok_or(message)?;
@@ -104,7 +107,7 @@ impl Campaign {
             });
             match records.collect::<Result<Vec<Record>, crate::model::SimulationError>>() {
                 Ok(records) => {
-                    let options = calibration::Options::default();
+                    let options = calibration::CalibrationOptions::default();
                     let calibrated = calibration::calibrate_rig(&self.rig, &records, &options);
                     let adequate = calibrated.as_ref().ok().map(|(_, report)| report.adequate);
                     let model = calibrated.map(|(rig, _)| Model::new(rig)).map_err(|complaint| complaint.what);
@@ -157,7 +160,7 @@ impl Campaign {
                 Ok(model) => {
                     tell_beforehand(&mut row, model, disturbed, &injected, &run, &record);
                     let begin = Instant::now();
-                    let diagnosed = diagnose(model, &record, &diagnosis::Options::default());
+                    let diagnosed = diagnose(model, &record, &diagnosis::DiagnosisOptions::default());
                     row.seconds = begin.elapsed().as_secs_f64();
                     diagnosed.map_err(|complaint| complaint.what)
                 }

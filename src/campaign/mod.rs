@@ -13,6 +13,7 @@ pub mod random;
 pub(crate) mod row;
 pub mod score;
 pub mod statistics;
+#[cfg(feature = "cli")]
 pub mod store;
 
 use std::sync::OnceLock;
@@ -23,18 +24,21 @@ use serde::Serialize;
 
 use crate::complaint::{Complaint, Kind, Place};
 use crate::rig::{Cycle, InitialPressure, NodeKind, Rig};
-use case::{Prepared, Replay};
+use case::Prepared;
+#[cfg(feature = "cli")]
+use case::Replay;
 pub use row::{FaultRow, Outcome, Row};
 
 /// What the user may choose. Two campaigns with the same options and rig file give the same rows.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Options {
+pub struct CampaignOptions {
     /// How many cases, above 0.
     pub cases: usize,
+    /// Of the random numbers.
     pub seed: u64,
     /// Share of healthy cases, 0 to 1.
     pub healthy: f64,
-    /// How much rigs are disturbed: 1 as [`disturb`] says, 0 not at all, at most [`MOST_DISTURBANCE`].
+    /// How much rigs are disturbed: 1 as parts scatter around their data sheets, 0 not at all, 5 at most.
     pub disturbance: f64,
     /// How many disturbed rigs, above 0.
     pub rigs: usize,
@@ -50,7 +54,7 @@ pub const MOST_CASES: usize = 1_000_000;
 /// Cases that share a rig where nothing else is asked for.
 const PER_RIG: usize = 25;
 
-impl Options {
+impl CampaignOptions {
     /// Defaults for so many cases.
     pub fn new(cases: usize) -> Self {
         Self { cases, seed: 1, healthy: HEALTHY, disturbance: 1.0, rigs: (cases / PER_RIG).max(1) }
@@ -67,8 +71,10 @@ enum Work {
 
 /// A campaign that is laid out.
 pub struct Campaign {
+    /// As its data sheet has it.
     pub rig: Rig,
-    pub options: Options,
+    /// With which it was laid out.
+    pub options: CampaignOptions,
     cycle: Cycle,
     /// How many faults each case has.
     plan: Vec<usize>,
@@ -79,8 +85,8 @@ impl Campaign {
     /// Lays out a campaign on a rig.
     ///
     /// # Errors
-    /// Options outside their limits; a rig without cycle, faults or sensors, or one that starts from a record.
-    pub fn new(rig: Rig, options: Options) -> Result<Self, Complaint> {
+    /// CampaignOptions outside their limits; a rig without cycle, faults or sensors, or one that starts from a record.
+    pub fn new(rig: Rig, options: CampaignOptions) -> Result<Self, Complaint> {
         let option = |what: &str, help: &str| Err(Complaint::new(Kind::Bounds, what).help(help));
         if options.cases == 0 {
             return option("a campaign of no cases", "ask for one or more with `--cases`");
@@ -136,7 +142,8 @@ impl Campaign {
     ///
     /// # Errors
     /// A number that the campaign does not have, or a context that was cancelled.
-    pub fn replay(&self, case: usize) -> Result<Replay, Complaint> {
+    #[cfg(feature = "cli")]
+    pub(crate) fn replay(&self, case: usize) -> Result<Replay, Complaint> {
         let Some(&count) = self.plan.get(case) else {
             let last = self.options.cases - 1;
             return Err(Complaint::new(Kind::Bounds, format!("there is no case {case}"))

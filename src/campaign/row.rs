@@ -11,8 +11,11 @@ use crate::number::in_unit;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
+    /// The diagnosis found the rig healthy.
     Healthy,
+    /// The diagnosis found at least one fault.
     Faulty,
+    /// The model explained the record with no combination of faults.
     ModelInadequate,
     /// There is no diagnosis; [`Row::failure`] says why.
     Failed,
@@ -43,8 +46,11 @@ impl Outcome {
 /// One fault of the rig in one case. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FaultRow {
+    /// Such as `cylinder.clearance`.
     pub id: String,
+    /// As the rig file has it.
     pub unit: String,
+    /// Whether the case has it.
     pub injected: bool,
     /// Of the disturbed rig.
     pub healthy: f64,
@@ -56,7 +62,9 @@ pub struct FaultRow {
     pub value: Option<f64>,
     /// Ends of the 95 % interval; `None` is open.
     pub ci95: [Option<f64>; 2],
+    /// Whether the diagnosis called it present.
     pub present: bool,
+    /// That it is present; `None` where the case failed.
     pub probability: Option<f64>,
 }
 
@@ -86,6 +94,7 @@ pub struct Row {
     pub rig: usize,
     /// How often the case, and its rig, were drawn anew because a simulation came to no end.
     pub redrawn: usize,
+    /// The same of its rig.
     pub rig_redrawn: usize,
     /// Whether the calibrated model explains the healthy records of its rig; `None` where there is none.
     pub rig_adequate: Option<bool>,
@@ -95,22 +104,28 @@ pub struct Row {
     pub onset_s: Option<f64>,
     /// When a command first leaves zero, s.
     pub motion_s: f64,
+    /// What the diagnosis came to.
     pub outcome: Outcome,
+    /// Why there is no diagnosis; `None` where there is one.
     pub failure: Option<String>,
+    /// When the faults were detected, s; `None` where they were not.
     pub detected_at_s: Option<f64>,
     /// Whether, by sensitivities at the faults and without noise, every set that lacks one of them would lose; `None` of
     /// healthy cases and where this could not be worked out.
     pub identifiable: Option<bool>,
     /// The set most easily mistaken for the injected one, and the probability that noise makes it so.
     pub rival: Vec<String>,
+    /// Probability that noise makes `rival` look like the injected set.
     pub mistaken: Option<f64>,
     /// The most probable set of faults, and its probability.
     pub top: Vec<String>,
+    /// Its probability.
     pub top_probability: Option<f64>,
     /// Probability of the set that was injected.
     pub truth_probability: Option<f64>,
     /// How many of the most probable sets are needed to reach `SURE`.
     pub ambiguity: Option<usize>,
+    /// Mean square of the weighted misfit of the fit: 1 if the model is right within its tolerance.
     pub chi2_reduced: Option<f64>,
     /// Every fault of the rig, in its order.
     pub faults: Vec<FaultRow>,
@@ -198,33 +213,34 @@ impl Row {
     }
 
     /// Ids of the injected faults, in the order of the rig.
-    pub fn injected(&self) -> Vec<&str> {
+    pub(crate) fn injected(&self) -> Vec<&str> {
         self.faults.iter().filter(|fault| fault.injected).map(|fault| fault.id.as_str()).collect()
     }
 
     /// Ids of the faults called present, in the order of the rig.
-    pub fn found(&self) -> Vec<&str> {
+    #[cfg(feature = "cli")]
+    pub(crate) fn found(&self) -> Vec<&str> {
         self.faults.iter().filter(|fault| fault.present).map(|fault| fault.id.as_str()).collect()
     }
 
     /// Whether anything was injected, or was to be where the case failed.
-    pub fn is_faulty(&self) -> bool {
+    pub(crate) fn is_faulty(&self) -> bool {
         self.count > 0
     }
 
     /// Whether something was reported: a verdict other than healthy.
-    pub fn alarmed(&self) -> bool {
+    pub(crate) fn alarmed(&self) -> bool {
         matches!(self.outcome, Outcome::Faulty | Outcome::ModelInadequate)
     }
 
     /// Whether the faults called present are those injected, under a verdict that stands by them.
-    pub fn isolated(&self) -> bool {
+    pub(crate) fn isolated(&self) -> bool {
         let stands = matches!(self.outcome, Outcome::Faulty | Outcome::Healthy);
         stands && self.faults.iter().all(|fault| fault.injected == fault.present)
     }
 
     /// Whether the most probable set is the injected one.
-    pub fn top_is_right(&self) -> bool {
+    pub(crate) fn top_is_right(&self) -> bool {
         let injected = self.injected();
         self.top_probability.is_some()
             && self.top.len() == injected.len()
@@ -232,7 +248,7 @@ impl Row {
     }
 
     /// From when on the faults could have shown, s: their onset, or the first motion.
-    pub fn begin_s(&self) -> f64 {
+    pub(crate) fn begin_s(&self) -> f64 {
         self.onset_s.unwrap_or(self.motion_s)
     }
 }

@@ -10,13 +10,15 @@ use crate::number::rounded;
 /// All scores of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scores {
+    /// How many were run.
     pub cases: usize,
     /// Cases without a diagnosis. In all rates they count as wrong.
     pub failed: usize,
     /// Cases and rigs that were drawn anew because a simulation came to no end.
-    pub redrawn: Redrawn,
+    pub(crate) redrawn: Redrawn,
     /// Rigs that have no calibrated model, or one that does not explain their healthy records.
     pub inadequate_rigs: Rate,
+    /// Every case.
     pub all: Group,
     /// The faulty cases whose faults are identifiable at their size; `None` where this was not worked out.
     pub identifiable: Option<Group>,
@@ -24,8 +26,11 @@ pub struct Scores {
     pub by_count: Vec<Group>,
     /// Cases whose faults began within the record.
     pub midway: Group,
+    #[doc(hidden)]
     pub faults: Vec<FaultScore>,
+    #[doc(hidden)]
     pub confusion: Confusion,
+    #[doc(hidden)]
     pub reliability: Reliability,
 }
 
@@ -48,9 +53,11 @@ pub struct Group {
     pub mean_ambiguity: Option<f64>,
     /// From the onset (of old faults: from the first motion) to the detection, s.
     pub median_delay_s: Option<f64>,
+    /// 95 % of the delays are at most so long, s.
     pub delay95_s: Option<f64>,
     /// Mean absolute percentage error of the injected faults that were found, of their distance to the healthy value.
     pub mape_of_deviation: Option<f64>,
+    /// Median of the same errors.
     pub median_ape_of_deviation: Option<f64>,
     /// The same of the true value.
     pub mape_of_value: Option<f64>,

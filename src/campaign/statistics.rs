@@ -13,18 +13,23 @@ const ONE_SIDED: f64 = 1.644_853_627;
 /// How often something happened, with exact bounds (Clopper and Pearson, Biometrika 26 (1934), 404).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Rate {
+    /// How often it happened.
     pub count: usize,
+    /// How often it could have.
     pub of: usize,
     /// `None` of nothing.
     pub share: Option<f64>,
     /// Two-sided 95 % bounds.
     pub low95: f64,
+    /// Upper two-sided 95 % bound.
     pub high95: f64,
     /// One-sided upper 95 % bound.
     pub upper95: f64,
 }
 
 impl Rate {
+    /// `count` times of `of` chances.
+    #[doc(hidden)]
     pub fn new(count: usize, of: usize) -> Self {
         Self {
             count,
@@ -37,7 +42,7 @@ impl Rate {
     }
 
     /// The share of items for which `is` holds.
-    pub fn of<T>(items: impl IntoIterator<Item = T>, is: impl Fn(&T) -> bool) -> Self {
+    pub(crate) fn of<T>(items: impl IntoIterator<Item = T>, is: impl Fn(&T) -> bool) -> Self {
         let (mut count, mut of) = (0, 0);
         for item in items {
             of += 1;

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::row::Row;
 use super::score::Scores;
 use super::statistics::quantile;
-use super::{Campaign, Options};
+use super::{Campaign, CampaignOptions};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::files::{read_text, write_atomically};
 
@@ -30,7 +30,7 @@ struct Header {
 }
 
 /// What tells two campaigns apart: the options, the rig file and the version of this crate, hashed (FNV-1a, 64 bit).
-pub fn digest(options: &Options, rig_text: &str) -> String {
+pub fn digest(options: &CampaignOptions, rig_text: &str) -> String {
     let text = format!("{} {options:?}\n{rig_text}", env!("CARGO_PKG_VERSION"));
     let hash = text
         .bytes()
@@ -145,7 +145,7 @@ pub struct Times {
 pub struct Finished {
     pub schema: &'static str,
     pub rig: String,
-    pub options: Options,
+    pub options: CampaignOptions,
     pub scores: Scores,
     /// Of each case, with [`Row::seconds`] of the rows, all that depends on the machine.
     pub time_s: Times,

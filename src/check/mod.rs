@@ -10,7 +10,9 @@ use crate::complaint::Complaint;
 use crate::number::{difference_in_unit, in_unit, rounded};
 use crate::rig::{InitialPressure, NodeKind, Quantity, Rig, Sensor, Target};
 
-pub use record::{ChannelLine, PhaseInput, PhaseLine, RecordPage};
+#[cfg(feature = "cli")]
+pub use record::PhaseInput;
+pub use record::{ChannelLine, RecordPage};
 
 /// Name and version of the JSON schema.
 pub const SCHEMA: &str = "borescope.check/1";
@@ -27,7 +29,7 @@ pub struct Checked {
 /// Checks a record against a rig; without record, only says what is in the rig.
 ///
 /// # Errors
-/// A record that cannot be read at all, or a [context](crate::context) that was cancelled.
+/// A record that cannot be read at all, or a [context](crate::Context) that was cancelled.
 pub fn check(rig: &Rig, record: Option<&Path>) -> Result<Checked, Complaint> {
     let (record, refused) = match record {
         None => (None, None),
@@ -44,7 +46,7 @@ pub fn check(rig: &Rig, record: Option<&Path>) -> Result<Checked, Complaint> {
 /// A check as programs read it (`borescope.check/1`).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CheckReport {
-    /// [`SCHEMA`].
+    /// Name and version of the JSON schema: `borescope.check/1`.
     pub schema: &'static str,
     /// The rig file.
     pub rig: RigPage,
@@ -60,13 +62,15 @@ pub struct RigPage {
     /// The `name` of `[rig]`; empty without.
     pub name: String,
     /// In the order of the file.
-    pub nodes: Vec<NodeLine>,
+    pub(crate) nodes: Vec<NodeLine>,
     /// In the order of the file; those of effects behind them.
+    #[doc(hidden)]
     pub components: Vec<ComponentLine>,
     /// Physics beyond that of the components.
+    #[doc(hidden)]
     pub effects: Vec<EffectLine>,
     /// Formulas of the rig file's own that the model does not have.
-    pub own_effects: Vec<String>,
+    pub(crate) own_effects: Vec<String>,
     /// Names of the states of the model.
     pub states: Vec<String>,
     /// Every parameter of the model.
@@ -78,6 +82,7 @@ pub struct RigPage {
     /// In the order of the file.
     pub faults: Vec<FaultLine>,
     /// What `simulate` runs without a record.
+    #[doc(hidden)]
     pub cycle: Option<CycleLine>,
 }
 

@@ -34,9 +34,10 @@ pub struct RecordPage {
     /// Every column but the time.
     pub channels: Vec<ChannelLine>,
     /// Between jumps of the inputs; empty where the record lacks an input.
+    #[doc(hidden)]
     pub phases: Vec<PhaseLine>,
     /// Columns that the rig asks for and the record lacks, with those that they may be.
-    pub mapping: Vec<Proposal>,
+    pub(crate) mapping: Vec<Proposal>,
     /// What is doubtful, with its times.
     pub findings: Vec<Finding>,
     /// The same in words.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{Failure, Format, Overwriting, Status, read, terminal, write_json, write_page};
-use crate::calibration::{Options, Report, calibrate};
+use crate::calibration::{CalibrationOptions, CalibrationReport, calibrate};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::context::Context;
 use crate::files::{is_kept, read_text, write_atomically};
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     if !bad.is_empty() {
         return Err(Failure::Complaints(bad));
     }
-    let calibrated = calibrate(&rig_text, &rig, &records, &Options::default())?;
+    let calibrated = calibrate(&rig_text, &rig, &records, &CalibrationOptions::default())?;
     write_atomically(&arguments.output, |file| file.write_all(calibrated.text.as_bytes()))?;
     if let Some(path) = &arguments.report {
         write_page(path, &pages::calibration::html(&rig, &calibrated.report))?;
@@ -92,7 +92,7 @@ fn check_files(arguments: &Arguments) -> Result<(), Complaint> {
     Ok(())
 }
 
-fn write_text(out: &mut dyn Write, output: &Path, report: &Report) -> io::Result<()> {
+fn write_text(out: &mut dyn Write, output: &Path, report: &CalibrationReport) -> io::Result<()> {
     let rows: usize = report.records.iter().map(|record| record.rows).sum();
     let (informed, silent): (Vec<_>, Vec<_>) = report.parameters.iter().partition(|parameter| parameter.informed);
     writeln!(

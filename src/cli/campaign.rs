@@ -12,7 +12,7 @@ use super::{Failure, Format, Overwriting, Status, terminal, write_json, write_pa
 use crate::calibration;
 use crate::campaign::case::Replay;
 use crate::campaign::store::{CASES, Finished, JOURNAL, Journal, REPORT, RESULT, digest};
-use crate::campaign::{Campaign, HEALTHY, Options, Outcome, Row};
+use crate::campaign::{Campaign, CampaignOptions, HEALTHY, Outcome, Row};
 use crate::complaint::{Complaint, Kind};
 use crate::context::Context;
 use crate::diagnosis::Diagnosis;
@@ -94,8 +94,8 @@ fn declare(arguments: &Arguments) -> Result<(), Complaint> {
 pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     let text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, text.clone())?;
-    let plain = Options::new(arguments.cases);
-    let options = Options {
+    let plain = CampaignOptions::new(arguments.cases);
+    let options = CampaignOptions {
         seed: arguments.seed,
         healthy: arguments.healthy,
         disturbance: arguments.disturbance,
@@ -221,7 +221,7 @@ fn leave(
         // The row says why there is no calibrated rig.
         return Ok(());
     }
-    let options = calibration::Options::default();
+    let options = calibration::CalibrationOptions::default();
     let calibrated = calibration::calibrate(rig_text, &campaign.rig, &prepared.records, &options)?;
     let text = calibrated.text.as_bytes();
     write_atomically(&rig_file, |file| file.write_all(text))

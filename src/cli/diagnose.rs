@@ -10,7 +10,7 @@ use super::{Failure, Format, Overwriting, Status, terminal, windows, write_json,
 use crate::complaint::Complaint;
 use crate::context::Context;
 use crate::diagnosis::watch::Watching;
-use crate::diagnosis::{Diagnosed, Options, Verdict, diagnose};
+use crate::diagnosis::{Diagnosed, DiagnosisOptions, Verdict, diagnose};
 use crate::files::{MOST_TEXT, read, text, write_atomically};
 use crate::model::Model;
 use crate::record::survey::Doubt;
@@ -97,7 +97,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let (store, at) = (arguments.store.as_deref(), arguments.at.as_deref());
     let mut keeper = Keeper::open(store, at, arguments.records.len(), &rig, digest)?;
     let model = Model::new(rig);
-    let options = Options::default();
+    let options = DiagnosisOptions::default();
     let style = terminal::style();
     let mut done: Vec<Diagnosed> = Vec::new();
     let mut bad: Vec<Complaint> = Vec::new();

@@ -11,7 +11,7 @@ use crate::context::Context;
 use crate::files::write_atomically;
 use crate::model::Model;
 use crate::rig::Rig;
-use crate::simulation::{Options, simulate};
+use crate::simulation::{SimulationOptions, simulate};
 
 /// A press: small, and its faults differ.
 const RIG: &str = include_str!("../../fixtures/press/rig.toml");
@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         if let Some((id, value)) = set {
             rig.set(id, value)?;
         }
-        let options = Options { name: path.clone(), seed: Some(seed), ..Options::default() };
+        let options = SimulationOptions { name: path.clone(), seed: Some(seed), ..SimulationOptions::default() };
         simulate(&Model::new(rig), None, &options)?.record.write(path)?;
     }
     write_atomically(&rig_path, |file| file.write_all(RIG.as_bytes()))?;

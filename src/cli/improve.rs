@@ -8,8 +8,7 @@ use clap::Args;
 use super::{Failure, Format, Overwriting, Status, read, terminal, write_json, write_page};
 use crate::context::Context;
 use crate::files::{is_kept, read_text, write_atomically};
-use crate::learn::add::with_effects;
-use crate::learn::improve::{Step, improve};
+use crate::learn::improve::{ImprovementStep, improve};
 use crate::learn::suggest::Conclusion;
 use crate::report::improvement::Ledger;
 use crate::report::{self, pages};
@@ -57,14 +56,14 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let rig = Rig::parse(&arguments.rig, text.clone())?.with_context(context);
     let (fit, check) = (read::record(&rig, &arguments.fit)?, read::record(&rig, &arguments.check)?);
     read::not_itself(&arguments.fit, &arguments.check);
-    let told = |step: &Step| {
+    let told = |step: &ImprovementStep| {
         if terminal::shows_progress() {
             let added = step.added.as_deref().unwrap_or("your model");
-            terminal::note(format_args!("{added}: check error {:.3}", step.check.normalised));
+            terminal::note(format_args!("{added}: check error {:.3}", step.times_noise()[1]));
         }
     };
     let improvement = improve(&rig, &fit, &check, told)?;
-    let new = with_effects(&arguments.rig, &text, &rig, &improvement.trial)?;
+    let new = improvement.rig_file(&text, &rig)?;
     write_atomically(&arguments.output, |file| file.write_all(new.as_bytes()))?;
     let names = [&arguments.rig, &arguments.fit, &arguments.check].map(|path| path.display().to_string());
     let ledger = Ledger::new(&improvement, names);

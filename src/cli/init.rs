@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use super::{Failure, Overwriting, Status};
 use crate::complaint::{Complaint, Kind};
 use crate::context::Context;
-use crate::draft::{Circuit, Options, draft};
+use crate::draft::{Circuit, DraftOptions, draft};
 use crate::files::{is_kept, write_atomically};
 use crate::record::Record;
 use crate::rig::Rig;
@@ -67,7 +67,7 @@ impl From<Kinds> for Circuit {
 /// Runs the verb; what became of the columns is told on `out`.
 pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     arguments.overwriting.outputs().reading([&arguments.record]).writing(&arguments.output)?;
-    let options = Options {
+    let options = DraftOptions {
         circuit: arguments.circuit.map(Circuit::from),
         command: arguments.command.clone(),
         load: arguments.load.clone(),

@@ -12,7 +12,6 @@ use crate::isolability::{TakenFault, isolability};
 use crate::report::isolability::{expected_text, signature_text};
 use crate::report::pages::isolability::html;
 use crate::rig::Rig;
-use crate::structure::render;
 
 /// Find which faults of a rig its sensors can detect and isolate
 #[derive(Debug, Args)]
@@ -49,7 +48,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     }
     match arguments.format {
         Format::Text => {
-            out.write_all(render(&report.structure).as_bytes())?;
+            write!(out, "{}", report.structure)?;
             out.write_all(signature_text(&rig, report.signatures.as_deref()).as_bytes())?;
             if let Some(expected) = &report.expected {
                 out.write_all(expected_text(expected).as_bytes())?;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::terminal::note;
 use crate::complaint::{Complaint, Kind};
-use crate::diagnosis::{Diagnosis, Options};
+use crate::diagnosis::{Diagnosis, DiagnosisOptions};
 use crate::files::check_folder;
 use crate::record::Record;
 use crate::rig::Rig;
@@ -56,7 +56,12 @@ impl Keeper {
     }
 
     /// Keeps a diagnosis, and says on standard error under which number and time.
-    pub fn keep(&mut self, record: &Record, options: &Options, diagnosis: &Diagnosis) -> Result<(), Complaint> {
+    pub fn keep(
+        &mut self,
+        record: &Record,
+        options: &DiagnosisOptions,
+        diagnosis: &Diagnosis,
+    ) -> Result<(), Complaint> {
         let store = match &mut self.store {
             Some(store) => store,
             none => none.insert(Store::open_telling(&self.path, waiting)?),

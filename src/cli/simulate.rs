@@ -11,7 +11,7 @@ use crate::context::Context;
 use crate::files::is_kept;
 use crate::model::Model;
 use crate::rig::Rig;
-use crate::simulation::{self, Options, SetParameter, SimulationReport, simulate};
+use crate::simulation::{self, SetParameter, SimulationOptions, SimulationReport, simulate};
 
 /// Simulate a rig, and write the record that its sensors would give
 #[derive(Debug, Args)]
@@ -73,7 +73,8 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         Complaint { what, ..complaint }
     })?;
     let source = arguments.input.as_deref().map(|path| read::record(&rig, path)).transpose()?;
-    let options = Options { name: arguments.output.clone(), method: arguments.method.into(), seed: arguments.seed };
+    let options =
+        SimulationOptions { name: arguments.output.clone(), method: arguments.method.into(), seed: arguments.seed };
     let simulated = simulate(&Model::new(rig), source.as_ref(), &options)?;
     context.stage("writing the record");
     simulated.record.write(&arguments.output)?;

@@ -6,8 +6,8 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::context::{Context, Progress};
-use crate::report::html::Tone;
 use crate::report::style::Style;
+use crate::report::style::Tone;
 use crate::visible::visible_lines;
 
 static QUIET: AtomicBool = AtomicBool::new(false);

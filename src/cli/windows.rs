@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 
 use super::{Failure, Format, Status, terminal, write_json};
 use crate::complaint::{Complaint, Kind};
-use crate::diagnosis::Options;
-use crate::diagnosis::watch::{Conclusion, Watched, Watching, watch};
+use crate::diagnosis::DiagnosisOptions;
+use crate::diagnosis::watch::{Watched, WatchedVerdict, Watching};
 use crate::model::Model;
-use crate::record::Stream;
 use crate::report::windows::write_styled;
 
 /// Shortest window, s: what is shorter holds no switching with what follows it.
@@ -59,11 +58,10 @@ pub fn run(
     if !bad.is_empty() {
         return Err(Failure::Complaints(bad));
     }
-    let found = done.iter().any(|watched| watched.conclusion != Conclusion::Healthy);
+    let found = done.iter().any(|watched| watched.conclusion != WatchedVerdict::Healthy);
     Ok(if found { Status::Found } else { Status::Done })
 }
 
 fn one(model: &Model, path: &Path, watching: Watching) -> Result<Watched, Complaint> {
-    let asked = model.rig.asked();
-    watch(model, Stream::open(path, &asked)?, watching, &Options::default())
+    model.watch(path, watching, &DiagnosisOptions::default())
 }

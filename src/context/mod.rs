@@ -18,15 +18,15 @@ pub(crate) use progress::{Count, Listener};
 /// The progress listener, the cancellation flag, the threads and the effort of a computation. Clones share all of them.
 ///
 /// ```
-/// use borescope::context::Context;
-/// use borescope::rig::Rig;
+/// use borescope::Context;
+/// use borescope::Rig;
 ///
 /// let context = Context::new().with_threads(2)?.with_progress(|progress| eprintln!("{progress}"));
 /// let rig = Rig::read("fixtures/telescopic/rig.toml")?.with_context(&context);
 /// // From another thread, or before the work begins: it then ends with a complaint of the kind `Interrupted`.
 /// context.cancel();
 /// # assert!(rig.context().is_cancelled());
-/// # Ok::<(), borescope::complaint::Complaint>(())
+/// # Ok::<(), borescope::Complaint>(())
 /// ```
 #[derive(Clone, Default)]
 pub struct Context {
@@ -90,6 +90,7 @@ impl Context {
     }
 
     /// What has been solved so far in this context and its clones.
+    #[doc(hidden)]
     pub fn effort(&self) -> &Effort {
         &self.effort
     }

@@ -10,7 +10,7 @@ use super::search;
 use super::unseen::{in_step, simpler, unseen};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::estimation::criteria::bic;
-use crate::estimation::{FitError, LocalModel, Options, StoppedBecause};
+use crate::estimation::{FitError, LocalModel, Options};
 use crate::model::{InputSignals, Model};
 use crate::record::{Channel, Record};
 use crate::rig::FaultSet;
@@ -168,8 +168,6 @@ pub struct PreliminaryFit {
     pub cost: f64,
     /// By how much the last local model lowered it.
     pub gained: f64,
-    /// Which inequality ended the steps along the last one; `None` before any.
-    pub stopped: Option<StoppedBecause>,
 }
 
 /// Fits a record with the faults of `set` present, from values of all estimated parameters.
@@ -210,19 +208,14 @@ fn walked(
     (start, set): (&[f64], FaultSet),
     forms: usize,
 ) -> Result<PreliminaryFit, FitError> {
-    let mut fit = PreliminaryFit { theta: start.to_vec(), cost: f64::INFINITY, gained: f64::INFINITY, stopped: None };
+    let mut fit = PreliminaryFit { theta: start.to_vec(), cost: f64::INFINITY, gained: f64::INFINITY };
     let mut damping = 0.0;
     for left in (0..forms).rev() {
         let steps = Options::steps(QUICK, ROUGH).damped(damping);
         let Ok(point) = case.fit(&form, set, &fit.theta, steps) else { break };
         let before = if fit.cost.is_finite() { fit.cost } else { case.cost(set, &form.misfit, &form.theta) };
         damping = point.damping;
-        fit = PreliminaryFit {
-            theta: point.theta,
-            cost: point.cost,
-            gained: before - point.cost,
-            stopped: Some(point.stopped),
-        };
+        fit = PreliminaryFit { theta: point.theta, cost: point.cost, gained: before - point.cost };
         let again = left + 1 < forms;
         if left == 0 || (again && fit.gained < 1e-3 * fit.cost) {
             break;

@@ -45,6 +45,7 @@ const NEGLIGIBLE: f64 = 1e-6;
 pub struct Hypothesis {
     /// Ids; empty for the healthy rig.
     pub faults: Vec<String>,
+    /// 0 to 1, over all sets.
     pub probability: f64,
 }
 

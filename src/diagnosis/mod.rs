@@ -36,13 +36,15 @@ pub(crate) use summary::{is_there, mean_squares, tame_squares};
 
 /// What the user may choose.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Options {
+pub struct DiagnosisOptions {
+    /// When residuals count as fired.
     pub detection: Detection,
 }
 
 /// A diagnosis with the curves behind it.
 #[derive(Debug, Clone)]
 pub struct Diagnosed {
+    /// The result.
     pub diagnosis: Diagnosis,
     /// What the fitted model reads: `[sensor][row]`, SI.
     pub model: Vec<Vec<f64>>,
@@ -51,9 +53,10 @@ pub struct Diagnosed {
     /// Weighted misfits of the fit: `[sensor][row]`, 1 is one standard deviation.
     pub misfit: Vec<Vec<f64>>,
     /// What the misfits are weighted with.
-    pub weights: noise::Weights,
+    pub(crate) weights: noise::Weights,
     /// What the record leaves of each fault, in the order of the rig; `None` where the model cannot be solved.
-    pub intervals: Vec<Option<Interval>>,
+    #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "pages draw them"))]
+    pub(crate) intervals: Vec<Option<Interval>>,
     /// The record without the mistake that [`Diagnosis::common_cause`] names.
     pub corrected: Option<Record>,
     /// Logarithm of the evidence of the fault combination, up to what is the same for all of the record.
@@ -91,8 +94,8 @@ const WORTH_RESTARTING: f64 = 1.0;
 /// Diagnoses one record of a rig.
 ///
 /// # Errors
-/// Columns that are missing, a model that cannot be solved, or a [context](crate::context) that was cancelled.
-pub fn diagnose(model: &Model, record: &Record, options: &Options) -> Result<Diagnosed, Complaint> {
+/// Columns that are missing, a model that cannot be solved, or a [context](crate::Context) that was cancelled.
+pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
     model.rig.context().run(|| diagnose_with_causes(model, record, options))
 }
 
@@ -102,12 +105,12 @@ impl Model {
     /// # Errors
     /// As [`diagnose`].
     pub fn diagnose(&self, record: &Record) -> Result<Diagnosis, Complaint> {
-        Ok(diagnose(self, record, &Options::default())?.diagnosis)
+        Ok(diagnose(self, record, &DiagnosisOptions::default())?.diagnosis)
     }
 }
 
 /// The same on the threads of the caller.
-fn diagnose_with_causes(model: &Model, record: &Record, options: &Options) -> Result<Diagnosed, Complaint> {
+fn diagnose_with_causes(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
     let plain = diagnose_from(model, record, (&[], None), options)?;
     let Some((corrected, cause)) = common_cause::instead(model, record, &plain) else { return Ok(plain) };
     let mut diagnosed = diagnose_from(model, &corrected, (&[], None), options)?;
@@ -128,7 +131,7 @@ pub fn diagnose_from(
     model: &Model,
     record: &Record,
     (shown, begun): (&[Shown], Option<f64>),
-    options: &Options,
+    options: &DiagnosisOptions,
 ) -> Result<Diagnosed, Complaint> {
     let rig = &model.rig;
     if rig.sensors.is_empty() {

@@ -38,17 +38,25 @@ impl Verdict {
 /// What one record says about one fault. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FaultReport {
+    /// The parameter that it changes, such as `cylinder.clearance`.
     pub id: String,
+    /// From the card of the component.
     pub meaning: String,
+    /// Estimate.
     pub value: f64,
+    /// As the rig file has it.
     pub unit: String,
+    /// By the rig file, or by its calibration.
     pub healthy: f64,
     /// Standard uncertainty of the healthy value by the rig file; 0 where it is exact.
     pub healthy_sigma: f64,
     /// Ends of the 95 % interval; `None` where the record does not bound the value.
     pub ci95: [Option<f64>; 2],
+    /// Whether it is in the most probable set of faults and beyond its healthy tolerance.
     pub present: bool,
+    /// That it is present, over all sets of faults.
     pub probability: f64,
+    /// Whether the record bounds it on both sides, on one or on none.
     #[serde(serialize_with = "identifiable")]
     pub identifiable: Identifiable,
     /// Why an end is open or a figure is missing, in words.
@@ -81,10 +89,13 @@ fn identifiable<S: Serializer>(value: &Identifiable, serializer: S) -> Result<S:
 /// How well the model follows one sensor. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChannelReport {
+    /// Of the sensor.
     pub name: String,
+    /// Of its readings.
     pub unit: String,
     /// Root mean square of measured minus model.
     pub rmse: f64,
+    /// Standard deviation of the noise of a reading.
     pub noise_sigma: f64,
     /// `rmse` over `noise_sigma`: about 1 where nothing but noise is left.
     pub times_noise: f64,
@@ -92,6 +103,7 @@ pub struct ChannelReport {
     pub samples: usize,
     /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
     pub chi2_reduced: f64,
+    /// Whether the model explains it within noise and tolerance.
     pub adequate: bool,
     /// Measured over healthy model, where the sensor is not explained and reads as if its column were in another unit than it
     /// says, or counted the other way.
@@ -101,9 +113,13 @@ pub struct ChannelReport {
 /// A parameter that is no fault but was estimated along. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct UncertainReport {
+    /// Such as `fluid.density`.
     pub id: String,
+    /// Estimate.
     pub value: f64,
+    /// As the rig file has it.
     pub unit: String,
+    /// By the rig file.
     pub nominal: f64,
     /// Standard uncertainty before the record.
     pub sigma_before: f64,
@@ -114,19 +130,26 @@ pub struct UncertainReport {
 /// How the fit went.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitReport {
+    /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
     pub chi2_reduced: f64,
+    /// Local models that were taken.
     pub iterations: u64,
     /// Simulations of the whole record, those with sensitivities included.
     pub solves: u64,
+    /// What ended the search, in words.
     pub stopped_because: String,
 }
 
 /// The diagnosis of one record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diagnosis {
+    /// Name and version of the JSON schema: `borescope.diagnosis/1`.
     pub schema: &'static str,
+    /// The rig file, as the user named it.
     pub rig: String,
+    /// The record, as the user named it.
     pub record: String,
+    /// What is wrong, in a word.
     pub verdict: Verdict,
     /// A mistake in taking the record that explains what would take several faults; all else is said of the record without it.
     pub common_cause: Option<CommonCause>,
@@ -140,10 +163,15 @@ pub struct Diagnosis {
     pub ambiguity: Vec<Vec<String>>,
     /// Every fault of the rig, in its order.
     pub faults: Vec<FaultReport>,
+    /// Sets of faults with their probabilities, the most probable first.
     pub hypotheses: Vec<Hypothesis>,
+    /// What each residual says, without a fit.
     pub residuals: Vec<ResidualReport>,
+    /// How the fit went.
     pub fit: FitReport,
+    /// Every sensor of the rig, in its order.
     pub channels: Vec<ChannelReport>,
+    /// Every parameter that was also estimated.
     pub uncertain: Vec<UncertainReport>,
     /// What of the record the fit does not have: samples that are missing or not to be believed, missing rows.
     pub left_out: Vec<Finding>,

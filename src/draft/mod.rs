@@ -21,7 +21,7 @@ pub enum Circuit {
 
 /// What is known beside the record.
 #[derive(Debug, Clone, Default)]
-pub struct Options {
+pub struct DraftOptions {
     /// Without it reservoirs where the record has levels and no pressure, and else a cylinder.
     pub circuit: Option<Circuit>,
     /// The column of the command; without it the first pure number or voltage.
@@ -53,7 +53,7 @@ pub struct Draft {
 ///
 /// # Errors
 /// A column that the record does not have.
-pub fn draft(record: &Record, options: &Options) -> Result<Draft, Complaint> {
+pub fn draft(record: &Record, options: &DraftOptions) -> Result<Draft, Complaint> {
     let command = options.command.as_ref().map(|name| column(record, name)).transpose()?;
     let load =
         options.load.as_ref().map(|name| record.of_dimension(name, Dimension::FORCE, record.header())).transpose()?;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use toml_edit::Key;
 
-use super::Options;
+use super::DraftOptions;
 use super::roles::{Location, Roles};
 use crate::number::{rounded, written};
 use crate::record::{Channel, Record};
@@ -24,7 +24,7 @@ bulk_modulus = "14000 bar"  # DATA SHEET
 "#;
 
 /// Pump, relief valve, directional valve, cylinder, load; and the columns that the record lacks.
-pub(super) fn cylinder(record: &Record, roles: &Roles<'_>, options: &Options) -> (String, Vec<String>) {
+pub(super) fn cylinder(record: &Record, roles: &Roles<'_>, options: &DraftOptions) -> (String, Vec<String>) {
     let mut out = head(record, "cylinder with directional valve") + HYDRAULIC_OIL;
     let at = |quantity, spot| roles.at(quantity, spot);
     let starts = |spot, otherwise: &str| match at("pressure", spot) {

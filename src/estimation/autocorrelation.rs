@@ -1,6 +1,6 @@
 //! The variance of the scores when neighbouring misfits resemble each other.
 
-use super::{Bandwidth, LocalModel};
+use super::LocalModel;
 use nalgebra::DMatrix;
 use std::ops::Range;
 
@@ -17,7 +17,6 @@ pub(super) fn scores_variance(
     free: &[usize],
     inverse: &DMatrix<f64>,
     series: &[Range<usize>],
-    bandwidth: Bandwidth,
 ) -> DMatrix<f64> {
     let (m, n) = (model.misfit.len(), inverse.ncols());
     let mut scores = DMatrix::zeros(n, m); // one column per misfit: neighbours in time are neighbours in memory
@@ -36,7 +35,7 @@ pub(super) fn scores_variance(
             continue;
         }
         covered[range.clone()].fill(true);
-        total += long_run(scores.columns(range.start, range.len()).into_owned(), bandwidth);
+        total += long_run(scores.columns(range.start, range.len()).into_owned());
     }
     for t in (0..m).filter(|&t| !covered[t]) {
         let score = scores.column(t);
@@ -47,11 +46,11 @@ pub(super) fn scores_variance(
 
 /// Long-run variance of a series of mean zero, times its length; its sum of squares if the series is white.
 pub fn long_run_variance(scores: &[f64]) -> f64 {
-    long_run(DMatrix::from_row_slice(1, scores.len(), scores), Bandwidth::Andrews)[(0, 0)]
+    long_run(DMatrix::from_row_slice(1, scores.len(), scores))[(0, 0)]
 }
 
-/// Long-run covariance of one series of scores, times its length.
-fn long_run(scores: DMatrix<f64>, bandwidth: Bandwidth) -> DMatrix<f64> {
+/// Long-run covariance of one series of scores, times its length: Bartlett kernel, lags after Andrews.
+fn long_run(scores: DMatrix<f64>) -> DMatrix<f64> {
     let (n, length) = scores.shape();
     let first: Vec<f64> = (0..n).map(|c| first_order(scores.row(c).iter().copied())).collect();
     let mut white = scores;
@@ -64,11 +63,7 @@ fn long_run(scores: DMatrix<f64>, bandwidth: Bandwidth) -> DMatrix<f64> {
     for c in 0..n {
         white[(c, 0)] *= (1.0 - first[c] * first[c]).sqrt();
     }
-    let lags = match bandwidth {
-        Bandwidth::Lags(lags) => lags,
-        Bandwidth::Andrews => andrews(&white),
-    }
-    .min(length.saturating_sub(1));
+    let lags = andrews(&white).min(length.saturating_sub(1));
     let mut sum = &white * white.transpose();
     for lag in 1..=lags {
         let weight = 1.0 - lag as f64 / (lags + 1) as f64;

@@ -48,4 +48,6 @@ pub use profile::{End, Identifiable, Interval, ProfilePoint, Side, interval};
 pub use schur::SchurComplement;
 pub use score::{Score, ScoreTest};
 pub use stopped::StoppedBecause;
-pub use uncertainty::{Bandwidth, Missing, Noise, Uncertainty, UncertaintyOptions};
+#[cfg(feature = "internals")]
+pub use uncertainty::{Missing, Noise};
+pub use uncertainty::{Uncertainty, UncertaintyOptions};

@@ -115,6 +115,7 @@ impl Interval {
     }
 
     /// Both ends in one word.
+    #[cfg(feature = "internals")]
     pub fn identifiable(&self) -> Identifiable {
         match (self.lower.end, self.upper.end) {
             (Some(_), Some(_)) => Identifiable::Bounded,

@@ -41,17 +41,8 @@ pub enum Noise {
     #[default]
     Known,
     /// Their common variance is taken from the misfits, `sum r^2 / (m - free parameters)`.
+    #[cfg(feature = "internals")]
     FromMisfit,
-}
-
-/// How many neighbours in time count for an autocorrelated misfit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Bandwidth {
-    /// From the data: Andrews, Econometrica 59 (1991), equations 6.2 and 6.4, Bartlett kernel, first-order plug-in.
-    #[default]
-    Andrews,
-    /// This many lags.
-    Lags(usize),
 }
 
 /// How the uncertainty is computed.
@@ -62,8 +53,6 @@ pub struct UncertaintyOptions {
     /// The parts of the misfit vector that are time series at a constant rate, one per sensor and record. Different
     /// series are taken as independent. Empty: the misfit is taken as white, and nothing is inflated.
     pub series: Vec<Range<usize>>,
-    /// Neighbours in time.
-    pub bandwidth: Bandwidth,
     /// Singular values of the Jacobian, its columns scaled to length one, below this are a tie. The default, 1e-8, is
     /// where rounding in the sensitivities ends; noisy sensitivities want more.
     pub tie: f64,
@@ -71,7 +60,7 @@ pub struct UncertaintyOptions {
 
 impl Default for UncertaintyOptions {
     fn default() -> Self {
-        Self { noise: Noise::Known, series: Vec::new(), bandwidth: Bandwidth::Andrews, tie: 1e-8 }
+        Self { noise: Noise::Known, series: Vec::new(), tie: 1e-8 }
     }
 }
 
@@ -122,6 +111,7 @@ impl Uncertainty {
         let known = inverse.ncols();
         let variance = match options.noise {
             Noise::Known => 1.0,
+            #[cfg(feature = "internals")]
             Noise::FromMisfit => 2.0 * model.loss.cost(&model.misfit) / m.saturating_sub(known).max(1) as f64,
         };
         // In the units of the parameters from here on.
@@ -131,7 +121,7 @@ impl Uncertainty {
             naive.clone()
         } else {
             let correction = m as f64 / m.saturating_sub(known).max(1) as f64;
-            let middle = scores_variance(model, &free, &inverse, &options.series, options.bandwidth) * correction;
+            let middle = scores_variance(model, &free, &inverse, &options.series) * correction;
             &units * &inverse * middle * inverse.transpose() * &units
         };
         let mut covariance = DMatrix::from_element(p, p, f64::NAN);
@@ -150,13 +140,6 @@ impl Uncertainty {
             .map(|(i, reason)| reason.map_or_else(|| Ok((covariance[(i, i)] * inflation[i]).sqrt()), Err))
             .collect();
         Self { variance, covariance, sandwich, standard_error, inflation }
-    }
-
-    /// Correlation of two estimates, from the white covariance; `None` if one is missing.
-    pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
-        let both = (self.covariance[(i, i)] * self.covariance[(j, j)]).sqrt();
-        let value = self.covariance[(i, j)] / both;
-        value.is_finite().then_some(value)
     }
 }
 

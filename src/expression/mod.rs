@@ -111,8 +111,8 @@ impl Expression {
     /// formula could write: a function's, one given twice, one with other signs than [`Name::name`] tells.
     ///
     /// ```
-    /// use borescope::expression::{Expression, Name};
-    /// use borescope::units::{Dimension, Unit};
+    /// use borescope::internals::expression::{Expression, Name};
+    /// use borescope::internals::units::{Dimension, Unit};
     ///
     /// let names = [Name::new("dp", Dimension::PRESSURE), Name::new("k", Unit::parse("L/min/bar^0.5")?.dimension)];
     /// let flow = Expression::parse("k * sign(dp) * sqrt(abs(dp))", &names)?;

@@ -1,5 +1,6 @@
 //! Files at the edge: whole texts in, whole files out, each failure a message to the user.
 
+#[cfg(feature = "cli")]
 mod outputs;
 mod temporary;
 mod write;
@@ -14,12 +15,17 @@ use sha2::{Digest, Sha256};
 
 use crate::complaint::{Complaint, Kind, Place};
 
+#[cfg(feature = "cli")]
 pub use outputs::Outputs;
 #[cfg(all(unix, feature = "cli"))]
 pub(crate) use temporary::remove_unfinished;
+#[cfg(feature = "store")]
+pub use write::check_folder;
 #[cfg(feature = "cli")]
 pub(crate) use write::is_closed_pipe;
-pub use write::{check_folder, is_kept, is_standard_output, write_atomically};
+pub use write::write_atomically;
+#[cfg(feature = "cli")]
+pub use write::{is_kept, is_standard_output};
 
 const UTF8_MARK: &[u8] = b"\xEF\xBB\xBF";
 const UTF16_MARKS: [&[u8]; 2] = [b"\xFF\xFE", b"\xFE\xFF"];
@@ -35,6 +41,7 @@ pub struct Content {
 
 impl Content {
     /// SHA-256 of the bytes, in hexadecimal digits.
+    #[cfg(feature = "cli")]
     pub fn digest(&self) -> String {
         hexadecimal(&Sha256::digest(&self.bytes))
     }

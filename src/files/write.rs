@@ -14,6 +14,7 @@ pub fn is_standard_output(path: &Path) -> bool {
 }
 
 /// Whether what was written to a path stays there as a file, so that a summary on the standard output does not get into it.
+#[cfg(feature = "cli")]
 pub fn is_kept(path: &Path) -> bool {
     !is_standard_output(path) && path.is_file()
 }
@@ -65,6 +66,7 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
 ///
 /// # Errors
 /// A parent folder that does not exist.
+#[cfg(feature = "store")]
 pub fn check_folder(path: &Path) -> Result<(), Complaint> {
     existing_folder(path, path).map(|_| ())
 }

@@ -9,7 +9,7 @@ use crate::rig::{Fault, Rig};
 use crate::store::{Moment, StoredRun};
 use forecast::passing;
 use regression::{Line, Point, bend};
-pub use result::{Axis, By, FaultHistory, Forecast, History, RunLine, SCHEMA, Trend, Value};
+pub use result::{Axis, By, FaultHistory, Forecast, History, RunLine, RunValue, SCHEMA, Trend};
 
 /// Seconds of a day, the time that slopes are told over.
 const DAY: f64 = 86_400.0;
@@ -83,7 +83,7 @@ fn warnings(all: usize, counted: &[&StoredRun]) -> Vec<String> {
 fn fault_history(rig: &Rig, fault: &Fault, runs: &[&StoredRun], by: By) -> FaultHistory {
     let parameter = &rig.parameters[fault.parameter];
     let (unit, id) = (&parameter.unit, &parameter.id);
-    let mut values: Vec<Value> = Vec::new();
+    let mut values: Vec<RunValue> = Vec::new();
     let mut points: Vec<Point> = Vec::new();
     let mut unbounded = 0;
     for (place, run) in runs.iter().enumerate() {

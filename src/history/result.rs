@@ -33,7 +33,9 @@ impl By {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Axis {
+    /// A moment, such as `2026-05-01T12:00:00.000Z`.
     Time(String),
+    /// How many runs came before it; a fraction lies between two.
     Run(f64),
 }
 
@@ -51,16 +53,21 @@ pub struct RunLine {
 
 /// What one run said of a fault. Numbers in the unit of the fault.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Value {
+pub struct RunValue {
+    /// Its number in the store.
     pub run: i64,
     /// Its place on the axis of the trend: days, or the count of runs.
     #[serde(skip)]
     pub x: f64,
+    /// When its record was measured, such as `2026-05-01T12:00:00.000Z`.
     pub measured_at: String,
+    /// Estimate.
     pub value: f64,
     /// Ends of the 95 % interval; `None` where the record did not bound the value.
     pub ci95: [Option<f64>; 2],
+    /// Whether the diagnosis called the fault present.
     pub present: bool,
+    /// Of its being present.
     pub probability: Option<f64>,
 }
 
@@ -75,6 +82,7 @@ pub struct Trend {
     pub ci95: [f64; 2],
     /// The line at the last run.
     pub now: f64,
+    /// The 95 % interval of the line there.
     pub now_ci95: [f64; 2],
     /// Standard deviation between runs beyond what their intervals say.
     pub scatter: f64,
@@ -85,6 +93,7 @@ pub struct Trend {
 /// When the line passes the limit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Forecast {
+    /// Whether the line passes the limit.
     pub state: State,
     /// `None` where the line never does.
     pub passes_at: Option<Axis>,
@@ -95,16 +104,23 @@ pub struct Forecast {
 /// The course of one fault. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FaultHistory {
+    /// Such as `cylinder.clearance`.
     pub id: String,
+    /// From the card of the component.
     pub meaning: String,
+    /// As the rig file has it.
     pub unit: String,
+    /// By the rig file.
     pub healthy: f64,
+    /// From which value on the part no longer serves; `None` where the rig file has none.
     pub limit: Option<f64>,
-    pub values: Vec<Value>,
+    /// One for each run that counts, in the order of the axis.
+    pub values: Vec<RunValue>,
+    /// `None` where there are too few values.
     pub trend: Option<Trend>,
     /// The same line for pictures.
     #[serde(skip)]
-    pub line: Option<Line>,
+    pub(crate) line: Option<Line>,
     /// `None` without a limit or a trend.
     pub forecast: Option<Forecast>,
     /// What was left out, why there is no trend, whether it bends; in words.
@@ -114,13 +130,20 @@ pub struct FaultHistory {
 /// The courses of all faults of a rig.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct History {
+    /// Name and version of the JSON schema: `borescope.history/1`.
     pub schema: &'static str,
+    /// The rig file, as the user named it.
     pub rig: String,
+    /// The `name` of `[rig]`; empty without.
     pub name: String,
+    /// The store, as the user named it.
     pub store: String,
+    /// What the trends go over.
     pub by: By,
+    #[doc(hidden)]
     pub runs: Vec<RunLine>,
     /// Every fault of the rig, in its order.
     pub faults: Vec<FaultHistory>,
+    /// What is doubtful about the runs, in words.
     pub warnings: Vec<String>,
 }

@@ -2,7 +2,7 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::Value;
+use super::RunValue;
 use crate::number::rounded;
 use crate::rig::{Fault, Rig};
 use crate::store::{StoredFault, StoredRun};
@@ -16,10 +16,10 @@ pub(super) fn short(value: f64) -> f64 {
 }
 
 /// The stored value of a run in `unit`, at its place on the axis; `None` where it was of another dimension or not finite.
-pub(super) fn in_unit(stored: &StoredFault, unit: &Unit, (run, x): (&StoredRun, f64)) -> Option<Value> {
+pub(super) fn in_unit(stored: &StoredFault, unit: &Unit, (run, x): (&StoredRun, f64)) -> Option<RunValue> {
     let own = Unit::parse_as(&stored.unit, unit.dimension).ok()?;
     let to = |value: f64| if own.symbol == unit.symbol { value } else { unit.from_si(own.to_si(value)) };
-    Some(Value {
+    Some(RunValue {
         run: run.id,
         x,
         measured_at: run.measured_at.to_string(),
@@ -32,7 +32,7 @@ pub(super) fn in_unit(stored: &StoredFault, unit: &Unit, (run, x): (&StoredRun, 
 
 /// The standard error of a value: the longer side of its interval. An open side counts only where that end of the search is no
 /// further off than the other end of the interval, as in a part without the fault; otherwise the record does not bound the value.
-pub(super) fn sigma(value: &Value, rig: &Rig, fault: &Fault) -> Option<f64> {
+pub(super) fn sigma(value: &RunValue, rig: &Rig, fault: &Fault) -> Option<f64> {
     let unit = &rig.parameters[fault.parameter].unit;
     let (low, high) = (unit.from_si(fault.bounds.0), unit.from_si(fault.bounds.1));
     let near = 1e-6 * (high - low).abs();

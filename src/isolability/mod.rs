@@ -12,7 +12,7 @@ use crate::rig::Rig;
 use crate::structure::{Isolability, analyse};
 
 pub use expected::{AssumedFault, Expectation, ExpectedWidth, TakenFault};
-pub use signatures::{Response, SignatureRow};
+pub use signatures::SignatureRow;
 
 /// Name and version of the JSON schema.
 pub const SCHEMA: &str = "borescope.isolability/1";
@@ -20,7 +20,7 @@ pub const SCHEMA: &str = "borescope.isolability/1";
 /// Isolability as programs read it (`borescope.isolability/1`).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct IsolabilityReport {
-    /// [`SCHEMA`].
+    /// Name and version of the JSON schema: `borescope.isolability/1`.
     pub schema: &'static str,
     /// The rig file.
     pub rig: String,
@@ -28,7 +28,7 @@ pub struct IsolabilityReport {
     #[serde(flatten)]
     pub structure: Isolability,
     /// How residuals answer at the operating point; `None` without one.
-    pub signatures: Option<Vec<SignatureRow>>,
+    pub(crate) signatures: Option<Vec<SignatureRow>>,
     /// What a record there would say; `None` without one.
     pub expected: Option<Expectation>,
 }
@@ -37,7 +37,7 @@ pub struct IsolabilityReport {
 /// present. Without either there is the structure only.
 ///
 /// # Errors
-/// A record without the inputs, an operating point that cannot be simulated, a [context](crate::context) that was cancelled.
+/// A record without the inputs, an operating point that cannot be simulated, a [context](crate::Context) that was cancelled.
 pub fn isolability(rig: &Rig, source: Option<&Record>, with: &[TakenFault]) -> Result<IsolabilityReport, Complaint> {
     rig.context().run(|| {
         rig.context().stage("structure of the circuit");

@@ -33,6 +33,7 @@ struct Written {
 
 /// A rig file with one effect more.
 pub struct Added {
+    /// Of the new rig file.
     pub text: String,
     /// Fall of the information criterion on the record with it; `None` without a record.
     pub delta_bic: Option<f64>,
@@ -102,7 +103,7 @@ fn fitted_with(estimate: &Estimate<'_>, base: &FittedModel, placed: &EffectInsta
 ///
 /// # Errors
 /// A text that is no TOML.
-pub fn with_effects(path: &Path, text: &str, rig: &Rig, trial: &FittedModel) -> Result<String, Complaint> {
+pub(super) fn with_effects(path: &Path, text: &str, rig: &Rig, trial: &FittedModel) -> Result<String, Complaint> {
     let mut text = text.to_owned();
     for present in trial.rig.effects.iter().filter(|present| rig.effects.iter().all(|old| old.id != present.id)) {
         let written = present.placed.effect.parameters.iter().zip(&present.parameters).map(|(free, &index)| {

@@ -19,7 +19,7 @@ const DIGITS: usize = 7;
 /// What was added to a rig file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AdditionReport {
-    /// [`SCHEMA`].
+    /// Name and version of the JSON schema: `borescope.addition/1`.
     pub schema: &'static str,
     /// The new rig file, as it was called.
     pub rig: String,

@@ -30,9 +30,12 @@ const DIGITS: usize = 6;
 
 /// A phase in which the model misses a sensor. The numbers are in the unit of the sensor.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Miss {
+pub struct MissedPhase {
+    /// Its first time, s.
     pub from_s: f64,
+    /// Its last time, s.
     pub to_s: f64,
+    /// Such as `extend`.
     pub phase: String,
     /// Root mean square of measured minus model.
     pub rmse: f64,
@@ -42,7 +45,7 @@ pub struct Miss {
 
 /// A quantity with which a misfit goes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct GoesWith {
+pub struct Correlation {
     /// An input, a sensor (what the model says of it), `velocity of x` or `direction of x`.
     pub signal: String,
     /// Coefficient of correlation with measured minus model, weighted by noise and tolerance.
@@ -51,11 +54,14 @@ pub struct GoesWith {
 
 /// How the model follows one sensor. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Channel {
+pub struct ChannelComparison {
+    /// Of the sensor.
     pub name: String,
+    /// Of its readings.
     pub unit: String,
     /// Root mean square of measured minus model.
     pub rmse: f64,
+    /// Standard deviation of the noise of a reading.
     pub noise_sigma: f64,
     /// `rmse` over `noise_sigma`: about 1 where nothing but noise is left.
     pub times_noise: f64,
@@ -65,24 +71,28 @@ pub struct Channel {
     pub samples: usize,
     /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
     pub chi2_reduced: f64,
+    /// Whether the model explains it within noise and tolerance.
     pub adequate: bool,
     /// Of neighbouring weighted misfits: near 0 where nothing but noise is left, near 1 where something slow is.
     pub autocorrelation: f64,
     /// The quantities that the misfit goes with, closest first.
-    pub goes_with: Vec<GoesWith>,
+    pub goes_with: Vec<Correlation>,
     /// The phases in which the model misses most, in standard deviations, the worst first.
-    pub worst: Vec<Miss>,
+    pub worst: Vec<MissedPhase>,
 }
 
 /// Where physics is missing, as far as misfits tell.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Where {
+pub struct MisfitPlace {
     /// The balance of what the worst sensor shows; in a suggestion that of the effect that explains the misfit.
     pub equation: String,
     /// The worst sensor.
     pub channel: String,
+    /// In which it misses most, such as `extend`.
     pub phase: String,
+    /// First time of the phase, s.
     pub from_s: f64,
+    /// Last time of the phase, s.
     pub to_s: f64,
     /// Quantities that the misfit goes with.
     pub depends_on: Vec<String>,
@@ -90,10 +100,14 @@ pub struct Where {
 
 /// A parameter that was fitted, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Fitted {
+pub struct FittedParameter {
+    /// Such as `fluid.density`.
     pub id: String,
+    /// Estimate.
     pub value: f64,
+    /// As the rig file has it.
     pub unit: String,
+    /// By the rig file.
     pub nominal: f64,
     /// Standard uncertainty before the record.
     pub sigma_before: f64,
@@ -102,24 +116,30 @@ pub struct Fitted {
 /// The model beside a record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
+    /// Name and version of the JSON schema: `borescope.comparison/1`.
     pub schema: &'static str,
+    /// The rig file, as the user named it.
     pub rig: String,
+    /// The record, as the user named it.
     pub record: String,
     /// Whether the model explains every sensor within noise and tolerance.
     pub adequate: bool,
     /// Root mean square of measured minus model over the noise of the sensor, over all sensors.
     pub times_noise: f64,
+    /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
     pub chi2_reduced: f64,
     /// `None` where the model is adequate.
+    /// Where the model misses most.
     #[serde(rename = "where")]
-    pub place: Option<Where>,
-    pub channels: Vec<Channel>,
+    pub place: Option<MisfitPlace>,
+    /// Every sensor of the rig, in its order.
+    pub channels: Vec<ChannelComparison>,
     /// What the rig file gives with an uncertainty, as it was fitted.
-    pub fitted: Vec<Fitted>,
+    pub fitted: Vec<FittedParameter>,
     /// The model with the faults that explain the record; `None` where the model alone is adequate, or no fault was found.
     pub with_faults: Option<WithFaults>,
     /// The same record with an older rig file, where one was given.
-    pub before: Option<Earlier>,
+    pub(crate) before: Option<Earlier>,
 }
 
 /// A comparison of the same record with an older rig file.
@@ -128,10 +148,11 @@ pub struct Earlier {
     pub rig: String,
     pub adequate: bool,
     pub times_noise: f64,
-    pub channels: Vec<Channel>,
+    pub channels: Vec<ChannelComparison>,
     pub with_faults: Option<WithFaults>,
 }
 
+#[cfg(feature = "cli")]
 impl Earlier {
     /// What of a comparison stands beside a newer one.
     pub fn of(comparison: &Comparison) -> Self {
@@ -142,6 +163,7 @@ impl Earlier {
 
 /// A comparison with the curves behind it.
 #[derive(Debug, Clone)]
+#[cfg_attr(not(any(feature = "cli", feature = "internals")), expect(dead_code, reason = "only pages draw the curves"))]
 pub struct Compared {
     pub comparison: Comparison,
     pub run: Run,
@@ -199,10 +221,10 @@ fn followed(rig: &Rig, record: &Record, drive: &InputSignals) -> Result<(Vec<f64
     }
 }
 
-fn fitted(rig: &Rig, values: &[f64]) -> impl Fn(usize) -> Fitted {
+fn fitted(rig: &Rig, values: &[f64]) -> impl Fn(usize) -> FittedParameter {
     move |index| {
         let parameter = &rig.parameters[index];
-        Fitted {
+        FittedParameter {
             id: parameter.id.clone(),
             value: rounded(parameter.unit.from_si(values[index]), DIGITS),
             unit: parameter.unit.symbol.clone(),
@@ -217,14 +239,14 @@ impl Comparison {
     ///
     /// # Errors
     /// Columns that are missing.
-    pub fn of(model: &Model, record: &Record, run: &Run) -> Result<Self, Complaint> {
+    pub(crate) fn of(model: &Model, record: &Record, run: &Run) -> Result<Self, Complaint> {
         let rig = &model.rig;
         let measured = estimate::measured(&model.rig, record)?;
         let drive = InputSignals::from_record(rig, record)?;
         let phases = stretches(rig, record, &drive, &measured);
         let signals = signals(rig, record, &drive, run);
         let rows = record.time.len().max(1);
-        let channels: Vec<Channel> = mean_squares(&run.weights, &run.misfit)
+        let channels: Vec<ChannelComparison> = mean_squares(&run.weights, &run.misfit)
             .into_iter()
             .enumerate()
             .map(|(index, (chi2, samples))| {
@@ -232,7 +254,7 @@ impl Comparison {
                 let unit = rig.sensor_unit(sensor);
                 let misfit: Vec<f64> = run.misfit[index * rows..(index + 1) * rows].iter().map(|r| -r).collect();
                 let there: Vec<bool> = measured[index].iter().map(|y| !y.is_nan()).collect();
-                Channel {
+                ChannelComparison {
                     name: sensor.name.clone(),
                     rmse: rounded(unit.difference_from_si(run.rmse[index]), DIGITS),
                     noise_sigma: rounded(unit.difference_from_si(sensor.stated_noise), DIGITS),
@@ -245,7 +267,7 @@ impl Comparison {
                     goes_with: goes_with(&misfit, &there, &signals),
                     worst: worst(record, &phases, (measured[index], &run.outputs[index]), &misfit)
                         .into_iter()
-                        .map(|miss| Miss { rmse: rounded(unit.difference_from_si(miss.rmse), DIGITS), ..miss })
+                        .map(|miss| MissedPhase { rmse: rounded(unit.difference_from_si(miss.rmse), DIGITS), ..miss })
                         .collect(),
                     unit: unit.symbol,
                 }
@@ -269,11 +291,13 @@ impl Comparison {
 }
 
 /// The worst sensor, its worst phase, and what its misfit goes with.
-fn place(rig: &Rig, channels: &[Channel]) -> Option<Where> {
-    let worst = |(_, a): &(&Sensor, &Channel), (_, b): &(&Sensor, &Channel)| a.chi2_reduced.total_cmp(&b.chi2_reduced);
+fn place(rig: &Rig, channels: &[ChannelComparison]) -> Option<MisfitPlace> {
+    let worst = |(_, a): &(&Sensor, &ChannelComparison), (_, b): &(&Sensor, &ChannelComparison)| {
+        a.chi2_reduced.total_cmp(&b.chi2_reduced)
+    };
     let (sensor, channel) = rig.sensors.iter().zip(channels).max_by(worst)?;
     let miss = channel.worst.first()?;
-    Some(Where {
+    Some(MisfitPlace {
         equation: equation(rig, sensor),
         channel: channel.name.clone(),
         phase: miss.phase.clone(),
@@ -320,8 +344,8 @@ fn autocorrelation(misfit: &[f64]) -> f64 {
 }
 
 /// The phases in which a sensor is missed most, in standard deviations; `rmse` in SI.
-fn worst(record: &Record, phases: &[Stretch], (measured, model): (&[f64], &[f64]), misfit: &[f64]) -> Vec<Miss> {
-    let mut all: Vec<Miss> = phases
+fn worst(record: &Record, phases: &[Stretch], (measured, model): (&[f64], &[f64]), misfit: &[f64]) -> Vec<MissedPhase> {
+    let mut all: Vec<MissedPhase> = phases
         .iter()
         .filter_map(|phase| {
             let rows = phase.rows.clone();
@@ -329,7 +353,7 @@ fn worst(record: &Record, phases: &[Stretch], (measured, model): (&[f64], &[f64]
             let count = there.len() as f64;
             let square: f64 = there.iter().map(|&row| (measured[row] - model[row]).powi(2)).sum();
             let misfit: Vec<f64> = there.iter().map(|&row| misfit[row]).collect();
-            (!there.is_empty()).then(|| Miss {
+            (!there.is_empty()).then(|| MissedPhase {
                 from_s: record.time[rows.start],
                 to_s: record.time[rows.end - 1],
                 phase: phase.name.clone(),
@@ -374,14 +398,14 @@ fn slopes(times: &[f64], values: &[f64]) -> Vec<f64> {
 }
 
 /// The signals that a misfit goes with, closest first.
-fn goes_with(misfit: &[f64], there: &[bool], signals: &[(String, Vec<f64>)]) -> Vec<GoesWith> {
+fn goes_with(misfit: &[f64], there: &[bool], signals: &[(String, Vec<f64>)]) -> Vec<Correlation> {
     let only = |values: &[f64]| -> Vec<f64> {
         values.iter().zip(there).filter(|(_, there)| **there).map(|(value, _)| *value).collect()
     };
     let misfit = only(misfit);
-    let mut all: Vec<GoesWith> = signals
+    let mut all: Vec<Correlation> = signals
         .iter()
-        .map(|(name, values)| GoesWith {
+        .map(|(name, values)| Correlation {
             signal: name.clone(),
             coefficient: rounded(correlation(&misfit, &only(values)), 4),
         })

@@ -1,6 +1,7 @@
 //! The whole loop: suggest, add, fit again, until nothing is left to explain or nothing explains the rest.
 
-use super::compare::{Comparison, Where};
+use super::add::with_effects;
+use super::compare::{Comparison, MisfitPlace};
 use super::fitted_model::{FittedModel, Run};
 use super::separate::Experiment;
 use super::suggest::{Conclusion, EvaluatedModel, RIVAL, ROUNDS, Suggestion, is_adequate, suggest, suggest_from};
@@ -24,31 +25,56 @@ const PAIR: f64 = 0.1;
 
 /// One row of the ledger.
 #[derive(Debug, Clone)]
-pub struct Step {
+pub struct ImprovementStep {
     /// What was added; `None` for the model as given.
     pub added: Option<String>,
+    #[doc(hidden)]
     pub fit: Run,
+    #[doc(hidden)]
     pub check: Run,
+    /// What speaks against it.
     pub warnings: Vec<Warning>,
     /// Extensions that reached as little error or less but have no physical sense, with what speaks against them.
-    pub refused: Vec<(String, Run, Vec<Warning>)>,
+    #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the ledger names them"))]
+    pub(crate) refused: Vec<(String, Run, Vec<Warning>)>,
 }
 
 /// What [`improve`] reached.
 #[derive(Debug, Clone)]
 pub struct Improvement {
+    /// Whether the model lacks something still, and what.
     pub conclusion: Conclusion,
-    pub steps: Vec<Step>,
+    /// The model as given, then with each addition.
+    pub steps: Vec<ImprovementStep>,
     /// The model as given, everything uncertain and all faults fitted.
+    #[doc(hidden)]
     pub given: FittedModel,
     /// The model at the end.
+    #[doc(hidden)]
     pub trial: FittedModel,
     /// Where the model at the end still misses; `None` where it is adequate.
-    pub rest: Option<Where>,
+    pub rest: Option<MisfitPlace>,
     /// What explains the records alike, where several do.
     pub alike: Vec<String>,
     /// What would tell the first of these from the second.
     pub experiment: Option<Experiment>,
+}
+
+impl ImprovementStep {
+    /// Root mean square of measured minus model over the noise of the sensors: on the fit record, and on the check record.
+    pub fn times_noise(&self) -> [f64; 2] {
+        [self.fit.normalised, self.check.normalised]
+    }
+}
+
+impl Improvement {
+    /// The text of a rig file with the effects that were added; `text` is that of the file that `rig` was read from.
+    ///
+    /// # Errors
+    /// A text that is no TOML.
+    pub fn rig_file(&self, text: &str, rig: &Rig) -> Result<String, Complaint> {
+        with_effects(&rig.path, text, rig, &self.trial)
+    }
 }
 
 /// Adds effects to a rig one at a time or in pairs, while the fit record asks for them and the check record agrees.
@@ -60,7 +86,7 @@ pub fn improve(
     rig: &Rig,
     fit: &Record,
     check: &Record,
-    told: impl FnMut(&Step) + Send,
+    told: impl FnMut(&ImprovementStep) + Send,
 ) -> Result<Improvement, Complaint> {
     rig.context().run(|| add_while_asked(rig, fit, check, told))
 }
@@ -69,13 +95,13 @@ fn add_while_asked(
     rig: &Rig,
     fit: &Record,
     check: &Record,
-    mut told: impl FnMut(&Step),
+    mut told: impl FnMut(&ImprovementStep),
 ) -> Result<Improvement, Complaint> {
     let mut last = suggest(rig, fit, Some(check))?;
     let given = last.base.clone();
     let mut trial = given.clone();
-    let step = |added, trial: &FittedModel, warnings, refused| -> Result<Step, Complaint> {
-        Ok(Step { added, fit: trial.fit.clone(), check: trial.check(check)?, warnings, refused })
+    let step = |added, trial: &FittedModel, warnings, refused| -> Result<ImprovementStep, Complaint> {
+        Ok(ImprovementStep { added, fit: trial.fit.clone(), check: trial.check(check)?, warnings, refused })
     };
     let mut steps = vec![step(None, &trial, Vec::new(), Vec::new())?];
     told(&steps[0]);
@@ -140,7 +166,7 @@ fn add_while_asked(
 }
 
 /// Shares of what the model missed that the steps from one to another explain, on the fit record and on the check record.
-fn explained_by(before: &Step, after: &Step) -> (f64, f64) {
+fn explained_by(before: &ImprovementStep, after: &ImprovementStep) -> (f64, f64) {
     (explained(&before.fit, &after.fit), explained(&before.check, &after.check))
 }
 
@@ -151,7 +177,7 @@ fn alike(last: &Suggestion, one: &EvaluatedModel) -> (Vec<String>, Option<Experi
 }
 
 /// The best addition that is worth it: a law with physical sense if there is one, else a curve.
-fn chosen<'a>(last: &'a Suggestion, before: &Step) -> Option<&'a EvaluatedModel> {
+fn chosen<'a>(last: &'a Suggestion, before: &ImprovementStep) -> Option<&'a EvaluatedModel> {
     let worth = |judged: &&EvaluatedModel, (on_fit, on_check): (f64, f64)| {
         let missed = |run: &Run| (run.chi2 - 1.0).max(0.0);
         let Some(check) = &judged.check else { return false };

@@ -21,12 +21,14 @@
 //! | [`improve`] | the whole loop with its ledger |
 
 pub mod add;
+#[cfg(feature = "cli")]
 pub mod addition;
 pub mod candidate;
 pub mod compare;
 pub mod fitted_model;
 pub mod improve;
 mod lack_of_fit;
+#[cfg(feature = "cli")]
 pub mod missing;
 pub mod phase;
 mod refit;

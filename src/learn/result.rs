@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::candidate::Candidate;
-use super::compare::{Comparison, Where};
+use super::compare::{Comparison, MisfitPlace};
 use super::fitted_model::{FittedModel, Run};
 use super::separate::Experiment;
 use super::suggest::{Conclusion, EvaluatedModel, Suggestion};
@@ -26,9 +26,12 @@ const DIGITS: usize = 6;
 
 /// A parameter of an effect as it was fitted, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ParameterReport {
+pub struct EffectParameter {
+    /// Such as `external-leakage@A.conductance`.
     pub id: String,
+    /// Estimate.
     pub value: f64,
+    /// In which the effect is written.
     pub unit: String,
     /// Ends of the 95 % interval from the standard error; `None` at an end of the search, below the value at which an effect does
     /// nothing, or where the fit was only a rough one.
@@ -40,6 +43,7 @@ pub struct ParameterReport {
 /// What the record could show of an effect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ScoredReport {
+    /// Effect and place, such as `external-leakage@A`.
     pub id: String,
     /// The parameter that is its size.
     pub parameter: String,
@@ -47,7 +51,9 @@ pub struct ScoredReport {
     /// and the model's tolerance, in `unit`; `None` where it shows none, and of levels.
     pub smallest_detectable: Option<f64>,
     /// The same from each pressure on from which it was tried, the most promising first; empty where it does not begin at one.
+    #[doc(hidden)]
     pub onsets: Vec<OnsetReport>,
+    /// Of `smallest_detectable`.
     pub unit: String,
     /// The fitted parameter that takes over what the effect does.
     pub absorbed_by: Option<String>,
@@ -71,17 +77,23 @@ pub struct OnsetReport {
 pub struct CandidateReport {
     /// `kind@place`; of a pair both, with ` + ` between.
     pub effect: String,
+    /// Whether it explains more than chance does, on the check record too.
     pub supported: bool,
     /// Root mean square misfit over the noise of each sensor, over all channels, without and with the effect.
     pub rmse_before: f64,
+    /// With the effect.
     pub rmse_after: f64,
     /// The same of the check record, to which nothing is fitted; `None` without one.
     pub check_rmse_before: Option<f64>,
+    /// The same with the effect.
     pub check_rmse_after: Option<f64>,
     /// Fall of the information criterion; above 10 is very strong.
     pub delta_bic: f64,
-    pub parameters: Vec<ParameterReport>,
+    /// As they were fitted.
+    pub parameters: Vec<EffectParameter>,
+    /// Others that explain the record alike.
     pub confounded_with: Vec<String>,
+    /// What speaks against it.
     pub warnings: Vec<Warning>,
     /// Each effect with what the record could show of it.
     pub effects: Vec<ScoredReport>,
@@ -90,16 +102,22 @@ pub struct CandidateReport {
 /// A suggestion to hand on.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SuggestionReport {
+    /// Name and version of the JSON schema: `borescope.suggestion/1`.
     pub schema: &'static str,
+    /// The rig file, as the user named it.
     pub rig: String,
+    /// The record that was fitted, as the user named it.
     pub record: String,
+    /// The check record, where there was one.
     pub check: Option<String>,
+    /// Whether the model lacks something, and what.
     pub conclusion: Conclusion,
     /// Faults with which the model as given explains the fit record best.
     pub faults: Vec<String>,
     /// Where the model with all faults fitted misses; `None` where it is adequate.
     #[serde(rename = "where")]
-    pub place: Option<Where>,
+    pub place: Option<MisfitPlace>,
+    /// Effects that were fitted, the best first.
     pub candidates: Vec<CandidateReport>,
     /// Every other effect that the rig could have, the most promising first.
     pub not_fitted: Vec<ScoredReport>,
@@ -214,7 +232,7 @@ fn joined(rig: &Rig, id: &str, card: &Card) -> Option<String> {
 }
 
 /// The parameters of one effect of a fitted model.
-pub(crate) fn parameters(trial: &FittedModel, id: &str) -> Vec<ParameterReport> {
+pub(crate) fn parameters(trial: &FittedModel, id: &str) -> Vec<EffectParameter> {
     let Some(present) = trial.rig.effects.iter().find(|present| present.id == id) else { return Vec::new() };
     let one = |(free, &index): (&FreeParameter, &usize)| {
         let parameter = &trial.rig.parameters[index];
@@ -232,7 +250,7 @@ pub(crate) fn parameters(trial: &FittedModel, id: &str) -> Vec<ParameterReport> 
             let low = if is_next_to_nothing(low) { 0.0 } else { low };
             Some(shown((value + sign * QUANTILE * sigma).clamp(low, high)))
         };
-        ParameterReport {
+        EffectParameter {
             id: parameter.id.clone(),
             value: shown(value),
             unit: parameter.unit.symbol.clone(),

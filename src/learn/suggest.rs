@@ -115,15 +115,21 @@ pub(super) fn joined(effects: &[Candidate]) -> String {
 /// What [`suggest`] found.
 #[derive(Debug, Clone)]
 pub struct Suggestion {
+    /// Whether the model lacks something, and what.
     pub conclusion: Conclusion,
     /// The model as given, everything uncertain and all faults fitted.
+    #[doc(hidden)]
     pub base: FittedModel,
+    #[doc(hidden)]
     pub base_check: Option<Run>,
     /// Fitted candidates, the best first.
+    #[doc(hidden)]
     pub judged: Vec<EvaluatedModel>,
     /// Every candidate by its score, the best first.
+    #[doc(hidden)]
     pub scored: Vec<Candidate>,
     /// What would tell the best from its first rival, where it has one.
+    #[doc(hidden)]
     pub experiment: Option<Experiment>,
 }
 
@@ -138,7 +144,7 @@ impl Suggestion {
 /// Looks for the effect that a model lacks.
 ///
 /// # Errors
-/// Columns that are missing, a model that cannot be solved, or a [context](crate::context) that was cancelled.
+/// Columns that are missing, a model that cannot be solved, or a [context](crate::Context) that was cancelled.
 pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Suggestion, Complaint> {
     rig.context()
         .run(|| rough_base(rig, fit, Suggestion::explains_all, |estimate, base| suggest_from(estimate, base, check)))

@@ -75,6 +75,7 @@ impl fmt::Display for Warning {
 }
 
 /// Warnings in one line.
+#[cfg(feature = "cli")]
 pub fn joined(warnings: &[Warning]) -> String {
     warnings.iter().map(Warning::to_string).collect::<Vec<_>>().join("; ")
 }

@@ -2,20 +2,25 @@
 
 use serde::Serialize;
 
-use super::compare::{Channel, Comparison};
+use super::compare::{ChannelComparison, Comparison};
 use super::fitted_model::run_of;
 use crate::complaint::Complaint;
-use crate::diagnosis::{Options, diagnose};
+use crate::diagnosis::{DiagnosisOptions, diagnose};
 use crate::model::Model;
 use crate::record::Record;
 
 /// A fault that is present, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PresentFault {
+    /// The parameter that it changes.
     pub id: String,
+    /// From the card of the component.
     pub meaning: String,
+    /// Estimate.
     pub value: f64,
+    /// As the rig file has it.
     pub unit: String,
+    /// By the rig file.
     pub healthy: f64,
     /// Ends of the 95 % interval; `None` where the record does not bound the value.
     pub ci95: [Option<f64>; 2],
@@ -24,12 +29,14 @@ pub struct PresentFault {
 /// The model with the faults that explain a record, beside that record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WithFaults {
+    /// Those that are present.
     pub faults: Vec<PresentFault>,
     /// Root mean square of measured minus model over the noise of the sensor, over all sensors.
     pub times_noise: f64,
     /// Whether the model with these faults explains every sensor within noise and tolerance.
     pub adequate: bool,
-    pub channels: Vec<Channel>,
+    /// Every sensor of the rig, in its order.
+    pub channels: Vec<ChannelComparison>,
 }
 
 /// A model with the faults that explain a record, with the curves behind it.
@@ -47,7 +54,7 @@ pub(super) fn with_faults(model: &Model, record: &Record) -> Result<Option<Expla
     if model.rig.faults.is_empty() {
         return Ok(None);
     }
-    let diagnosed = diagnose(model, record, &Options::default())?;
+    let diagnosed = diagnose(model, record, &DiagnosisOptions::default())?;
     let present = diagnosed.diagnosis.present().map(|fault| PresentFault {
         id: fault.id.clone(),
         meaning: fault.meaning.clone(),

@@ -19,4 +19,4 @@ pub(crate) use assembly::level_per_pressure;
 pub use drive::{Before, InputSignals, Late, Onset, Piece, Shown};
 pub use recording::{cycle_times, decimals_of, input_columns, recording};
 pub use run::{Reading, Simulation};
-pub use simulate::{Effort, Model, Outputs, Sensitivities, SimulationError, Tolerance};
+pub use simulate::{Model, Outputs, Sensitivities, SimulationError, SolverEffort, Tolerance};

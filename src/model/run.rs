@@ -1,6 +1,6 @@
 //! A model as programs use it: parameters by id and text, runs along a record, readings by the name of their sensor.
 
-use super::{Effort, InputSignals, Model, SimulationError};
+use super::{InputSignals, Model, SimulationError, SolverEffort};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
 use crate::record::Inputs;
 use crate::rig::{NodeKind, Rig};
@@ -83,7 +83,7 @@ pub struct Simulation {
     /// Every sensor, in the order of the rig file.
     pub sensors: Vec<Reading>,
     /// What the integrator spent.
-    pub effort: Effort,
+    pub effort: SolverEffort,
 }
 
 /// What one sensor of a model reads.

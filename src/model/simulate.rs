@@ -57,7 +57,7 @@ impl Default for Tolerance {
 
 /// What the integrator spent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Effort {
+pub struct SolverEffort {
     /// Steps that were taken.
     pub steps: usize,
     /// Steps that were tried and taken back.
@@ -70,7 +70,7 @@ pub struct Outputs {
     /// `[sensor][sample]`, SI.
     pub values: Vec<Vec<f64>>,
     /// What the integrator spent.
-    pub effort: Effort,
+    pub effort: SolverEffort,
 }
 
 /// Outputs with their derivatives: `[parameter][sensor][sample]`, per SI unit of the parameter.
@@ -144,6 +144,7 @@ pub struct Model {
     pub rig: Rig,
     layout: Layout,
     /// Accuracy of the integration.
+    #[doc(hidden)]
     pub tolerance: Tolerance,
 }
 
@@ -181,12 +182,14 @@ mod sensitive;
 
 impl Model {
     /// The equations of a rig, solved with the default accuracy.
+    #[doc(hidden)]
     pub fn new(rig: Rig) -> Self {
         let layout = Layout::of(&rig);
         Self { rig, layout, tolerance: Tolerance::default() }
     }
 
     /// The same, solved with this accuracy.
+    #[doc(hidden)]
     pub fn with_tolerance(self, tolerance: Tolerance) -> Self {
         Self { tolerance, ..self }
     }
@@ -200,6 +203,7 @@ impl Model {
     ///
     /// # Errors
     /// The integrator gives up: parameters without physical sense, or a circuit that tears.
+    #[doc(hidden)]
     pub fn solve(&self, parameters: &[f64], drive: &InputSignals, times: &[f64]) -> Result<Outputs, SimulationError> {
         self.rig.context().solved(false);
         let (values, effort) = with_states!(self.layout.states, N => self.readings::<N>(parameters, drive, times))?;
@@ -210,6 +214,7 @@ impl Model {
     ///
     /// # Errors
     /// As [`Model::solve`].
+    #[doc(hidden)]
     pub fn sensitivities(
         &self,
         parameters: &[f64],
@@ -260,7 +265,7 @@ impl Model {
         parameters: &[f64],
         drive: &InputSignals,
         times: &[f64],
-    ) -> Result<(Vec<Vec<f64>>, Effort), SimulationError> {
+    ) -> Result<(Vec<Vec<f64>>, SolverEffort), SimulationError> {
         let mut readings = Readings(vec![vec![0.0; times.len()]; self.rig.sensors.len()]);
         let effort = self.run::<N>(parameters, drive, times, &mut readings)?;
         let Readings(mut readings) = readings;
@@ -282,7 +287,7 @@ impl Model {
         drive: &InputSignals,
         times: &[f64],
         watch: &mut impl Watch<N>,
-    ) -> Result<Effort, SimulationError> {
+    ) -> Result<SolverEffort, SimulationError> {
         let (tolerance, context) = (self.tolerance, self.rig.context());
         let changed: &[(usize, Before)] = drive.onset.as_ref().map_or(&[], |onset| &onset.before);
         let (before, moment) = drive.before(parameters);
@@ -360,7 +365,7 @@ impl Model {
             }
         }
         let stats = integrator.stats();
-        Ok(Effort { steps: stats.steps, rejected: stats.rejected })
+        Ok(SolverEffort { steps: stats.steps, rejected: stats.rejected })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Forward-mode derivatives: numbers that carry their partial derivatives along.
 
+#[cfg(feature = "internals")]
 use std::array::from_fn;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
@@ -41,6 +42,7 @@ impl<T: Real, const K: usize> Dual<T, K> {
 
     /// All `K` variables at once, variable `i` in direction `i`.
     #[inline]
+    #[cfg(feature = "internals")]
     pub fn variables(values: &[T; K]) -> [Self; K] {
         from_fn(|i| Self::variable(values[i], i))
     }
@@ -71,11 +73,12 @@ impl<T: Real, const K: usize> Dual<T, K> {
 /// Value and partial derivatives of a vector function: returns `(f, j)` with `j[row][column] = df[row]/dx[column]`.
 ///
 /// ```
-/// use borescope::numeric::{jacobian, Real};
+/// use borescope::internals::numeric::{jacobian, Real};
 /// let (f, j) = jacobian(&[2.0, 3.0], |[x, y]| [x * y, x.square()]);
 /// assert_eq!((f, j), ([6.0, 4.0], [[3.0, 2.0], [4.0, 0.0]]));
 /// ```
 #[inline]
+#[cfg(feature = "internals")]
 pub fn jacobian<T: Real, const K: usize, const M: usize>(
     x: &[T; K],
     f: impl FnOnce([Dual<T, K>; K]) -> [Dual<T, K>; M],

@@ -15,8 +15,10 @@ mod wide;
 /// Most states that the integrator is compiled for.
 pub const MOST_STATES: usize = 24;
 
-pub use dual::{Dual, jacobian};
+pub use dual::Dual;
+#[cfg(feature = "internals")]
+pub use dual::jacobian;
 pub use real::Real;
-pub use rosenbrock::{
-    Arrival, Curved, Entry, IntegrationError, Inverse, Options, Rosenbrock, Scalar, Stats, Step, System, Tangents,
-};
+pub use rosenbrock::{Curved, Entry, IntegrationError, Options, Rosenbrock, Scalar, Step, System, Tangents};
+#[cfg(feature = "internals")]
+pub use rosenbrock::{Inverse, Stats};

@@ -13,7 +13,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 /// Conditions look at [`re`](Real::re): the derivative is that of the branch taken.
 ///
 /// ```
-/// use borescope::numeric::{Dual, Real};
+/// use borescope::internals::numeric::{Dual, Real};
 ///
 /// /// Orifice flow, its root smoothed below `d`.
 /// fn q<T: Real>(dp: T, d: T) -> T {

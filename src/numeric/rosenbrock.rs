@@ -68,7 +68,7 @@ pub struct Arrival<S, const N: usize> {
 /// Ordinary Differential Equations II", 2nd ed., Springer 1996, IV.7 and IV.8.
 ///
 /// ```
-/// use borescope::numeric::{Options, Rosenbrock, System};
+/// use borescope::internals::numeric::{Options, Rosenbrock, System};
 ///
 /// /// A pressure that decays through a leak: y' = -1000 y.
 /// struct Leak;
@@ -91,7 +91,7 @@ pub struct Arrival<S, const N: usize> {
 /// })?;
 /// assert!((end[0] - (-5.0_f64).exp()).abs() < 1e-9);
 /// assert!((middle - (-2.0_f64).exp()).abs() < 1e-7);
-/// # Ok::<(), borescope::numeric::IntegrationError>(())
+/// # Ok::<(), borescope::internals::numeric::IntegrationError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Rosenbrock<const N: usize> {
@@ -110,6 +110,7 @@ impl<const N: usize> Rosenbrock<N> {
     }
 
     /// The options, to be changed between calls.
+    #[cfg(feature = "internals")]
     pub fn options_mut(&mut self) -> &mut Options<N> {
         &mut self.options
     }
@@ -131,6 +132,7 @@ impl<const N: usize> Rosenbrock<N> {
     /// # Errors
     ///
     /// See [`IntegrationError`]. The steps shown to `on_step` before the error are good.
+    #[cfg(feature = "internals")]
     pub fn integrate<S: Scalar>(
         &mut self,
         system: &mut impl System<S, N>,

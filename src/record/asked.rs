@@ -49,6 +49,7 @@ impl Asked {
     ///
     /// # Errors
     /// As [`Record::read`], but for those of the file itself.
+    #[cfg(feature = "internals")]
     pub fn read_bytes(&self, path: impl AsRef<Path>, bytes: Vec<u8>) -> Result<Record, Complaint> {
         read::of_bytes(path.as_ref(), bytes, Care::Strict, self).map(|(record, _)| record)
     }

@@ -25,13 +25,13 @@ impl Record {
     /// is not known, of another length than the times, or with an infinite value. The first mistake is reported.
     ///
     /// ```
-    /// use borescope::record::Record;
+    /// use borescope::Record;
     ///
     /// let record = Record::from_columns(vec![0.0, 0.1], [("p_A", "bar", vec![20.0, 21.5])])?;
     /// assert_eq!(record.channels[0].values, [2.0e6, 2.15e6]);
     /// let wrong = Record::from_columns(vec![0.0, 0.1], [("p_A", "bar", vec![20.0])]).unwrap_err();
     /// assert_eq!(wrong.what, "the column `p_A` has 1 value, but there are 2 times");
-    /// # Ok::<(), borescope::complaint::Complaint>(())
+    /// # Ok::<(), borescope::Complaint>(())
     /// ```
     pub fn from_columns<N, U>(
         time: Vec<f64>,

@@ -22,6 +22,7 @@ pub struct Gap {
 
 impl Record {
     /// The channels that lack samples, in the order of the file.
+    #[doc(hidden)]
     pub fn gaps(&self) -> Vec<Gap> {
         let of = |channel: &super::Channel| {
             let pairs = || self.time.iter().zip(&channel.values).filter(|(_, value)| value.is_nan());

@@ -33,7 +33,6 @@ use crate::units::{Dimension, Unit, UnitError};
 
 pub use asked::Asked;
 pub use columns::Inputs;
-pub use gaps::Gap;
 pub use origin::Origin;
 pub use sampling::Sampling;
 pub use stream::Stream;
@@ -48,12 +47,14 @@ pub struct Record {
     /// Seconds, rising from row to row.
     pub time: Vec<f64>,
     /// Decimals with which the time is written; `None` writes as many as each value needs.
+    #[doc(hidden)]
     pub time_decimals: Option<usize>,
     /// Every column but the time, in the order of the file.
     pub channels: Vec<Channel>,
     /// The line of the column names, which messages about columns point to; 0 in formats without lines.
-    pub header_line: usize,
+    pub(crate) header_line: usize,
     /// What is known of the file that it was read from.
+    #[doc(hidden)]
     pub origin: Origin,
 }
 
@@ -88,7 +89,7 @@ impl Channel {
     }
 
     /// Mean of its first readings, SI: so few that little happens meanwhile; `None` without any.
-    pub fn begins_at(&self) -> Option<f64> {
+    pub(crate) fn begins_at(&self) -> Option<f64> {
         const READINGS: usize = 3;
         let first = || self.values.iter().filter(|value| value.is_finite()).take(READINGS);
         let count = first().count();
@@ -96,7 +97,7 @@ impl Channel {
     }
 
     /// Step of the last decimal that is written, SI; 0 where that differs from value to value.
-    pub fn last_digit(&self) -> f64 {
+    pub(crate) fn last_digit(&self) -> f64 {
         self.decimals.map_or(0.0, |decimals| self.unit.difference_to_si(10_f64.powi(-(decimals as i32))))
     }
 
@@ -141,8 +142,9 @@ impl Record {
     /// Writes the table, with the path of the record unchanged; what it gives, [`read`](Self::read) takes.
     ///
     /// # Errors
-    /// Those of [`write_atomically`](crate::files::write_atomically), and a record that could not be read back: a channel of
-    /// another length than the time, a value that is not finite, a time that does not rise, a name that appears twice.
+    /// A missing folder or whatever else goes wrong in writing: then the file is as it was before. A record that could not be read
+    /// back: a channel of another length than the time, a value that is not finite, a time that does not rise, a name that appears
+    /// twice.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Complaint> {
         write::write(self, path.as_ref())
     }
@@ -182,7 +184,7 @@ impl Record {
     }
 
     /// The place of the column names.
-    pub fn header(&self) -> Place {
+    pub(crate) fn header(&self) -> Place {
         match self.header_line {
             0 => Place::file(&self.path),
             line => Place::line(&self.path, line),
@@ -198,6 +200,7 @@ impl Record {
     ///
     /// # Errors
     /// As [`Record::of_dimension`], and one without any value.
+    #[doc(hidden)]
     pub fn require(&self, name: &str, dimension: Dimension, asked_from: Place) -> Result<&Channel, Complaint> {
         let channel = self.of_dimension(name, dimension, asked_from.clone())?;
         if channel.is_empty() {
@@ -213,7 +216,12 @@ impl Record {
     ///
     /// # Errors
     /// No such channel, or one of another dimension: both places, the near miss, and what the record has.
-    pub fn of_dimension(&self, name: &str, dimension: Dimension, asked_from: Place) -> Result<&Channel, Complaint> {
+    pub(crate) fn of_dimension(
+        &self,
+        name: &str,
+        dimension: Dimension,
+        asked_from: Place,
+    ) -> Result<&Channel, Complaint> {
         let header = self.header();
         let Some(channel) = self.channel(name) else {
             if let Some((_, why)) = self.origin.left_out.iter().find(|(left, _)| left == name) {
@@ -245,6 +253,7 @@ impl Record {
     }
 
     /// How the rows follow each other; `None` with fewer than two rows.
+    #[doc(hidden)]
     pub fn sampling(&self) -> Option<Sampling> {
         Sampling::of(&self.time, self.time_decimals)
     }

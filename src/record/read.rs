@@ -1,6 +1,8 @@
 //! From the text of a file to a record.
 
-use std::io::{Cursor, Read};
+#[cfg(feature = "internals")]
+use std::io::Cursor;
+use std::io::Read;
 use std::path::Path;
 
 use super::dialect::{Dialect, separator};
@@ -51,6 +53,7 @@ pub(super) fn read(path: &Path, care: Care, asked: &Asked) -> Result<Standing, C
 }
 
 /// The record of the bytes of a file.
+#[cfg(feature = "internals")]
 pub(super) fn of_bytes(path: &Path, bytes: Vec<u8>, care: Care, asked: &Asked) -> Result<Standing, Complaint> {
     whole(path, Box::new(Cursor::new(bytes)), care, asked)
 }

@@ -1,7 +1,7 @@
 //! The comparison of a model with a record in a few lines: the verdict first, the next command last.
 
 use super::table::{Head, aligned};
-use crate::learn::compare::{Channel, Comparison, Earlier, Where};
+use crate::learn::compare::{ChannelComparison, Comparison, Earlier, MisfitPlace};
 use crate::learn::with_faults::{PresentFault, WithFaults};
 use crate::number::{rounded, text, with_unit};
 
@@ -41,7 +41,7 @@ fn headline(comparison: &Comparison) -> String {
 }
 
 /// Where the misfit is largest, and what it correlates with.
-fn located(place: &Where) -> Vec<String> {
+fn located(place: &MisfitPlace) -> Vec<String> {
     let mut lines = vec![
         format!("  Largest in {} ({}),", place.channel, place.equation),
         format!("  {} from {:.2} to {:.2} s.", place.phase, place.from_s, place.to_s),
@@ -70,7 +70,7 @@ fn table(comparison: &Comparison, before: Option<&Earlier>) -> (Vec<Head>, Vec<V
     heads.extend(before.map(|_| ("before", true)));
     heads.push(("explained", false));
     let rows = comparison.channels.iter().map(|channel| {
-        let of = |channels: &[Channel]| {
+        let of = |channels: &[ChannelComparison]| {
             let same = channels.iter().find(|other| other.name == channel.name);
             same.map_or_else(|| "-".to_owned(), times_noise)
         };
@@ -84,7 +84,7 @@ fn table(comparison: &Comparison, before: Option<&Earlier>) -> (Vec<Head>, Vec<V
     (heads, rows.collect())
 }
 
-fn times_noise(channel: &Channel) -> String {
+fn times_noise(channel: &ChannelComparison) -> String {
     if channel.samples == 0 { "-".to_owned() } else { text(rounded(channel.times_noise, 2)) }
 }
 
@@ -102,8 +102,8 @@ fn next(comparison: &Comparison) -> String {
 mod tests {
     use super::*;
 
-    fn channel(name: &str, times_noise: f64) -> Channel {
-        Channel {
+    fn channel(name: &str, times_noise: f64) -> ChannelComparison {
+        ChannelComparison {
             name: name.to_owned(),
             unit: "bar".to_owned(),
             rmse: 0.25 * times_noise,

@@ -3,20 +3,29 @@
 use std::fmt;
 
 use super::caveats::{TOLD, caveats, detected, left_out};
-use super::digits::{Estimate, plus_minus, worth};
-use super::html::Tone;
+#[cfg(feature = "cli")]
+use super::digits::plus_minus;
+use super::digits::{Estimate, worth};
 use super::residuals;
-use super::style::{Style, bars, scale};
+use super::style::{Style, Tone};
+#[cfg(feature = "cli")]
+use super::style::{bars, scale};
 use super::table::{Head, aligned};
-use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, PRESENT, Verdict, is_there};
+#[cfg(feature = "cli")]
+use crate::diagnosis::{Diagnosed, is_there};
+use crate::diagnosis::{Diagnosis, FaultReport, PRESENT, Verdict};
 use crate::number::{before_unit, rounded, text, with_unit};
 use crate::record::survey::Doubt;
+#[cfg(feature = "cli")]
 use crate::rig::Rig;
 
 /// Characters of a scale with an interval, and of a course of misfits.
+#[cfg(feature = "cli")]
 const SCALE: usize = 21;
+#[cfg(feature = "cli")]
 const COURSE: usize = 24;
 /// Size of a weighted misfit that fills a bar, standard deviations; 0.8 is right.
+#[cfg(feature = "cli")]
 const FULL: f64 = 6.0;
 
 /// The verdict in one line.
@@ -158,10 +167,12 @@ pub(super) fn channel_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     diagnosis.channels.iter().map(row).collect()
 }
 
+#[cfg(feature = "cli")]
 pub(super) const UNCERTAIN_HEADS: [Head; 5] =
     [("parameter", false), ("estimate", true), ("rig file", true), ("unit", false), ("pull", true)];
 
 /// Parameters that were estimated along; the pull is how far the record draws one from its rig file.
+#[cfg(feature = "cli")]
 pub(super) fn uncertain_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     // Both with as many decimals as two digits of the uncertainty ask for.
     let with = |value: f64, sigma: Option<f64>| match sigma {
@@ -251,11 +262,13 @@ pub fn write_text(diagnosis: &Diagnosis) -> String {
 
 /// The same as a terminal shows it: in colour, and where it is wide enough with the intervals within their bounds and the misfit
 /// of each sensor over time.
+#[cfg(feature = "cli")]
 pub fn write_styled(diagnosed: &Diagnosed, rig: &Rig, style: Style) -> String {
     page(&diagnosed.diagnosis, style, [scales(&diagnosed.diagnosis, rig), courses(&diagnosed.misfit)])
 }
 
 /// The interval of each fault on the range that was searched.
+#[cfg(feature = "cli")]
 fn scales(diagnosis: &Diagnosis, rig: &Rig) -> Vec<String> {
     let one = |(fault, report): (&crate::rig::Fault, &FaultReport)| {
         let unit = &rig.parameters[fault.parameter].unit;
@@ -267,6 +280,7 @@ fn scales(diagnosis: &Diagnosis, rig: &Rig) -> Vec<String> {
 }
 
 /// The size of the misfit of each sensor over the record, with a gap where the fit has no sample.
+#[cfg(feature = "cli")]
 fn courses(misfit: &[Vec<f64>]) -> Vec<String> {
     let mean = |part: &[f64]| {
         let there: Vec<f64> = part.iter().filter(|r| is_there(**r)).map(|r| r.abs()).collect();

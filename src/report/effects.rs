@@ -1,5 +1,6 @@
 //! The library of effects as a table, as cards, and as programs read it (`borescope.effects/1`).
 
+#[cfg(feature = "internals")]
 use std::fmt::{self, Write};
 
 use serde::Serialize;
@@ -211,6 +212,7 @@ pub fn card(effect: &Effect) -> String {
 ///
 /// # Errors
 /// None but those of the text that it is written to.
+#[cfg(feature = "internals")]
 pub fn markdown(out: &mut String) -> fmt::Result {
     writeln!(out, "| effect | where | meaning |\n|---|---|---|")?;
     let effects = LibraryReport::new().effects;

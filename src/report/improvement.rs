@@ -8,9 +8,9 @@ use serde::Serialize;
 use super::digits::plus_minus;
 use super::learn::{PARAMETER_HEADS, at_bounds, experiment, parameter_row, sits};
 use super::table::aligned;
-use crate::learn::compare::Where;
-use crate::learn::improve::{Improvement, Step};
-use crate::learn::result::{ParameterReport, parameters};
+use crate::learn::compare::MisfitPlace;
+use crate::learn::improve::{Improvement, ImprovementStep};
+use crate::learn::result::{EffectParameter, parameters};
 use crate::learn::separate::Experiment;
 use crate::learn::suggest::Conclusion;
 use crate::learn::warning::{Warning, joined};
@@ -39,14 +39,14 @@ pub struct Ledger {
     pub alike: Vec<String>,
     pub experiment: Option<Experiment>,
     /// What is left where something is.
-    pub remaining: Option<Where>,
+    pub remaining: Option<MisfitPlace>,
 }
 
 /// An effect with its parameters.
 #[derive(Debug, Clone, Serialize)]
 pub struct EffectReport {
     pub id: String,
-    pub parameters: Vec<ParameterReport>,
+    pub parameters: Vec<EffectParameter>,
 }
 
 /// A fault that was fitted along, in `unit`, with one standard deviation.
@@ -135,7 +135,7 @@ impl Ledger {
     pub fn headline(&self) -> String {
         let faults: Vec<String> = self.faults.iter().map(FaultReport::text).collect();
         let with = if faults.is_empty() { String::new() } else { format!(", with {}", faults.join(" and ")) };
-        let all: Vec<ParameterReport> = self.effects.iter().flat_map(|effect| effect.parameters.clone()).collect();
+        let all: Vec<EffectParameter> = self.effects.iter().flat_map(|effect| effect.parameters.clone()).collect();
         let ends = at_bounds(&all);
         match (self.conclusion, self.alike.split_first()) {
             (Conclusion::Adequate, _) => {
@@ -247,7 +247,7 @@ impl Ledger {
 }
 
 /// What is left unexplained, in words.
-pub fn left(rest: &Where) -> String {
+pub fn left(rest: &MisfitPlace) -> String {
     format!("Left unexplained: {}", sits(rest))
 }
 
@@ -258,7 +258,7 @@ impl Row {
     }
 }
 
-fn row(rig: &Rig, step: &Step) -> Row {
+fn row(rig: &Rig, step: &ImprovementStep) -> Row {
     let channels = rig.sensors.iter().enumerate().map(|(index, sensor)| {
         let unit = rig.sensor_unit(sensor);
         let shown = |si: f64| rounded(unit.difference_from_si(si), DIGITS);

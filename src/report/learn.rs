@@ -4,10 +4,13 @@ use std::fmt;
 
 use super::diagnosis::{explained, of_samples};
 use super::digits::Estimate;
-use super::html::{Table, Tone};
+#[cfg(feature = "cli")]
+use super::html::Table;
+#[cfg(feature = "cli")]
+use super::style::Tone;
 use super::table::{Head, aligned};
-use crate::learn::compare::{Channel, Comparison, Where};
-use crate::learn::result::{CandidateReport, ParameterReport, ScoredReport, SuggestionReport};
+use crate::learn::compare::{ChannelComparison, Comparison, MisfitPlace};
+use crate::learn::result::{CandidateReport, EffectParameter, ScoredReport, SuggestionReport};
 use crate::learn::separate::Experiment;
 use crate::learn::suggest::{Conclusion, EvaluatedModel, Suggestion};
 use crate::number::{before_unit, rounded, text};
@@ -24,7 +27,7 @@ const CHANNEL_HEADS: [Head; 9] = [
     ("explained", false),
 ];
 
-fn channel_row(channel: &Channel) -> Vec<String> {
+fn channel_row(channel: &ChannelComparison) -> Vec<String> {
     let goes = channel.goes_with.first();
     vec![
         channel.name.clone(),
@@ -50,6 +53,7 @@ pub(super) const WORST_HEADS: [Head; 7] = [
 ];
 
 /// How a conclusion is meant.
+#[cfg(feature = "cli")]
 pub(crate) fn tone(conclusion: Conclusion) -> Tone {
     match conclusion {
         Conclusion::Adequate => Tone::Good,
@@ -59,6 +63,7 @@ pub(crate) fn tone(conclusion: Conclusion) -> Tone {
 }
 
 /// How a comparison is meant.
+#[cfg(feature = "cli")]
 pub(crate) fn comparison_tone(comparison: &Comparison) -> Tone {
     if comparison.adequate { Tone::Good } else { Tone::Alert }
 }
@@ -72,6 +77,7 @@ pub(super) fn comparison_headline(comparison: &Comparison) -> String {
 }
 
 /// How each sensor is followed, for a page.
+#[cfg(feature = "cli")]
 pub(super) fn channel_table(comparison: &Comparison) -> Table {
     let rows = comparison.channels.iter().map(channel_row).collect();
     Table::of("Misfit of each sensor; reduced chi-square 1 is noise and tolerance", &CHANNEL_HEADS, rows)
@@ -121,7 +127,7 @@ fn ended(lines: Vec<String>) -> String {
 }
 
 /// Where a misfit sits, in a sentence.
-pub(super) fn sits(place: &Where) -> String {
+pub(super) fn sits(place: &MisfitPlace) -> String {
     let goes = match place.depends_on.as_slice() {
         [] => "correlates with no measured quantity".to_owned(),
         some => format!("correlates with {}", some.join(", ")),
@@ -133,11 +139,11 @@ pub(super) fn sits(place: &Where) -> String {
 }
 
 /// What is told of a parameter, with the digits that its interval is worth.
-pub(super) fn estimate(parameter: &ParameterReport) -> Estimate {
+pub(super) fn estimate(parameter: &EffectParameter) -> Estimate {
     Estimate { value: parameter.value, ends: parameter.ci95 }
 }
 
-fn parameter(parameter: &ParameterReport) -> String {
+fn parameter(parameter: &EffectParameter) -> String {
     before_unit(estimate(parameter).value(), &parameter.unit)
 }
 
@@ -184,7 +190,7 @@ pub fn conclusion(suggestion: &SuggestionReport) -> String {
 }
 
 /// What to make of values at the ends of their search, as a further sentence.
-pub(super) fn at_bounds(parameters: &[ParameterReport]) -> String {
+pub(super) fn at_bounds(parameters: &[EffectParameter]) -> String {
     let ends: Vec<&str> = parameters.iter().filter(|one| one.at_bound).map(|one| one.id.as_str()).collect();
     match ends.as_slice() {
         [] => String::new(),
@@ -253,7 +259,7 @@ fn candidate_row(candidate: &CandidateReport) -> Vec<String> {
 pub(super) const PARAMETER_HEADS: [Head; 4] =
     [("parameter", false), ("estimate", true), ("95 % interval", true), ("unit", false)];
 
-pub(super) fn parameter_row(one: &ParameterReport) -> Vec<String> {
+pub(super) fn parameter_row(one: &EffectParameter) -> Vec<String> {
     let shown = estimate(one);
     let interval = match one.ci95 {
         [None, None] if one.at_bound => "at the bound of its search".to_owned(),
@@ -351,5 +357,11 @@ impl fmt::Display for Suggestion {
 impl fmt::Display for SuggestionReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&suggestion(self))
+    }
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&comparison(self))
     }
 }

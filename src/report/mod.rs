@@ -1,34 +1,51 @@
 //! What a reader gets to see: texts, line charts, self-contained pages, and the part of the reference that the cards give.
 
+#[cfg(feature = "cli")]
 pub mod addition;
+#[cfg(feature = "cli")]
 pub mod campaign;
 pub(crate) mod caveats;
+#[cfg(feature = "cli")]
 pub mod check;
+#[cfg(feature = "cli")]
 pub mod circuit;
+#[cfg(feature = "cli")]
 pub mod comparison;
+#[cfg(feature = "cli")]
 pub mod curves;
 pub mod diagnosis;
 pub mod digits;
+#[cfg(feature = "cli")]
 pub mod effects;
-#[cfg(feature = "store")]
+#[cfg(feature = "cli")]
 pub mod history;
+#[cfg(feature = "cli")]
 pub mod html;
+#[cfg(feature = "cli")]
 pub mod improvement;
+#[cfg(feature = "cli")]
 pub mod isolability;
 pub mod learn;
+#[cfg(feature = "cli")]
 pub mod pages;
+#[cfg(feature = "cli")]
 pub mod plot;
+#[cfg(all(feature = "cli", feature = "internals"))]
 pub mod reference;
 mod residuals;
+#[cfg(feature = "cli")]
 pub mod simulation;
 pub mod style;
 pub mod table;
+#[cfg(feature = "cli")]
 pub mod windows;
 
+#[cfg(feature = "cli")]
 use crate::visible::is_hidden;
 
 /// A text as the content of an XML or HTML element or of a quoted attribute: markup escaped, and the control characters
 /// that XML forbids, and those that turn the reading direction, replaced by U+FFFD.
+#[cfg(feature = "cli")]
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {

@@ -5,6 +5,7 @@
 //! none thins out spike-safe or writes title and description.
 
 mod axis;
+#[cfg(feature = "internals")]
 mod draw;
 mod live;
 mod map;
@@ -169,6 +170,7 @@ impl Chart {
 }
 
 /// A picture: panels under each other.
+#[cfg(feature = "internals")]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// Name of the picture for those who do not see it.
@@ -182,6 +184,7 @@ pub struct Figure {
     pub panel_height: f64,
 }
 
+#[cfg(feature = "internals")]
 impl Figure {
     /// A picture 760 px wide, its panels 300 px high.
     pub fn new(title: impl Into<String>, description: impl Into<String>, panels: Vec<Chart>) -> Self {

@@ -1,6 +1,15 @@
 //! How a text is written: plain for files and pipes, in colour and with small pictures for a terminal.
 
-use super::html::Tone;
+/// How a notice is meant; it is told in words and by a colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tone {
+    /// Nothing found.
+    Good,
+    /// Something found.
+    Alert,
+    /// No judgement possible, or one to be taken with care.
+    Caution,
+}
 
 /// How a text is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,6 +20,7 @@ pub struct Style {
 }
 
 /// Bars from low to high.
+#[cfg(feature = "cli")]
 const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
 impl Style {
@@ -29,6 +39,7 @@ impl Style {
 }
 
 /// Values from 0 to 1 as small bars; what lies outside is drawn at its end, what is no number left blank.
+#[cfg(feature = "cli")]
 pub fn bars(shares: impl Iterator<Item = f64>) -> String {
     let bar = |share: f64| BARS[((share * 7.0).round().clamp(0.0, 7.0)) as usize];
     shares.map(|share| if share.is_nan() { ' ' } else { bar(share) }).collect()
@@ -36,6 +47,7 @@ pub fn bars(shares: impl Iterator<Item = f64>) -> String {
 
 /// A scale of `width` characters from 0 to 1: a bar from one share to another (dotted where an end is open), a stroke at what
 /// should be, a point at what is.
+#[cfg(feature = "cli")]
 pub fn scale(width: usize, bar: [Option<f64>; 2], stroke: f64, point: f64) -> String {
     let last = width.saturating_sub(1);
     let at = |share: f64| (share.clamp(0.0, 1.0) * last as f64).round() as usize;

@@ -2,10 +2,9 @@
 
 use super::caveats::{TOLD, caveats, left_out};
 use super::diagnosis::{FAULT_HEADS, fault_rows, headline};
-use super::html::Tone;
-use super::style::Style;
+use super::style::{Style, Tone};
 use super::table::{Head, aligned};
-use crate::diagnosis::watch::{Conclusion, Episode, Watched};
+use crate::diagnosis::watch::{Episode, Watched, WatchedVerdict};
 use crate::number::{rounded, text};
 
 const RESIDUAL_HEADS: [Head; 5] =
@@ -38,22 +37,24 @@ fn told(watched: &Watched) -> String {
         several => format!("{several} episodes"),
     };
     match watched.conclusion {
-        Conclusion::Healthy => format!("HEALTHY: residuals raised alarms in {count}; their diagnoses found no fault."),
-        Conclusion::Faulty => format!("FAULTY: residuals raised alarms in {count}."),
-        Conclusion::ModelInadequate => {
+        WatchedVerdict::Healthy => {
+            format!("HEALTHY: residuals raised alarms in {count}; their diagnoses found no fault.")
+        }
+        WatchedVerdict::Faulty => format!("FAULTY: residuals raised alarms in {count}."),
+        WatchedVerdict::ModelInadequate => {
             format!("MODEL INADEQUATE: residuals raised alarms in {count}, which no faults of this rig explain.")
         }
-        Conclusion::NotDiagnosed => {
+        WatchedVerdict::NotDiagnosed => {
             format!("NOT DIAGNOSED: residuals raised alarms in {count}; the cause is not known.")
         }
     }
 }
 
-fn tone(conclusion: Conclusion) -> Tone {
+fn tone(conclusion: WatchedVerdict) -> Tone {
     match conclusion {
-        Conclusion::Healthy => Tone::Good,
-        Conclusion::Faulty => Tone::Alert,
-        Conclusion::ModelInadequate | Conclusion::NotDiagnosed => Tone::Caution,
+        WatchedVerdict::Healthy => Tone::Good,
+        WatchedVerdict::Faulty => Tone::Alert,
+        WatchedVerdict::ModelInadequate | WatchedVerdict::NotDiagnosed => Tone::Caution,
     }
 }
 

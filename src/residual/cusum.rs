@@ -94,6 +94,7 @@ pub fn first_alarm(values: &[f64], allowances: &[f64], k: f64, h: f64) -> Option
 }
 
 /// The larger of both running sums behind each value; they go on behind an alarm.
+#[cfg(feature = "cli")]
 pub(super) fn sums(values: &[f64], allowances: &[f64], k: f64) -> Vec<f64> {
     let (mut high, mut low) = (0.0_f64, 0.0_f64);
     let step = |(value, allowance): (&f64, &f64)| {

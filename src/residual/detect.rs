@@ -38,13 +38,13 @@ impl Default for Detection {
 
 impl Detection {
     /// Reference value of the CUSUM, in standard deviations.
-    pub fn reference(&self) -> f64 {
+    pub(crate) fn reference(&self) -> f64 {
         0.5 * self.shift
     }
 
     /// Threshold of each side of each CUSUM of `residuals` residuals over windows of `window` s (Bonferroni), in standard
     /// deviations. The clock is that of the record: windows that do not count make it safer.
-    pub fn threshold(&self, residuals: usize, window: f64) -> f64 {
+    pub(crate) fn threshold(&self, residuals: usize, window: f64) -> f64 {
         let windows = self.hours_between_false_alarms * 3600.0 / window;
         cusum::threshold(self.reference(), 2.0 * residuals.max(1) as f64 * windows)
     }
@@ -68,9 +68,11 @@ pub struct PhaseMean {
 /// What one residual says about a record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ResidualReport {
+    /// Component and law, such as `cylinder.leakage`.
     pub id: String,
+    /// Of the law that is checked, such as `(4)`.
     pub equation: &'static str,
-    pub variant: Variant,
+    pub(crate) variant: Variant,
     /// Mean over the windows that count, each weighed by its variance, in `unit`: in the phase of the alarm where there is
     /// one, because a leak changes its sign with the stroke, otherwise over the whole record. `None` without such windows.
     pub mean: Option<f64>,
@@ -80,6 +82,7 @@ pub struct ResidualReport {
     pub tolerance: Option<f64>,
     /// How far off the mean may be without an alarm, however long it stays: `coverage` times the tolerance, in `unit`.
     pub allowed: Option<f64>,
+    /// Of the residual.
     pub unit: String,
     /// Whether the residual has left zero by more than noise and tolerance explain.
     pub fired: bool,
@@ -88,10 +91,12 @@ pub struct ResidualReport {
     /// When it began to leave zero, s: the start of the window since which the sum has grown, or of the windows before it that
     /// the change itself has made unsteady.
     pub onset_s: Option<f64>,
+    #[doc(hidden)]
     pub direction: Option<Direction>,
     /// What the first directional valve did at the alarm: `P-A`, `P-B` or `closed`; `all` in a rig without one.
     pub phase: Option<&'static str>,
     /// Means of the phases that occur, in `unit`.
+    #[doc(hidden)]
     pub phases: Vec<PhaseMean>,
     /// Windows that count, of all phases.
     pub windows: usize,
@@ -151,6 +156,7 @@ impl<'a> Evaluated<'a> {
 
     /// The running sum that is tested behind each window that counts: its end, s, and the larger side, in standard deviations.
     /// Each phase has a sum of its own.
+    #[cfg(feature = "cli")]
     pub fn sums(&self, series: &Series, detection: &Detection) -> Vec<(f64, f64)> {
         let mut sums = Vec::new();
         for &name in phases(self.rig) {

@@ -198,6 +198,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// Whether some channel has too few samples in these rows.
+    #[cfg(feature = "internals")]
     fn lacks(&self, rows: &std::ops::Range<usize>) -> bool {
         let there = |values: &&[f64]| values[rows.clone()].iter().filter(|value| !value.is_nan()).count();
         self.data.iter().any(|values| there(values) < FEWEST.min(rows.len()))
@@ -274,6 +275,7 @@ pub(super) fn block_rows(length: f64, interval: f64) -> usize {
 }
 
 /// One frame per sample: the sample itself, its derivatives from the rows of about `length` s around it.
+#[cfg(feature = "internals")]
 pub(super) fn samples(
     rig: &Rig,
     record: &Record,

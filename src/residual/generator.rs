@@ -109,6 +109,7 @@ impl Generator {
     ///
     /// # Errors
     /// A column that the record lacks or has in another dimension.
+    #[cfg(feature = "internals")]
     pub fn evaluate(&self, rig: &Rig, record: &Record, drive: &InputSignals, window: f64) -> Result<Series, Complaint> {
         let frames = frame::samples(rig, record, drive, &self.sources(), window)?;
         Ok(self.series(rig, &frames, false, &mut None))

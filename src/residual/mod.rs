@@ -27,6 +27,7 @@ mod balance;
 mod cusum;
 mod detect;
 mod ensemble;
+#[cfg(feature = "internals")]
 pub mod estimator;
 mod find;
 mod form;
@@ -38,12 +39,21 @@ mod reading;
 mod signature;
 mod view;
 
-pub use cusum::{Alarm, Direction, first_alarm, run_length, threshold};
-pub use detect::{Detection, Evaluated, PhaseMean, ResidualReport, detect};
+pub use cusum::Direction;
+#[cfg(feature = "internals")]
+pub use cusum::{first_alarm, run_length, threshold};
+#[cfg(feature = "cli")]
+pub use detect::Evaluated;
+pub use detect::{Detection, ResidualReport, detect};
+#[cfg(feature = "internals")]
 pub use find::generators;
 pub(crate) use frame::settling;
-pub use frame::{Shows, Stretch, straight};
-pub use generator::{Gate, Generator, Series, Variant};
+pub use frame::{Shows, straight};
+#[cfg(feature = "cli")]
+pub use generator::Gate;
+#[cfg(feature = "internals")]
+pub use generator::{Generator, Series, Variant};
 pub use monitor::{Block, Fired, Monitor};
+#[cfg(feature = "internals")]
 pub use reading::{Reading, Source};
 pub use signature::{Sensitivity, Signature, signatures};

@@ -80,6 +80,7 @@ impl Generator {
     ///
     /// # Errors
     /// A column that the record lacks or has in another dimension.
+    #[cfg(feature = "internals")]
     pub fn signature(
         &self,
         rig: &Rig,

@@ -36,7 +36,7 @@ impl Rig {
     }
 
     /// Whether a body begins away from where the rig file starts it.
-    pub fn begins_within_a_run(&self, record: &Record) -> bool {
+    pub(crate) fn begins_within_a_run(&self, record: &Record) -> bool {
         self.starts_elsewhere(record).next().is_some()
     }
 

@@ -8,6 +8,7 @@ impl Rig {
     /// begins. It is as uncertain as the healthy value and goes together with the same others; where it is uncertain, a
     /// fault that is not present has the same value before and after.
     #[must_use]
+    #[doc(hidden)]
     pub fn with_before(&self) -> Self {
         let mut rig = self.clone();
         for fault in &self.faults {
@@ -28,11 +29,12 @@ impl Rig {
     }
 
     /// The parameter whose healthy value the parameter with this index holds; itself otherwise.
-    pub fn original(&self, parameter: usize) -> usize {
+    pub(crate) fn original(&self, parameter: usize) -> usize {
         self.before.iter().find(|(_, before)| *before == parameter).map_or(parameter, |(original, _)| *original)
     }
 
     /// The parameter that holds what this one was before, if there is one.
+    #[doc(hidden)]
     pub fn before(&self, parameter: usize) -> Option<usize> {
         self.before.iter().find(|(original, _)| *original == parameter).map(|(_, before)| *before)
     }

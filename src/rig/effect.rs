@@ -52,6 +52,7 @@ pub struct ParameterSetting {
 
 impl Rig {
     /// Every effect at every place where this rig may have it, in the order of the library.
+    #[doc(hidden)]
     pub fn effect_places(&self) -> Vec<EffectInstance> {
         self.effect_names()
             .flat_map(|effect| self.spots(effect).into_iter().map(move |spot| EffectInstance { effect, spot }))
@@ -105,6 +106,7 @@ impl Rig {
     }
 
     /// The name of an effect at its place, `kind@place`, or the kind alone where the place goes without saying.
+    #[doc(hidden)]
     pub fn effect_id(&self, placed: &EffectInstance) -> String {
         let effect = placed.effect;
         let place = match placed.spot {
@@ -124,6 +126,7 @@ impl Rig {
     ///
     /// # Errors
     /// An effect that is not in the library, or a place where this rig cannot have it.
+    #[doc(hidden)]
     pub fn placed(&self, id: &str) -> Result<EffectInstance, Complaint> {
         let (name, place) = id.split_once('@').map_or((id, None), |(name, place)| (name, Some(place)));
         let Some(effect) = self.effect_names().find(|effect| effect.name == name) else {
@@ -160,6 +163,7 @@ impl Rig {
     }
 
     /// Unit of a parameter of an effect at its place, as the rig file writes it.
+    #[doc(hidden)]
     pub fn effect_unit(&self, placed: &EffectInstance, name: &str) -> Unit {
         let Some(card) = placed.effect.form.card() else {
             let index = self.bent(placed, name);
@@ -174,7 +178,7 @@ impl Rig {
     }
 
     /// What is tried first of a parameter of an effect, SI; `None` of a level, which has to be looked for.
-    pub fn first_size(&self, placed: &EffectInstance, free: &FreeParameter) -> Option<f64> {
+    pub(crate) fn first_size(&self, placed: &EffectInstance, free: &FreeParameter) -> Option<f64> {
         let unit = || self.effect_unit(placed, free.name);
         match (free.first, placed.spot) {
             (InitialGuess::Value(value) | InitialGuess::Onset(value), _) => Some(unit().difference_to_si(value)),
@@ -185,6 +189,7 @@ impl Rig {
     }
 
     /// Index of the parameter that an effect bends.
+    #[doc(hidden)]
     pub fn bent(&self, placed: &EffectInstance, name: &str) -> Option<usize> {
         let owner = match placed.spot {
             Location::Fluid => "fluid".to_owned(),
@@ -200,6 +205,7 @@ impl Rig {
     ///
     /// # Errors
     /// An effect that the rig has already; a parameter that the effect does not have, or a value outside its bounds.
+    #[doc(hidden)]
     pub fn give_effect(
         &mut self,
         placed: &EffectInstance,

@@ -7,7 +7,7 @@ use crate::physics::fluid::{self, Fluid};
 
 impl Rig {
     /// Number of states: pressures of volumes, position and velocity of bodies, those of components, readings that lag.
-    pub fn states(&self) -> usize {
+    pub(crate) fn states(&self) -> usize {
         let of_node = |kind: &NodeKind| match kind {
             NodeKind::Held { .. } => 0,
             NodeKind::Volume { .. } => PortKind::Hydraulic.variables(),
@@ -19,7 +19,7 @@ impl Rig {
     }
 
     /// Whether any component gives the node capacity: a volume, or a mass.
-    pub fn has_capacity(&self, node: usize) -> bool {
+    pub(crate) fn has_capacity(&self, node: usize) -> bool {
         let nominal = self.nominal();
         let fluid = Fluid::new(&nominal[..fluid::CARD.parameters.len()]);
         let mut capacity = 0.0;

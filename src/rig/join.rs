@@ -13,7 +13,7 @@ impl Rig {
     /// # Errors
     /// A name that is taken; ports that do not fit the card; a card with inputs that is no formula, or that keeps the pressure
     /// of a node; a value that is missing or outside its bounds.
-    pub fn join(
+    pub(crate) fn join(
         &mut self,
         name: &str,
         card: &'static Card,

@@ -33,7 +33,7 @@ impl Rig {
     ///
     /// # Errors
     /// As [`Record::read_as_it_stands`].
-    pub fn record_as_it_stands(&self, path: impl AsRef<Path>) -> Result<(Record, Option<Complaint>), Complaint> {
+    pub(crate) fn record_as_it_stands(&self, path: impl AsRef<Path>) -> Result<(Record, Option<Complaint>), Complaint> {
         let (record, refused) = self.asked().read_as_it_stands(path)?;
         Ok((self.scaled(record), refused))
     }
@@ -42,7 +42,7 @@ impl Rig {
     ///
     /// # Errors
     /// As [`Record::of_dimension`]; the column that may be meant is none that the rig reads for something else.
-    pub fn sensor_column<'a>(&self, record: &'a Record, sensor: &Sensor) -> Result<&'a Channel, Complaint> {
+    pub(crate) fn sensor_column<'a>(&self, record: &'a Record, sensor: &Sensor) -> Result<&'a Channel, Complaint> {
         let found = record.of_dimension(&sensor.column, sensor.quantity.dimension(), sensor.place.clone());
         found.map_err(|complaint| self.advised(record, &sensor.column, complaint))
     }
@@ -51,7 +51,7 @@ impl Rig {
     ///
     /// # Errors
     /// As [`Record::require`]; the column that may be meant is none that the rig reads for something else.
-    pub fn input_column<'a>(&self, record: &'a Record, input: &Input) -> Result<&'a Channel, Complaint> {
+    pub(crate) fn input_column<'a>(&self, record: &'a Record, input: &Input) -> Result<&'a Channel, Complaint> {
         let found = record.require(&input.column, input.unit.dimension, input.place.clone());
         found.map_err(|complaint| self.advised(record, &input.column, complaint))
     }
@@ -69,7 +69,7 @@ impl Rig {
 
     /// For each column that the record lacks, the one of those that the rig does not name which is most alike in name, of the
     /// right dimension. No column is proposed twice.
-    pub fn proposals(&self, record: &Record) -> Vec<Proposal> {
+    pub(crate) fn proposals(&self, record: &Record) -> Vec<Proposal> {
         let sensors = self.sensors.iter().map(|sensor| {
             let dimension = sensor.scale.as_ref().map_or(sensor.quantity.dimension(), |scale| scale.raw.dimension);
             ("sensor", &sensor.column, dimension)

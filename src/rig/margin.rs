@@ -21,13 +21,13 @@ pub const NEVER_KNOWN: f64 = 0.02;
 impl Rig {
     /// What no record tells of a fault of a calibrated rig, one standard deviation, SI; 0 without a calibration, where the laws
     /// are taken as right.
-    pub fn never_known(&self, fault: &Fault) -> f64 {
+    pub(crate) fn never_known(&self, fault: &Fault) -> f64 {
         if self.calibration.is_some() { NEVER_KNOWN * self.parameters[fault.parameter].spread } else { 0.0 }
     }
 
     /// The margins that the rig may still be given: every place of an effect that no circuit is quite without, that it can have
     /// and has not.
-    pub fn margins(&self) -> Vec<String> {
+    pub(crate) fn margins(&self) -> Vec<String> {
         let ids = self
             .effect_places()
             .into_iter()
@@ -43,7 +43,7 @@ impl Rig {
     ///
     /// # Errors
     /// An effect that is no margin, a place where this rig cannot have it, or a margin that it has.
-    pub fn give_margin(&mut self, id: &str) -> Result<(), Complaint> {
+    pub(crate) fn give_margin(&mut self, id: &str) -> Result<(), Complaint> {
         let placed = self.placed(id)?;
         if !placed.effect.everywhere {
             let margins = EFFECTS.iter().filter(|effect| effect.everywhere).map(|effect| effect.name);
@@ -62,12 +62,12 @@ impl Rig {
     }
 
     /// Whether a parameter belongs to a margin.
-    pub fn is_margin(&self, parameter: usize) -> bool {
+    pub(crate) fn is_margin(&self, parameter: usize) -> bool {
         self.components.iter().any(|component| component.margin && component.owns(parameter))
     }
 
     /// The components of the rig file with their indices: margins have no residuals, no symbol and no structure.
-    pub fn parts(&self) -> impl Iterator<Item = (usize, &Component)> {
+    pub(crate) fn parts(&self) -> impl Iterator<Item = (usize, &Component)> {
         self.components.iter().enumerate().filter(|(_, component)| !component.margin)
     }
 }

@@ -60,28 +60,39 @@ pub(crate) fn range(bounds: (f64, f64), unit: &Unit) -> String {
 /// A circuit as its file describes it, checked: every name resolves and every node has an equation.
 #[derive(Debug, Clone)]
 pub struct Rig {
+    /// As the user named it; messages quote it.
     pub path: PathBuf,
+    /// The `name` of `[rig]`; empty without.
     pub name: String,
-    pub nodes: Vec<Node>,
+    pub(crate) nodes: Vec<Node>,
+    #[doc(hidden)]
     pub components: Vec<Component>,
+    #[doc(hidden)]
     pub sensors: Vec<Sensor>,
+    #[doc(hidden)]
     pub inputs: Vec<Input>,
     /// Where records tell the temperature of the fluid.
-    pub temperature: Option<Temperature>,
+    pub(crate) temperature: Option<Temperature>,
     /// Every parameter there is: the fluid's, then each component's in the order of its card, then each sensor's offset
-    /// and gain, then those of components that were joined later ([`Rig::join`]).
+    /// and gain, then those of components that were joined later.
+    #[doc(hidden)]
     pub parameters: Vec<Parameter>,
+    #[doc(hidden)]
     pub faults: Vec<Fault>,
     /// Physics beyond that of the components, in the order of the file.
+    #[doc(hidden)]
     pub effects: Vec<InstalledEffect>,
     /// Effects of the rig file's own, which it may have beside those of the library.
-    pub own_effects: Vec<&'static Effect>,
+    pub(crate) own_effects: Vec<&'static Effect>,
     /// What effects do to the readings of sensors.
-    pub readings: Vec<Readings>,
+    pub(crate) readings: Vec<Readings>,
+    #[doc(hidden)]
     pub cycle: Option<Cycle>,
     /// What healthy records have taught; the values above hold it already.
+    #[doc(hidden)]
     pub calibration: Option<Calibration>,
     /// Parameters of faults with those that hold what they were before: see [`Rig::with_before`].
+    #[doc(hidden)]
     pub before: Vec<(usize, usize)>,
     /// What computations on it run in; a clone of the rig runs in the same.
     pub(crate) context: Context,
@@ -242,12 +253,13 @@ impl Rig {
     }
 
     /// Index of the parameter with this id.
+    #[doc(hidden)]
     pub fn parameter(&self, id: &str) -> Option<usize> {
         self.parameters.iter().position(|parameter| parameter.id == id)
     }
 
     /// Help for an id that is no parameter: the near miss; else those of the component that it names; else whose there are.
-    pub fn help_with_parameters(&self, id: &str) -> String {
+    pub(crate) fn help_with_parameters(&self, id: &str) -> String {
         let ids = || self.parameters.iter().map(|parameter| parameter.id.as_str());
         if let Some(near) = did_you_mean(id, ids()) {
             return format!("did you mean `{near}`?");
@@ -263,37 +275,39 @@ impl Rig {
     }
 
     /// Whether the parameter with this index is one of the faults.
+    #[doc(hidden)]
     pub fn is_fault(&self, parameter: usize) -> bool {
         self.faults.iter().any(|fault| fault.parameter == parameter)
     }
 
     /// The name of the fault with this index among the rig's: that of its parameter.
-    pub fn fault_id(&self, fault: usize) -> &str {
+    pub(crate) fn fault_id(&self, fault: usize) -> &str {
         &self.parameters[self.faults[fault].parameter].id
     }
 
     /// Whether a parameter is the offset or the gain of a sensor.
-    pub fn is_of_sensor(&self, parameter: usize) -> bool {
+    pub(crate) fn is_of_sensor(&self, parameter: usize) -> bool {
         self.sensors.iter().any(|sensor| sensor.owns(parameter))
     }
 
     /// Whether a parameter is one of an effect.
-    pub fn is_of_effect(&self, parameter: usize) -> bool {
+    pub(crate) fn is_of_effect(&self, parameter: usize) -> bool {
         self.effects.iter().any(|effect| effect.parameters.contains(&parameter))
     }
 
     /// Index of the node with this name.
-    pub fn node(&self, name: &str) -> Option<usize> {
+    pub(crate) fn node(&self, name: &str) -> Option<usize> {
         self.nodes.iter().position(|node| node.name == name)
     }
 
     /// The unit in which the rig file states a sensor's noise, and in which its column is written.
+    #[doc(hidden)]
     pub fn sensor_unit(&self, sensor: &Sensor) -> Unit {
         self.parameters.get(sensor.first_parameter).map_or_else(Unit::dimensionless, |offset| offset.unit.clone())
     }
 
     /// Inputs that a part follows with a lag of first order, each with that lag, s, by the values of all parameters, SI.
-    pub fn lagged_inputs<'a>(&'a self, parameters: &'a [f64]) -> impl Iterator<Item = (usize, f64)> + 'a {
+    pub(crate) fn lagged_inputs<'a>(&'a self, parameters: &'a [f64]) -> impl Iterator<Item = (usize, f64)> + 'a {
         self.components.iter().flat_map(move |component| {
             let inputs = component.inputs.iter().zip(component.card.inputs);
             inputs.filter_map(move |(&input, card)| {
@@ -304,24 +318,25 @@ impl Rig {
     }
 
     /// The unit in which a record holds a sensor's column: of a scaled one, that of the quantity behind it.
-    pub fn column_unit(&self, sensor: &Sensor) -> Unit {
+    pub(crate) fn column_unit(&self, sensor: &Sensor) -> Unit {
         sensor.scale.as_ref().map_or_else(|| self.sensor_unit(sensor), |scale| scale.unit.clone())
     }
 
     /// The values of all parameters as the file gives them, SI.
+    #[doc(hidden)]
     pub fn nominal(&self) -> Vec<f64> {
         self.parameters.iter().map(|parameter| parameter.value).collect()
     }
 
     /// Whether the viscosity of the fluid is another as it warms up, or may be.
-    pub fn viscosity_varies(&self) -> bool {
+    pub(crate) fn viscosity_varies(&self) -> bool {
         let of = |id: &str| self.parameter(id).map(|index| &self.parameters[index]);
         let ids = ["fluid.temperature_coefficient", "fluid.viscosity_drift"];
         ids.into_iter().filter_map(of).any(|parameter| parameter.value != 0.0 || parameter.sigma > 0.0)
     }
 
     /// The same with every fault at its healthy value.
-    pub fn healthy(&self) -> Vec<f64> {
+    pub(crate) fn healthy(&self) -> Vec<f64> {
         let mut values = self.nominal();
         for fault in &self.faults {
             values[fault.parameter] = fault.healthy;

@@ -62,13 +62,13 @@ impl Scaling {
 
 impl Rig {
     /// Whether a sensor or an input reads this column.
-    pub fn reads(&self, column: &str) -> bool {
+    pub(crate) fn reads(&self, column: &str) -> bool {
         let sensors = self.sensors.iter().map(|sensor| &sensor.column);
         sensors.chain(self.inputs.iter().map(|input| &input.column)).any(|own| own == column)
     }
 
     /// What the rig asks of a record: its columns, with the units that its file tells.
-    pub fn asked(&self) -> Asked {
+    pub(crate) fn asked(&self) -> Asked {
         let sensors = self.sensors.iter().map(|sensor| {
             let scaled = sensor.scale.as_ref().map(|scale| scale.raw.clone());
             (sensor.column.clone(), scaled.or_else(|| sensor.column_unit.clone()))

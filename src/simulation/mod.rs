@@ -1,18 +1,18 @@
 //! Records from rigs: what the sensors of a rig would give along a record's inputs, or over the cycle of the rig file.
 
-use std::path::{Path, PathBuf};
+#[cfg(feature = "cli")]
+mod report;
+
+use std::path::PathBuf;
 
 use serde::Serialize;
 
 use crate::complaint::{Complaint, Kind, Place};
-use crate::model::{self, Effort, InputSignals, Model};
-use crate::number;
+use crate::model::{self, InputSignals, Model, SolverEffort};
 use crate::record::Record;
 use crate::rig::{InitialPressure, NodeKind, Rig};
-use crate::units::Quantity;
-
-/// Name and version of the JSON schema.
-pub const SCHEMA: &str = "borescope.simulation/1";
+#[cfg(feature = "cli")]
+pub use report::{SetParameter, SimulationReport};
 
 /// How the equations are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -27,7 +27,7 @@ pub enum Method {
 
 /// What the user may choose.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Options {
+pub struct SimulationOptions {
     /// The name of the new record.
     pub name: PathBuf,
     /// How the equations are solved.
@@ -43,15 +43,15 @@ pub struct Simulated {
     /// Its inputs and sensors, each in the unit of the rig file.
     pub record: Record,
     /// What the integrator spent.
-    pub effort: Effort,
+    pub effort: SolverEffort,
 }
 
 /// Simulates the record that the sensors of a rig would give: along the inputs of `source`, or over the cycle of the rig file.
 ///
 /// # Errors
 /// Neither a record nor a cycle; a cycle where a node starts at its first reading; inputs that the record lacks; a model that
-/// cannot be solved; a [context](crate::context) that was cancelled.
-pub fn simulate(model: &Model, source: Option<&Record>, options: &Options) -> Result<Simulated, Complaint> {
+/// cannot be solved; a [context](crate::Context) that was cancelled.
+pub fn simulate(model: &Model, source: Option<&Record>, options: &SimulationOptions) -> Result<Simulated, Complaint> {
     let rig = &model.rig;
     let (drive, times) = drive(rig, source)?;
     rig.context().stage("simulation");
@@ -109,84 +109,4 @@ fn recorded_inputs(rig: &Rig, record: &Record, drive: &InputSignals) -> Result<V
         }
     }
     Ok(columns)
-}
-
-/// A simulation as programs read it (`borescope.simulation/1`).
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SimulationReport {
-    /// [`SCHEMA`].
-    pub schema: &'static str,
-    /// The record, as the user named it.
-    pub record: String,
-    /// Rows of the record.
-    pub rows: usize,
-    /// First time, s.
-    pub from_s: f64,
-    /// Last time, s.
-    pub to_s: f64,
-    /// Every column but the time.
-    pub columns: Vec<Column>,
-    /// Parameters that had another value than in the rig file.
-    pub set: Vec<SetParameter>,
-    /// Of the noise; `None` without.
-    pub seed: Option<u64>,
-    /// How the equations were solved.
-    pub method: Method,
-    /// Steps of the integrator.
-    pub steps: usize,
-    /// Steps that it tried and took back.
-    pub rejected_steps: usize,
-}
-
-/// A column of a simulated record.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Column {
-    /// Its name.
-    pub name: String,
-    /// The unit in which it is written.
-    pub unit: String,
-}
-
-/// A parameter with the value that it was given.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SetParameter {
-    /// Such as `cylinder.clearance`.
-    pub id: String,
-    /// In `unit`.
-    pub value: f64,
-    /// As it was given.
-    pub unit: String,
-}
-
-impl SetParameter {
-    /// The parameter `id` at a value.
-    pub fn new(id: &str, value: &Quantity) -> Self {
-        Self {
-            id: id.trim().to_owned(),
-            value: number::in_unit(value.value, &value.unit),
-            unit: value.unit.symbol.clone(),
-        }
-    }
-}
-
-impl SimulationReport {
-    /// Of a record that was written to `path`.
-    pub fn new(simulated: &Simulated, path: &Path, set: Vec<SetParameter>, options: &Options) -> Self {
-        let Simulated { record, effort } = simulated;
-        let column =
-            |channel: &crate::record::Channel| Column { name: channel.name.clone(), unit: channel.unit.to_string() };
-        Self {
-            schema: SCHEMA,
-            record: path.display().to_string(),
-            rows: record.time.len(),
-            from_s: record.time.first().copied().unwrap_or_default(),
-            to_s: record.time.last().copied().unwrap_or_default(),
-            columns: record.channels.iter().map(column).collect(),
-            set,
-            seed: options.seed,
-            method: options.method,
-            steps: effort.steps,
-            rejected_steps: effort.rejected,
-        }
-    }
 }

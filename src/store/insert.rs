@@ -4,7 +4,7 @@ use rusqlite::{Transaction, TransactionBehavior, params};
 
 use super::{NewRun, Store};
 use crate::complaint::{Complaint, Kind};
-use crate::diagnosis::{FaultReport, Options};
+use crate::diagnosis::{DiagnosisOptions, FaultReport};
 
 impl Store {
     /// Keeps a diagnosis; gives the number of the run.
@@ -85,7 +85,7 @@ fn finite(value: f64) -> Option<f64> {
 }
 
 /// The options, each with its unit in its name.
-fn options(options: &Options) -> String {
+fn options(options: &DiagnosisOptions) -> String {
     let detection = &options.detection;
     serde_json::json!({
         "hours_between_false_alarms": detection.hours_between_false_alarms,

@@ -20,11 +20,15 @@ use rusqlite::{Connection, ErrorCode, OpenFlags};
 use crate::complaint::{Complaint, Kind};
 use crate::files::check_folder;
 
-pub use export::{COLUMNS, Cell, export_csv, plain_cell, rows};
+pub use export::export_csv;
+#[cfg(feature = "internals")]
+pub use export::plain_cell;
 pub use moment::Moment;
 #[cfg(feature = "parquet")]
 pub use parquet::export_parquet;
-pub use run::{Dated, NewRun, RigIdentity, StoredFault, StoredRun};
+#[cfg(any(feature = "cli", feature = "internals"))]
+pub use run::Dated;
+pub use run::{NewRun, RigIdentity, StoredFault, StoredRun};
 
 /// How long a process waits for another one that writes, before it says so and after.
 const SILENCE: Duration = Duration::from_secs(1);

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::Moment;
-use crate::diagnosis::{Diagnosis, Options};
+use crate::diagnosis::{Diagnosis, DiagnosisOptions};
 use crate::record::Record;
 use crate::rig::Rig;
 
@@ -59,18 +59,25 @@ impl Dated {
 #[derive(Debug, Clone)]
 pub struct NewRun<'a> {
     /// The rig that was diagnosed.
+    #[doc(hidden)]
     pub rig: &'a RigIdentity,
     /// SHA-256 of the record's file, in hexadecimal digits.
+    #[doc(hidden)]
     pub record_digest: &'a str,
     /// When the record was measured.
+    #[doc(hidden)]
     pub measured_at: Moment,
     /// When the record was measured, and how that is known.
+    #[doc(hidden)]
     pub dated: Dated,
     /// When it was diagnosed.
+    #[doc(hidden)]
     pub diagnosed_at: Moment,
     /// With which it was diagnosed.
-    pub options: &'a Options,
+    #[doc(hidden)]
+    pub options: &'a DiagnosisOptions,
     /// The result.
+    #[doc(hidden)]
     pub diagnosis: &'a Diagnosis,
 }
 
@@ -80,7 +87,7 @@ impl<'a> NewRun<'a> {
         rig: &'a RigIdentity,
         record: &'a Record,
         given: Option<Moment>,
-        options: &'a Options,
+        options: &'a DiagnosisOptions,
         diagnosis: &'a Diagnosis,
     ) -> Self {
         let diagnosed_at = Moment::now();

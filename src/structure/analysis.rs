@@ -30,7 +30,7 @@ pub struct Count {
 
 /// A group of equations worth a residual.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Test {
+pub struct StructuralTest {
     /// Faults that it answers to.
     pub faults: Vec<String>,
     /// Sensors and inputs that it can use.
@@ -41,7 +41,7 @@ pub struct Test {
 
 /// Two faults of which the second explains all that the first does.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Pair {
+pub struct FaultPair {
     /// Id of the first.
     pub fault: String,
     /// Id of the second.
@@ -70,16 +70,18 @@ pub struct Isolability {
     /// Detectable faults that explain each other, two or more in a group.
     pub ambiguity_groups: Vec<Vec<String>>,
     /// Minimal structurally overdetermined sets.
+    #[doc(hidden)]
     pub mso_sets: Count,
     /// Minimal test equation supports.
+    #[doc(hidden)]
     pub mtes_sets: Count,
     /// Few tests that together isolate what can be isolated.
-    pub tests: Vec<Test>,
+    pub tests: Vec<StructuralTest>,
     /// The fewest further sensors that make detectable and isolable whatever sensors can, as alternatives. One empty
     /// alternative: none is missing. No alternative: more than four would be needed.
     pub sensors: Vec<Vec<String>>,
     /// Pairs that stay, whatever is measured besides.
-    pub inseparable: Vec<Pair>,
+    pub inseparable: Vec<FaultPair>,
 }
 
 /// Analyses the circuit, sensors and faults of a rig.
@@ -124,25 +126,25 @@ fn analyse_structure(original: &Structure) -> Isolability {
     }
 }
 
-fn describe(structure: &Structure, set: &[usize], answers_to: &[bool]) -> Test {
+fn describe(structure: &Structure, set: &[usize], answers_to: &[bool]) -> StructuralTest {
     let equations = || set.iter().map(|&equation| &structure.equations[equation]);
     let mut signals: Vec<usize> = equations().flat_map(|equation| equation.knowns.iter().copied()).collect();
     signals.sort_unstable();
     signals.dedup();
     let faults = structure.faults.iter().zip(answers_to).filter(|(_, answers)| **answers);
-    Test {
+    StructuralTest {
         faults: faults.map(|(fault, _)| fault.clone()).collect(),
         signals: signals.iter().map(|&signal| structure.knowns[signal].clone()).collect(),
         equations: equations().map(|equation| equation.name.clone()).collect(),
     }
 }
 
-fn pairs(structure: &Structure) -> Vec<Pair> {
+fn pairs(structure: &Structure) -> Vec<FaultPair> {
     let found = isolation(structure);
     let mut pairs = Vec::new();
     for (fault, row) in structure.faults.iter().zip(&found.explained_by) {
         for (other, _) in structure.faults.iter().zip(row).filter(|(other, explains)| **explains && *other != fault) {
-            pairs.push(Pair { fault: fault.clone(), explained_by: other.clone() });
+            pairs.push(FaultPair { fault: fault.clone(), explained_by: other.clone() });
         }
     }
     pairs

@@ -1,5 +1,6 @@
 //! A structural model: which unknowns and faults each equation holds.
 
+#[cfg(feature = "internals")]
 use std::fmt;
 
 /// A quantity that no record shows.
@@ -40,6 +41,7 @@ pub struct Structure {
 }
 
 /// A relation names something that no list holds.
+#[cfg(feature = "internals")]
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownName {
     /// The name.
@@ -48,12 +50,14 @@ pub struct UnknownName {
     pub relation: usize,
 }
 
+#[cfg(feature = "internals")]
 impl fmt::Display for UnknownName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "relation {} names `{}`, which is neither unknown, known nor fault", self.relation, self.name)
     }
 }
 
+#[cfg(feature = "internals")]
 impl std::error::Error for UnknownName {}
 
 impl Structure {
@@ -62,6 +66,7 @@ impl Structure {
     ///
     /// # Errors
     /// The first name that stands in none of the lists.
+    #[cfg(feature = "internals")]
     pub fn from_lists<N: AsRef<str>, R: AsRef<[N]>>(
         unknowns: &[N],
         faults: &[N],

@@ -71,6 +71,7 @@ pub fn signatures(structure: &Structure, sets: &[Vec<usize>]) -> Vec<Vec<bool>> 
 
 /// What given tests can do: fault `i` is isolable from `j` if some test answers to `i` and not to `j`. `signatures` are
 /// tests by faults, of which there are `faults`.
+#[cfg(feature = "internals")]
 pub fn isolation_by_tests(signatures: &[Vec<bool>], faults: usize) -> Isolation {
     let tells = |i: usize, j: usize| signatures.iter().any(|test| test[i] && !test[j]);
     Isolation {

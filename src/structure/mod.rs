@@ -6,7 +6,7 @@
 //! missing ([`placement`]). [`analyse`] does all of it for a rig.
 //!
 //! ```
-//! use borescope::structure::{Structure, isolability};
+//! use borescope::internals::structure::{Structure, isolability};
 //!
 //! // Two sensors of one unknown: a fault of either is seen, but the other explains the same.
 //! let relations = [["y1", "x", "f1"], ["y2", "x", "f2"]];
@@ -14,7 +14,7 @@
 //! let isolation = isolability::isolation(&twice);
 //! assert_eq!(isolation.detectable, [true, true]);
 //! assert!(isolation.explained_by[0][1]);
-//! # Ok::<(), borescope::structure::UnknownName>(())
+//! # Ok::<(), borescope::internals::structure::UnknownName>(())
 //! ```
 
 mod analysis;
@@ -31,10 +31,11 @@ mod probe;
 pub mod selection;
 mod text;
 
-pub use analysis::{Count, Isolability, Pair, Test, analyse};
+pub use analysis::{Count, FaultPair, Isolability, StructuralTest, analyse};
 pub use from_rig::from_rig;
-pub use incidence::{Equation, Structure, Unknown, UnknownName};
-pub use text::render;
+pub use incidence::Structure;
+#[cfg(feature = "internals")]
+pub use incidence::{Equation, Unknown, UnknownName};
 
 /// Sets of equations that a search found.
 #[derive(Debug, Clone, PartialEq, Eq)]

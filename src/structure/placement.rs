@@ -32,6 +32,7 @@ pub enum Extent {
     /// Only alternatives with the fewest sensors.
     Fewest,
     /// Every minimal alternative.
+    #[cfg(feature = "internals")]
     All,
 }
 

@@ -1,21 +1,20 @@
 //! The structural analysis in words.
 
-use std::fmt::Write;
+use std::fmt;
 
-use super::{Count, Isolability, Pair};
+use super::{Count, FaultPair, Isolability};
 
 /// How many alternatives of further sensors the text names.
 const ALTERNATIVES: usize = 5;
 
-/// The result as plain text, lines ended by line feeds.
-pub fn render(result: &Isolability) -> String {
-    let mut text = String::new();
-    // Writing to a `String` cannot fail.
-    let _ = write(&mut text, result);
-    text
+impl fmt::Display for Isolability {
+    /// Lines ended by line feeds.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write(f, self)
+    }
 }
 
-fn write(text: &mut String, result: &Isolability) -> std::fmt::Result {
+fn write(text: &mut fmt::Formatter<'_>, result: &Isolability) -> fmt::Result {
     let detected = result.detectable.iter().filter(|&&detectable| detectable).count();
     writeln!(
         text,
@@ -56,7 +55,7 @@ fn write(text: &mut String, result: &Isolability) -> std::fmt::Result {
         }
     }
     for pair in &result.inseparable {
-        let mutual = |other: &&Pair| other.fault == pair.explained_by && other.explained_by == pair.fault;
+        let mutual = |other: &&FaultPair| other.fault == pair.explained_by && other.explained_by == pair.fault;
         match result.inseparable.iter().find(mutual) {
             None => writeln!(text, "Whatever is measured, {} explains {}.", pair.explained_by, pair.fault)?,
             Some(_) if pair.fault < pair.explained_by => {

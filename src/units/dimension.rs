@@ -100,7 +100,7 @@ impl Dimension {
     /// beyond 100, and where `denominator` is 0.
     ///
     /// ```
-    /// use borescope::units::Dimension;
+    /// use borescope::internals::units::Dimension;
     /// let root = Dimension::PRESSURE.rational_power(1, 2).unwrap();
     /// assert_eq!(root.to_string(), "m^-0.5.kg^0.5.s-1");
     /// assert_eq!(root.rational_power(1, 2), None);

@@ -37,11 +37,11 @@ impl Unit {
     /// A word that is not known, a text that is no unit, and a product behind a `/` (`J/kg.K`), which is ambiguous.
     ///
     /// ```
-    /// use borescope::units::{Dimension, Unit};
+    /// use borescope::internals::units::{Dimension, Unit};
     /// let unit = Unit::parse("L/min")?;
     /// assert_eq!(unit.dimension, Dimension::FLOW);
     /// assert_eq!(unit.to_si(60.0), 1e-3);
-    /// # Ok::<(), borescope::units::UnitError>(())
+    /// # Ok::<(), borescope::internals::units::UnitError>(())
     /// ```
     pub fn parse(text: &str) -> Result<Self, UnitError> {
         parse::parse(text)

@@ -5,7 +5,10 @@ extern crate self as borescope;
 
 #[allow(dead_code, unused_imports)]
 #[path = "../../../src/numeric/mod.rs"]
-pub mod numeric;
+mod numeric;
+mod internals {
+    pub use crate::numeric;
+}
 #[allow(dead_code)]
 #[path = "../../../fixtures/bench/stroke.rs"]
 mod stroke;

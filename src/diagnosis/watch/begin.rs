@@ -1,7 +1,7 @@
 //! Where in a window the circuit can be started: what the sensors show while it stands or runs straight.
 
 use crate::complaint::Complaint;
-use crate::diagnosis::Options;
+use crate::diagnosis::DiagnosisOptions;
 use crate::model::Shown;
 use crate::record::Record;
 use crate::residual::{Shows, straight};
@@ -15,7 +15,11 @@ const STILL: f64 = 3.0;
 ///
 /// # Errors
 /// A column that the record lacks or has in another dimension.
-pub(super) fn begin(rig: &Rig, record: &Record, options: &Options) -> Result<Option<(usize, Vec<Shown>)>, Complaint> {
+pub(super) fn begin(
+    rig: &Rig,
+    record: &Record,
+    options: &DiagnosisOptions,
+) -> Result<Option<(usize, Vec<Shown>)>, Complaint> {
     let sensors = sensors(rig, record);
     let stretches = straight(rig, record, &sensors, options.detection.window)?;
     let still = |shows: &Shows| shows.rate.abs() <= STILL * shows.rate_variance.sqrt();

@@ -5,16 +5,18 @@ mod episodes;
 mod result;
 
 use std::collections::VecDeque;
+use std::path::Path;
 
 use super::doubtful::set_aside;
-use super::{Diagnosis, Options, diagnose_from};
+use super::{Diagnosis, DiagnosisOptions, diagnose_from};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::model::Model;
 use crate::number::rounded;
 use crate::record::{Record, Stream, Window, Windows};
 use crate::residual::{Block, Fired, Monitor};
 use episodes::Episodes;
-pub use result::{Conclusion, Episode, FiredResidual, SCHEMA, Watched, WindowReport};
+use result::SCHEMA;
+pub use result::{Episode, Watched, WatchedVerdict, WindowReport};
 
 /// Windows of which the rows are kept: that of an alarm, the one behind it, and the one whose end is not yet judged.
 const KEPT: usize = 3;
@@ -28,19 +30,28 @@ pub struct Watching {
     pub fits: usize,
 }
 
-/// Watches a record of a rig that is read piece by piece.
-///
-/// # Errors
-/// Those of [`Record::read`]; a rig without residuals; columns that are missing; a context that was cancelled.
-pub fn watch(model: &Model, stream: Stream<'_>, watching: Watching, options: &Options) -> Result<Watched, Complaint> {
-    model.rig.context().run(|| watch_windows(model, stream, watching, options))
+impl Model {
+    /// Watches a long record, which is read piece by piece from a CSV file, packed or not; `-` is the standard input.
+    ///
+    /// # Errors
+    /// Those of [`Record::read`]; a rig without residuals; columns that are missing; a context that was cancelled.
+    pub fn watch(
+        &self,
+        path: impl AsRef<Path>,
+        watching: Watching,
+        options: &DiagnosisOptions,
+    ) -> Result<Watched, Complaint> {
+        let asked = self.rig.asked();
+        let stream = Stream::open(path.as_ref(), &asked)?;
+        self.rig.context().run(|| watch_windows(self, stream, watching, options))
+    }
 }
 
 fn watch_windows(
     model: &Model,
     stream: Stream<'_>,
     watching: Watching,
-    options: &Options,
+    options: &DiagnosisOptions,
 ) -> Result<Watched, Complaint> {
     let rig = &model.rig;
     let mut monitor = Monitor::new(rig, options.detection);
@@ -71,7 +82,7 @@ fn watch_windows(
 struct Watch<'a> {
     model: &'a Model,
     watching: Watching,
-    options: &'a Options,
+    options: &'a DiagnosisOptions,
     record: String,
     start: f64,
     end: f64,
@@ -84,7 +95,7 @@ struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    fn new(model: &'a Model, watching: Watching, options: &'a Options) -> Self {
+    fn new(model: &'a Model, watching: Watching, options: &'a DiagnosisOptions) -> Self {
         Self {
             model,
             watching,
@@ -172,7 +183,7 @@ impl<'a> Watch<'a> {
             rig: self.model.rig.path.display().to_string(),
             record: self.record,
             read_as,
-            conclusion: Conclusion::of(&episodes),
+            conclusion: WatchedVerdict::of(&episodes),
             rows: windows.iter().map(|window| window.rows).sum(),
             from_s: self.start,
             to_s: self.end,
@@ -185,7 +196,12 @@ impl<'a> Watch<'a> {
 }
 
 /// The diagnosis of a window of a record that starts at `start`, s, and the stretch that it is of; or why there is none.
-fn diagnosed(model: &Model, window: &Window, start: f64, options: &Options) -> Result<([f64; 2], Diagnosis), String> {
+fn diagnosed(
+    model: &Model,
+    window: &Window,
+    start: f64,
+    options: &DiagnosisOptions,
+) -> Result<([f64; 2], Diagnosis), String> {
     // A dead sensor stands still, and shows nothing of where the circuit is.
     let (cleared, _) = set_aside(&model.rig, &window.record);
     let cleared = cleared.as_ref().unwrap_or(&window.record);

@@ -11,7 +11,7 @@ pub const SCHEMA: &str = "borescope.windows/1";
 /// What is said of the whole record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Conclusion {
+pub enum WatchedVerdict {
     /// No residual fired, or no diagnosis found anything where one did.
     Healthy,
     /// A diagnosis found faults.
@@ -25,33 +25,44 @@ pub enum Conclusion {
 /// A record that was watched window by window.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Watched {
+    /// Name and version of the JSON schema: `borescope.windows/1`.
     pub schema: &'static str,
+    /// The rig file, as the user named it.
     pub rig: String,
+    /// The record, as the user named it.
     pub record: String,
     /// What was recognised of the file.
     pub read_as: String,
-    pub conclusion: Conclusion,
+    /// What is wrong, in a word.
+    pub conclusion: WatchedVerdict,
+    /// Rows of the record.
     pub rows: usize,
-    /// Times of the first and the last row, s.
+    /// Time of the first row, s.
     pub from_s: f64,
+    /// Time of the last row, s.
     pub to_s: f64,
     /// Length of a window, s.
     pub window_s: f64,
     /// Most windows that are diagnosed.
     pub fits: usize,
+    /// In the order of their beginning.
     pub episodes: Vec<Episode>,
     /// Those that have rows.
-    pub windows: Vec<WindowReport>,
+    pub(crate) windows: Vec<WindowReport>,
 }
 
 /// One window of the record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WindowReport {
+    /// Time of its first row, s.
     pub from_s: f64,
+    /// Time of its last row, s.
     pub to_s: f64,
+    /// How many it has.
     pub rows: usize,
     /// Values of residuals that count; without any nothing is said of the window.
     pub values: usize,
+    /// How often residuals fired.
     pub alarms: usize,
 }
 
@@ -60,13 +71,17 @@ pub struct WindowReport {
 pub struct Episode {
     /// When the first residual began to leave zero, s.
     pub onset_s: f64,
+    /// Time of the first alarm, s.
     pub first_alarm_s: f64,
+    /// Time of the last alarm, s.
     pub last_alarm_s: f64,
+    /// How often residuals fired.
     pub alarms: usize,
     /// Residuals that fired, in the order of their first alarms.
-    pub residuals: Vec<FiredResidual>,
+    pub(crate) residuals: Vec<FiredResidual>,
     /// The stretch that was diagnosed, s.
     pub diagnosed_s: Option<[f64; 2]>,
+    /// Of that stretch; `None` where nothing was diagnosed.
     pub diagnosis: Option<Diagnosis>,
     /// Why nothing was diagnosed.
     pub not_diagnosed: Option<String>,
@@ -83,7 +98,7 @@ pub struct FiredResidual {
     pub alarms: usize,
 }
 
-impl Conclusion {
+impl WatchedVerdict {
     /// The gravest of what the episodes say.
     pub(super) fn of(episodes: &[Episode]) -> Self {
         let verdicts = || episodes.iter().map(|episode| episode.diagnosis.as_ref().map(|diagnosis| diagnosis.verdict));

@@ -7,7 +7,7 @@ use ode_solvers::{DVector, Dopri5, OutputType, System as ExplicitSystem};
 use super::super::assembly::{Assembly, Inputs};
 use super::super::drive::InputSignals;
 use super::super::start;
-use super::{Effort, Model, Outputs, SimulationError};
+use super::{Model, Outputs, SimulationError, SolverEffort};
 use crate::numeric::System;
 
 /// Most steps between two rows: a circuit that needs more is stiff.
@@ -46,6 +46,7 @@ impl Model {
     /// # Errors
     /// More than 20 000 steps from one row to the next, or a step that comes to nothing: the circuit is stiff, or the
     /// parameters have no physical sense.
+    #[doc(hidden)]
     pub fn solve_explicitly(
         &self,
         parameters: &[f64],
@@ -62,7 +63,7 @@ impl Model {
         times: &[f64],
     ) -> Result<Outputs, SimulationError> {
         let mut values = vec![vec![0.0; times.len()]; self.rig.sensors.len()];
-        let mut effort = Effort::default();
+        let mut effort = SolverEffort::default();
         let assembly = RefCell::new(Assembly::new(&self.rig, &self.layout, parameters));
         let mut scales = [1.0; N];
         scales[..self.layout.states].copy_from_slice(&self.layout.scales);
@@ -82,7 +83,7 @@ impl Model {
                 start::start(&self.rig, &self.layout, &mut assembly, parameters, drive, piece.start, &mut y);
             }
             let last = index + 1 == drive.pieces.len();
-            let system = |y: &[f64; N], from: f64, to: f64, effort: &mut Effort| {
+            let system = |y: &[f64; N], from: f64, to: f64, effort: &mut SolverEffort| {
                 self.leap(&Scaled { assembly: &assembly, scales: &scales }, y, from, to, effort)
             };
             let mut t = piece.start;
@@ -105,7 +106,7 @@ impl Model {
         y: &[f64; N],
         from: f64,
         to: f64,
-        effort: &mut Effort,
+        effort: &mut SolverEffort,
     ) -> Result<[f64; N], SimulationError> {
         self.rig.context().check()?;
         let length = to - from;

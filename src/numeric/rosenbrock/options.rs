@@ -35,6 +35,7 @@ impl<const N: usize> Options<N> {
     }
 
     /// One absolute tolerance for all states: right only where they are of similar size.
+    #[cfg(feature = "internals")]
     pub fn uniform(rtol: f64, atol: f64) -> Self {
         Self::new(rtol, [atol; N])
     }

@@ -43,6 +43,7 @@ impl<'a, S: Real, const N: usize> Step<'a, S, N> {
     /// State number `i` at time `t` (s) within the step; outside, the polynomial goes on and its error grows fast.
     /// `None` if there is no such state.
     #[inline]
+    #[cfg(feature = "internals")]
     pub fn interpolate(&self, t: f64, i: usize) -> Option<S> {
         (i < N).then(|| self.state((t - self.t) / self.h, self.dense(), i))
     }

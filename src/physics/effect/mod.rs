@@ -149,6 +149,7 @@ macro_rules! effects {
         pub const EFFECTS: &[&Effect] = &[$(&$module::EFFECT,)+ $(&$plain::EFFECT,)+ $(&$reading::EFFECT),+];
 
         /// The cards of the laws that effects join to a rig.
+        #[cfg(feature = "internals")]
         pub const LAWS: &[&Card] = &[$(&$module::CARD),+];
 
         $(const _: () = assert!(!$module::CARD.worked.is_empty(), "the law of an effect has a number worked by hand");)+

@@ -42,6 +42,7 @@ pub enum Doubt {
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Finding {
     /// What is doubtful.
+    #[doc(hidden)]
     pub doubt: Doubt,
     /// The column; `None` for the clock.
     pub channel: Option<String>,
@@ -53,7 +54,7 @@ pub struct Finding {
     pub rows: usize,
     /// The rows from its first to its last; of the clock none.
     #[serde(skip)]
-    pub span: Range<usize>,
+    pub(crate) span: Range<usize>,
     /// The value at which it stands, or the one that is off, in `unit`; of jitter its root mean square; of a clock that was
     /// set the time before.
     pub value: Option<f64>,

@@ -7,6 +7,7 @@ use std::fmt::Write;
 
 use super::escape;
 use super::plot::{Chart, Live, Map};
+use super::style::Tone;
 
 pub use table::{Cell, Column, Mark, Scale, Table};
 
@@ -14,17 +15,6 @@ const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 /// Forbids the page to load anything.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:";
-
-/// How a notice is meant; it is told in words and by the colour of its edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Tone {
-    /// Nothing found.
-    Good,
-    /// Something found.
-    Alert,
-    /// No judgement possible, or one to be taken with care.
-    Caution,
-}
 
 #[derive(Debug, Clone, PartialEq)]
 enum Block {

@@ -1,14 +1,15 @@
 //! The page of a calibration: what healthy records have moved, and how well the calibrated model follows them.
 
 use super::learn::{named, prior_scale};
-use crate::calibration::{ChannelFit, ParameterReport, RecordReport, Report, SensorReport};
+use crate::calibration::{CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit};
 use crate::number::{rounded, text};
 use crate::report::digits::plus_minus;
-use crate::report::html::{Cell, Column, Page, Section, Table, Tone};
+use crate::report::html::{Cell, Column, Page, Section, Table};
+use crate::report::style::Tone;
 use crate::rig::Rig;
 
 /// The page: what was learnt, parameters on the scale of what was known before, sensors, records.
-pub fn html(rig: &Rig, report: &Report) -> String {
+pub fn html(rig: &Rig, report: &CalibrationReport) -> String {
     let records = report.records.len();
     let lead = format!("{} healthy record{}", records, if records == 1 { "" } else { "s" });
     let mut page = Page::new(format!("Calibration of {}", named(rig)), lead);
@@ -36,7 +37,7 @@ pub fn html(rig: &Rig, report: &Report) -> String {
     page.html()
 }
 
-fn learnt(report: &Report) -> Section {
+fn learnt(report: &CalibrationReport) -> Section {
     let informed = report.parameters.iter().filter(|one| one.informed).count();
     let rows: usize = report.records.iter().map(|record| record.rows).sum();
     let mut section = Section::new("Calibration result");
@@ -55,8 +56,8 @@ fn learnt(report: &Report) -> Section {
     section
 }
 
-fn parameter_table(parameters: &[ParameterReport]) -> Table {
-    let row = |one: &ParameterReport| -> Vec<Cell> {
+fn parameter_table(parameters: &[CalibratedParameter]) -> Table {
+    let row = |one: &CalibratedParameter| -> Vec<Cell> {
         vec![
             one.id.clone().into(),
             plus_minus(one.before, one.sigma_before).into(),
@@ -79,9 +80,9 @@ fn parameter_table(parameters: &[ParameterReport]) -> Table {
     )
 }
 
-fn sensor_table(sensors: &[SensorReport]) -> Table {
+fn sensor_table(sensors: &[CalibratedSensor]) -> Table {
     let number = |value: f64| -> Cell { text(rounded(value, 3)).into() };
-    let row = |one: &SensorReport| -> Vec<Cell> {
+    let row = |one: &CalibratedSensor| -> Vec<Cell> {
         vec![
             one.name.clone().into(),
             number(one.noise_before),
@@ -105,12 +106,12 @@ fn sensor_table(sensors: &[SensorReport]) -> Table {
 }
 
 /// A row for each record, a column for each sensor.
-fn record_table(records: &[RecordReport]) -> Table {
+fn record_table(records: &[RecordFit]) -> Table {
     let channel = |one: &ChannelFit| -> Cell {
         let shown = text(rounded(one.chi2_reduced, 3));
         if one.adequate { shown.into() } else { Cell::Shade(format!("{shown}, not explained"), 0.5) }
     };
-    let row = |one: &RecordReport| -> Vec<Cell> {
+    let row = |one: &RecordFit| -> Vec<Cell> {
         let whole: [Cell; 3] =
             [one.record.clone().into(), one.rows.to_string().into(), text(rounded(one.chi2_reduced, 3)).into()];
         whole.into_iter().chain(one.channels.iter().map(channel)).collect()

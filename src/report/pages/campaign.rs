@@ -4,11 +4,12 @@ use crate::campaign::row::{Outcome, Row};
 use crate::campaign::score::{Confusion, FaultScore, Group, Scores};
 use crate::campaign::statistics::Rate;
 use crate::campaign::store::Finished;
-use crate::campaign::{HEALTHY, Options};
+use crate::campaign::{CampaignOptions, HEALTHY};
 use crate::number::{rounded, text};
 use crate::report::campaign as words;
-use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table, Tone};
+use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::plot::{Axis, Chart, Envelope, Live, Series};
+use crate::report::style::Tone;
 
 /// Wrong cases that are listed.
 const LISTED: usize = 30;
@@ -338,7 +339,7 @@ fn wrong(finished: &Finished) -> Section {
 /// The command that runs one case again.
 fn command(finished: &Finished, case: usize) -> String {
     let options = &finished.options;
-    let plain = Options::new(options.cases);
+    let plain = CampaignOptions::new(options.cases);
     let mut command = format!("borescope campaign {} --cases {} --seed {}", finished.rig, options.cases, options.seed);
     let mut differs = |name: &str, value: String, usual: bool| {
         if !usual {

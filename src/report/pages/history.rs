@@ -5,8 +5,9 @@ use crate::history::forecast::{State, passing};
 use crate::history::regression::Line;
 use crate::history::{By, FaultHistory, History, RunLine};
 use crate::report::history as words;
-use crate::report::html::{Column, Page, Section, Table, Tone};
+use crate::report::html::{Column, Page, Section, Table};
 use crate::report::plot::{Axis, Chart, Envelope, Live, Rule, Series};
+use crate::report::style::Tone;
 
 /// Points of a trend and its band.
 const POINTS: usize = 60;

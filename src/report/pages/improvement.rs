@@ -49,7 +49,9 @@ pub fn improvement(
         for (record, group, name, check) in
             [(check, "check", "The check record", true), (fit, "time", "The fit record", false)]
         {
-            let run = |step: &'_ crate::learn::improve::Step| if check { step.check.clone() } else { step.fit.clone() };
+            let run = |step: &'_ crate::learn::improve::ImprovementStep| {
+                if check { step.check.clone() } else { step.fit.clone() }
+            };
             let (before, after) = (run(first), run(last));
             let shown = Shown::new(rig, record, group, 2)?;
             let mut section = Section::new(name);

@@ -3,10 +3,11 @@
 use super::learn::named;
 use crate::isolability::IsolabilityReport;
 use crate::report::circuit;
-use crate::report::html::{Cell, Column, Page, Section, Table, Tone};
+use crate::report::html::{Cell, Column, Page, Section, Table};
 use crate::report::isolability::{expected_sentences, signature_table, width_table};
+use crate::report::style::Tone;
 use crate::rig::Rig;
-use crate::structure::{Isolability, Pair};
+use crate::structure::{FaultPair, Isolability};
 
 /// The structure, and what an operating point adds to it.
 pub fn html(rig: &Rig, report: &IsolabilityReport) -> String {
@@ -38,7 +39,7 @@ pub fn html(rig: &Rig, report: &IsolabilityReport) -> String {
         .iter()
         .map(|group| format!("Not isolable from each other (ambiguity group): {}.", group.join(", ")));
     let pairs = structure.inseparable.iter().filter_map(|pair| {
-        let back = |other: &Pair| other.fault == pair.explained_by && other.explained_by == pair.fault;
+        let back = |other: &FaultPair| other.fault == pair.explained_by && other.explained_by == pair.fault;
         match structure.inseparable.iter().any(back) {
             false => Some(format!("Whatever is measured, {} explains {}.", pair.explained_by, pair.fault)),
             true if pair.fault < pair.explained_by => {
@@ -101,7 +102,7 @@ fn isolation_table(structure: &Isolability) -> Table {
 
 fn tests(structure: &Isolability) -> Section {
     let mut section = Section::new("Tests and sensors");
-    let row = |test: &crate::structure::Test| {
+    let row = |test: &crate::structure::StructuralTest| {
         vec![test.faults.join(", ").into(), test.signals.join(", ").into(), test.equations.len().to_string().into()]
     };
     section.table(Table::new(

@@ -3,9 +3,9 @@
 use super::channels::{Said, Shown, by_sensor};
 use super::{misfit, missing, rivals};
 use crate::complaint::Complaint;
-use crate::learn::compare::{Compared, Fitted};
+use crate::learn::compare::{Compared, FittedParameter};
 use crate::learn::fitted_model::Run;
-use crate::learn::result::{CandidateReport, ParameterReport, SuggestionReport};
+use crate::learn::result::{CandidateReport, EffectParameter, SuggestionReport};
 use crate::learn::suggest::{Conclusion, Suggestion};
 use crate::number::{before_unit, rounded, text};
 use crate::record::Record;
@@ -82,8 +82,8 @@ pub(super) fn prior_scale(value: f64, (nominal, sigma): (f64, f64), source: &str
 }
 
 /// What the rig file gives with an uncertainty, as it was fitted.
-fn fitted_table(fitted: &[Fitted]) -> Table {
-    let row = |one: &Fitted| -> Vec<Cell> {
+fn fitted_table(fitted: &[FittedParameter]) -> Table {
+    let row = |one: &FittedParameter| -> Vec<Cell> {
         let pull = (one.value - one.nominal) / one.sigma_before;
         let scale = prior_scale(one.value, (one.nominal, one.sigma_before), "rig file");
         vec![
@@ -266,7 +266,7 @@ fn ranking(report: &SuggestionReport) -> Section {
 }
 
 /// An interval on a scale that begins, or ends, at zero.
-fn interval(one: &ParameterReport, (low, high): (f64, f64)) -> Scale {
+fn interval(one: &EffectParameter, (low, high): (f64, f64)) -> Scale {
     let (from, to) = (low.min(0.0), high.max(0.0));
     let rim = 0.1 * (to - from);
     Scale {

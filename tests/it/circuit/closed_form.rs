@@ -4,9 +4,9 @@ use crate::support::circuit;
 
 use std::f64::consts::PI;
 
-use borescope::model::Model;
-use borescope::physics::GRAVITY;
-use borescope::rig::Rig;
+use borescope::Model;
+use borescope::Rig;
+use borescope::internals::physics::GRAVITY;
 use circuit::{digits, model, run};
 
 const OIL: &str = "[fluid]\ndensity = \"870 kg/m3\"\nviscosity = \"45.5 mPa.s\"\nbulk_modulus = \"14000 bar\"\n";

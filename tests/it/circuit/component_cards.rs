@@ -2,7 +2,7 @@
 
 use crate::support::cards;
 
-use borescope::physics::component::{AnyLaw, CARDS, INPUTS, PORTS, STATES, VARIABLES};
+use borescope::internals::physics::component::{AnyLaw, CARDS, INPUTS, PORTS, STATES, VARIABLES};
 use cards::unit;
 
 #[test]

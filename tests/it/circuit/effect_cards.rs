@@ -2,11 +2,11 @@
 
 use crate::support::cards;
 
-use borescope::model::{InputSignals, Model, cycle_times};
-use borescope::physics::component::{INPUTS, PORTS, STATES, VARIABLES};
-use borescope::physics::effect::{EFFECTS, EffectLaw, Form, LAWS, effect};
-use borescope::report::effects::entry;
-use borescope::rig::{EffectInstance, ParameterSetting, Rig};
+use borescope::internals::model::{InputSignals, Model, cycle_times};
+use borescope::internals::physics::component::{INPUTS, PORTS, STATES, VARIABLES};
+use borescope::internals::physics::effect::{EFFECTS, EffectLaw, Form, LAWS, effect};
+use borescope::internals::report::effects::entry;
+use borescope::internals::rig::{EffectInstance, ParameterSetting, Rig};
 use cards::unit;
 
 #[test]

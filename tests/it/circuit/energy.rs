@@ -4,13 +4,13 @@
 use std::f64::consts::PI;
 use std::fs;
 
-use borescope::model::{InputSignals, Model, Tolerance, cycle_times};
-use borescope::physics::ATMOSPHERE;
-use borescope::physics::card::{Card, Parameter, PortKind};
-use borescope::physics::component::{AnyLaw, CARDS, INPUTS, PortFlows, PortVariables};
-use borescope::physics::fluid::{self, Fluid};
-use borescope::rig::Rig;
-use borescope::units::Unit;
+use borescope::Rig;
+use borescope::Unit;
+use borescope::internals::model::{InputSignals, Model, Tolerance, cycle_times};
+use borescope::internals::physics::ATMOSPHERE;
+use borescope::internals::physics::card::{Card, Parameter, PortKind};
+use borescope::internals::physics::component::{AnyLaw, CARDS, INPUTS, PortFlows, PortVariables};
+use borescope::internals::physics::fluid::{self, Fluid};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 

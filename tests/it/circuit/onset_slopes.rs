@@ -1,10 +1,10 @@
 //! Derivatives of a run in which faults begin: by what they are, and by what they were before.
 
-use borescope::diagnosis::noise::Weights;
-use borescope::diagnosis::problem::{Estimated, RecordProblem};
-use borescope::estimation::Problem;
-use borescope::model::{Before, InputSignals, Model, Onset, Tolerance, cycle_times};
-use borescope::rig::Rig;
+use borescope::Rig;
+use borescope::internals::diagnosis::noise::Weights;
+use borescope::internals::diagnosis::problem::{Estimated, RecordProblem};
+use borescope::internals::estimation::Problem;
+use borescope::internals::model::{Before, InputSignals, Model, Onset, Tolerance, cycle_times};
 
 /// Faults of the circuit, of a sensor's gain and of its offset; and how far each is moved, SI.
 const ASKED: [(&str, f64, f64); 4] = [

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use approx::assert_relative_eq;
-use borescope::learn::add::add;
-use borescope::model::{InputSignals, Model, Tolerance};
-use borescope::rig::{ParameterSetting, Rig};
+use borescope::internals::learn::add::add;
+use borescope::internals::model::{InputSignals, Model, Tolerance};
+use borescope::internals::rig::{ParameterSetting, Rig};
 
 use crate::support::command::borescope;
 use crate::support::cycle::Run;

@@ -3,10 +3,10 @@
 
 use std::collections::HashMap;
 
-use borescope::model::{InputSignals, Model, cycle_times};
-use borescope::record::{Asked, Channel, Record};
-use borescope::rig::Rig;
-use borescope::units::{Dimension, Quantity, Unit};
+use borescope::Rig;
+use borescope::internals::model::{InputSignals, Model, cycle_times};
+use borescope::internals::record::{Asked, Channel, Record};
+use borescope::internals::units::{Dimension, Quantity, Unit};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 

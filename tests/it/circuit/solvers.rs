@@ -4,8 +4,8 @@ use crate::support::circuit;
 
 use std::f64::consts::PI;
 
-use borescope::model::{InputSignals, Model, Outputs, Tolerance};
-use borescope::rig::Rig;
+use borescope::Rig;
+use borescope::internals::model::{InputSignals, Model, Outputs, Tolerance};
 use circuit::{digits, model, run};
 
 const TELESCOPIC: &str = "fixtures/telescopic/rig.toml";

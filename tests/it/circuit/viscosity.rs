@@ -1,11 +1,11 @@
 //! Oil that gets thinner: the law against its worked number, the engine's derivatives against differences.
 
 use approx::assert_relative_eq;
-use borescope::model::{InputSignals, Model, Tolerance};
-use borescope::physics::fluid::Fluid;
-use borescope::record::{Channel, Record};
-use borescope::rig::Rig;
-use borescope::units::Unit;
+use borescope::Rig;
+use borescope::Unit;
+use borescope::internals::model::{InputSignals, Model, Tolerance};
+use borescope::internals::physics::fluid::Fluid;
+use borescope::internals::record::{Channel, Record};
 
 const RIG: &str = "fixtures/telescopic/rig.toml";
 

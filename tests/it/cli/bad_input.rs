@@ -7,9 +7,9 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use borescope::complaint::Complaint;
-use borescope::record::{Asked, Record};
-use borescope::rig::Rig;
+use borescope::Complaint;
+use borescope::Rig;
+use borescope::internals::record::{Asked, Record};
 use command::borescope;
 
 const RIG: &str = "fixtures/two_tanks/rig.toml";
@@ -223,7 +223,7 @@ fn a_diagnosis_does_not_depend_on_where_the_clock_begins() {
 
 #[test]
 fn a_table_for_spreadsheets_holds_no_formula() {
-    use borescope::store::plain_cell;
+    use borescope::internals::store::plain_cell;
     for (text, cell) in [
         ("=1+1", "'=1+1"),
         ("@SUM(A1)", "'@SUM(A1)"),

@@ -3,8 +3,8 @@
 use std::fs;
 use std::io;
 
-use borescope::complaint::{Complaint, Kind, Place, did_you_mean, help_with_names};
-use borescope::files::{read_text, write_atomically};
+use borescope::internals::complaint::{Complaint, Kind, Place, did_you_mean, help_with_names};
+use borescope::internals::files::{read_text, write_atomically};
 
 #[test]
 fn a_message_names_its_place_and_what_would_be_right() {

@@ -4,7 +4,7 @@ use crate::support::page;
 
 use std::fs;
 
-use borescope::record::Asked;
+use borescope::internals::record::Asked;
 
 const MESSAGES: &str = "tests/it/cli/damaged_inputs/messages.txt";
 const ROWS: &str = "time [s],p [bar],u [-]\n0.0,1.5,0\n0.5,-2.5,1\n1.0,3.5,1\n";

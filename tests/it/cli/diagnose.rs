@@ -78,7 +78,7 @@ fn the_json_has_every_promised_key_with_its_type() {
 
     let faults = list(&diagnosis, "faults");
     let ids: Vec<&str> = faults.iter().filter_map(|fault| fault["id"].as_str()).collect();
-    let rig = borescope::rig::Rig::read(RIG).unwrap();
+    let rig = borescope::Rig::read(RIG).unwrap();
     let all: Vec<&str> = rig.faults.iter().map(|fault| rig.parameters[fault.parameter].id.as_str()).collect();
     assert_eq!(ids, all, "every fault of the rig, in its order");
     assert_eq!(ids[..3], ["cylinder.clearance", "flow_control.orifice_diameter", "directional_valve.opening"]);

@@ -187,9 +187,9 @@ fn a_leak_that_the_model_lacks_is_suggested() {
 fn the_library_is_listed_and_shows_its_cards() {
     let library = json(&["effects"], 0);
     assert_eq!(library["schema"], "borescope.effects/1");
-    assert_eq!(list(&library, "effects").len(), borescope::physics::effect::EFFECTS.len());
+    assert_eq!(list(&library, "effects").len(), borescope::internals::physics::effect::EFFECTS.len());
     let table = borescope(["effects"]);
-    for effect in borescope::physics::effect::EFFECTS {
+    for effect in borescope::internals::physics::effect::EFFECTS {
         assert!(table.out.contains(effect.name), "{}", effect.name);
         let card = borescope(["effects", effect.name]);
         assert_eq!((card.status, card.err.as_str()), (Some(0), ""));

@@ -89,7 +89,7 @@ fn a_record_that_grows_while_it_is_read_is_whole_or_refused() {
             }
         });
         for _ in 0..20 {
-            match borescope::record::Record::read(&path) {
+            match borescope::Record::read(&path) {
                 Ok(record) => {
                     read += 1;
                     assert!(record.time.windows(2).all(|pair| pair[1] == pair[0] + 1.0));

@@ -6,8 +6,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use borescope::record::Record;
-use borescope::rig::Rig;
+use borescope::Record;
+use borescope::Rig;
 use command::borescope;
 use serde_json::Value;
 

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use borescope::record::Record;
-use borescope::store::Store;
+use borescope::Record;
+use borescope::internals::store::Store;
 use command::borescope;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};

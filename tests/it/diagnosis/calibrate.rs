@@ -7,11 +7,11 @@ use std::fs;
 use std::path::Path;
 
 use approx::assert_relative_eq;
-use borescope::calibration::{Calibrated, Options, Report, calibrate, calibrate_rig};
-use borescope::diagnosis::{self, Verdict};
-use borescope::model::{InputSignals, Model};
-use borescope::record::Record;
-use borescope::rig::{NEVER_KNOWN, Quantity, Rig};
+use borescope::Record;
+use borescope::internals::calibration::{Calibrated, CalibrationOptions, CalibrationReport, calibrate, calibrate_rig};
+use borescope::internals::diagnosis::{self, Verdict};
+use borescope::internals::model::{InputSignals, Model};
+use borescope::internals::rig::{NEVER_KNOWN, Quantity, Rig};
 use command::{Ran, borescope};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -107,8 +107,8 @@ fn another_part(sheet: &Rig, seed: u64) -> Rig {
 }
 
 /// Errors of the calibrated values, in their standard errors; the second of a pair says whether the records were informative.
-fn errors(found: &Rig, truth: &Rig, report: &Report) -> Vec<(String, f64, bool)> {
-    let one = |told: &borescope::calibration::ParameterReport| {
+fn errors(found: &Rig, truth: &Rig, report: &CalibrationReport) -> Vec<(String, f64, bool)> {
+    let one = |told: &borescope::internals::calibration::CalibratedParameter| {
         let found = &found.parameters[found.parameter(&told.id).unwrap()];
         // The rig that wrote the records has no margins: nothing is what they are.
         let truth = truth.parameter(&told.id).map_or(0.0, |index| truth.parameters[index].value);
@@ -134,7 +134,7 @@ fn small() -> (Rig, Record) {
 fn calibrated_small() -> (Calibrated, Rig, Record) {
     let (truth, record) = small();
     let rig = Rig::parse("small.toml", SMALL.to_owned()).unwrap();
-    let calibrated = calibrate(SMALL, &rig, std::slice::from_ref(&record), &Options::default()).unwrap();
+    let calibrated = calibrate(SMALL, &rig, std::slice::from_ref(&record), &CalibrationOptions::default()).unwrap();
     (calibrated, truth, record)
 }
 
@@ -151,7 +151,7 @@ fn the_text_stays_but_for_the_calibration() {
     }
     assert!(!calibrated.text.contains("old.csv") && new.contains("records = [\"healthy.csv\"]"), "{new}");
     // Calibrated once more, it is what it was: its own calibration is not used.
-    let again = calibrate(&calibrated.text, &calibrated.rig, &[record], &Options::default()).unwrap();
+    let again = calibrate(&calibrated.text, &calibrated.rig, &[record], &CalibrationOptions::default()).unwrap();
     assert_eq!(again.text, calibrated.text);
     assert_eq!(again.report, calibrated.report);
 }
@@ -185,7 +185,7 @@ fn in_memory_and_from_text_agree() {
     let (calibrated, _, record) = calibrated_small();
     let sheet = calibrated.text.split_once("\n# Calibrated on healthy records").unwrap().0;
     let sheet = Rig::parse("small.toml", sheet.to_owned()).unwrap();
-    let (rig, report) = calibrate_rig(&sheet, &[record], &Options::default()).unwrap();
+    let (rig, report) = calibrate_rig(&sheet, &[record], &CalibrationOptions::default()).unwrap();
     assert_eq!(report, calibrated.report);
     for (memory, text) in rig.parameters.iter().zip(&calibrated.rig.parameters) {
         assert!((memory.value - text.value).abs() <= 1e-4 * text.sigma, "{}", memory.id);
@@ -201,7 +201,7 @@ fn study(seeds: std::ops::Range<u64>) -> Vec<(String, f64, bool)> {
         let truth = another_part(&sheet, seed);
         let records =
             [1.0, 0.5].map(|load| healthy_record(&truth, "part.csv", load, 100 * seed + (10.0 * load) as u64));
-        let (rig, report) = calibrate_rig(&sheet, &records, &Options::default()).unwrap();
+        let (rig, report) = calibrate_rig(&sheet, &records, &CalibrationOptions::default()).unwrap();
         assert!(report.adequate && report.settled, "{:?}", report.warnings);
         for sensor in &report.sensors {
             let share = sensor.noise / sensor.noise_before;
@@ -259,7 +259,7 @@ fn noise_and_tolerance_are_found_where_they_are_others() {
         }
         record
     });
-    let (rig, report) = calibrate_rig(&sheet, &records, &Options::default()).unwrap();
+    let (rig, report) = calibrate_rig(&sheet, &records, &CalibrationOptions::default()).unwrap();
     for (sensor, truth) in rig.sensors.iter().zip(&truth.sensors) {
         let share = sensor.noise / truth.noise;
         assert!((0.93..1.07).contains(&share), "noise of {}: {share} of the true one", sensor.name);
@@ -277,7 +277,8 @@ fn a_calibrated_rig_finds_another_healthy_record_healthy() {
     let text = fs::read_to_string(TELESCOPIC).unwrap();
     let rig = Rig::parse(TELESCOPIC, text.clone()).unwrap();
     let read = |name: &str| Record::read(format!("fixtures/telescopic/{name}.csv")).unwrap();
-    let calibrated = calibrate(&text, &rig, &[read("healthy_1"), read("healthy_3")], &Options::default()).unwrap();
+    let calibrated =
+        calibrate(&text, &rig, &[read("healthy_1"), read("healthy_3")], &CalibrationOptions::default()).unwrap();
     assert!(calibrated.report.adequate, "{:?}", calibrated.report.warnings);
     assert!(calibrated.report.warnings.is_empty(), "{:?}", calibrated.report.warnings);
     assert!(calibrated.text.starts_with(&text));
@@ -289,7 +290,8 @@ fn a_calibrated_rig_finds_another_healthy_record_healthy() {
     let of_records = (displacement.sigma_after.powi(2) - never_known.powi(2)).sqrt();
     assert!(of_records < 0.5 * never_known, "{of_records} {displacement:?}");
     let model = Model::new(calibrated.rig);
-    let found = diagnosis::diagnose(&model, &read("healthy_2"), &diagnosis::Options::default()).unwrap().diagnosis;
+    let found =
+        diagnosis::diagnose(&model, &read("healthy_2"), &diagnosis::DiagnosisOptions::default()).unwrap().diagnosis;
     assert_eq!(found.verdict, Verdict::Healthy);
 }
 
@@ -297,7 +299,7 @@ fn a_calibrated_rig_finds_another_healthy_record_healthy() {
 fn a_record_that_is_not_healthy_is_called_so() {
     let sheet = Rig::read(TELESCOPIC).unwrap();
     let leak = Record::read("fixtures/telescopic/leak_020.csv").unwrap();
-    let (_, report) = calibrate_rig(&sheet, &[leak], &Options::default()).unwrap();
+    let (_, report) = calibrate_rig(&sheet, &[leak], &CalibrationOptions::default()).unwrap();
     assert!(!report.adequate);
     assert!(report.warnings.iter().any(|warning| warning.contains("does not explain")), "{:?}", report.warnings);
 }
@@ -381,9 +383,9 @@ fn a_rig_without_sensors_cannot_be_calibrated() {
     let text =
         format!("{}{}", &SMALL[..start], &SMALL[end..]).replace("[calibration.sensors.p]\nnoise = \"7 bar\"\n", "");
     let rig = Rig::parse("small.toml", text.clone()).unwrap();
-    let complaint = calibrate(&text, &rig, &[record], &Options::default()).unwrap_err();
+    let complaint = calibrate(&text, &rig, &[record], &CalibrationOptions::default()).unwrap_err();
     assert!(complaint.to_string().contains("no sensors"), "{complaint}");
-    let complaint = calibrate_rig(&small().0, &[], &Options::default()).unwrap_err();
+    let complaint = calibrate_rig(&small().0, &[], &CalibrationOptions::default()).unwrap_err();
     assert!(complaint.to_string().contains("no records"), "{complaint}");
 }
 
@@ -395,7 +397,7 @@ fn a_measured_drive_is_not_harmed() {
     let text = fs::read_to_string("fixtures/emps/rig.toml").unwrap();
     let rig = Rig::parse("fixtures/emps/rig.toml", text.clone()).unwrap();
     let record = rig.scaled(Record::read("../shared/records/real/emps_fit.csv").unwrap());
-    let calibrated = calibrate(&text, &rig, std::slice::from_ref(&record), &Options::default()).unwrap();
+    let calibrated = calibrate(&text, &rig, std::slice::from_ref(&record), &CalibrationOptions::default()).unwrap();
     let channel = &calibrated.report.records[0].channels[0];
     assert!(channel.rmse < channel.rmse_before, "{channel:?}");
     let model = Model::new(calibrated.rig);

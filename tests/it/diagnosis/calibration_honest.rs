@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use borescope::campaign::{Campaign, Options};
-use borescope::rig::Rig;
+use borescope::Rig;
+use borescope::internals::campaign::{Campaign, CampaignOptions};
 use rayon::prelude::*;
 
 use crate::support::study::{may_be, number};
@@ -12,7 +12,7 @@ use crate::support::study::{may_be, number};
 /// Errors of all calibrated parameters of so many disturbed rigs, in standard errors, by the parameter.
 fn errors(rigs: usize, seed: u64) -> BTreeMap<String, Vec<f64>> {
     let rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
-    let options = Options { seed, rigs, ..Options::new(rigs) };
+    let options = CampaignOptions { seed, rigs, ..CampaignOptions::new(rigs) };
     let campaign = Campaign::new(rig, options).unwrap();
     let one = |number: usize| {
         let prepared = campaign.prepared(number).unwrap();

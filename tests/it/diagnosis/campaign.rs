@@ -5,12 +5,12 @@ use crate::support::command;
 use std::fs;
 use std::path::Path;
 
-use borescope::campaign::disturb::disturb;
-use borescope::campaign::random::{Purpose, Stream};
-use borescope::campaign::score::Scores;
-use borescope::campaign::statistics::{found_in_most, quantile, upper};
-use borescope::campaign::{FaultRow, Outcome, Row, draw};
-use borescope::rig::Rig;
+use borescope::Rig;
+use borescope::internals::campaign::disturb::disturb;
+use borescope::internals::campaign::random::{Purpose, Stream};
+use borescope::internals::campaign::score::Scores;
+use borescope::internals::campaign::statistics::{found_in_most, quantile, upper};
+use borescope::internals::campaign::{FaultRow, Outcome, Row, draw};
 use command::borescope;
 use serde_json::Value;
 
@@ -78,7 +78,7 @@ fn threads_and_an_interruption_change_nothing_and_a_case_can_be_replayed() {
     assert_eq!(replayed["case"], row);
     assert_eq!(replayed["diagnosis"]["verdict"], row["outcome"]);
     assert!(row["identifiable"].is_boolean() || row["count"] == 0, "{row}");
-    let record = borescope::record::Record::read(alone.join("case_3.csv")).unwrap();
+    let record = borescope::Record::read(alone.join("case_3.csv")).unwrap();
     assert!(record.time.len() > 700 && record.channel("level_2").is_some());
 }
 
@@ -243,7 +243,7 @@ fn statistics_are_the_known_ones() {
         assert!((upper(0, n, 0.05) - (1.0 - 0.05_f64.powf(1.0 / n as f64))).abs() < 1e-9);
     }
     // Clopper and Pearson's own table: 3 of 10 at 95 %, 0.0667 to 0.6525.
-    let rate = borescope::campaign::statistics::Rate::new(3, 10);
+    let rate = borescope::internals::campaign::statistics::Rate::new(3, 10);
     assert!((rate.low95 - 0.0667).abs() < 1e-4 && (rate.high95 - 0.6525).abs() < 1e-4, "{rate:?}");
     assert_eq!(quantile(&[4.0, 1.0, 3.0, 2.0], 0.5), Some(2.0));
     assert_eq!(quantile(&[], 0.5), None);

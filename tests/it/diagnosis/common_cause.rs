@@ -1,9 +1,9 @@
 //! One mistake in taking a record instead of several faults; several faults that are there stay faults.
 
-use borescope::diagnosis::{Diagnosis, Options, Verdict, diagnose};
-use borescope::model::Model;
-use borescope::record::Record;
-use borescope::rig::Rig;
+use borescope::Model;
+use borescope::Record;
+use borescope::Rig;
+use borescope::internals::diagnosis::{Diagnosis, DiagnosisOptions, Verdict, diagnose};
 
 use crate::support::cycle::Run;
 
@@ -15,7 +15,7 @@ fn diagnosed(rig: &str, faults: &[(&str, &str)], spoil: impl Fn(&mut Record)) ->
     let model = Model::new(Rig::read(rig).unwrap());
     let mut record = Run::of(&model).with_quantities(faults).seed(7).record("cycle");
     spoil(&mut record);
-    diagnose(&model, &record, &Options::default()).unwrap().diagnosis
+    diagnose(&model, &record, &DiagnosisOptions::default()).unwrap().diagnosis
 }
 
 fn values<'a>(record: &'a mut Record, column: &str) -> &'a mut Vec<f64> {

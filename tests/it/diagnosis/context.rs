@@ -3,13 +3,13 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use borescope::complaint::{Complaint, Kind};
-use borescope::context::Context;
-use borescope::diagnosis::{Diagnosed, Options, diagnose};
-use borescope::learn::suggest::suggest;
-use borescope::model::Model;
-use borescope::record::Record;
-use borescope::rig::Rig;
+use borescope::Context;
+use borescope::Model;
+use borescope::Record;
+use borescope::Rig;
+use borescope::internals::complaint::{Complaint, Kind};
+use borescope::internals::diagnosis::{Diagnosed, DiagnosisOptions, diagnose};
+use borescope::internals::learn::suggest::suggest;
 
 use crate::support::cycle::Run;
 
@@ -38,7 +38,7 @@ fn listening(threads: usize) -> (Context, Heard) {
 }
 
 fn diagnosis(rig: &Rig, context: &Context, record: &Record) -> Result<Diagnosed, Complaint> {
-    diagnose(&Model::new(rig.clone().with_context(context)), record, &Options::default())
+    diagnose(&Model::new(rig.clone().with_context(context)), record, &DiagnosisOptions::default())
 }
 
 #[test]

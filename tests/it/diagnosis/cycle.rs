@@ -1,8 +1,8 @@
 //! Faults put into the telescopic rig's own cycle, with noise: the set is right, values are near, beginnings are dated.
 
-use borescope::diagnosis::{Diagnosis, Options, Verdict, diagnose};
-use borescope::model::Model;
-use borescope::rig::Rig;
+use borescope::Model;
+use borescope::Rig;
+use borescope::internals::diagnosis::{Diagnosis, DiagnosisOptions, Verdict, diagnose};
 
 use crate::support::cycle::Run;
 
@@ -14,7 +14,7 @@ fn diagnosed(faults: &[(&str, &str)], onset: Option<f64>, seed: u64) -> Diagnosi
     let run = Run::of(&model).with_quantities(faults).seed(seed);
     let run = if let Some(time) = onset { run.since(time) } else { run };
     let record = run.record("cycle");
-    diagnose(&model, &record, &Options::default()).unwrap().diagnosis
+    diagnose(&model, &record, &DiagnosisOptions::default()).unwrap().diagnosis
 }
 
 fn present(diagnosis: &Diagnosis) -> Vec<&str> {

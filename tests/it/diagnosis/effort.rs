@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use borescope::Context;
-use borescope::calibration::{self, calibrate};
-use borescope::diagnosis::{Options, diagnose};
-use borescope::model::Model;
-use borescope::record::Record;
-use borescope::rig::Rig;
+use borescope::Model;
+use borescope::Record;
+use borescope::Rig;
+use borescope::internals::calibration::{self, calibrate};
+use borescope::internals::diagnosis::{DiagnosisOptions, diagnose};
 
 fn telescopic() -> Rig {
     Rig::read("fixtures/telescopic/rig.toml").unwrap().with_context(&Context::new())
@@ -30,7 +30,7 @@ fn took(rig: &Rig, simulations: u64, linearisations: u64) {
 #[test]
 fn a_diagnosis_takes_its_pinned_effort() {
     let rig = telescopic();
-    diagnose(&Model::new(rig.clone()), &record("telescopic/leak_020.csv"), &Options::default()).unwrap();
+    diagnose(&Model::new(rig.clone()), &record("telescopic/leak_020.csv"), &DiagnosisOptions::default()).unwrap();
     took(&rig, 298, 73);
 }
 
@@ -38,13 +38,13 @@ fn a_diagnosis_takes_its_pinned_effort() {
 fn a_calibration_takes_its_pinned_effort() {
     let rig = telescopic();
     let text = std::fs::read_to_string(&rig.path).unwrap();
-    calibrate(&text, &rig, &[record("telescopic/healthy_1.csv")], &calibration::Options::default()).unwrap();
+    calibrate(&text, &rig, &[record("telescopic/healthy_1.csv")], &calibration::CalibrationOptions::default()).unwrap();
     took(&rig, 164, 22);
 }
 
 mod studies {
     use super::*;
-    use borescope::learn::suggest::suggest;
+    use borescope::internals::learn::suggest::suggest;
 
     #[test]
     #[ignore = "half a minute"]

@@ -1,16 +1,16 @@
 //! What the diagnosis claims of itself, against what happens: intervals, false alarms and probabilities on rigs that differ
 //! from the model, within the bounds that chance leaves (Clopper and Pearson, 99.9 %).
 
-use borescope::campaign::score::Scores;
-use borescope::campaign::statistics::{lower, upper};
-use borescope::campaign::{Campaign, Options};
-use borescope::rig::Rig;
+use borescope::Rig;
+use borescope::internals::campaign::score::Scores;
+use borescope::internals::campaign::statistics::{lower, upper};
+use borescope::internals::campaign::{Campaign, CampaignOptions};
 
 use crate::support::page;
 use crate::support::study::{TAIL, Table, may_be_equal, number};
 
 fn scores(rig: &str, cases: usize, rigs: usize, seed: u64) -> Scores {
-    let options = Options { seed, rigs, ..Options::new(cases) };
+    let options = CampaignOptions { seed, rigs, ..CampaignOptions::new(cases) };
     let campaign = Campaign::new(Rig::read(rig).unwrap(), options).unwrap();
     let numbers: Vec<usize> = (0..cases).collect();
     let threads = std::thread::available_parallelism().map_or(1, usize::from);

@@ -4,12 +4,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use borescope::diagnosis::{Diagnosis, Options, Verdict, diagnose};
-use borescope::estimation::Identifiable;
-use borescope::model::Model;
-use borescope::record::Record;
-use borescope::rig::Rig;
-use borescope::units::Quantity;
+use borescope::Model;
+use borescope::Quantity;
+use borescope::Record;
+use borescope::Rig;
+use borescope::internals::diagnosis::{Diagnosis, DiagnosisOptions, Verdict, diagnose};
+use borescope::internals::estimation::Identifiable;
 
 const RECORDS: [&str; 9] = [
     "healthy_1",
@@ -40,7 +40,7 @@ fn diagnose_all() -> Vec<(&'static str, Diagnosis)> {
     let one = |name: &'static str| {
         let model = Model::new(Rig::read(folder.join("rig.toml")).unwrap());
         let record = Record::read(folder.join(name).with_extension("csv")).unwrap();
-        (name, diagnose(&model, &record, &Options::default()).unwrap().diagnosis)
+        (name, diagnose(&model, &record, &DiagnosisOptions::default()).unwrap().diagnosis)
     };
     let (early, late) = RECORDS.split_at(5);
     std::thread::scope(|scope| {
@@ -108,7 +108,7 @@ mod shared {
         let name = "rig_b_fit";
         let model = Model::new(Rig::read("fixtures/telescopic/rig.toml").unwrap());
         let record = Record::read(folder.join(name).with_extension("csv")).unwrap();
-        let diagnosis = diagnose(&model, &record, &Options::default()).unwrap().diagnosis;
+        let diagnosis = diagnose(&model, &record, &DiagnosisOptions::default()).unwrap().diagnosis;
         let worst = diagnosis.channels.iter().map(|channel| channel.chi2_reduced).fold(0.0, f64::max);
         println!("{name}: worst channel {worst:.1}");
         assert_eq!(diagnosis.verdict, Verdict::ModelInadequate, "{name}");

@@ -3,14 +3,14 @@
 use std::fs;
 use std::path::Path;
 
-use borescope::complaint::Kind;
-use borescope::diagnosis::{Diagnosis, FaultReport, FitReport, Options, SCHEMA, Verdict};
-use borescope::estimation::Identifiable;
-use borescope::history::forecast::{State, passing};
-use borescope::history::regression::{Line, Point, bend};
-use borescope::history::{Axis, By, History, history};
-use borescope::rig::Rig;
-use borescope::store::{Dated, Moment, NewRun, RigIdentity, Store, export_csv};
+use borescope::Rig;
+use borescope::internals::complaint::Kind;
+use borescope::internals::diagnosis::{Diagnosis, DiagnosisOptions, FaultReport, FitReport, SCHEMA, Verdict};
+use borescope::internals::estimation::Identifiable;
+use borescope::internals::history::forecast::{State, passing};
+use borescope::internals::history::regression::{Line, Point, bend};
+use borescope::internals::history::{Axis, By, History, history};
+use borescope::internals::store::{Dated, Moment, NewRun, RigIdentity, Store, export_csv};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -80,7 +80,7 @@ impl Bench {
             measured_at: at.parse().unwrap(),
             dated: Dated::Given,
             diagnosed_at: Moment::now(),
-            options: &Options::default(),
+            options: &DiagnosisOptions::default(),
             diagnosis,
         };
         self.store.add(&run).unwrap()

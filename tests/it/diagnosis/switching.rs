@@ -2,11 +2,11 @@
 
 use crate::support::plant;
 
-use borescope::campaign::random::Stream;
-use borescope::diagnosis::{Diagnosis, Options, Verdict, diagnose};
-use borescope::model::Model;
-use borescope::record::Record;
-use borescope::rig::Rig;
+use borescope::Model;
+use borescope::Record;
+use borescope::Rig;
+use borescope::internals::campaign::random::Stream;
+use borescope::internals::diagnosis::{Diagnosis, DiagnosisOptions, Verdict, diagnose};
 use plant::Plant;
 use plant::record::{cycle, record};
 
@@ -14,7 +14,7 @@ const RIG: &str = "fixtures/telescopic/rig.toml";
 
 fn diagnosed(record: &Record) -> Diagnosis {
     let model = Model::new(Rig::read(RIG).unwrap());
-    diagnose(&model, record, &Options::default()).unwrap().diagnosis
+    diagnose(&model, record, &DiagnosisOptions::default()).unwrap().diagnosis
 }
 
 fn of_plant(plant: &Plant, seed: u64) -> Diagnosis {

@@ -9,11 +9,11 @@ use crate::support::steady;
 
 use std::sync::OnceLock;
 
-use borescope::diagnosis::{Diagnosis, Options, diagnose};
-use borescope::model::{InputSignals, Model};
-use borescope::record::Record;
-use borescope::residual::{Detection, Variant, signatures};
-use borescope::rig::Rig;
+use borescope::Record;
+use borescope::Rig;
+use borescope::internals::diagnosis::{Diagnosis, DiagnosisOptions, diagnose};
+use borescope::internals::model::{InputSignals, Model};
+use borescope::internals::residual::{Detection, Variant, signatures};
 use steady::{LPM, Steady};
 
 const RIG: &str = "fixtures/telescopic/rig.toml";
@@ -154,7 +154,7 @@ fn leak_or_lost_opening_by_the_residuals() {
 }
 
 /// Singular values of the answers of these residuals to leaks and opening, each answer by its limit and noise.
-fn singular(matrix: &[borescope::residual::Signature], names: &[&str]) -> Vec<f64> {
+fn singular(matrix: &[borescope::internals::residual::Signature], names: &[&str]) -> Vec<f64> {
     let of = |name: &str| {
         let id = format!("directional_valve.{name}");
         let row = matrix.iter().find(|row| row.generator.id == id && row.phase == "P-A").unwrap();
@@ -196,7 +196,7 @@ fn three_printed_estimators_have_rank_2_and_the_return_makes_it_3() {
 
 /// A joint fit in a line: each fault that is present with its interval.
 fn said(diagnosis: &Diagnosis) -> String {
-    let number = |value: f64| borescope::number::text(borescope::number::rounded(value, 4));
+    let number = |value: f64| borescope::internals::number::text(borescope::internals::number::rounded(value, 4));
     let present = diagnosis.present().map(|fault| {
         let unit = if fault.unit == "-" { String::new() } else { format!(" {}", fault.unit) };
         let [low, high] = fault.ci95.map(|end| end.map_or("open".to_owned(), number));
@@ -210,7 +210,7 @@ fn said(diagnosis: &Diagnosis) -> String {
 fn leak_or_lost_opening_by_the_joint_fit() {
     let model = model();
     let fit = |index: usize| {
-        diagnose(model, &Run::of(model).with(&set(CASES[index])).record("simulated"), &Options::default())
+        diagnose(model, &Run::of(model).with(&set(CASES[index])).record("simulated"), &DiagnosisOptions::default())
             .unwrap()
             .diagnosis
     };
@@ -252,7 +252,7 @@ fn series() -> &'static [Series; 3] {
             let (from, to) = steady::between(&record, 0.120, 0.165);
             Series {
                 steady: Steady::of(&model.rig, &record, from, to),
-                diagnosis: diagnose(model, &record, &Options::default()).unwrap().diagnosis,
+                diagnosis: diagnose(model, &record, &DiagnosisOptions::default()).unwrap().diagnosis,
             }
         };
         std::thread::scope(|scope| {

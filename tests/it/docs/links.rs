@@ -14,7 +14,7 @@ use crate::support::command;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use borescope::rig::Rig;
+use borescope::Rig;
 use command::borescope;
 
 /// Options behind which stands a file that is written.

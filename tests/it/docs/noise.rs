@@ -1,7 +1,7 @@
 //! The table of `docs/theory/noise.md`: what trapped oil remembers of a switching.
 
-use borescope::model::{InputSignals, Model, cycle_times};
-use borescope::rig::Rig;
+use borescope::Rig;
+use borescope::internals::model::{InputSignals, Model, cycle_times};
 
 /// Gauge pressures of A and B at the end, bar: out for 1.5 s, then closed for 1.5 s.
 fn at_the_end(set: &[(&str, f64)], late: f64) -> [f64; 2] {

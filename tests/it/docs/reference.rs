@@ -4,7 +4,7 @@ use crate::support::page;
 
 use std::fs;
 
-use borescope::report::reference::{LIBRARY, PageError, Part, RIG_FILE, refresh};
+use borescope::internals::report::reference::{LIBRARY, PageError, Part, RIG_FILE, refresh};
 
 const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/rig-file.md");
 const EFFECTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/effects.md");

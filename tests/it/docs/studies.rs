@@ -1,6 +1,6 @@
 //! The tables of rates and of the campaign in the book say what the studies wrote last, in `fixtures/studies`.
 
-use borescope::campaign::statistics::{lower, upper};
+use borescope::internals::campaign::statistics::{lower, upper};
 
 use crate::support::page;
 use crate::support::study::Table;

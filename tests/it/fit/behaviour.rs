@@ -2,7 +2,7 @@
 
 use crate::support::curve;
 
-use borescope::estimation::*;
+use borescope::internals::estimation::*;
 use curve::*;
 
 #[test]

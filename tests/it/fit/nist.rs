@@ -4,7 +4,7 @@
 //! Source of every set: National Institute of Standards and Technology, Statistical Reference Datasets, nonlinear
 //! regression, <https://www.itl.nist.gov/div898/strd/>. The files hold the model, starts, certified values and data.
 
-use borescope::estimation::*;
+use borescope::internals::estimation::*;
 use nalgebra::DMatrix;
 use std::convert::Infallible;
 use std::fs;

@@ -4,7 +4,7 @@
 mod problem;
 use crate::support::stroke;
 
-use borescope::estimation::{Fit, Loss, Options, fit};
+use borescope::internals::estimation::{Fit, Loss, Options, fit};
 use problem::{Measured, STARTS, is_optimum, random_starts};
 
 fn found(measured: &Measured, start: &[f64]) -> Fit {

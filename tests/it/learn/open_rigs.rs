@@ -2,14 +2,13 @@
 
 use std::path::Path;
 
-use borescope::calibration::{Options, calibrate};
-use borescope::learn::add::with_effects;
-use borescope::learn::improve::{Improvement, improve};
-use borescope::learn::suggest::{Conclusion, suggest};
-use borescope::model::{InputSignals, Model};
-use borescope::record::Record;
-use borescope::report::improvement::Ledger;
-use borescope::rig::Rig;
+use borescope::Record;
+use borescope::Rig;
+use borescope::internals::calibration::{CalibrationOptions, calibrate};
+use borescope::internals::learn::improve::{Improvement, improve};
+use borescope::internals::learn::suggest::{Conclusion, suggest};
+use borescope::internals::model::{InputSignals, Model};
+use borescope::internals::report::improvement::Ledger;
 
 fn telescopic() -> Rig {
     Rig::read("fixtures/telescopic/rig.toml").unwrap()
@@ -136,9 +135,9 @@ mod shared {
         // With the data sheet calibrated on the record that was learnt from, a simulation alone predicts the other as well.
         let text = std::fs::read_to_string(&rig.path).unwrap();
         let [fit, check] = ["tanks_fit.csv", "tanks_check.csv"].map(|name| rig.record(folder.join(name)).unwrap());
-        let text = with_effects(&rig.path, &text, &rig, &improvement.trial).unwrap();
+        let text = improvement.rig_file(&text, &rig).unwrap();
         let improved = Rig::parse(&rig.path, text.clone()).unwrap();
-        let calibrated = calibrate(&text, &improved, &[fit], &Options::default()).unwrap().rig;
+        let calibrated = calibrate(&text, &improved, &[fit], &CalibrationOptions::default()).unwrap().rig;
         let drive = InputSignals::from_record(&calibrated, &check).unwrap();
         let model = Model::new(calibrated);
         let predicted = model.solve(&model.rig.nominal(), &drive, &check.time).unwrap().values;

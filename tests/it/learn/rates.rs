@@ -7,11 +7,11 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::Instant;
 
-use borescope::campaign::random::Stream;
-use borescope::learn::result::{ScoredReport, SuggestionReport};
-use borescope::learn::suggest::{Conclusion, Suggestion, suggest};
-use borescope::record::Record;
-use borescope::rig::Rig;
+use borescope::Record;
+use borescope::Rig;
+use borescope::internals::campaign::random::Stream;
+use borescope::internals::learn::result::{ScoredReport, SuggestionReport};
+use borescope::internals::learn::suggest::{Conclusion, Suggestion, suggest};
 use plant::hidden::{HIDDEN, Hidden, Sheet, begins, healthy, rig, size};
 use plant::record::{cycle, record};
 use plant::tanks::{Tanks, voltage};

@@ -1,6 +1,6 @@
 //! Dual numbers against closed forms and finite differences.
 
-use borescope::numeric::{Dual, Real, jacobian};
+use borescope::internals::numeric::{Dual, Real, jacobian};
 
 /// Every function of the trait in one expression, smooth around x = 0.7, y = 1.3.
 fn mixture<T: Real>(x: T, y: T) -> T {

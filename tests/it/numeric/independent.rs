@@ -3,7 +3,7 @@
 //! `ode_solvers` 0.6.2 with dense output can return a wrong last point as good when the last step is shorter than the
 //! output interval; its sparse output, used here, is right.
 
-use borescope::numeric::{Dual, Options, Real, Rosenbrock, System, jacobian};
+use borescope::internals::numeric::{Dual, Options, Real, Rosenbrock, System, jacobian};
 use ode_solvers::dop_shared::{OutputType, System as ExplicitSystem};
 use ode_solvers::{Dopri5, SVector};
 

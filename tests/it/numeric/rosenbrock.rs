@@ -2,7 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use borescope::numeric::{Dual, IntegrationError, Options, Real, Rosenbrock, Scalar, Step, System, jacobian};
+use borescope::internals::numeric::{
+    Dual, IntegrationError, Options, Real, Rosenbrock, Scalar, Step, System, jacobian,
+};
 
 /// Number of decimal digits in which `a` agrees with `b`.
 fn digits(a: f64, b: f64) -> f64 {

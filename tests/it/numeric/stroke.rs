@@ -4,7 +4,7 @@
 mod derived;
 use crate::support::stroke;
 
-use borescope::numeric::{Dual, Options, Real, Rosenbrock, Scalar, Stats, System};
+use borescope::internals::numeric::{Dual, Options, Real, Rosenbrock, Scalar, Stats, System};
 use derived::tangents;
 use stroke::{END, N, POINTS, SIZE, START, SWITCH, Stroke, options, reference, rms_error, run};
 

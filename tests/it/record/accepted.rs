@@ -2,9 +2,9 @@
 
 use std::fs;
 
-use borescope::complaint::Kind;
-use borescope::record::{Channel, Record, Sampling};
-use borescope::units::Unit;
+use borescope::Unit;
+use borescope::internals::complaint::Kind;
+use borescope::internals::record::{Channel, Record, Sampling};
 
 const EXCERPT: &str = "\
 time [s],valve_command [-],p_pump [bar],p_P [bar],p_A [bar],p_B [bar],q_P [L/min],q_A [L/min],q_B [L/min],x [mm],F_load [N],T_oil [degC]

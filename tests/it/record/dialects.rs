@@ -6,8 +6,8 @@ use std::fs;
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-use borescope::record::Record;
-use borescope::record::survey::{Doubt, Finding, Scatter, survey};
+use borescope::Record;
+use borescope::internals::record::survey::{Doubt, Finding, Scatter, survey};
 use command::borescope;
 
 fn read(bytes: &[u8]) -> Result<Record, String> {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use borescope::record::Record;
+use borescope::Record;
 
 const RECORDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/records");
 

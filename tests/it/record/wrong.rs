@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use borescope::complaint::{Complaint, Kind, Place};
-use borescope::record::{Asked, Record, Stream};
-use borescope::units::Dimension;
+use borescope::internals::complaint::{Complaint, Kind, Place};
+use borescope::internals::record::{Asked, Record, Stream};
+use borescope::internals::units::Dimension;
 
 const NUMBER: &str = "write a number such as `-1.5` or `2e-3`, or nothing where there is no value";
 const TIME: &str = "every row has its time as a number, such as `1.5`; remove the rows without";

@@ -1,12 +1,12 @@
 //! The residual generators against simulated truth, Monte Carlo and the run length that their thresholds promise.
 
-use borescope::model::{InputSignals, Model};
-use borescope::record::{Channel, Record};
-use borescope::residual::{
+use borescope::Unit;
+use borescope::internals::model::{InputSignals, Model};
+use borescope::internals::record::{Channel, Record};
+use borescope::internals::residual::{
     Detection, Gate, Generator, Variant, detect, first_alarm, generators, run_length, threshold,
 };
-use borescope::rig::{Quantity, Rig};
-use borescope::units::Unit;
+use borescope::internals::rig::{Quantity, Rig};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};

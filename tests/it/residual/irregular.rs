@@ -1,9 +1,9 @@
 //! The residuals on records whose clock jitters or that have lost rows.
 
-use borescope::model::{InputSignals, Model};
-use borescope::record::Record;
-use borescope::residual::{Detection, Gate, Generator, Variant, detect, generators};
-use borescope::rig::Rig;
+use borescope::Record;
+use borescope::Rig;
+use borescope::internals::model::{InputSignals, Model};
+use borescope::internals::residual::{Detection, Gate, Generator, Variant, detect, generators};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};

@@ -2,10 +2,10 @@
 
 use crate::support::long_record;
 
-use borescope::model::InputSignals;
-use borescope::record::{Channel, Record};
-use borescope::residual::{Block, Detection, Evaluated, Fired, Monitor};
-use borescope::rig::Rig;
+use borescope::Rig;
+use borescope::internals::model::InputSignals;
+use borescope::internals::record::{Channel, Record};
+use borescope::internals::residual::{Block, Detection, Evaluated, Fired, Monitor};
 
 const RIG: &str = "fixtures/telescopic/rig.toml";
 

@@ -1,8 +1,8 @@
 //! A fault that begins in the middle of a record: the residuals that should fire do, soon, and say when it began.
 
-use borescope::model::{InputSignals, Model};
-use borescope::residual::{Detection, ResidualReport, detect};
-use borescope::rig::Rig;
+use borescope::Rig;
+use borescope::internals::model::{InputSignals, Model};
+use borescope::internals::residual::{Detection, ResidualReport, detect};
 
 use crate::support::cycle::Run;
 

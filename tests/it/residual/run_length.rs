@@ -6,10 +6,10 @@
 
 use crate::support::page;
 
-use borescope::model::{InputSignals, Model, Outputs, input_columns, recording};
-use borescope::record::Record;
-use borescope::residual::{Detection, Evaluated};
-use borescope::rig::Rig;
+use borescope::Record;
+use borescope::Rig;
+use borescope::internals::model::{InputSignals, Model, Outputs, input_columns, recording};
+use borescope::internals::residual::{Detection, Evaluated};
 
 const PAGE: &str = "docs/theory/false-alarms.md";
 const DESIGN: f64 = 1000.0;
@@ -32,7 +32,8 @@ impl Bench {
         let per_cycle = (cycle.duration() / cycle.interval).round() as usize;
         // The second of two cycles begins as the first one ends, and so would all that follow.
         let repeated = |count: usize| vec![cycle.phases.clone(); count].concat();
-        let drive = InputSignals::from_cycle(&rig, &borescope::rig::Cycle { phases: repeated(2), ..cycle.clone() });
+        let drive =
+            InputSignals::from_cycle(&rig, &borescope::internals::rig::Cycle { phases: repeated(2), ..cycle.clone() });
         let times: Vec<f64> = (1..=2 * per_cycle).map(|row| row as f64 * cycle.interval).collect();
         let model = Model::new(rig.clone());
         let solved = model.solve(&rig.nominal(), &drive, &times).unwrap();
@@ -41,7 +42,7 @@ impl Bench {
         let values = solved.values.iter().map(repeat).collect();
         let inputs = inputs.iter().map(repeat).collect();
         let times = (1..=count * per_cycle).map(|row| row as f64 * cycle.interval).collect();
-        let all = borescope::rig::Cycle { phases: repeated(count), ..cycle.clone() };
+        let all = borescope::internals::rig::Cycle { phases: repeated(count), ..cycle.clone() };
         let drive = InputSignals::from_cycle(&rig, &all);
         rig.cycle = Some(all);
         Self { rig, drive, times, inputs, outputs: Outputs { values, effort: solved.effort } }

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use borescope::model::InputSignals;
-use borescope::record::Record;
-use borescope::residual::{Detection, ResidualReport, detect};
-use borescope::rig::Rig;
+use borescope::Record;
+use borescope::Rig;
+use borescope::internals::model::InputSignals;
+use borescope::internals::residual::{Detection, ResidualReport, detect};
 
 const RECORDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/records");
 

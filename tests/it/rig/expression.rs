@@ -2,8 +2,8 @@
 
 use crate::support::formula;
 
-use borescope::expression::Expression;
-use borescope::numeric::{Dual, Real};
+use borescope::internals::expression::Expression;
+use borescope::internals::numeric::{Dual, Real};
 use formula::{AT, NAMES, names, near, read};
 
 /// The value and its derivatives by every name.

@@ -2,7 +2,7 @@
 
 use crate::support::formula;
 
-use borescope::expression::Expression;
+use borescope::internals::expression::Expression;
 use formula::{AT, NAMES, names, read};
 
 #[test]

@@ -2,8 +2,8 @@
 
 use crate::support::formula;
 
-use borescope::expression::{Expression, FUNCTIONS, MAX_KNOTS, MAX_NESTING, MAX_NODES, Name};
-use borescope::units::Dimension;
+use borescope::internals::expression::{Expression, FUNCTIONS, MAX_KNOTS, MAX_NESTING, MAX_NODES, Name};
+use borescope::internals::units::Dimension;
 use formula::{AT, names, near, read, wrong};
 
 /// Formula, offset, message, help.

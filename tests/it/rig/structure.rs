@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
-use borescope::rig::Rig;
-use borescope::structure::isolability::{isolation, isolation_by_tests, signatures};
-use borescope::structure::mtes::mtes_sets;
-use borescope::structure::{Count, Isolability, Structure, analyse, from_rig, render};
+use borescope::Rig;
+use borescope::internals::structure::isolability::{isolation, isolation_by_tests, signatures};
+use borescope::internals::structure::mtes::mtes_sets;
+use borescope::internals::structure::{Count, Isolability, Structure, analyse, from_rig};
 
 fn telescopic() -> String {
     std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/telescopic/rig.toml")).unwrap()
@@ -106,7 +106,7 @@ fn three_faults_of_the_telescopic_rig() {
 fn show(rig: &Rig) -> Isolability {
     let start = Instant::now();
     let result = analyse(rig);
-    println!("analysed in {:.1} ms\n{}", start.elapsed().as_secs_f64() * 1e3, render(&result));
+    println!("analysed in {:.1} ms\n{}", start.elapsed().as_secs_f64() * 1e3, result);
     result
 }
 

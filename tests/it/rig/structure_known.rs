@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
-use borescope::structure::isolability::{isolation, isolation_by_tests, signatures};
-use borescope::structure::mso::{count_mso, mso_sets};
-use borescope::structure::mtes::{mtes_sets, smallest_test};
-use borescope::structure::placement::{Extent, place};
-use borescope::structure::selection::select;
-use borescope::structure::{Structure, matching};
+use borescope::internals::structure::isolability::{isolation, isolation_by_tests, signatures};
+use borescope::internals::structure::mso::{count_mso, mso_sets};
+use borescope::internals::structure::mtes::{mtes_sets, smallest_test};
+use borescope::internals::structure::placement::{Extent, place};
+use borescope::internals::structure::selection::select;
+use borescope::internals::structure::{Structure, matching};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 

@@ -1,6 +1,6 @@
 //! Units against known values, compounds in all their spellings, and what is said to a wrong one.
 
-use borescope::units::{Dimension, Quantity, Unit, UnitError};
+use borescope::internals::units::{Dimension, Quantity, Unit, UnitError};
 
 /// Symbol, a value in it, the SI value, the dimension.
 const KNOWN: &[(&str, f64, f64, Dimension)] = &[

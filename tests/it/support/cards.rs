@@ -1,10 +1,10 @@
 //! Worked numbers of cards, evaluated.
 
 use approx::assert_relative_eq;
-use borescope::physics::card::{Answer, Card};
-use borescope::physics::component::{PortFlows, PortVariables};
-use borescope::physics::fluid::{self, Fluid};
-use borescope::units::Unit;
+use borescope::Unit;
+use borescope::internals::physics::card::{Answer, Card};
+use borescope::internals::physics::component::{PortFlows, PortVariables};
+use borescope::internals::physics::fluid::{self, Fluid};
 
 pub fn unit(symbol: &str) -> Unit {
     Unit::parse(symbol).unwrap()

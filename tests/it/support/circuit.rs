@@ -1,8 +1,8 @@
 //! Small circuits and what they read, against what they should.
 
-use borescope::complaint::Complaint;
-use borescope::model::{InputSignals, Model, Outputs, Tolerance, cycle_times};
-use borescope::rig::Rig;
+use borescope::Complaint;
+use borescope::Rig;
+use borescope::internals::model::{InputSignals, Model, Outputs, Tolerance, cycle_times};
 
 /// The model of a rig, at this relative and absolute tolerance.
 pub fn model(rig: Result<Rig, Complaint>, tolerance: f64) -> Model {

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use borescope::estimation::*;
+use borescope::internals::estimation::*;
 use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -102,7 +102,12 @@ pub fn profile<F: Fn(f64, &[f64]) -> f64 + Sync>(
 /// Rise of the cost where parameter `i` is held at a value and all others are fitted anew to the end.
 #[allow(dead_code)]
 pub fn rise_at<P: Problem>(problem: &P, fit: &Fit, i: usize, value: f64) -> f64 {
-    let held = borescope::estimation::fit(&Held::new(problem, i, value), &fit.theta, Loss::None, Options::default());
+    let held = borescope::internals::estimation::fit(
+        &Held::new(problem, i, value),
+        &fit.theta,
+        Loss::None,
+        Options::default(),
+    );
     held.unwrap().cost - fit.cost
 }
 

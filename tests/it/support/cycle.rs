@@ -1,9 +1,9 @@
 //! The cycle of a rig, simulated into the record that its logger would write.
 
-use borescope::model::{Before, InputSignals, Model, Onset, cycle_times, input_columns, recording};
-use borescope::record::Record;
-use borescope::rig::Cycle;
-use borescope::units::Quantity;
+use borescope::Quantity;
+use borescope::Record;
+use borescope::internals::model::{Before, InputSignals, Model, Onset, cycle_times, input_columns, recording};
+use borescope::internals::rig::Cycle;
 
 /// The rig's own cycle, all parameters nominal, with the noise of seed 1, until said otherwise.
 pub struct Run<'a> {

@@ -1,8 +1,8 @@
 //! What the tests of formulas share.
 #![allow(dead_code)]
 
-use borescope::expression::{Expression, ExpressionError, Name};
-use borescope::units::Unit;
+use borescope::Unit;
+use borescope::internals::expression::{Expression, ExpressionError, Name};
 
 /// Names of the tests, with units that tell their dimensions.
 pub const NAMES: [(&str, &str); 10] = [

@@ -4,9 +4,9 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use borescope::model::{Before, InputSignals, Model, Onset, Outputs, input_columns, recording};
-use borescope::rig::{Cycle, Rig};
-use borescope::units::Quantity;
+use borescope::Quantity;
+use borescope::internals::model::{Before, InputSignals, Model, Onset, Outputs, input_columns, recording};
+use borescope::internals::rig::{Cycle, Rig};
 
 /// Writes a record of so many healthy cycles and as many with a fault, which begins with the first of them, and gives its rows.
 pub fn write(path: &Path, rig: &str, [healthy, faulty]: [usize; 2], (fault, value): (&str, &str)) -> usize {

@@ -1,9 +1,9 @@
 //! A stretch of steady motion: means of the sensors and residuals, and sizes of faults that follow from one component.
 
-use borescope::model::InputSignals;
-use borescope::record::Record;
-use borescope::residual::{Detection, Gate, Variant, estimator::Healthy, generators};
-use borescope::rig::Rig;
+use borescope::Record;
+use borescope::Rig;
+use borescope::internals::model::InputSignals;
+use borescope::internals::residual::{Detection, Gate, Variant, estimator::Healthy, generators};
 
 pub const LPM: f64 = 1e-3 / 60.0;
 
@@ -42,7 +42,7 @@ impl Steady {
         let slope = t.iter().zip(x).map(|(t, x)| (t - middle) * (x - centre)).sum::<f64>()
             / t.iter().map(|t| (t - middle).powi(2)).sum::<f64>();
         let drive = InputSignals::from_record(rig, record).unwrap();
-        let residual = |generator: borescope::residual::Generator| {
+        let residual = |generator: borescope::internals::residual::Generator| {
             let series = generator.blocks(rig, record, &drive, Detection::default().window).unwrap();
             let within =
                 |&at: &usize| series.start[at] >= from && series.time[at] <= to && series.gate[at] == Gate::Open;

@@ -3,7 +3,7 @@
 use std::fs;
 use std::str::FromStr;
 
-use borescope::campaign::statistics::{lower, upper};
+use borescope::internals::campaign::statistics::{lower, upper};
 
 /// A number that the environment gives a study, such as `CASES`.
 pub fn number<T: FromStr>(name: &str, otherwise: T) -> T {

@@ -1,7 +1,7 @@
 //! What the plants may hide: the effect's name in the library, a draw of its size, and how the plant has it.
 
-use borescope::campaign::random::Stream;
-use borescope::rig::Rig;
+use borescope::Rig;
+use borescope::internals::campaign::random::Stream;
 
 use super::{A, B, Line, PUMP_LINE, Plant};
 

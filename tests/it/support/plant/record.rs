@@ -1,8 +1,8 @@
 //! The plant run through a cycle, and what a logger wrote of it.
 
-use borescope::campaign::random::Stream;
-use borescope::record::{Channel, Record};
-use borescope::units::Unit;
+use borescope::Unit;
+use borescope::internals::campaign::random::Stream;
+use borescope::internals::record::{Channel, Record};
 use ode_solvers::dop_shared::System;
 use ode_solvers::{Rk4, SVector};
 

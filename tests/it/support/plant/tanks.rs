@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use borescope::campaign::random::Stream;
-use borescope::record::{Channel, Record};
-use borescope::units::Unit;
+use borescope::Unit;
+use borescope::internals::campaign::random::Stream;
+use borescope::internals::record::{Channel, Record};
 
 const INTERVAL: f64 = 4.0;
 const ROWS: usize = 700;

@@ -1,0 +1,38 @@
+//! The rooms of the crate, for its own tests, benches and fuzz targets. No part of what the library promises.
+
+/// A public room beside each private one, with the same items.
+macro_rules! rooms {
+    ($($(#[$condition:meta])? $room:ident),* $(,)?) => {
+        $($(#[$condition])? pub mod $room { pub use crate::$room::*; })*
+    };
+}
+
+rooms! {
+    calibration,
+    campaign,
+    check,
+    complaint,
+    context,
+    diagnosis,
+    draft,
+    estimation,
+    expression,
+    files,
+    #[cfg(feature = "store")]
+    history,
+    isolability,
+    learn,
+    model,
+    number,
+    numeric,
+    physics,
+    record,
+    report,
+    residual,
+    rig,
+    simulation,
+    #[cfg(feature = "store")]
+    store,
+    structure,
+    units,
+}
