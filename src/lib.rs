@@ -6,10 +6,10 @@
 //!
 //! ```
 //! use borescope::{Record, Rig};
-//! # use borescope::simulation::{Options, simulate};
+//! # use borescope::{SimulationOptions, simulate};
 //! # use std::path::PathBuf;
 //! # let faulty = Rig::read("fixtures/two_tanks/rig.toml")?.model().with("upper_outlet.diameter", "6.5 mm")?;
-//! # let measured = |seed| simulate(&faulty, None, &Options { name: PathBuf::from("check"), seed: Some(seed), ..Options::default() });
+//! # let measured = |seed| simulate(&faulty, None, &SimulationOptions { name: PathBuf::from("check"), seed: Some(seed), ..SimulationOptions::default() });
 //! # let logged = measured(1)?.record;
 //! # let check = measured(2)?.record;
 //! # let column = |name: &str| logged.channel(name).map_or_else(Vec::new, |one| one.values.clone());
