@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::support::cycle::Run;
-use borescope::calibration::{Calibrated, Options, calibrate};
-use borescope::model::Model;
-use borescope::rig::Rig;
+use borescope::Model;
+use borescope::Rig;
+use borescope::internals::calibration::{Calibrated, CalibrationOptions, calibrate};
 
 /// Calibrates the rig of a text, sensors stated with another noise than the record's own.
 fn calibrated(text: &str, from: &str, to: &str) -> Calibrated {
@@ -15,7 +15,7 @@ fn calibrated(text: &str, from: &str, to: &str) -> Calibrated {
     let mut lacking = Rig::parse("tanks.toml", text.replace("free-outlet", "orifice")).unwrap();
     lacking.sensors.iter_mut().for_each(|sensor| sensor.noise = 2e-3);
     let record = Run::of(&Model::new(lacking)).seed(3).record("other.csv");
-    calibrate(&text, &rig, &[record], &Options::default()).unwrap()
+    calibrate(&text, &rig, &[record], &CalibrationOptions::default()).unwrap()
 }
 
 /// What a calibration finds while the model lacks something does not hang on the noise that the rig file states, and that noise is kept.
@@ -43,9 +43,9 @@ fn a_model_that_lacks_something_is_calibrated_alike_whatever_noise_is_stated() {
 
 mod shared {
     use super::*;
-    use borescope::diagnosis::{Verdict, diagnose};
-    use borescope::model::InputSignals;
-    use borescope::record::Record;
+    use borescope::Record;
+    use borescope::internals::diagnosis::{Verdict, diagnose};
+    use borescope::internals::model::InputSignals;
 
     fn real(name: &str) -> PathBuf {
         Path::new("../shared/records/real").join(name)
@@ -56,7 +56,7 @@ mod shared {
         let text = std::fs::read_to_string(&path).unwrap();
         let rig = Rig::parse(&path, text.clone()).unwrap();
         let records: Vec<Record> = records.iter().map(|name| rig.record(real(name)).unwrap()).collect();
-        let Calibrated { rig, report, .. } = calibrate(&text, &rig, &records, &Options::default()).unwrap();
+        let Calibrated { rig, report, .. } = calibrate(&text, &rig, &records, &CalibrationOptions::default()).unwrap();
         for one in report.parameters.iter().filter(|one| one.id.starts_with("pump.")) {
             println!("{} {} +- {} {}", one.id, one.after, one.sigma_after, one.unit);
         }
