@@ -233,6 +233,10 @@ impl<'a, S: Scalar> Assembly<'a, S> {
 }
 
 impl<S: Scalar, const N: usize> System<S, N> for Assembly<'_, S> {
+    fn states(&self) -> usize {
+        self.layout.states
+    }
+
     fn derivative(&mut self, t: f64, y: &[S; N], dydt: &mut [S; N]) {
         self.evaluate(t, y);
         let mut through = [S::zero(); N];

@@ -171,6 +171,11 @@ macro_rules! with_states {
                 const $N: usize = 24;
                 $body
             }
+            // Plants: loops over states that are not there cost less than one more size to compile.
+            25..=$crate::numeric::MOST_STATES => {
+                const $N: usize = $crate::numeric::MOST_STATES;
+                $body
+            }
             states => Err(SimulationError::TooLarge { states, most: $crate::numeric::MOST_STATES }),
         }
     };

@@ -242,6 +242,10 @@ impl Pass {
 }
 
 impl<const N: usize> Curved<N> for Slopes<'_> {
+    fn states(&self) -> usize {
+        self.layout.states
+    }
+
     fn slopes(&mut self, t: f64, y: &[f64; N], j: &mut [[f64; N]; N], by: &mut Vec<Entry>) {
         self.evaluate(t, y);
         let mut sums = [Sum::default(); N];

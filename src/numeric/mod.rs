@@ -13,7 +13,16 @@ mod rosenbrock;
 mod wide;
 
 /// Most states that the integrator is compiled for.
-pub const MOST_STATES: usize = 24;
+pub const MOST_STATES: usize = 100;
+/// Largest size of which every number of states up to it has a size of its own nearby: loops run over whole arrays.
+const WHOLE: usize = 24;
+
+/// How far loops over arrays of `N` run where so many states are in use: in a small array over all of it, which compiles to wide
+/// registers without a remainder.
+#[inline(always)]
+const fn in_use<const N: usize>(states: usize) -> usize {
+    if N > WHOLE { states } else { N }
+}
 
 pub use dual::Dual;
 #[cfg(feature = "internals")]

@@ -22,6 +22,11 @@ pub use tangents::{Curved, Entry, Tangents};
 
 /// The equations `y' = f(t, y)` of `N` states.
 pub trait System<S: Scalar, const N: usize> {
+    /// How many states are in use, from the first on. The rates of those behind them are zero, and nothing depends on them.
+    fn states(&self) -> usize {
+        N
+    }
+
     /// Writes `f(t, y)` into `dydt`, every entry.
     fn derivative(&mut self, t: f64, y: &[S; N], dydt: &mut [S; N]);
 

@@ -26,6 +26,7 @@ mod circuit {
     mod energy;
     mod onset_slopes;
     mod own_effects;
+    mod plant;
     mod properties;
     mod solvers;
     mod viscosity;

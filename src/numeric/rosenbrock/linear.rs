@@ -1,7 +1,7 @@
 //! The stage equation `W k = b`, with one real inverse per step and a correction for derivatives.
 
 use crate::numeric::wide::wide;
-use crate::numeric::{Dual, Real};
+use crate::numeric::{Dual, Real, WHOLE, in_use};
 
 /// The inverse of a real `N` by `N` matrix.
 ///
@@ -10,41 +10,47 @@ use crate::numeric::{Dual, Real};
 pub struct Inverse<const N: usize> {
     /// `columns[c][r]` is the entry of row `r`, column `c`: a product runs along memory.
     columns: [[f64; N]; N],
+    /// States in use; what is behind them is zero.
+    states: usize,
 }
 
 impl<const N: usize> Inverse<N> {
     /// Inverts `W = diagonal I - J` from the real part of `j[row][column]`.
     ///
     /// `scale[i] > 0` is the size at which state `i` matters; pivots are compared in these units, so the choice does not
-    /// depend on whether a pressure is in Pa or MPa. Returns `None` if `W` is singular or not finite.
-    pub fn of_shifted<S: Real>(diagonal: f64, j: &[[S; N]; N], scale: &[f64; N]) -> Option<Self> {
+    /// depend on whether a pressure is in Pa or MPa. Of a large array only the first `states` rows and columns are looked at.
+    /// Returns `None` if `W` is singular or not finite.
+    pub fn of_shifted<S: Real>(diagonal: f64, j: &[[S; N]; N], scale: &[f64; N], states: usize) -> Option<Self> {
+        let states = in_use::<N>(states);
         // Held transposed throughout, since the inverse of the transpose is the transpose of the inverse.
         let mut a = [[0.0; N]; N];
-        for (r, row) in j.iter().enumerate() {
-            for (c, value) in row.iter().enumerate() {
+        for (r, row) in j[..states].iter().enumerate() {
+            for (c, value) in row[..states].iter().enumerate() {
                 a[c][r] = -value.re();
             }
             a[r][r] += diagonal;
         }
 
-        inverted(&mut a, scale).then_some(Self { columns: a })
+        inverted(&mut a, scale, states).then_some(Self { columns: a, states })
     }
 
     /// The product of the inverse with `b`.
     #[inline]
     pub fn times(&self, b: &[f64; N]) -> [f64; N] {
-        product(&self.columns, b)
+        product(&self.columns, b, self.states)
     }
 }
 
 wide! {
-    /// Inverts a matrix in place, by Gauss and Jordan with pivots by column; false if it is singular or not finite.
-    pub(super) fn inverted<const N: usize>(a: &mut [[f64; N]; N], scale: &[f64; N]) -> bool {
+    /// Inverts the part of a matrix that is in use in place, by Gauss and Jordan with pivots by column; false if it is singular or
+    /// not finite.
+    pub(super) fn inverted<const N: usize>(a: &mut [[f64; N]; N], scale: &[f64; N], states: usize) -> bool {
+        let n = in_use::<N>(states);
         let mut swapped_with = [0; N];
-        for p in 0..N {
+        for p in 0..n {
             let mut best = p;
             let mut size = a[p][p].abs() * scale[p];
-            for r in p + 1..N {
+            for r in p + 1..n {
                 let candidate = a[r][p].abs() * scale[r];
                 if candidate > size {
                     best = r;
@@ -58,6 +64,10 @@ wide! {
             swapped_with[p] = best;
             if best != p {
                 a.swap(p, best);
+            }
+            if N > WHOLE {
+                eliminated(&mut a[..n], p, reciprocal);
+                continue;
             }
             // A choice, not a store of one entry: a wide load right behind a narrow store waits for it.
             let with = |row: &[f64; N], entry: f64| std::array::from_fn(|c| if c == p { entry } else { row[c] });
@@ -75,10 +85,10 @@ wide! {
             }
             a[p] = pivot_row;
         }
-        for p in (0..N).rev() {
+        for p in (0..n).rev() {
             let other = swapped_with[p];
             if other != p {
-                for row in a.iter_mut() {
+                for row in a[..n].iter_mut() {
                     row.swap(p, other);
                 }
             }
@@ -87,11 +97,28 @@ wide! {
     }
 }
 
+/// One column of the elimination in a large array, of which few entries are in use and fewer are not zero.
+#[inline(always)]
+fn eliminated<const N: usize>(a: &mut [[f64; N]], p: usize, reciprocal: f64) {
+    let n = a.len();
+    a[p][p] = 1.0;
+    a[p][..n].iter_mut().for_each(|value| *value *= reciprocal);
+    let pivot_row = a[p];
+    for (r, row) in a.iter_mut().enumerate() {
+        let factor = row[p];
+        if r != p && factor != 0.0 {
+            row[p] = 0.0;
+            row[..n].iter_mut().zip(&pivot_row).for_each(|(value, pivot)| *value -= factor * pivot);
+        }
+    }
+}
+
 wide! {
-    fn product<const N: usize>(columns: &[[f64; N]; N], b: &[f64; N]) -> [f64; N] {
+    fn product<const N: usize>(columns: &[[f64; N]; N], b: &[f64; N], states: usize) -> [f64; N] {
+        let n = in_use::<N>(states);
         let mut x = [0.0; N];
-        for (column, factor) in columns.iter().zip(b) {
-            for (sum, entry) in x.iter_mut().zip(column) {
+        for (column, factor) in columns[..n].iter().zip(b) {
+            for (sum, entry) in x[..n].iter_mut().zip(column) {
                 *sum += entry * factor;
             }
         }
@@ -123,7 +150,8 @@ impl<const P: usize> Scalar for Dual<f64, P> {
         let value = inverse.times(&b.map(|entry| entry.re));
         let mut k = value.map(Self::lift);
         let mut right = [[0.0; P]; N];
-        for ((right, row), entry) in right.iter_mut().zip(j).zip(b) {
+        let n = inverse.states;
+        for ((right, row), entry) in right.iter_mut().zip(j).zip(b).take(n) {
             let mut sum = entry.eps;
             for (slope, factor) in row.iter().zip(&value) {
                 for (sum, slope) in sum.iter_mut().zip(&slope.eps) {
@@ -132,7 +160,7 @@ impl<const P: usize> Scalar for Dual<f64, P> {
             }
             *right = sum;
         }
-        for (column, right) in inverse.columns.iter().zip(&right) {
+        for (column, right) in inverse.columns.iter().zip(&right).take(n) {
             for (k, entry) in k.iter_mut().zip(column) {
                 for (sum, right) in k.eps.iter_mut().zip(right) {
                     *sum += entry * right;

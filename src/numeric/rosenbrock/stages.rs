@@ -2,7 +2,7 @@
 
 use super::coefficients::{A2, A3, A4, A5, A6, C, C2, C3, C4, C5, C6, C7, C8, D, GAMMA};
 use super::{IntegrationError, Inverse, Options, Scalar, System};
-use crate::numeric::Real;
+use crate::numeric::{Real, in_use};
 
 /// A point of the solution and the equations around it: what every attempt at a step from there shares.
 pub(super) struct Local<S, const N: usize> {
@@ -25,13 +25,16 @@ impl<S: Scalar, const N: usize> Local<S, N> {
     /// Asks the system for derivative and Jacobian here.
     #[inline(always)]
     pub(super) fn linearise(&mut self, system: &mut impl System<S, N>) -> Result<(), IntegrationError> {
-        self.jacobian = [[S::zero(); N]; N];
+        let n = in_use::<N>(system.states());
+        for row in &mut self.jacobian[..n] {
+            row[..n].fill(S::zero());
+        }
         self.dfdt = [S::zero(); N];
         system.linearise(self.t, &self.y, &mut self.derivative, &mut self.jacobian, &mut self.dfdt);
-        for (i, row) in self.jacobian.iter().enumerate() {
+        for (i, row) in self.jacobian[..n].iter().enumerate() {
             // Zero times anything finite is zero, so one sum tells whether all of the row is finite.
             let mut sum = self.derivative[i].re() * 0.0 + self.dfdt[i].re() * 0.0;
-            for entry in row {
+            for entry in &row[..n] {
                 sum += entry.re() * 0.0;
             }
             if sum != 0.0 {
@@ -58,7 +61,7 @@ pub(super) fn attempt<S: Scalar, const N: usize>(
     let tolerance = |i: usize, size: f64| options.atol[i] + options.rtol * size;
     let scale = std::array::from_fn(|i| tolerance(i, y[i].re().abs()));
     *error = [f64::NAN; N];
-    let inverse = Inverse::of_shifted(1.0 / (GAMMA * h), &local.jacobian, &scale)?;
+    let inverse = Inverse::of_shifted(1.0 / (GAMMA * h), &local.jacobian, &scale, system.states())?;
 
     let mut stages = Stages { system, local, inverse: &inverse, h, k };
     stages.first();

@@ -6,10 +6,16 @@
 
 use super::Step;
 use super::linear::inverted;
+use crate::numeric::in_use;
 use crate::numeric::wide::wide;
 
 /// The derivatives of a system of `N` states by states and parameters.
 pub trait Curved<const N: usize> {
+    /// How many states are in use, from the first on.
+    fn states(&self) -> usize {
+        N
+    }
+
     /// Writes the derivatives of `f(t, y)` by the states into `j[row][column]`, which arrives zeroed, and adds those by the
     /// parameters to `by`.
     fn slopes(&mut self, t: f64, y: &[f64; N], j: &mut [[f64; N]; N], by: &mut Vec<Entry>);
@@ -61,6 +67,8 @@ pub struct Tangents<const N: usize> {
     stages: Vec<[Block<N>; STAGES]>,
     /// Derivatives by parameters at each stage.
     by: [Vec<Entry>; STAGES],
+    /// Derivatives by the states at each stage, then [`ELIMINATED`]: on the heap, since those of a plant would fill a thread's stack.
+    matrices: Vec<Matrix<N>>,
 }
 
 #[inline(always)]
@@ -73,35 +81,35 @@ fn axpy(sum: &mut Row, factor: f64, row: &Row) {
 /// A matrix, column by column.
 type Matrix<const N: usize> = [[f64; N]; N];
 
-/// The equations of the stages, `(A/h - J) Z = right`, with one stage eliminated after the other.
-struct Eliminated<const N: usize> {
-    /// Inverses of what is left of each diagonal block.
-    inverses: [Matrix<N>; STAGES],
-    /// What is left of the blocks right of the second and below it.
-    right: Matrix<N>,
-    below: Matrix<N>,
-}
+/// Matrices of the equations of the stages, `(A/h - J) Z = right`, with one stage eliminated after the other: the inverses of what is
+/// left of each diagonal block, and what is left of the blocks right of the second and below it.
+const ELIMINATED: usize = STAGES + 2;
 
 wide! {
-    /// Eliminates stage by stage; `None` if that is singular. `j[stage][row][column]`.
-    fn eliminate<const N: usize>(h: f64, j: &[[[f64; N]; N]; STAGES], scale: &[f64; N]) -> Option<Eliminated<N>> {
-        let mut inverses = [[[0.0; N]; N]; STAGES];
-        for (stage, block) in inverses.iter_mut().enumerate() {
-            for (column, entries) in block.iter_mut().enumerate() {
-                for (row, entry) in entries.iter_mut().enumerate() {
+    /// Eliminates stage by stage; false if that is singular. `j[stage][row][column]`.
+    fn eliminate<const N: usize>(
+        h: f64,
+        j: &[Matrix<N>],
+        scale: &[f64; N],
+        states: usize,
+        eliminated: &mut [Matrix<N>],
+    ) -> bool {
+        let n = in_use::<N>(states);
+        for (stage, block) in eliminated[..STAGES].iter_mut().enumerate() {
+            for (column, entries) in block[..n].iter_mut().enumerate() {
+                for (row, entry) in entries[..n].iter_mut().enumerate() {
                     *entry = -j[stage][row][column];
                 }
                 entries[column] += A[stage][stage] / h;
             }
         }
-        let [first, second, third] = &mut inverses;
-        if !inverted(first, scale) {
-            return None;
+        let [first, second, third, right, below] = eliminated else { return false };
+        if !inverted(first, scale, n) {
+            return false;
         }
-        let (mut right, mut below) = ([[0.0; N]; N], [[0.0; N]; N]);
         let per = 1.0 / (h * h);
-        for column in 0..N {
-            for row in 0..N {
+        for column in 0..n {
+            for row in 0..n {
                 let known = first[column][row] * per;
                 second[column][row] -= A[1][0] * A[0][1] * known;
                 right[column][row] = -A[1][0] * A[0][2] * known;
@@ -111,27 +119,28 @@ wide! {
             right[column][column] += A[1][2] / h;
             below[column][column] += A[2][1] / h;
         }
-        if !inverted(second, scale) {
-            return None;
+        if !inverted(second, scale, n) {
+            return false;
         }
-        for column in 0..N {
+        for column in 0..n {
             let mut through = [0.0; N];
-            for (factor, entries) in right[column].iter().zip(second.iter()) {
-                through.iter_mut().zip(entries).for_each(|(sum, entry)| *sum += factor * entry);
+            for (factor, entries) in right[column][..n].iter().zip(second.iter()) {
+                through[..n].iter_mut().zip(entries).for_each(|(sum, entry)| *sum += factor * entry);
             }
-            for (factor, entries) in through.iter().zip(&below) {
-                third[column].iter_mut().zip(entries).for_each(|(sum, entry)| *sum -= factor * entry);
+            for (factor, entries) in through[..n].iter().zip(below.iter()) {
+                third[column][..n].iter_mut().zip(entries).for_each(|(sum, entry)| *sum -= factor * entry);
             }
         }
-        inverted(third, scale).then_some(Eliminated { inverses, right, below })
+        inverted(third, scale, n)
     }
 }
 
 #[inline(always)]
-fn product<const N: usize>(matrix: &Matrix<N>, block: &Block<N>) -> Block<N> {
+fn product<const N: usize>(matrix: &Matrix<N>, block: &Block<N>, states: usize) -> Block<N> {
+    let n = in_use::<N>(states);
     let mut result = [[0.0; WIDTH]; N];
-    for (row, sum) in result.iter_mut().enumerate() {
-        for (column, factors) in matrix.iter().zip(block) {
+    for (row, sum) in result[..n].iter_mut().enumerate() {
+        for (column, factors) in matrix[..n].iter().zip(block) {
             axpy(sum, column[row], factors);
         }
     }
@@ -151,11 +160,13 @@ wide! {
     /// The derivatives by one block of parameters at the stages of a step of length `h`, from those at its start.
     fn staged<const N: usize>(
         h: f64,
-        eliminated: &Eliminated<N>,
+        eliminated: &[Matrix<N>],
+        states: usize,
         by: &[Vec<Entry>; STAGES],
         block: usize,
         before: &Block<N>,
     ) -> [Block<N>; STAGES] {
+        let product = |matrix: usize, block: &Block<N>| product(&eliminated[matrix], block, states);
         let mut known = [[[0.0; WIDTH]; N]; STAGES];
         for ((known, weights), by) in known.iter_mut().zip(&A).zip(by) {
             *known = plus(*known, weights.iter().sum::<f64>() / h, before);
@@ -165,14 +176,14 @@ wide! {
                 }
             }
         }
-        let Eliminated { inverses, right, below } = eliminated;
-        let first = product(&inverses[0], &known[0]);
-        let second = product(&inverses[1], &plus(known[1], -A[1][0] / h, &first));
+        let (right, below) = (STAGES, STAGES + 1);
+        let first = product(0, &known[0]);
+        let second = product(1, &plus(known[1], -A[1][0] / h, &first));
         let rest = plus(plus(known[2], -A[2][0] / h, &first), -1.0, &product(below, &second));
-        let third = product(&inverses[2], &rest);
-        let second = plus(second, -1.0, &product(&inverses[1], &product(right, &third)));
+        let third = product(2, &rest);
+        let second = plus(second, -1.0, &product(1, &product(right, &third)));
         let rest = plus(plus(known[0], -A[0][1] / h, &second), -A[0][2] / h, &third);
-        [product(&inverses[0], &rest), second, third]
+        [product(0, &rest), second, third]
     }
 }
 
@@ -195,13 +206,16 @@ impl<const N: usize> Tangents<N> {
             stages: vec![[[[0.0; WIDTH]; N]; STAGES]; blocks.len()],
             blocks,
             by: Default::default(),
+            matrices: vec![[[0.0; N]; N]; STAGES + ELIMINATED],
         }
     }
 
     /// Goes along one accepted step of `system`'s plain run. Where the method's equations are singular, all become NaN.
     pub fn advance(&mut self, system: &mut impl Curved<N>, step: &Step<'_, f64, N>) {
-        let mut j = [[[0.0; N]; N]; STAGES];
-        for ((c, j), by) in C.iter().zip(&mut j).zip(&mut self.by) {
+        let n = in_use::<N>(system.states());
+        let (j, eliminated) = self.matrices.split_at_mut(STAGES);
+        for ((c, j), by) in C.iter().zip(j.iter_mut()).zip(&mut self.by) {
+            j[..n].iter_mut().for_each(|row| row[..n].fill(0.0));
             let (t, y) = match step.t + c * step.h {
                 t if *c < 1.0 => (t, step.interpolate_all(t)),
                 _ => (step.t_end, *step.y1),
@@ -210,12 +224,13 @@ impl<const N: usize> Tangents<N> {
             system.slopes(t, &y, j, by);
         }
         std::mem::swap(&mut self.before, &mut self.blocks);
-        let eliminated = eliminate(step.h, &j, &self.scale);
+        let regular = eliminate(step.h, j, &self.scale, n, eliminated);
         for (block, before) in self.before.iter().enumerate() {
             let stages = &mut self.stages[block];
-            *stages = match &eliminated {
-                Some(eliminated) => staged(step.h, eliminated, &self.by, block, before),
-                None => [[[f64::NAN; WIDTH]; N]; STAGES],
+            *stages = if regular {
+                staged(step.h, eliminated, n, &self.by, block, before)
+            } else {
+                [[[f64::NAN; WIDTH]; N]; STAGES]
             };
             self.blocks[block] = stages[STAGES - 1];
         }
