@@ -14,6 +14,7 @@ mod support {
     pub mod plant;
     pub mod steady;
     pub mod study;
+    pub mod telescopic;
 
     #[path = "../../../fixtures/bench/stroke.rs"]
     pub mod stroke;

@@ -2,14 +2,12 @@
 //! near the truth, intervals hold it, and what the record cannot say is left open.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
-use borescope::Model;
 use borescope::Quantity;
-use borescope::Record;
-use borescope::Rig;
-use borescope::internals::diagnosis::{Diagnosis, DiagnosisOptions, Verdict, diagnose};
+use borescope::internals::diagnosis::{Diagnosis, Verdict};
 use borescope::internals::estimation::Identifiable;
+
+use crate::support::telescopic;
 
 const RECORDS: [&str; 9] = [
     "healthy_1",
@@ -35,13 +33,8 @@ fn truths() -> BTreeMap<String, [f64; 3]> {
     table.iter().map(|(name, value)| (name.clone(), one(value))).collect()
 }
 
-fn diagnose_all() -> Vec<(&'static str, Diagnosis)> {
-    let folder = Path::new("fixtures/telescopic");
-    let one = |name: &'static str| {
-        let model = Model::new(Rig::read(folder.join("rig.toml")).unwrap());
-        let record = Record::read(folder.join(name).with_extension("csv")).unwrap();
-        (name, diagnose(&model, &record, &DiagnosisOptions::default()).unwrap().diagnosis)
-    };
+fn diagnose_all() -> Vec<(&'static str, &'static Diagnosis)> {
+    let one = |name: &'static str| (name, &telescopic::diagnosis(name).result);
     let (early, late) = RECORDS.split_at(5);
     std::thread::scope(|scope| {
         let late = scope.spawn(move || late.iter().map(|name| one(name)).collect::<Vec<_>>());
@@ -99,7 +92,11 @@ fn open_records() {
 
 /// Records that stand beside the project.
 mod shared {
+    use std::path::Path;
+
     use super::*;
+    use borescope::internals::diagnosis::{DiagnosisOptions, diagnose};
+    use borescope::{Model, Record, Rig};
 
     #[test]
     #[ignore = "needs ../shared/records"]

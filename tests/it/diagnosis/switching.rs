@@ -28,29 +28,36 @@ fn present(diagnosis: &Diagnosis) -> Vec<&str> {
 }
 
 /// Spools of usual damping, the first as quick as the lag of the model, the others slower and later.
-fn spools() -> [Plant; 3] {
-    let spool =
-        |spool_damping, lag, dead_rows| Plant { spool_damping, spool_lags: [lag, 0.0], dead_rows, ..Plant::default() };
-    [spool(0.85, 8e-3, 0), spool(0.7, 9e-3, 1), spool(1.0, 10e-3, 2)]
+const SPOOLS: [(f64, f64, usize); 3] = [(0.85, 8e-3, 0), (0.7, 9e-3, 1), (1.0, 10e-3, 2)];
+
+fn plant(spool: usize, clearance: f64) -> Plant {
+    let (spool_damping, lag, dead_rows) = SPOOLS[spool];
+    Plant { spool_damping, spool_lags: [lag, 0.0], dead_rows, clearance, ..Plant::default() }
+}
+
+fn is_healthy(spool: usize, seed: u64) {
+    let diagnosis = of_plant(&plant(spool, Plant::default().clearance), seed);
+    assert_eq!((diagnosis.verdict, present(&diagnosis)), (Verdict::Healthy, vec![]), "spool {spool}, seed {seed}");
+}
+
+fn leaks_alone(spool: usize, seed: u64) {
+    let diagnosis = of_plant(&plant(spool, 0.15e-3), seed);
+    assert_eq!(present(&diagnosis), ["cylinder.clearance"], "spool {spool}, seed {seed}");
+    let clearance = &diagnosis.faults[0];
+    let [Some(low), Some(high)] = clearance.ci95 else { panic!("open: {clearance:?}") };
+    assert!(low <= 0.15 && 0.15 <= high && high - low < 0.01, "spool {spool}, seed {seed}: {low} to {high}");
 }
 
 #[test]
 fn a_healthy_rig_is_healthy_whatever_its_spool_does() {
-    for (seed, spool) in (11..).zip(spools()) {
-        let diagnosis = of_plant(&spool, seed);
-        assert_eq!((diagnosis.verdict, present(&diagnosis)), (Verdict::Healthy, vec![]), "seed {seed}");
-    }
+    is_healthy(0, 11);
+    is_healthy(2, 13);
 }
 
 #[test]
 fn a_leak_is_found_alone_whatever_the_spool_does() {
-    for (seed, spool) in (21..).zip(spools()) {
-        let diagnosis = of_plant(&Plant { clearance: 0.15e-3, ..spool }, seed);
-        assert_eq!(present(&diagnosis), ["cylinder.clearance"], "seed {seed}");
-        let clearance = &diagnosis.faults[0];
-        let [Some(low), Some(high)] = clearance.ci95 else { panic!("open: {clearance:?}") };
-        assert!(low <= 0.15 && 0.15 <= high && high - low < 0.01, "seed {seed}: {low} to {high}");
-    }
+    leaks_alone(0, 21);
+    leaks_alone(2, 23);
 }
 
 /// A record as a logger of so many rows less would have written it.
@@ -64,12 +71,28 @@ fn thinned(record: &Record, every: usize) -> Record {
     thinned
 }
 
+fn stays_healthy(every: usize) {
+    let record = Record::read("fixtures/telescopic/healthy_1.csv").unwrap();
+    let diagnosis = diagnosed(&thinned(&record, every));
+    assert_eq!((diagnosis.verdict, present(&diagnosis)), (Verdict::Healthy, vec![]), "every {every}th row");
+}
+
+/// 25 and 5 Hz: the edges of the command lie anywhere between two rows.
 #[test]
 fn a_slow_logger_moves_no_sensor() {
-    let record = Record::read("fixtures/telescopic/healthy_1.csv").unwrap();
-    // 25, 12.5 and 5 Hz: the edges of the command lie anywhere between two rows.
-    for every in [10, 20, 50] {
-        let diagnosis = diagnosed(&thinned(&record, every));
-        assert_eq!((diagnosis.verdict, present(&diagnosis)), (Verdict::Healthy, vec![]), "every {every}th row");
+    stays_healthy(10);
+    stays_healthy(50);
+}
+
+/// What lies between the spools and the loggers of the tests.
+mod studies {
+    use super::*;
+
+    #[test]
+    #[ignore = "half a minute"]
+    fn spools_and_loggers_between() {
+        is_healthy(1, 12);
+        leaks_alone(1, 22);
+        stays_healthy(20);
     }
 }

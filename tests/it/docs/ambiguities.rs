@@ -6,17 +6,16 @@ use crate::support::page;
 
 use crate::support::cycle::Run;
 use crate::support::steady;
+use crate::support::telescopic;
 
 use std::sync::OnceLock;
 
-use borescope::Record;
 use borescope::Rig;
 use borescope::internals::diagnosis::{Diagnosis, DiagnosisOptions, diagnose};
 use borescope::internals::model::{InputSignals, Model};
 use borescope::internals::residual::{Detection, Variant, signatures};
 use steady::{LPM, Steady};
 
-const RIG: &str = "fixtures/telescopic/rig.toml";
 const AMBIGUITIES: &str = "docs/theory/two-ambiguities.md";
 const SERIES: &str = "docs/theory/order-of-series.md";
 /// 1 L/min/bar in m³/s/Pa.
@@ -55,11 +54,11 @@ fn header(cells: &[&str]) -> [String; 2] {
     [format!("| {} |", cells.join(" | ")), format!("|{}", "---|".repeat(cells.len()))]
 }
 
-/// The rig with the faults that the paper speaks of; all of them, sensor faults included, take minutes for five records.
+/// The rig with the faults that the paper speaks of; with so few the joint fit of simulated cases is quick.
 fn model() -> &'static Model {
     static MODEL: OnceLock<Model> = OnceLock::new();
     MODEL.get_or_init(|| {
-        let mut rig = Rig::read(RIG).unwrap_or_else(|complaint| panic!("{complaint}"));
+        let mut rig = Rig::read(telescopic::RIG).unwrap_or_else(|complaint| panic!("{complaint}"));
         let spoken_of = [FAULTS.as_slice(), &[A_T, P_B]].concat();
         let own: Vec<usize> = spoken_of.iter().map(|id| rig.parameter(id).unwrap()).collect();
         rig.faults.retain(|fault| own.contains(&fault.parameter));
@@ -235,7 +234,7 @@ fn leak_or_lost_opening_by_the_joint_fit() {
 /// A series of the paper: what its record shows near the end of the first outstroke, and its diagnosis.
 struct Series {
     steady: Steady,
-    diagnosis: Diagnosis,
+    diagnosis: &'static Diagnosis,
 }
 
 /// Clearance in mm, orifice in mm and opening that were put in, from `fixtures/telescopic/truth.toml`.
@@ -245,18 +244,11 @@ const FAULTS: [&str; 3] = ["cylinder.clearance", "flow_control.orifice_diameter"
 fn series() -> &'static [Series; 3] {
     static SERIES: OnceLock<[Series; 3]> = OnceLock::new();
     SERIES.get_or_init(|| {
-        let model = model();
-        let of = |number: usize| {
-            let record = Record::read(format!("fixtures/telescopic/series_{number}.csv"));
-            let record = record.unwrap_or_else(|complaint| panic!("{complaint}"));
+        ["series_1", "series_2", "series_3"].map(|name| {
+            let record = telescopic::record(name);
             let (from, to) = steady::between(&record, 0.120, 0.165);
-            Series {
-                steady: Steady::of(&model.rig, &record, from, to),
-                diagnosis: diagnose(model, &record, &DiagnosisOptions::default()).unwrap().diagnosis,
-            }
-        };
-        std::thread::scope(|scope| {
-            [1, 2, 3].map(|number| scope.spawn(move || of(number))).map(|thread| thread.join().unwrap())
+            let steady = Steady::of(&model().rig, &record, from, to);
+            Series { steady, diagnosis: &telescopic::diagnosis(name).result }
         })
     })
 }
