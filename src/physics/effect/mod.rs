@@ -198,7 +198,6 @@ effects! {
         end_cushioning::EndCushioning,
         external_leakage::ExternalLeakage,
         external_orifice_leakage::ExternalOrificeLeakage,
-        friction_by_direction::FrictionByDirection,
         hose_compliance::HoseCompliance,
         line_resistance::LineResistance,
         load_force::LoadForce,

@@ -14,8 +14,9 @@ use crate::report::diagnosis::sized;
 use crate::report::escape;
 use crate::rig::{Quantity, Rig, Target};
 
-/// Mean width of a character, px.
+/// Mean width of a character, px; names and faults are bold.
 const CHARACTER: f64 = 6.4;
+const BOLD: f64 = 7.4;
 /// Room around the drawing, px.
 const RIM: f64 = 14.0;
 
@@ -77,7 +78,8 @@ impl Drawing<'_> {
         if text.is_empty() {
             return;
         }
-        let width = text.chars().count() as f64 * CHARACTER;
+        let character = if matches!(class, "name" | "wrong") { BOLD } else { CHARACTER };
+        let width = text.chars().count() as f64 * character;
         let left = match anchor {
             "end" => x - width,
             "middle" => x - 0.5 * width,
