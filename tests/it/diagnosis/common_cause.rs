@@ -10,10 +10,12 @@ use crate::support::cycle::Run;
 const CYLINDER: &str = "fixtures/telescopic/rig.toml";
 const TANKS: &str = "fixtures/two_tanks/rig.toml";
 
-/// Diagnoses a cycle as a logger would have spoilt it.
+/// Diagnoses a cycle as a logger of half the rate would have spoilt it.
 fn diagnosed(rig: &str, faults: &[(&str, &str)], spoil: impl Fn(&mut Record)) -> Diagnosis {
     let model = Model::new(Rig::read(rig).unwrap());
-    let mut record = Run::of(&model).with_quantities(faults).seed(7).record("cycle");
+    let mut cycle = model.rig.cycle.clone().unwrap();
+    cycle.interval *= 2.0;
+    let mut record = Run::of(&model).through(cycle).with_quantities(faults).seed(7).record("cycle");
     spoil(&mut record);
     diagnose(&model, &record, &DiagnosisOptions::default()).unwrap().diagnosis
 }
