@@ -11,6 +11,7 @@ mod tangents;
 
 use std::ops::ControlFlow;
 
+use super::in_use;
 use control::{factor, first_step, fit, norm};
 use stages::{Local, attempt, worst_state};
 
@@ -200,7 +201,7 @@ impl<const N: usize> Rosenbrock<N> {
                 let attempt = attempt(system, &local, &self.options, h, &mut stages, &mut error);
                 self.stats.factorisations += 1;
                 self.stats.derivatives += if attempt.is_some() { 7 } else { 0 };
-                let norm = norm(&error);
+                let norm = norm(&error, in_use::<N>(system.states()));
                 if let Some(y1) = attempt.filter(|_| norm <= 1.0) {
                     // The estimate sees real parts only: a derivative may have been lost on the way.
                     if let Some(worst_state) = y1.iter().position(|y| !y.is_finite()) {

@@ -39,7 +39,7 @@ pub(super) fn first_step<S: Scalar, const N: usize>(options: &Options<N>, local:
         slope[i] = local.derivative[i].re() / scale;
         bend[i] = second / scale;
     }
-    let [size, slope, bend] = [size, slope, bend].map(|v| norm(&v));
+    let [size, slope, bend] = [size, slope, bend].map(|v| norm(&v, N));
     let first = if size < 1e-5 || slope < 1e-5 { 1e-6 } else { 0.01 * size / slope };
     let fastest = slope.max(bend);
     let second = if fastest <= 1e-15 { (first * 1e-3).max(1e-6) } else { (0.01 / fastest).powf(0.2) };
@@ -60,8 +60,8 @@ pub(super) fn fit(t: f64, wanted: f64, t1: f64, h_max: f64) -> (f64, f64) {
     }
 }
 
-/// Root of the mean square.
+/// Root of the mean square over so many states.
 #[inline]
-pub(super) fn norm<const N: usize>(v: &[f64; N]) -> f64 {
-    (v.iter().map(|x| x * x).sum::<f64>() / (N.max(1) as f64)).sqrt()
+pub(super) fn norm<const N: usize>(v: &[f64; N], states: usize) -> f64 {
+    (v.iter().map(|x| x * x).sum::<f64>() / (states.max(1) as f64)).sqrt()
 }
