@@ -71,7 +71,7 @@ pub fn estimate<'a>(
         return Ok(near);
     }
     let places = near.places();
-    Ok(near.from_places(&places, MOST_ROUNDS))
+    Ok(near.best_from_places(&places, MOST_ROUNDS))
 }
 
 /// Explains a record from a guess or from the healthy rig alone, in so many rounds; it may miss.
@@ -247,7 +247,7 @@ impl Estimate<'_> {
 
     /// Explains the record anew from these places, each in so many rounds of isolation, if any of them does better.
     #[must_use]
-    pub fn from_places(mut self, places: &[search::Place], rounds: u64) -> Self {
+    pub fn best_from_places(mut self, places: &[search::Place], rounds: u64) -> Self {
         for place in places {
             let before = self.case.full.weights.clone();
             let theta = place.theta(&self.case);

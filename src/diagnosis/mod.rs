@@ -156,7 +156,7 @@ pub fn diagnose_from(
             begun = onset::find(&before, record, &drive, &first);
         }
         if begun.is_none() {
-            first = first.from_places(&places, hypotheses::MOST_ROUNDS);
+            first = first.best_from_places(&places, hypotheses::MOST_ROUNDS);
         }
     }
     if begun.is_none() && !first.missed() {
