@@ -12,6 +12,7 @@ use crate::context::Context;
 use crate::diagnosis::watch::Watching;
 use crate::diagnosis::{Diagnosed, DiagnosisOptions, Verdict, diagnose};
 use crate::files::{MOST_TEXT, read, text, write_atomically};
+use crate::finding::{Finding, WithFindings, findings};
 use crate::model::Model;
 use crate::record::survey::Doubt;
 use crate::report::caveats::left_out;
@@ -99,7 +100,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let model = Model::new(rig);
     let options = DiagnosisOptions::default();
     let style = terminal::style();
-    let mut done: Vec<Diagnosed> = Vec::new();
+    let mut done: Vec<(Diagnosed, Vec<Finding>)> = Vec::new();
     let mut bad: Vec<Complaint> = Vec::new();
     for (number, path) in arguments.records.iter().enumerate() {
         if arguments.records.len() > 1 {
@@ -123,10 +124,11 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
                 let curves = Curves { model: &diagnosed.healthy, found: &diagnosed.model };
                 write_atomically(path, |file| curves.write_csv(&model.rig, record, file))?;
             }
-            Ok(diagnosed)
+            let findings = findings(&model, record, &diagnosed.diagnosis)?;
+            Ok((diagnosed, findings))
         });
         match one {
-            Ok(diagnosed) => {
+            Ok((diagnosed, findings)) => {
                 if arguments.format == Format::Text {
                     if number > 0 {
                         writeln!(out)?;
@@ -135,13 +137,14 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
                     out.write_all(write_styled(&diagnosed, &model.rig, style).as_bytes())?;
                     out.flush()?;
                 }
-                done.push(diagnosed);
+                done.push((diagnosed, findings));
             }
             Err(complaint) => bad.push(complaint),
         }
     }
     if arguments.format == Format::Json {
-        let diagnoses: Vec<_> = done.iter().map(|one| &one.diagnosis).collect();
+        let answers = done.iter().map(|(one, findings)| WithFindings { diagnosis: &one.diagnosis, findings });
+        let diagnoses: Vec<_> = answers.collect();
         match diagnoses.as_slice() {
             [] => {}
             [one] if arguments.records.len() == 1 => write_json(out, one)?,
@@ -151,7 +154,9 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     if !bad.is_empty() {
         return Err(Failure::Complaints(bad));
     }
-    let is_well = |one: &Diagnosed| one.diagnosis.verdict == Verdict::Healthy && one.diagnosis.common_cause.is_none();
+    let is_well = |(one, _): &(Diagnosed, Vec<Finding>)| {
+        one.diagnosis.verdict == Verdict::Healthy && one.diagnosis.common_cause.is_none()
+    };
     let found = !done.iter().all(is_well);
     Ok(if arguments.exit_code && found { Status::Found } else { Status::Done })
 }

@@ -57,7 +57,7 @@ pub fn stretches(rig: &Rig, record: &Record, drive: &InputSignals, measured: &[&
 }
 
 /// First rows behind the jumps of the inputs, without that at the start.
-fn jumps(record: &Record, drive: &InputSignals) -> Vec<usize> {
+pub(crate) fn jumps(record: &Record, drive: &InputSignals) -> Vec<usize> {
     let times = &record.time;
     let first = times.first().copied().unwrap_or(0.0);
     let jumps = drive.pieces.iter().filter(|piece| piece.jump && piece.start > first);

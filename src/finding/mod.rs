@@ -1,0 +1,183 @@
+//! A fault that a diagnosis found, as people read it: which part, how far from new, what follows from it, how sure, what else it
+//! could be, what to do next.
+
+mod consequence;
+
+use serde::Serialize;
+
+use consequence::Runs;
+pub use consequence::{Consequence, Measure};
+
+use crate::complaint::Complaint;
+use crate::diagnosis::{Diagnosis, FaultReport};
+use crate::model::{InputSignals, Model, SimulationError};
+use crate::number::rounded;
+use crate::record::Record;
+use crate::rig::Rig;
+
+/// Probability below which a rival is not named: a report prints it as `< 0.1 %`.
+const NAMED: f64 = 0.001;
+
+/// Another fault combination that may explain the record, without the fault of the finding.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rival {
+    /// Ids; none is the healthy circuit.
+    pub faults: Vec<String>,
+    /// `None` where the record cannot isolate the fault from these.
+    pub probability: Option<f64>,
+}
+
+/// What to do next about a finding.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Next {
+    /// The sensor and the phase to look at, in words; `None` where no sensor shows the fault.
+    pub check: Option<String>,
+    /// The command that says more.
+    pub command: String,
+}
+
+/// A fault that is present. Numbers in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// The id of the fault, such as `cylinder.clearance`.
+    pub id: String,
+    /// The part in words, such as `flow control (flow control valve)`.
+    pub part: String,
+    /// The parameter in words, as its card has it.
+    pub deviation: String,
+    /// `larger` or `smaller` than new.
+    pub direction: &'static str,
+    /// The estimate.
+    pub value: f64,
+    /// Unit of the parameter; `-` for a pure number.
+    pub unit: String,
+    /// The value of a new part.
+    pub healthy: f64,
+    /// Ends of the 95 % interval; `None` where the record does not bound the value.
+    pub ci95: [Option<f64>; 2],
+    /// How probable it is that the fault is there.
+    pub probability: f64,
+    /// What the fault changes at the sensors under the inputs of the record, largest first.
+    pub consequences: Vec<Consequence>,
+    /// What else it could be.
+    pub rivals: Vec<Rival>,
+    /// What to do next.
+    pub next: Next,
+}
+
+/// A diagnosis with its findings, as `diagnose --format json` writes it.
+#[derive(Debug, Clone, Serialize)]
+pub struct WithFindings<'a> {
+    /// The diagnosis.
+    #[serde(flatten)]
+    pub diagnosis: &'a Diagnosis,
+    /// One for each fault that is present.
+    pub findings: &'a [Finding],
+}
+
+/// The faults that a diagnosis of a record found, each with its consequences: the record's inputs are simulated with all of them,
+/// and once more without each. A model that cannot be solved with them leaves the consequences empty.
+///
+/// # Errors
+/// Inputs that the record lacks, and a [context](crate::context) that was cancelled.
+pub fn findings(model: &Model, record: &Record, diagnosis: &Diagnosis) -> Result<Vec<Finding>, Complaint> {
+    let present: Vec<&FaultReport> = diagnosis.present().collect();
+    if present.is_empty() {
+        return Ok(Vec::new());
+    }
+    let drive = InputSignals::from_record(&model.rig, record)?;
+    let parameters = found(&model.rig, diagnosis);
+    let solve = |parameters: &[f64]| match model.solve(parameters, &drive, &record.time) {
+        Ok(outputs) => Ok(Some(outputs.values)),
+        Err(error @ SimulationError::Interrupted) => Err(model.unsolved(&error)),
+        Err(_) => Ok(None),
+    };
+    let with_all = solve(&parameters)?;
+    let one = |fault: &FaultReport| {
+        let place = model.rig.faults.iter().find(|one| model.rig.parameters[one.parameter].id == fault.id);
+        let of_sensor = place.is_some_and(|place| model.rig.is_of_sensor(place.parameter));
+        let mut without = parameters.clone();
+        if let Some(place) = place {
+            without[place.parameter] = place.healthy;
+        }
+        let consequences = match (&with_all, solve(&without)?) {
+            (Some(with_fault), Some(without_fault)) => {
+                let (rig, drive, without_fault) = (&model.rig, &drive, &without_fault);
+                Runs { rig, record, drive, with_fault, without_fault }.consequences(of_sensor)
+            }
+            _ => Vec::new(),
+        };
+        Ok(finding(&model.rig, diagnosis, fault, consequences))
+    };
+    present.into_iter().map(one).collect()
+}
+
+/// The parameters of the model that was found, SI: present faults and nuisance parameters as estimated, other faults healthy.
+fn found(rig: &Rig, diagnosis: &Diagnosis) -> Vec<f64> {
+    let mut parameters = rig.healthy();
+    let faults = diagnosis.present().map(|fault| (&fault.id, fault.value));
+    let uncertain = diagnosis.uncertain.iter().map(|parameter| (&parameter.id, parameter.value));
+    for (id, value) in faults.chain(uncertain) {
+        if let Some(index) = rig.parameter(id) {
+            parameters[index] = rig.parameters[index].unit.to_si(value);
+        }
+    }
+    parameters
+}
+
+fn finding(rig: &Rig, diagnosis: &Diagnosis, fault: &FaultReport, consequences: Vec<Consequence>) -> Finding {
+    let rivals = rivals(diagnosis, &fault.id);
+    let check = consequences.first().map(|first| {
+        format!("look at {} from {} s to {} s", first.sensor, rounded(first.from_s, 4), rounded(first.to_s, 4))
+    });
+    let (rig_file, record) = (argument(&diagnosis.rig), argument(&diagnosis.record));
+    let command = match rivals.as_slice() {
+        [] => format!("borescope compare {rig_file} {record}"),
+        _ => format!("borescope isolability {rig_file} --input {record}"),
+    };
+    Finding {
+        id: fault.id.clone(),
+        part: part(rig, &fault.id),
+        deviation: fault.meaning.clone(),
+        direction: if fault.value < fault.healthy { "smaller" } else { "larger" },
+        value: fault.value,
+        unit: fault.unit.clone(),
+        healthy: fault.healthy,
+        ci95: fault.ci95,
+        probability: fault.probability,
+        consequences,
+        rivals,
+        next: Next { check, command },
+    }
+}
+
+/// Fault combinations that may stand in place of one that holds a fault.
+fn rivals(diagnosis: &Diagnosis, id: &str) -> Vec<Rival> {
+    let groups = diagnosis.ambiguity.iter().filter(|group| group.iter().any(|one| one == id));
+    let group = |group: &Vec<String>| Rival {
+        faults: group.iter().filter(|one| *one != id).cloned().collect(),
+        probability: None,
+    };
+    let lacking =
+        |one: &&crate::diagnosis::Hypothesis| one.probability >= NAMED && !one.faults.iter().any(|fault| fault == id);
+    let other = diagnosis.hypotheses.iter().filter(lacking);
+    let other = other.map(|one| Rival { faults: one.faults.clone(), probability: Some(one.probability) });
+    groups.map(group).chain(other).collect()
+}
+
+/// The part that a parameter belongs to, in words: its name, and what kind of component it is where the name does not say so.
+fn part(rig: &Rig, id: &str) -> String {
+    let owner = id.rsplit_once('.').map_or(id, |(owner, _)| owner);
+    let owner = owner.strip_prefix("sensor.").map_or_else(|| owner.to_owned(), |name| format!("sensor {name}"));
+    let component = rig.parameter(id).and_then(|index| rig.components.iter().find(|one| one.owns(index)));
+    let Some(component) = component else { return owner };
+    let name = component.name.replace(['_', '-'], " ");
+    let kind = component.card.kind.replace(['_', '-'], " ");
+    if kind.is_empty() || name.contains(&kind) { name } else { format!("{name} ({kind})") }
+}
+
+/// A path as an argument of a shell.
+fn argument(path: &str) -> String {
+    let plain = |character: char| character.is_alphanumeric() || "/._-+:@".contains(character);
+    if path.chars().all(plain) { path.to_owned() } else { format!("'{}'", path.replace('\'', "'\\''")) }
+}
