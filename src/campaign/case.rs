@@ -183,7 +183,7 @@ impl Campaign {
     /// The case of a rig that could not be prepared.
     fn unprepared(&self, case: usize, rig: usize, count: usize, message: &str) -> Replay {
         let healthy = self.rig.faults.iter().map(|fault| fault.healthy).collect();
-        let disturbed = Disturbed { rig: self.rig.clone(), healthy, input_gain: vec![1.0; self.rig.inputs.len()] };
+        let disturbed = Disturbed { rig: self.rig.clone(), healthy };
         let mut row = Row::new(case, rig, count, &disturbed, &Injected { faults: Vec::new(), onset: None });
         row.failure = Some(message.to_owned());
         Replay { row, record: None, diagnosed: None }

@@ -18,7 +18,7 @@ const LOOSE_FROM: f64 = 0.2;
 const STRAY_ANEW: f64 = 0.5;
 /// Logarithm by which transition pressures stray: another smoothing.
 const SMOOTHING: f64 = 1.0;
-/// Offsets of sensors, in standard deviations of their noise; gains.
+/// Offsets of sensors, in standard deviations of their noise; gains of sensors and load cells.
 const OFFSET: f64 = 0.5;
 const GAIN: f64 = 0.002;
 /// Logarithms by which lag and noise of sensors stray.
@@ -32,8 +32,6 @@ const LEAK: (f64, f64) = (0.002e-3 / 60.0, 100e5);
 const COMPLIANCE: f64 = 0.02;
 /// Logarithm by which these small terms differ from place to place.
 const SPREAD: f64 = 0.5;
-/// Gain of the instruments that measure loads.
-const LOAD_GAIN: f64 = 0.002;
 /// A strayed lag, volume or the like keeps at least this share of its value.
 const LEAST: f64 = 0.2;
 
@@ -44,8 +42,6 @@ pub struct Disturbed {
     pub rig: Rig,
     /// Healthy value of each fault, SI.
     pub healthy: Vec<f64>,
-    /// What the instrument of each input shows per true value.
-    pub input_gain: Vec<f64>,
 }
 
 /// Draws a rig near `rig`. All deviations are proportional to `size`; at 0 the rig comes back as it is.
@@ -54,7 +50,7 @@ pub struct Disturbed {
 /// None with a rig that was read; those of [`Rig::join`].
 pub fn disturb(rig: &Rig, size: f64, random: &mut Stream) -> Result<Disturbed, Complaint> {
     let mut disturbed = rig.clone();
-    for parameter in &mut disturbed.parameters {
+    for parameter in disturbed.parameters.iter_mut().filter(|own| own.role != Role::Instrument) {
         let value = parameter.value;
         let stray = random.normal() * size;
         if parameter.role == Role::Smoothing {
@@ -88,13 +84,21 @@ pub fn disturb(rig: &Rig, size: f64, random: &mut Stream) -> Result<Disturbed, C
     for (fault, &value) in rig.faults.iter().zip(&healthy) {
         disturbed.parameters[fault.parameter].value = value;
     }
-    let input_gain = rig.inputs.iter().map(|input| {
+    for (input, measured) in rig.inputs.iter().enumerate() {
         let stray = random.normal();
-        if input.noise > 0.0 { 1.0 + LOAD_GAIN * stray * size } else { 1.0 }
-    });
-    let input_gain = input_gain.collect();
+        if measured.noise > 0.0 {
+            instruments(rig, input).for_each(|gain| disturbed.parameters[gain].value *= 1.0 + GAIN * stray * size);
+        }
+    }
     leave_out(rig, size, random, &mut disturbed)?;
-    Ok(Disturbed { rig: disturbed, healthy, input_gain })
+    Ok(Disturbed { rig: disturbed, healthy })
+}
+
+/// Indices of the parameters that tell what the instrument of an input shows.
+fn instruments(rig: &Rig, input: usize) -> impl Iterator<Item = usize> {
+    let driven = rig.components.iter().filter(move |component| component.inputs.contains(&input));
+    let own = driven.flat_map(|component| (component.first_parameter..).take(component.card.parameters.len()));
+    own.filter(|&index| rig.parameters[index].role == Role::Instrument)
 }
 
 /// Joins what the model that diagnoses leaves out.

@@ -1,4 +1,4 @@
-//! What a logger would have written of a disturbed rig: noise that is partly coloured, rounding, loads off by a gain.
+//! What a logger would have written of a disturbed rig: noise that is partly coloured, rounding.
 
 use std::path::PathBuf;
 
@@ -24,9 +24,8 @@ pub fn measured(
 ) -> Record {
     let rig = &disturbed.rig;
     let mut inputs = model::input_columns(rig, drive, times);
-    for (index, ((values, input), gain)) in inputs.iter_mut().zip(&rig.inputs).zip(&disturbed.input_gain).enumerate() {
+    for (index, (values, input)) in inputs.iter_mut().zip(&rig.inputs).enumerate() {
         if input.noise > 0.0 {
-            values.iter_mut().for_each(|value| *value *= gain);
             // Inputs count from the top, so that a sensor more leaves their noise as it was.
             add_noise(values, input.noise, interval, Stream::numbered(seed, u64::MAX - index as u64));
         }

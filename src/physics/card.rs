@@ -106,6 +106,8 @@ pub enum Role {
     Volume,
     /// A gap through which port 0 leaks to port 1.
     Clearance,
+    /// What the instrument of the component's input shows per true value; known where the input is exact.
+    Instrument,
 }
 
 /// What meets at a port.

@@ -3,43 +3,50 @@
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
-use crate::physics::card::{ANY, Answer, Card, Input, Port, Worked};
+use crate::physics::card::{ANY, Answer, Card, Input, Parameter, Port, Role, Worked};
 use crate::physics::fluid::Fluid;
 
 pub const FACTS: Facts = Facts { symbol: Symbol::Force, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
 
+/// What calibration starts from for the gain: class 0.3 of industrial load cells.
+const SPREAD: f64 = 0.003;
+
 pub const CARD: Card = Card {
     kind: "external-force",
     meaning: "Measured force on a body; a positive force pushes against the positive direction of motion.",
-    law: "F = -u",
+    law: "F = -u/g",
     source: "sign convention of the telescopic rig: positive load pushes against the outstroke",
-    validity: "As good as the load cell.",
+    validity: "As good as the load cell, whose gain a calibration estimates where the input has `noise`.",
+    parameters: &[Parameter::required("gain", "g", "-", "what the load cell shows per true force")
+        .is(Role::Instrument)
+        .positive()
+        .or(1.0)
+        .calibrated(SPREAD)],
     ports: &[Port::mechanical("body", "where the force acts")],
     inputs: &[Input { name: "force", unit: "N", meaning: "the force", range: ANY, lag: None }],
     worked: &[Worked {
-        text: "a load of 5400 N pushes the body back with 5400 N",
-        parameters: &[],
+        text: "where a load cell with a gain of 1.01 shows 5454 N, 5400 N push the body back",
+        parameters: &[("gain", 1.01)],
         at: &[0.0, 0.0],
-        inputs: &[5400.0],
+        inputs: &[5454.0],
         answer: Answer::Through(0),
         expect: -5400.0,
     }],
     ..Card::EMPTY
 };
 
-/// Has no parameters.
 #[derive(Debug, Clone, Copy)]
 pub struct ExternalForce<T> {
-    nothing: std::marker::PhantomData<T>,
+    gain: T,
 }
 
 impl<T: Real> Law<T> for ExternalForce<T> {
-    fn new(_parameters: &[T], _fluid: &Fluid<T>) -> Self {
-        Self { nothing: std::marker::PhantomData }
+    fn new(parameters: &[T], _fluid: &Fluid<T>) -> Self {
+        Self { gain: parameters[0] }
     }
 
     #[inline]
     fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
-        answers.through[0] = -seen.u[0];
+        answers.through[0] = -seen.u[0] / self.gain;
     }
 }

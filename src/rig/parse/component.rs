@@ -2,7 +2,7 @@
 
 use super::card_unit;
 use crate::complaint::{Complaint, Kind, help_with_names};
-use crate::physics::card::Card;
+use crate::physics::card::{Card, Role};
 use crate::physics::component;
 use crate::rig::source::{Table, Value};
 use crate::rig::{Component, Parameter, Rig, range};
@@ -74,6 +74,10 @@ pub(super) fn read_component(rig: &mut Rig, name: &str, value: &Value<'_>) -> Re
     let inputs = read_component_inputs(rig, name, card, &table)?;
     let first_parameter = rig.parameters.len();
     read_parameters(rig, name, card, &table)?;
+    if inputs.iter().all(|&input| rig.inputs[input].noise == 0.0) {
+        let own = rig.parameters[first_parameter..].iter_mut();
+        own.filter(|own| own.role == Role::Instrument).for_each(|own| own.spread = 0.0);
+    }
     let mut initial = vec![None; card.states.len()];
     if let Some(value) = table.get("initial") {
         let states = value.table(format!("`initial` of component `{name}`"))?;
