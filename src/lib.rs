@@ -61,6 +61,7 @@ mod draft;
 mod estimation;
 mod expression;
 mod files;
+#[cfg(feature = "cli")]
 mod finding;
 #[cfg(feature = "store")]
 mod history;

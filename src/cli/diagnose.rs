@@ -18,6 +18,7 @@ use crate::record::survey::Doubt;
 use crate::report::caveats::left_out;
 use crate::report::curves::Curves;
 use crate::report::diagnosis::write_styled;
+use crate::report::findings::brief;
 use crate::report::pages::diagnosis::html;
 use crate::rig::Rig;
 
@@ -38,6 +39,9 @@ pub struct Arguments {
     /// How the diagnosis is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
+    /// Every fault, interval, residual and sensor
+    #[arg(long)]
+    all: bool,
     /// Also write a page with pictures; only with one record
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
@@ -134,7 +138,11 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
                         writeln!(out)?;
                     }
                     terminal::clear();
-                    out.write_all(write_styled(&diagnosed, &model.rig, style).as_bytes())?;
+                    let page = match arguments.all {
+                        true => write_styled(&diagnosed, &model.rig, style),
+                        false => brief(&diagnosed.diagnosis, &findings, style),
+                    };
+                    out.write_all(page.as_bytes())?;
                     out.flush()?;
                 }
                 done.push((diagnosed, findings));

@@ -59,6 +59,8 @@ pub(super) struct Runs<'a> {
     pub rig: &'a Rig,
     pub record: &'a Record,
     pub drive: &'a InputSignals,
+    /// The first row with the fault.
+    pub from: usize,
     pub with_fault: &'a [Vec<f64>],
     pub without_fault: &'a [Vec<f64>],
 }
@@ -80,15 +82,19 @@ impl Runs<'_> {
     }
 
     fn curves(&self, index: usize) -> (&Sensor, [&[f64]; 2]) {
-        (&self.rig.sensors[index], [&self.with_fault[index], &self.without_fault[index]])
+        (&self.rig.sensors[index], [&self.with_fault[index][self.from..], &self.without_fault[index][self.from..]])
+    }
+
+    fn time(&self) -> &[f64] {
+        &self.record.time[self.from..]
     }
 
     /// Rows in which each position moves in both runs or rests in both: elsewhere the change is a delay, not a level.
     fn same_motion(&self) -> Vec<bool> {
-        let mut same = vec![true; self.record.time.len()];
+        let mut same = vec![true; self.time().len()];
         for index in self.positions() {
             let (sensor, [with, without]) = self.curves(index);
-            let rests = [with, without].map(|curve| steady(&self.record.time, curve, sensor.noise));
+            let rests = [with, without].map(|curve| steady(self.time(), curve, sensor.noise));
             for (row, same) in same.iter_mut().enumerate() {
                 *same &= rests[0][row] == rests[1][row];
             }
@@ -102,7 +108,7 @@ impl Runs<'_> {
 
     /// The largest change of the mean of a sensor over a phase in which both runs stand.
     fn mean(&self, index: usize, same_motion: &[bool], of_sensor: bool) -> Option<Consequence> {
-        let time = &self.record.time;
+        let time = self.time();
         let (sensor, [with, without]) = self.curves(index);
         let stands = [with, without].map(|curve| steady(time, curve, sensor.noise));
         let both: Vec<bool> = (0..time.len()).map(|row| stands[0][row] && stands[1][row] && same_motion[row]).collect();
@@ -138,7 +144,7 @@ impl Runs<'_> {
 
     /// The change of a sensor whose readings never stand.
     fn rms(&self, index: usize) -> Option<Consequence> {
-        let time = &self.record.time;
+        let time = self.time();
         let (sensor, [with, without]) = self.curves(index);
         let square = with.iter().zip(without).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         let rms = (square / with.len().max(1) as f64).sqrt();
@@ -160,12 +166,13 @@ impl Runs<'_> {
 
     /// The largest change of the time to an end position that both runs reach.
     fn travel_time(&self, index: usize) -> Option<Consequence> {
-        let time = &self.record.time;
+        let time = self.time();
         let (sensor, [with, without]) = self.curves(index);
         if sensor.quantity != Quantity::Position {
             return None;
         }
-        let ends: Vec<usize> = [vec![0], jumps(self.record, self.drive), vec![time.len()]].concat();
+        let jumps = jumps(self.record, self.drive).into_iter().filter_map(|row| row.checked_sub(self.from));
+        let ends: Vec<usize> = std::iter::once(0).chain(jumps).chain([time.len()]).collect();
         let late = |phase: &[usize]| {
             let rows = phase[0]..phase[1];
             let [a, b] = [with, without].map(|curve| arrival(time, &curve[rows.clone()], rows.start, sensor.noise));

@@ -5,8 +5,8 @@ mod consequence;
 
 use serde::Serialize;
 
+pub use consequence::Consequence;
 use consequence::Runs;
-pub use consequence::{Consequence, Measure};
 
 use crate::complaint::Complaint;
 use crate::diagnosis::{Diagnosis, FaultReport};
@@ -93,6 +93,8 @@ pub fn findings(model: &Model, record: &Record, diagnosis: &Diagnosis) -> Result
         Err(_) => Ok(None),
     };
     let with_all = solve(&parameters)?;
+    let onset = diagnosis.onset_s.unwrap_or(f64::NEG_INFINITY);
+    let from = record.time.partition_point(|&time| time < onset);
     let one = |fault: &FaultReport| {
         let place = model.rig.faults.iter().find(|one| model.rig.parameters[one.parameter].id == fault.id);
         let of_sensor = place.is_some_and(|place| model.rig.is_of_sensor(place.parameter));
@@ -103,7 +105,7 @@ pub fn findings(model: &Model, record: &Record, diagnosis: &Diagnosis) -> Result
         let consequences = match (&with_all, solve(&without)?) {
             (Some(with_fault), Some(without_fault)) => {
                 let (rig, drive, without_fault) = (&model.rig, &drive, &without_fault);
-                Runs { rig, record, drive, with_fault, without_fault }.consequences(of_sensor)
+                Runs { rig, record, drive, from, with_fault, without_fault }.consequences(of_sensor)
             }
             _ => Vec::new(),
         };
@@ -132,7 +134,7 @@ fn finding(rig: &Rig, diagnosis: &Diagnosis, fault: &FaultReport, consequences: 
     });
     let (rig_file, record) = (argument(&diagnosis.rig), argument(&diagnosis.record));
     let command = match rivals.as_slice() {
-        [] => format!("borescope compare {rig_file} {record}"),
+        [] => format!("borescope diagnose {rig_file} {record} --report diagnosis.html"),
         _ => format!("borescope isolability {rig_file} --input {record}"),
     };
     Finding {
@@ -177,7 +179,7 @@ fn part(rig: &Rig, id: &str) -> String {
 }
 
 /// A path as an argument of a shell.
-fn argument(path: &str) -> String {
+pub(crate) fn argument(path: &str) -> String {
     let plain = |character: char| character.is_alphanumeric() || "/._-+:@".contains(character);
     if path.chars().all(plain) { path.to_owned() } else { format!("'{}'", path.replace('\'', "'\\''")) }
 }
@@ -186,6 +188,7 @@ fn argument(path: &str) -> String {
 mod tests {
     use std::f64::consts::PI;
 
+    use super::consequence::Measure;
     use super::*;
 
     const RECORD: &str = "fixtures/telescopic/healthy_1.csv";
@@ -197,7 +200,7 @@ mod tests {
         let drive = InputSignals::from_record(&rig, &record).unwrap();
         let run = |model: &Model| model.solve(&model.rig.nominal(), &drive, &record.time).unwrap().values;
         let (with_fault, without_fault) = (&run(&rig.model().with(id, size).unwrap()), &run(&rig.model()));
-        let runs = Runs { rig: &rig, record: &record, drive: &drive, with_fault, without_fault };
+        let runs = Runs { rig: &rig, record: &record, drive: &drive, from: 0, with_fault, without_fault };
         (runs.consequences(id.starts_with("sensor.")), record, with_fault.clone())
     }
 

@@ -56,7 +56,7 @@ fn longest_gap(diagnosis: &Diagnosis) -> Option<&Finding> {
 pub(super) fn detected(diagnosis: &Diagnosis) -> Option<String> {
     let by_residual = diagnosis.residuals.iter().any(|residual| residual.fired);
     let how = if by_residual { "" } else { ", by the fit: no residual raised an alarm" };
-    diagnosis.detected_at_s.map(|at| format!("detected at {at:.2} s{how}"))
+    diagnosis.detected_at_s.map(|at| format!("Detected at {at:.2} s{how}."))
 }
 
 /// Findings that a page tells one by one.

@@ -18,6 +18,8 @@ pub mod digits;
 #[cfg(feature = "cli")]
 pub mod effects;
 #[cfg(feature = "cli")]
+pub mod findings;
+#[cfg(feature = "cli")]
 pub mod history;
 #[cfg(feature = "cli")]
 pub mod html;

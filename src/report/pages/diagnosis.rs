@@ -3,7 +3,7 @@
 use super::channels::{Said, Shown};
 use super::learn::{CURVES, named, prior_scale};
 use super::{misfit, profile, residuals};
-use crate::complaint::{Complaint, capitalised};
+use crate::complaint::Complaint;
 use crate::diagnosis::{Diagnosed, Diagnosis, FaultReport, Hypothesis, UncertainReport, Verdict};
 use crate::number::{in_unit, with_unit};
 use crate::record::Record;
@@ -28,7 +28,7 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String,
         verdict.paragraph(caveat);
     }
     if let Some(detected) = detected(diagnosis) {
-        verdict.paragraph(format!("{}.", capitalised(&detected)));
+        verdict.paragraph(detected);
     }
     if let Some(at) = diagnosis.onset_s {
         verdict.paragraph(format!("Began at {at:.2} s."));

@@ -102,6 +102,13 @@ fn the_json_has_every_promised_key_with_its_type() {
     assert_eq!((&clearance["present"], clearance["unit"].as_str()), (&Value::Bool(true), Some("mm")));
     assert!(clearance["value"].as_f64().is_some_and(|value| (0.195..0.205).contains(&value)), "{clearance}");
 
+    let findings = list(&diagnosis, "findings");
+    assert!(findings.len() == 1 && findings[0]["id"] == "cylinder.clearance", "{findings:?}");
+    assert_eq!((&findings[0]["direction"], &findings[0]["value"]), (&"larger".into(), &clearance["value"]));
+    // The leak takes its flow from the supply.
+    let more = |one: &Value| one["sensor"] == "q_P" && one["change"].as_f64().is_some_and(|change| change > 0.0);
+    assert!(list(&findings[0], "consequences").iter().any(more), "{findings:?}");
+
     let hypotheses = list(&diagnosis, "hypotheses");
     assert!(!hypotheses.is_empty());
     for hypothesis in hypotheses {
@@ -167,7 +174,7 @@ fn two_records_give_a_list() {
 fn what_is_not_called_a_fault_has_its_reason() {
     let folder = tempfile::tempdir().unwrap();
     let page = folder.path().join("page.html");
-    let ran = borescope(["diagnose", RIG, LEAK, "--report", page.to_str().unwrap()]);
+    let ran = borescope(["diagnose", RIG, LEAK, "--all", "--report", page.to_str().unwrap()]);
     let told = json(&leak().out);
     assert_eq!(told["verdict"], "faulty");
     let stopped = told["fit"]["stopped_because"].as_str().unwrap();
@@ -284,7 +291,7 @@ fn diagnosed(record: &str, format: &str) -> Ran {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("record.csv");
     fs::write(&path, record).unwrap();
-    borescope(["diagnose", RIG, path.to_str().unwrap(), "--format", format])
+    borescope(["diagnose", RIG, path.to_str().unwrap(), "--all", "--format", format])
 }
 
 /// Nothing is blamed for a sensor that is dead: the record says nothing of its own faults.

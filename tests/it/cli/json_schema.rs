@@ -156,6 +156,6 @@ fn what_is_left_out_is_in_the_diagnosis() {
     assert!(ran.err.contains("`level_2` has no value in 5 of "), "{}", ran.err);
     // Without the rest, stuck and leaping samples would pull the level.
     assert!(doubts.contains(&"stuck") && doubts.contains(&"spike"), "{doubts:?}");
-    let text = borescope(["diagnose", RIG, path]);
+    let text = borescope(["diagnose", RIG, path, "--all"]);
     assert!(text.out.contains("\nLeft out of the fit\n"), "{}", text.out);
 }

@@ -93,9 +93,11 @@ fn quiet_leaves_nothing_on_standard_error() {
 fn colour_pictures_and_progress_are_for_terminals_only() {
     let folder = tempfile::tempdir().unwrap();
     let record = record(folder.path());
-    let line = format!("borescope diagnose {RIG} {record}");
+    let line = format!("borescope diagnose {RIG} {record} --all");
     let piped = borescope(["diagnose", RIG, &record]);
     assert_eq!(piped.status, Some(0), "{}", piped.err);
+    assert!(piped.out.lines().count() <= 15, "{}", piped.out);
+    assert!(piped.out.lines().all(|line| line.starts_with("Next: ") || line.chars().count() <= 80), "{}", piped.out);
     assert!(!piped.out.contains('\u{1b}') && !piped.out.contains('●') && !piped.err.contains('\u{1b}'));
     let wide = format!("stty rows 40 cols 160; {line}");
     let shown = on_a_terminal(&wide, &[]);

@@ -1,0 +1,173 @@
+//! A diagnosis in a few lines: the verdict first, then each finding, the next command last.
+
+use super::caveats::{caveats, detected};
+use super::comparison::times;
+use super::diagnosis::{headline, interval, percent, sized, tone};
+use super::style::Style;
+use crate::diagnosis::{Diagnosis, FaultReport, Verdict};
+use crate::finding::{Finding, Rival, argument};
+use crate::number::{rounded, text, with_unit};
+
+/// Columns of a terminal of the usual width.
+const WIDTH: usize = 80;
+/// Lines of findings: with verdict, notes and next command a screen of 24 lines is not filled.
+const LINES: usize = 10;
+/// Consequences that are told of each finding, of few and of many.
+const CHANGES: [usize; 2] = [2, 1];
+const FEW: usize = 2;
+/// Faults of a model that explains nothing well that are named.
+const ATTEMPTED: usize = 4;
+
+/// The diagnosis for people, no wider than a terminal.
+pub fn brief(diagnosis: &Diagnosis, findings: &[Finding], style: Style) -> String {
+    let headline = wrapped(&headline(diagnosis), "  ");
+    let mut lines: Vec<String> =
+        headline.into_iter().map(|line| style.painted(&line, tone(diagnosis.verdict))).collect();
+    lines.push(String::new());
+    match diagnosis.verdict {
+        Verdict::Healthy => lines.extend(wrapped(&most_suspect(diagnosis), "  ")),
+        Verdict::Faulty => lines.extend(found(diagnosis, findings)),
+        Verdict::ModelInadequate => lines.extend(wrapped(&attempted(diagnosis), "  ")),
+    }
+    let told: Vec<String> = detected(diagnosis).into_iter().chain([left(diagnosis)]).collect();
+    lines.extend(wrapped(&told.join(" "), "  "));
+    lines.extend(caveats(diagnosis).iter().flat_map(|caveat| wrapped(caveat, "  ")));
+    lines.push(String::new());
+    // A command stays in one line, so that it can be copied.
+    lines.extend(next(diagnosis, findings).into_iter().map(|command| format!("Next: {command}")));
+    lines.push("Intervals hold 95 %; `--all` shows every fault, residual and sensor.".to_owned());
+    lines.join("\n") + "\n"
+}
+
+/// How far the model with what was found is from the record.
+fn left(diagnosis: &Diagnosis) -> String {
+    let worst = diagnosis.channels.iter().max_by(|a, b| a.times_noise.total_cmp(&b.times_noise));
+    let worst = worst.map_or_else(String::new, |worst| {
+        format!(", most in {} ({}x)", worst.name, text(rounded(worst.times_noise, 2)))
+    });
+    format!("Error left: {}{worst}.", times(diagnosis.times_noise))
+}
+
+/// The fault that comes nearest to being present.
+fn most_suspect(diagnosis: &Diagnosis) -> String {
+    let count = diagnosis.faults.len();
+    match diagnosis.faults.iter().max_by(|a, b| a.probability.total_cmp(&b.probability)) {
+        None => "The rig file has no faults.".to_owned(),
+        Some(FaultReport { id, probability, .. }) => {
+            let probability = percent(*probability).replace(' ', "\u{a0}");
+            format!("No fault is present; the most probable of {count}: {id}, {probability}.")
+        }
+    }
+}
+
+/// What was estimated although no faults explain the record.
+fn attempted(diagnosis: &Diagnosis) -> String {
+    let present: Vec<String> = diagnosis.present().map(|fault| format!("{} {}", fault.id, sized(fault))).collect();
+    match present.as_slice() {
+        [] => "The healthy model comes as near as any faults do.".to_owned(),
+        some => {
+            let more = some.len().saturating_sub(ATTEMPTED);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            format!("Nearest: {}{more}.", some[..some.len().min(ATTEMPTED)].join(", "))
+        }
+    }
+}
+
+/// The findings, as many in full as there are lines for, and what goes for all of them.
+fn found(diagnosis: &Diagnosis, findings: &[Finding]) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    let mut rest = Vec::new();
+    let changes = CHANGES[usize::from(findings.len() > FEW)];
+    for (finding, fault) in findings.iter().zip(diagnosis.present()) {
+        let block = block(finding, fault, changes);
+        if rest.is_empty() && lines.len() + block.len() <= LINES {
+            lines.extend(block);
+        } else {
+            rest.push(format!("{} {}", fault.id, sized(fault)));
+        }
+    }
+    if !rest.is_empty() {
+        lines.extend(wrapped(&format!("and {}", rest.join(", ")), "  "));
+    }
+    let rivals = findings.first().map_or(&[][..], |first| first.rivals.as_slice());
+    lines
+        .extend(rivals.first().map(|rival| instead(rival, findings)).into_iter().flat_map(|told| wrapped(&told, "  ")));
+    lines
+}
+
+/// A finding: its size, its interval, how sure; what it is; its largest consequences.
+fn block(finding: &Finding, fault: &FaultReport, changes: usize) -> Vec<String> {
+    let healthy = with_unit(fault.healthy, &fault.unit);
+    let size = format!(
+        "{} {} ({}), new {healthy}, {}",
+        fault.id,
+        sized(fault),
+        interval(fault),
+        percent(fault.probability).replace(' ', "\u{a0}")
+    );
+    let changes: Vec<&str> = finding.consequences.iter().take(changes).map(|one| one.text.as_str()).collect();
+    let changes = if changes.is_empty() { String::new() } else { format!("; {}", changes.join("; ")) };
+    let told = format!("  {}: {} {} than new{changes}", finding.part, finding.deviation, finding.direction);
+    [wrapped(&size, "  "), wrapped(&told, "    ")].concat()
+}
+
+/// The likeliest fault combination without the first finding.
+fn instead(rival: &Rival, findings: &[Finding]) -> String {
+    let first = findings.first().map_or("", |finding| finding.id.as_str());
+    let faults = if rival.faults.is_empty() { "nothing".to_owned() } else { rival.faults.join(" + ") };
+    match rival.probability {
+        None => format!("This record cannot isolate {first} from {faults}."),
+        Some(probability) => format!("Instead of {first}: {faults}, {}.", percent(probability)),
+    }
+}
+
+/// The command that leads further.
+fn next(diagnosis: &Diagnosis, findings: &[Finding]) -> Option<String> {
+    let (rig, record) = (argument(&diagnosis.rig), argument(&diagnosis.record));
+    match diagnosis.verdict {
+        Verdict::Healthy => Some(format!("borescope isolability {rig} --input {record}")),
+        Verdict::Faulty => findings.first().map(|finding| finding.next.command.clone()),
+        Verdict::ModelInadequate => Some(format!("borescope suggest {rig} {record} --check ANOTHER_RECORD")),
+    }
+}
+
+/// A text in lines of at most [`WIDTH`] columns, broken at blanks that are not protected; those after the first begin with
+/// `indent`.
+fn wrapped(text: &str, indent: &str) -> Vec<String> {
+    let lead = &text[..text.len() - text.trim_start().len()];
+    let mut lines = vec![lead.to_owned()];
+    let mut empty = true;
+    for word in text.split([' ', '\n']).filter(|word| !word.is_empty()) {
+        let used = lines.last().map_or(0, |line| line.chars().count());
+        if !empty && used + 1 + word.chars().count() > WIDTH {
+            lines.push(indent.to_owned());
+            empty = true;
+        }
+        if let Some(line) = lines.last_mut() {
+            line.push_str(if empty { "" } else { " " });
+            line.push_str(&word.replace('\u{a0}', " "));
+        }
+        empty = false;
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_break_between_words_and_keep_their_indent() {
+        let text = format!("  {}", "abcd ".repeat(40));
+        let lines = wrapped(&text, "    ");
+        assert!(lines.iter().all(|line| line.chars().count() <= WIDTH), "{lines:?}");
+        assert!(
+            lines[0].starts_with("  abcd") && lines[1..].iter().all(|line| line.starts_with("    abcd")),
+            "{lines:?}"
+        );
+        assert_eq!(lines.iter().flat_map(|line| line.split_whitespace()).count(), 40);
+        // A word that is wider than the terminal is not torn.
+        assert_eq!(wrapped(&"x".repeat(100), ""), ["x".repeat(100)]);
+        assert_eq!(wrapped(&format!("{} 5\u{a0}%", "x".repeat(77)), "")[1], "5 %");
+    }
+}
