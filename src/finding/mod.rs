@@ -207,7 +207,7 @@ mod tests {
     #[test]
     fn a_clearance_causes_the_leak_of_its_gap() {
         let (found, record, with_fault) = caused_by("cylinder.clearance", "0.2 mm");
-        let flow = found.iter().find(|one| one.sensor == "q_A" && one.measure == Measure::Mean).unwrap();
+        let flow = found.iter().find(|one| one.sensor == "q_P" && one.measure == Measure::Mean).unwrap();
         let rows: Vec<usize> =
             (0..record.time.len()).filter(|&row| (flow.from_s..=flow.to_s).contains(&record.time[row])).collect();
         let drop = rows.iter().map(|&row| with_fault[2][row] - with_fault[3][row]).sum::<f64>() / rows.len() as f64;
@@ -221,7 +221,7 @@ mod tests {
         let (lower, ..) = caused_by("relief.set_pressure", "80 bar");
         let pump = lower.iter().find(|one| one.sensor == "p_pump").unwrap();
         assert!((pump.change + 20.0).abs() < 1.0 && pump.text.ends_with(" bar lower"), "{pump:?}");
-        let (slower, ..) = caused_by("flow_control.orifice_diameter", "2.5 mm");
+        let (slower, ..) = caused_by("flow_control.orifice_diameter", "1.9 mm");
         let late = slower.iter().find(|one| one.measure == Measure::TravelTime).unwrap();
         assert!(late.change > 0.0 && late.text.ends_with(" s later"), "{late:?}");
         let (read, ..) = caused_by("sensor.q_A.offset", "0.5 L/min");
