@@ -56,6 +56,8 @@ mod check;
 mod cli;
 mod complaint;
 mod context;
+#[cfg(feature = "cli")]
+mod desk;
 mod diagnosis;
 mod draft;
 mod estimation;

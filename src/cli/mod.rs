@@ -9,6 +9,7 @@ mod campaign;
 mod check;
 mod compare;
 mod completions;
+mod desk;
 mod diagnose;
 mod effects;
 mod example;
@@ -58,6 +59,7 @@ enum Verb {
     Check(check::Arguments),
     Compare(compare::Arguments),
     Completions(completions::Arguments),
+    Desk(desk::Arguments),
     Diagnose(diagnose::Arguments),
     Effects(effects::Arguments),
     Example(example::Arguments),
@@ -80,6 +82,7 @@ impl Verb {
             Self::Check(arguments) => check::run(arguments, context, out),
             Self::Compare(arguments) => compare::run(arguments, context, out),
             Self::Completions(arguments) => completions::run(arguments, out),
+            Self::Desk(arguments) => desk::run(arguments, context, out),
             Self::Diagnose(arguments) => diagnose::run(arguments, context, out),
             Self::Effects(arguments) => effects::run(arguments, out),
             Self::Example(arguments) => example::run(arguments, context, out),

@@ -24,11 +24,11 @@ const DIGITS: (usize, usize) = (7, 3);
 const WIDE: f64 = 3.0;
 
 /// A parameter as it is written: name, value and standard error, both in SI, and the unit.
-struct Written {
-    name: &'static str,
-    value: f64,
-    sigma: f64,
-    unit: Unit,
+pub(super) struct Written {
+    pub name: &'static str,
+    pub value: f64,
+    pub sigma: f64,
+    pub unit: Unit,
 }
 
 /// A rig file with one effect more.
@@ -103,7 +103,7 @@ fn fitted_with(estimate: &Estimate<'_>, base: &FittedModel, placed: &EffectInsta
 ///
 /// # Errors
 /// A text that is no TOML.
-pub(super) fn with_effects(path: &Path, text: &str, rig: &Rig, trial: &FittedModel) -> Result<String, Complaint> {
+pub(crate) fn with_effects(path: &Path, text: &str, rig: &Rig, trial: &FittedModel) -> Result<String, Complaint> {
     let mut text = text.to_owned();
     for present in trial.rig.effects.iter().filter(|present| rig.effects.iter().all(|old| old.id != present.id)) {
         let written = present.placed.effect.parameters.iter().zip(&present.parameters).map(|(free, &index)| {
@@ -116,7 +116,11 @@ pub(super) fn with_effects(path: &Path, text: &str, rig: &Rig, trial: &FittedMod
     Ok(text)
 }
 
-fn insert(path: &Path, text: &str, id: &str, parameters: &[Written]) -> Result<String, Complaint> {
+/// The text with this effect, in the place of what it said of it before.
+///
+/// # Errors
+/// A text that is no TOML, or whose `effects` is no table.
+pub(super) fn insert(path: &Path, text: &str, id: &str, parameters: &[Written]) -> Result<String, Complaint> {
     let mut document = document(path, text)?;
     let mut values = InlineTable::new();
     for parameter in parameters {

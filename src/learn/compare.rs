@@ -206,6 +206,18 @@ fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     Ok(Compared { comparison, run, found })
 }
 
+/// All parameters (SI) of the healthy model as a comparison fits it to a record.
+///
+/// # Errors
+/// As [`compare`].
+#[cfg(feature = "cli")]
+pub fn healthy_values(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint> {
+    rig.context().run(|| {
+        rig.context().stage("fit of the healthy model");
+        Ok(followed(rig, record, &InputSignals::from_record(rig, record)?)?.0)
+    })
+}
+
 /// All parameters (SI) of the healthy model as it follows a record best, and its run, weighed by the lack of fit that it leaves itself.
 fn followed(rig: &Rig, record: &Record, drive: &InputSignals) -> Result<(Vec<f64>, Run), Complaint> {
     let (mut weighed, mut values, mut weighings) = (rig.clone(), rig.healthy(), 1);

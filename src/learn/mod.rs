@@ -18,6 +18,7 @@
 //! | [`missing`] | what a missing flow or force looks like over the states |
 //! | [`add`] | the rig file with an effect more |
 //! | [`addition`] | what was added, as programs read it |
+//! | `revise` | effects of a rig file set, taken out or fitted anew by hand |
 //! | [`improve`] | the whole loop with its ledger |
 
 pub mod add;
@@ -33,6 +34,8 @@ pub mod missing;
 pub mod phase;
 mod refit;
 pub mod result;
+#[cfg(feature = "cli")]
+pub mod revise;
 mod screening;
 pub mod separate;
 pub mod suggest;

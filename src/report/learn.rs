@@ -69,7 +69,7 @@ pub(crate) fn comparison_tone(comparison: &Comparison) -> Tone {
 }
 
 /// The comparison in one line.
-pub(super) fn comparison_headline(comparison: &Comparison) -> String {
+pub(crate) fn comparison_headline(comparison: &Comparison) -> String {
     match &comparison.place {
         None => "ADEQUATE: the healthy model explains the record within noise and tolerance.".to_owned(),
         Some(place) => format!("MISFIT: the healthy model does not explain the record. {}", sits(place)),
@@ -127,7 +127,7 @@ fn ended(lines: Vec<String>) -> String {
 }
 
 /// Where a misfit sits, in a sentence.
-pub(super) fn sits(place: &MisfitPlace) -> String {
+pub(crate) fn sits(place: &MisfitPlace) -> String {
     let goes = match place.depends_on.as_slice() {
         [] => "correlates with no measured quantity".to_owned(),
         some => format!("correlates with {}", some.join(", ")),

@@ -39,6 +39,7 @@ mod cli {
     mod begin;
     mod complaint_text;
     mod damaged_inputs;
+    mod desk;
     mod diagnose;
     #[cfg(unix)]
     mod interrupt;

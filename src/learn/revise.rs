@@ -1,0 +1,76 @@
+//! A rig file whose effects are set, taken out, or fitted anew by hand.
+
+use std::collections::BTreeSet;
+
+use super::add::{Written, insert, with_effects};
+use super::fitted_model::FittedModel;
+use super::refit::range_deviation;
+use super::suggest::{is_adequate, rough_base};
+use super::trial_steps::nothing;
+use crate::complaint::Complaint;
+use crate::physics::effect::FreeParameter;
+use crate::record::Record;
+use crate::rig::{EffectInstance, Rig, document};
+
+/// Standard uncertainty of an effect that is fitted anew, in typical sizes, or in the size that it has if that is larger.
+const WIDE: f64 = 10.0;
+
+/// The text of a rig file with the effects of `moved` at these values (all parameters of the rig, SI), without those of `off`.
+///
+/// # Errors
+/// A text that is no TOML.
+pub fn revised(
+    text: &str,
+    rig: &Rig,
+    values: &[f64],
+    (moved, off): (&BTreeSet<String>, &BTreeSet<String>),
+) -> Result<String, Complaint> {
+    let mut text = text.to_owned();
+    for effect in rig.effects.iter().filter(|effect| moved.contains(&effect.id) && !off.contains(&effect.id)) {
+        let written = effect.placed.effect.parameters.iter().zip(&effect.parameters).map(|(free, &index)| {
+            let unit = rig.effect_unit(&effect.placed, free.name);
+            Written { name: free.name, value: values[index], sigma: rig.parameters[index].sigma, unit }
+        });
+        text = insert(&rig.path, &text, &effect.id, &written.collect::<Vec<_>>())?;
+    }
+    if rig.effects.iter().any(|effect| off.contains(&effect.id)) {
+        let mut document = document(&rig.path, &text)?;
+        if let Some(table) = document.get_mut("effects").and_then(|effects| effects.as_table_like_mut()) {
+            off.iter().for_each(|id| drop(table.remove(id)));
+        }
+        text = document.to_string();
+    }
+    Ok(text)
+}
+
+/// The effects of a rig that it states with an uncertainty fitted anew, with the faults that the record shows beside them: the text
+/// of the rig file with them, and the fit. What the rig file says of their size is where the fit starts, and no knowledge.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved on the record.
+pub fn fitted_anew(text: &str, rig: &Rig, record: &Record) -> Result<(String, FittedModel), Complaint> {
+    let mut open = rig.clone();
+    for effect in &rig.effects {
+        for (free, &index) in effect.placed.effect.parameters.iter().zip(&effect.parameters) {
+            if rig.parameters[index].sigma > 0.0 {
+                open.parameters[index].sigma = wide(rig, &effect.placed, free, rig.parameters[index].value);
+            }
+        }
+    }
+    let enough = |base: &FittedModel| is_adequate(&base.fit);
+    let fitted = rig.context().run(|| rough_base(&open, record, enough, |_, base| Ok(base)))?;
+    let none = Rig { effects: Vec::new(), ..rig.clone() };
+    Ok((with_effects(&rig.path, text, &none, &fitted)?, fitted))
+}
+
+/// Standard uncertainty of a parameter of an effect of which next to nothing is known, SI.
+fn wide(rig: &Rig, placed: &EffectInstance, free: &FreeParameter, value: f64) -> f64 {
+    let neutral = nothing(rig, placed, free).filter(|_| free.neutral.is_some()).unwrap_or(0.0);
+    let size = rig.first_size(placed, free).map_or(0.0, |first| (first - neutral).abs()).max((value - neutral).abs());
+    if size > 0.0 { WIDE * size } else { range_deviation(&rig.effect_unit(placed, free.name), free) }
+}
+
+/// The value, SI, at which a parameter of an effect that the rig has does nothing; `None` where only others of it say so.
+pub fn neutral(rig: &Rig, placed: &EffectInstance, free: &FreeParameter) -> Option<f64> {
+    nothing(rig, placed, free).filter(|_| free.neutral.is_some())
+}
