@@ -191,7 +191,9 @@ fn send(request: Request, Answer { status, kind, body }: Answer) {
     let pairs = HEADERS.into_iter().chain([("Content-Type", kind)]);
     let headers = pairs.filter_map(|(name, value)| Header::from_bytes(name, value).ok()).collect();
     // Whoever has gone away needs no answer.
-    let _ = request.respond(Response::new(status.into(), headers, Cursor::new(body), Some(length), None));
+    let _ = request.respond(
+        Response::new(status.into(), headers, Cursor::new(body), Some(length), None).with_chunked_threshold(usize::MAX),
+    );
 }
 
 impl Answer {

@@ -45,6 +45,8 @@ pub struct Desk {
 pub(super) struct Sliders {
     /// All parameters of the rig, SI.
     pub values: Vec<f64>,
+    /// The same without any fault: within its uncertainty a fit moves a fault's parameter in a healthy machine too.
+    healthy: Vec<f64>,
     /// Effects and faults that are switched off, by id.
     pub off: BTreeSet<String>,
     /// Effects that were moved since the rig file was written.
@@ -102,7 +104,7 @@ impl Desk {
         let trace = |record| Trace::new(&rig, record);
         let (fit, check) = (trace(fit)?, check.map(trace).transpose()?);
         let off = rig.faults.iter().map(|fault| rig.parameters[fault.parameter].id.clone()).collect();
-        let sliders = Sliders { values, off, ..Sliders::default() };
+        let sliders = Sliders { healthy: values.clone(), values, off, ..Sliders::default() };
         let model = Model::new(rig.clone());
         let (staircase, undo) = (Vec::new(), Vec::new());
         let (running, found, judged, note) = (None, None, None, None);
@@ -125,7 +127,7 @@ impl Desk {
         }
         for fault in &self.rig.faults {
             if self.sliders.off.contains(&self.rig.parameters[fault.parameter].id) {
-                values[fault.parameter] = fault.healthy;
+                values[fault.parameter] = self.sliders.healthy[fault.parameter];
             }
         }
         values
@@ -264,16 +266,29 @@ impl Desk {
             None => old.parameter(&rig.parameters[index].id).map(|at| old_sliders.values[at]),
         };
         let values = (0..rig.parameters.len()).map(|index| by_id(index).unwrap_or(rig.parameters[index].value));
-        let mut sliders = Sliders { values: values.collect(), ..Sliders::default() };
+        let values: Vec<f64> = values.collect();
+        let mut sliders = Sliders { healthy: values.clone(), values, ..Sliders::default() };
         match fitted {
             Some(fitted) => {
                 let present: BTreeSet<&str> = fitted.set.iter().map(|fault| fitted.rig.fault_id(fault)).collect();
-                let ids = rig.faults.iter().map(|fault| &rig.parameters[fault.parameter].id);
-                sliders.off = ids.filter(|id| !present.contains(id.as_str())).cloned().collect();
+                for fault in &rig.faults {
+                    let id = &rig.parameters[fault.parameter].id;
+                    if present.contains(id.as_str()) {
+                        sliders.healthy[fault.parameter] = fault.healthy;
+                    } else {
+                        sliders.off.insert(id.clone());
+                    }
+                }
                 let here = |(at, sigma): (&usize, &f64)| Some((rig.parameter(&fitted.rig.parameters[*at].id)?, *sigma));
                 sliders.sigmas = fitted.sigmas.iter().filter_map(here).collect();
             }
-            None => sliders.off = old_sliders.off,
+            None => {
+                let was = |index: usize| old.parameter(&rig.parameters[index].id).map(|at| old_sliders.healthy[at]);
+                for fault in &rig.faults {
+                    sliders.healthy[fault.parameter] = was(fault.parameter).unwrap_or(fault.healthy);
+                }
+                sliders.off = old_sliders.off;
+            }
         }
         self.lay(rig, text, sliders)?;
         self.undo.push(snapshot);
