@@ -210,7 +210,7 @@ function found() {
     const row = make('div', undefined, 'one'), head = make('div'), add = make('button', 'Add'); add.dataset.found = number; add.disabled = state.running !== null;
     add.onclick = () => tried(() => ask({ ask: 'add_found', number })); head.append(make('span', candidate.effect), add);
     const check = candidate.check_after === null ? '' : `; check ${shown(candidate.check_before)} → ${shown(candidate.check_after)}`;
-    row.append(head, make('p', `${candidate.supported ? 'Supported' : 'Not supported'}: error ${shown(candidate.before)} → ${shown(candidate.after)} times the noise${check}`, 'soft'), ...candidate.warnings.map((text) => make('p', text, 'soft')));
+    row.append(head, make('p', `${candidate.supported ? 'Supported' : 'Not supported'}: with the faults fitted along, error ${shown(candidate.before)} → ${shown(candidate.after)} times the noise${check}`, 'soft'), ...candidate.warnings.map((text) => make('p', text, 'soft')));
     return row;
   });
   box.replaceChildren(make('h2', 'What is missing'), make('p', one.headline), ...(one.place ? [make('p', one.place, 'soft')] : []), ...rows.slice(0, 6));

@@ -14,6 +14,8 @@ mod support {
     pub mod plant;
     pub mod steady;
     pub mod study;
+    #[cfg(unix)]
+    pub mod tab;
     pub mod telescopic;
 
     #[path = "../../../fixtures/bench/stroke.rs"]
