@@ -135,8 +135,11 @@ impl Desk {
 
     fn follow(&mut self) -> Result<(), Complaint> {
         let values = self.effective();
-        self.fit.follow(&self.model, &values)?;
-        self.check.as_mut().map_or(Ok(()), |check| check.follow(&self.model, &values))
+        let Self { fit, check, model, rig, .. } = self;
+        let followed = |trace: &mut Trace| trace.follow(model, &values);
+        let (fit, check) =
+            rig.context().on_threads(|| rayon::join(|| followed(fit), || check.as_mut().map_or(Ok(()), followed)));
+        fit.and(check)
     }
 
     fn step(&mut self, label: impl Into<String>) -> Result<(), Complaint> {

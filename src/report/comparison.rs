@@ -1,5 +1,6 @@
 //! The comparison of a model with a record in a few lines: the verdict first, the next command last.
 
+use super::learn::{named_fault, times};
 use super::table::{Head, aligned};
 use crate::learn::compare::{ChannelComparison, Comparison, Earlier, MisfitPlace};
 use crate::learn::with_faults::{PresentFault, WithFaults};
@@ -24,11 +25,6 @@ pub fn brief(comparison: &Comparison) -> String {
     lines.push(String::new());
     lines.push(next(comparison));
     lines.join("\n") + "\n"
-}
-
-/// An error as people read it: a multiple of the sensor noise.
-pub fn times(times_noise: f64) -> String {
-    format!("{}x the sensor noise", text(rounded(times_noise, 2)))
 }
 
 fn headline(comparison: &Comparison) -> String {
@@ -59,8 +55,7 @@ fn explained_by(with_faults: &WithFaults) -> Vec<String> {
 }
 
 fn fault(fault: &PresentFault) -> String {
-    let shown = |value: f64| with_unit(rounded(value, 4), &fault.unit);
-    format!("  {} {} (new: {})", fault.id, shown(fault.value), shown(fault.healthy))
+    format!("  {} (new: {})", named_fault(fault), with_unit(rounded(fault.healthy, 4), &fault.unit))
 }
 
 fn table(comparison: &Comparison, before: Option<&Earlier>) -> (Vec<Head>, Vec<Vec<String>>) {

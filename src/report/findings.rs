@@ -1,8 +1,8 @@
 //! A diagnosis in a few lines: the verdict first, then each finding, the next command last.
 
 use super::caveats::{caveats, detected};
-use super::comparison::times;
 use super::diagnosis::{headline, interval, percent, sized, tone};
+use super::learn::times;
 use super::style::Style;
 use crate::diagnosis::{Diagnosis, FaultReport, Verdict};
 use crate::finding::{Finding, Rival, argument};

@@ -13,7 +13,8 @@ use crate::learn::compare::{ChannelComparison, Comparison, MisfitPlace};
 use crate::learn::result::{CandidateReport, EffectParameter, ScoredReport, SuggestionReport};
 use crate::learn::separate::Experiment;
 use crate::learn::suggest::{Conclusion, EvaluatedModel, Suggestion};
-use crate::number::{before_unit, rounded, text};
+use crate::learn::with_faults::PresentFault;
+use crate::number::{before_unit, rounded, text, with_unit};
 
 const CHANNEL_HEADS: [Head; 9] = [
     ("sensor", false),
@@ -68,11 +69,28 @@ pub(crate) fn comparison_tone(comparison: &Comparison) -> Tone {
     if comparison.adequate { Tone::Good } else { Tone::Alert }
 }
 
-/// The comparison in one line.
+/// A fault with its size.
+pub(super) fn named_fault(fault: &PresentFault) -> String {
+    format!("{} {}", fault.id, with_unit(rounded(fault.value, 4), &fault.unit))
+}
+
+/// An error as people read it: a multiple of the sensor noise.
+pub(crate) fn times(times_noise: f64) -> String {
+    format!("{}x the sensor noise", text(rounded(times_noise, 2)))
+}
+
+/// The comparison in one line: the faults that explain a record, or where its misfit is.
 pub(crate) fn comparison_headline(comparison: &Comparison) -> String {
-    match &comparison.place {
-        None => "ADEQUATE: the healthy model explains the record within noise and tolerance.".to_owned(),
-        Some(place) => format!("MISFIT: the healthy model does not explain the record. {}", sits(place)),
+    let Some(place) = &comparison.place else {
+        return "ADEQUATE: the healthy model explains the record within noise and tolerance.".to_owned();
+    };
+    let misfit = format!("MISFIT: the healthy model does not explain the record, {}", times(comparison.times_noise));
+    match comparison.with_faults.as_ref().filter(|with| with.adequate) {
+        None => format!("{misfit}. {}", sits(place)),
+        Some(with) => {
+            let faults: Vec<String> = with.faults.iter().map(named_fault).collect();
+            format!("{misfit}; with {} it does, {}.", faults.join(", "), times(with.times_noise))
+        }
     }
 }
 
