@@ -16,19 +16,20 @@ async function ask(message) {
 function say(text, bad) { const note = $('note'); note.hidden = !text; note.textContent = text || ''; note.className = bad ? 'bad' : ''; }
 const tried = (work) => work().catch((error) => say(error.message, true));
 
-// One request for curves at a time: changes that come meanwhile are joined, and older ones dropped.
-let pending = new Map(), flying = false, stale = false, frames = 0;
+// One request for curves at a time: changes that come meanwhile are joined, and older ones dropped. What moves is drawn in
+// wider bins, each with its least and largest sample; what rests, pixel by pixel.
+let pending = new Map(), flying = false, stale = false, frames = 0, rest = 0;
 function change(one) { const [kind] = Object.keys(one); pending.set(kind + one[kind].id, one); stale = true; fly(); }
 function refresh() { stale = true; fly(); }
 async function fly() {
   if (flying || !stale) return;
   flying = true; stale = false;
   const changes = [...pending.values()]; pending = new Map();
-  const window_ = { from: view.from, to: view.to, pixels: Math.max(100, Math.round($('charts').clientWidth) - 60) };
+  const window_ = { from: view.from, to: view.to, pixels: Math.max(100, Math.round(($('charts').clientWidth - 60) / (changes.length ? 3 : 1))) };
   try {
     drawn = await ask(changes.length ? { ask: 'change', changes, window: window_, check: onCheck } : { ask: 'curves', window: window_, check: onCheck });
     state.gauges = drawn.gauges; gauges(); charts(); frames += 1;
-    if (changes.length) say('');
+    if (changes.length) { say(''); clearTimeout(rest); rest = setTimeout(refresh, 150); }
   } catch (error) { say(error.message, true); }
   flying = false;
   if (stale) requestAnimationFrame(fly);
@@ -253,7 +254,7 @@ async function listen() {
       if (other && !flying) refresh();
     } catch (error) { say('The desk does not answer any more: it was ended. ' + error.message, true); await new Promise((then) => setTimeout(then, 2000)); }
     // A slider that moves has better things to wait for.
-    await new Promise((then) => setTimeout(then, 60));
+    await new Promise((then) => setTimeout(then, flying || stale ? 500 : 60));
   }
 }
 for (const task of ['find', 'fit', 'judge']) $(task).onclick = () => tried(() => ask({ ask: 'begin', task }));
