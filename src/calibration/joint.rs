@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::diagnosis::noise::Weights;
-use crate::diagnosis::problem::{Estimated, away, count_there, square_sum};
+use crate::diagnosis::problem::{Estimated, away, root_mean_square};
 use crate::estimation::{Fit, FitError, Gaussian, Linearised, LocalModel, Loss, Options, Problem, fit_along};
 use crate::model::{InputSignals, Model, SimulationError};
 use crate::record::Record;
@@ -104,9 +104,7 @@ impl<'a> Solutions<'a> {
     /// Root mean square of model minus measurement: `[record][sensor]`, SI.
     pub fn errors(&self, theta: &[f64]) -> Result<Vec<Vec<f64>>, SimulationError> {
         let curves = self.curves(theta)?;
-        let error = |(curve, measured): (&Vec<f64>, &&[f64])| {
-            (square_sum(curve, measured) / count_there(measured).max(1) as f64).sqrt()
-        };
+        let error = |(curve, measured): (&Vec<f64>, &&[f64])| root_mean_square(curve, measured).unwrap_or(0.0);
         let of_record =
             |(one, curves): (&Healthy<'_>, &Vec<Vec<f64>>)| curves.iter().zip(&one.measured).map(error).collect();
         Ok(self.records.iter().zip(curves.iter()).map(of_record).collect())

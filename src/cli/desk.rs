@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::{Failure, Status, read, terminal};
 use crate::context::Context;
-use crate::desk::{Desk, End, Server};
+use crate::desk::{Desk, Server};
 use crate::files::read_text;
 use crate::rig::Rig;
 
@@ -53,9 +53,8 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         terminal::note(format_args!("note: no browser could be opened; open the address above in one"));
     }
     terminal::note(format_args!("the desk is open; Ctrl-C ends it"));
-    match server.serve(context)? {
-        End::Left => terminal::note(format_args!("the last tab was closed; the desk ends")),
-    }
+    server.serve(context)?;
+    terminal::note(format_args!("the last tab was closed; the desk ends"));
     Ok(Status::Done)
 }
 

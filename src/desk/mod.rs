@@ -19,5 +19,5 @@ mod state;
 mod task;
 mod trace;
 
-pub use server::{End, Server};
+pub use server::Server;
 pub use state::Desk;

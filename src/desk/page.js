@@ -28,11 +28,13 @@ async function fly() {
   const window_ = { from: view.from, to: view.to, pixels: Math.max(100, Math.round(($('charts').clientWidth - 60) / (changes.length ? 3 : 1))) };
   try {
     drawn = await ask(changes.length ? { ask: 'change', changes, window: window_, check: onCheck } : { ask: 'curves', window: window_, check: onCheck });
-    state.gauges = drawn.gauges; gauges(); charts(); frames += 1;
+    state.gauges = drawn.gauges;
     if (changes.length) { say(''); clearTimeout(rest); rest = setTimeout(refresh, 150); }
+    soon();
   } catch (error) { say(error.message, true); }
   flying = false;
-  if (stale) requestAnimationFrame(fly);
+  // The next curves are worked out while these are drawn.
+  fly();
 }
 
 function gauges() {
@@ -86,7 +88,11 @@ function extent(lists, least) {
 function charts() {
   const box = $('charts');
   if (box.childElementCount !== state.sensors.length) box.replaceChildren(...state.sensors.map((one) => { const canvas = make('canvas'); canvas.setAttribute('role', 'img'); canvas.setAttribute('aria-label', `${one.name}: measured, model and misfit`); return canvas; }));
-  state.sensors.forEach((sensor, at) => chart(box.children[at], sensor, drawn.sensors[at]));
+  // What is scrolled out of sight is drawn when it comes into view.
+  state.sensors.forEach((sensor, at) => {
+    const place = box.children[at].getBoundingClientRect();
+    if (place.bottom > 0 && place.top < innerHeight) chart(box.children[at], sensor, drawn.sensors[at]);
+  });
 }
 function ticks(low, high, most) {
   const raw = (high - low) / most, power = 10 ** Math.floor(Math.log10(raw)), step = [1, 2, 5, 10].map((one) => one * power).find((one) => one >= raw), all = [];
@@ -121,8 +127,12 @@ function chart(canvas, sensor, curves) {
   pen.fillText(label, LEFT, 12);
 }
 const timeAt = (event) => { const box = event.target.getBoundingClientRect(), [from, to] = span(); return from + Math.min(1, Math.max(0, (event.clientX - box.left - LEFT) / (box.width - LEFT - RIGHT))) * (to - from); };
-let redraw = false;
-const soon = () => { if (!redraw) { redraw = true; requestAnimationFrame(() => { redraw = false; charts(); }); } };
+let redraw = false, pictured = null;
+const soon = () => {
+  if (redraw) return;
+  redraw = true;
+  requestAnimationFrame(() => { redraw = false; gauges(); charts(); if (pictured !== drawn) { pictured = drawn; frames += 1; } });
+};
 $('charts').addEventListener('pointermove', (event) => { if (event.target.tagName === 'CANVAS' && drawn) { cursor = { ...cursor, time: timeAt(event) }; soon(); } });
 $('charts').addEventListener('pointerleave', () => { cursor = null; if (drawn) soon(); });
 $('charts').addEventListener('pointerdown', (event) => { if (event.target.tagName === 'CANVAS' && drawn && event.button === 0 && event.pointerType !== 'touch') cursor = { time: timeAt(event), begun: timeAt(event) }; });
@@ -271,6 +281,7 @@ $('save').onsubmit = (event) => {
     }
   });
 };
+addEventListener('scroll', () => { if (drawn) soon(); }, { capture: true, passive: true });
 addEventListener('resize', () => { if (state) { stairs(); refresh(); } });
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { if (drawn) { charts(); stairs(); } });
 listen();

@@ -29,7 +29,7 @@ const MOST_BYTES: u64 = 64 * 1024;
 const PAGE: &str = include_str!("page.html");
 const SCRIPT: &str = include_str!("page.js");
 const STYLE: &str = concat!(include_str!("../report/html/page.css"), include_str!("page.css"));
-/// What every answer says: nothing from elsewhere, nothing kept, nothing told to others.
+/// What every answer says: nothing from elsewhere, nothing kept, nothing given to others.
 const HEADERS: [(&str, &str); 7] = [
     (
         "Content-Security-Policy",
@@ -43,13 +43,6 @@ const HEADERS: [(&str, &str); 7] = [
     ("Cross-Origin-Resource-Policy", "same-origin"),
     ("Cache-Control", "no-store"),
 ];
-
-/// Why a desk ended that was not interrupted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
-    /// No tab has it open any more.
-    Left,
-}
 
 /// The desk as the threads of its server see it.
 #[derive(Debug)]
@@ -154,7 +147,7 @@ impl Server {
     ///
     /// # Errors
     /// The context was cancelled.
-    pub fn serve(&self, context: &Context) -> Result<End, Interrupted> {
+    pub fn serve(&self, context: &Context) -> Result<(), Interrupted> {
         loop {
             context.check()?;
             if let Ok(Some(request)) = self.http.recv_timeout(LOOK) {
@@ -162,7 +155,7 @@ impl Server {
             }
             let heard = *self.shared.heard.lock().unwrap_or_else(PoisonError::into_inner);
             if heard.is_some_and(|heard| heard.elapsed() > LINGER) {
-                return Ok(End::Left);
+                return Ok(());
             }
         }
     }
@@ -274,7 +267,7 @@ fn done(shared: &Arc<Shared>, asked: Asked) -> Result<Answer, Complaint> {
         Asked::Curves { window, check } => drawn(&shared.desk(), window, check),
         Asked::Change { changes, window, check } => {
             let mut desk = shared.desk();
-            changes.iter().try_for_each(|change| desk.change(change))?;
+            desk.change(&changes)?;
             let answer = drawn(&desk, window, check);
             drop(desk);
             shared.tell();

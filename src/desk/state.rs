@@ -149,20 +149,19 @@ impl Desk {
         Ok(())
     }
 
-    /// Moves a slider or a switch.
+    /// Moves sliders and switches.
     ///
     /// # Errors
     /// An id that the rig does not have, a value outside its physical bounds, or a model that cannot be solved there; then
     /// everything stays.
-    pub fn change(&mut self, change: &Change) -> Result<(), Complaint> {
+    pub fn change(&mut self, changes: &[Change]) -> Result<(), Complaint> {
         let before = self.sliders.clone();
-        self.moved(change)?;
-        if let Err(complaint) = self.follow() {
+        if let Err(complaint) = changes.iter().try_for_each(|change| self.moved(change)).and_then(|()| self.follow()) {
             self.sliders = before;
             self.follow()?;
             return Err(complaint);
         }
-        if self.is_of_effect(change) {
+        if changes.iter().any(|change| self.is_of_effect(change)) {
             self.judged = None;
         }
         self.note = None;

@@ -12,7 +12,7 @@ use crate::context::{Context, Progress};
 use crate::learn::compare::{Comparison, compare};
 use crate::learn::fitted_model::FittedModel;
 use crate::learn::result::SuggestionReport;
-use crate::learn::revise::fitted_anew;
+use crate::learn::revise::refitted;
 use crate::learn::suggest::{Suggestion, suggest};
 use crate::record::Record;
 use crate::rig::Rig;
@@ -125,7 +125,7 @@ impl Work {
         match self.task {
             Task::Find => Ok(Outcome::Found(Box::new(suggest(&self.rig, &self.fit, self.check.as_ref())?))),
             Task::Fit => {
-                let (text, fitted) = fitted_anew(&self.text, &self.rig, &self.fit)?;
+                let (text, fitted) = refitted(&self.text, &self.rig, &self.fit)?;
                 Ok(Outcome::Fitted(text, Box::new(fitted)))
             }
             Task::Judge => {

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate;
+use crate::diagnosis::problem::{over_sensors, root_mean_square};
 use crate::model::{InputSignals, Model};
 use crate::number::rounded;
 use crate::record::Record;
@@ -59,7 +60,7 @@ impl Trace {
         Ok(Self { record, drive, outputs: Vec::new() })
     }
 
-    /// Reads anew what drives a rig that has changed.
+    /// Reads again what drives a rig that has changed.
     ///
     /// # Errors
     /// Columns that are missing.
@@ -82,17 +83,11 @@ impl Trace {
     /// Columns that are missing.
     pub fn gauges(&self, rig: &Rig) -> Result<Gauges, Complaint> {
         let measured = estimate::measured(rig, &self.record)?;
-        let (mut sum, mut showing, mut sensors) = (0.0, 0_usize, Vec::new());
-        for ((sensor, measured), model) in rig.sensors.iter().zip(measured).zip(&self.outputs) {
-            let pairs = || measured.iter().zip(model).filter(|(y, _)| !y.is_nan());
-            let count = pairs().count();
-            let square: f64 = pairs().map(|(y, m)| ((y - m) / sensor.stated_noise).powi(2)).sum();
-            let mean = square / count.max(1) as f64;
-            sum += mean;
-            showing += usize::from(count > 0);
-            sensors.push((count > 0).then(|| rounded(mean.sqrt(), DIGITS)));
-        }
-        Ok(Gauges { all: rounded((sum / showing.max(1) as f64).sqrt(), DIGITS), sensors })
+        let missed = self.outputs.iter().zip(measured).map(|(model, measured)| root_mean_square(model, measured));
+        let times_noise = missed.zip(&rig.sensors).map(|(rms, sensor)| rms.map(|rms| rms / sensor.stated_noise));
+        let sensors: Vec<Option<f64>> = times_noise.collect();
+        let all = rounded(over_sensors(sensors.iter().copied()), DIGITS);
+        Ok(Gauges { all, sensors: sensors.into_iter().map(|one| one.map(|one| rounded(one, DIGITS))).collect() })
     }
 
     /// The curves of every sensor.

@@ -31,6 +31,7 @@ use crate::residual::{self, Detection};
 pub use common_cause::CommonCause;
 use estimate::Estimate;
 pub use hypotheses::Hypothesis;
+use problem::over_sensors;
 pub use result::{ChannelReport, Diagnosis, FaultReport, FitReport, SCHEMA, UncertainReport, Verdict};
 pub(crate) use summary::{is_there, mean_squares, tame_squares};
 
@@ -212,6 +213,7 @@ pub fn diagnose_from(
     };
     let samples = case.full.weights.all_samples().saturating_sub(rig.faults.len()).max(1) as f64;
     let id = |fault: usize| rig.fault_id(fault).to_owned();
+    let measured = channels.iter().map(|channel| (channel.samples > 0).then_some(channel.times_noise));
     let groups = hypotheses::ambiguity(isolation, case.faults());
     let diagnosis = Diagnosis {
         schema: SCHEMA,
@@ -219,7 +221,7 @@ pub fn diagnose_from(
         record: record.path.display().to_string(),
         verdict,
         common_cause: None,
-        times_noise: rounded(summary::times_noise(&channels), DIGITS),
+        times_noise: rounded(over_sensors(measured), DIGITS),
         detected_at_s,
         onset_s: begun.as_ref().map(|begun| rounded(begun.time, DIGITS)),
         ambiguity: groups.into_iter().map(|group| group.into_iter().map(id).collect()).collect(),

@@ -38,6 +38,18 @@ pub(crate) fn count_there(measured: &[f64]) -> usize {
     measured.iter().filter(|value| !value.is_nan()).count()
 }
 
+/// Root mean square of model minus measured over the samples that are there, SI; `None` without any.
+pub(crate) fn root_mean_square(model: &[f64], measured: &[f64]) -> Option<f64> {
+    let count = count_there(measured);
+    (count > 0).then(|| (square_sum(model, measured) / count as f64).sqrt())
+}
+
+/// The one number of a fit: root mean square over the sensors that have samples of what each is missed by, times its noise.
+pub(crate) fn over_sensors(times_noise: impl Iterator<Item = Option<f64>>) -> f64 {
+    let (sum, count) = times_noise.flatten().fold((0.0, 0_usize), |(sum, count), one| (sum + one * one, count + 1));
+    (sum / count.max(1) as f64).sqrt()
+}
+
 /// Misfits of a model to a record: every sensor's samples one after the other.
 pub struct RecordProblem<'a> {
     pub model: &'a Model,

@@ -2,7 +2,7 @@
 
 use super::estimate::Estimate;
 use super::noise::Weights;
-use super::problem::square_sum;
+use super::problem::root_mean_square;
 use super::result::{ChannelReport, FaultReport, UncertainReport};
 use super::{DIGITS, PRESENT, WILD, adequate};
 use crate::estimation::profile::{QUANTILE, RISE};
@@ -35,13 +35,6 @@ pub(crate) fn mean_squares(weights: &Weights, misfit: &[f64]) -> Vec<(f64, usize
     misfit.chunks(weights.rows().max(1)).take(sensors).enumerate().map(one).collect()
 }
 
-/// Root mean square over the sensors that have samples of what each is missed by, over its noise.
-pub(super) fn times_noise(channels: &[ChannelReport]) -> f64 {
-    let squares = channels.iter().filter(|channel| channel.samples > 0).map(|channel| channel.times_noise.powi(2));
-    let (sum, count) = squares.fold((0.0, 0_usize), |(sum, count), square| (sum + square, count + 1));
-    (sum / count.max(1) as f64).sqrt()
-}
-
 /// How well the model follows each sensor.
 pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], healthy: &[Vec<f64>]) -> Vec<ChannelReport> {
     let rig = estimate.case.rig();
@@ -55,8 +48,7 @@ pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], healthy: &
             let model = outputs.get(index).map_or(&[][..], Vec::as_slice);
             let healthy = healthy.get(index).map_or(&[][..], Vec::as_slice);
             let adequate = adequate(chi2_reduced, samples);
-            let square = square_sum(model, full.measured[index]);
-            let rms = (square / samples.max(1) as f64).sqrt();
+            let rms = root_mean_square(model, full.measured[index]).unwrap_or(0.0);
             ChannelReport {
                 name: sensor.name.clone(),
                 unit: unit.symbol.clone(),

@@ -9,7 +9,7 @@ use crate::diagnosis::case::ROBUST;
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::events;
 use crate::diagnosis::noise::Weights;
-use crate::diagnosis::problem::{away, count_there, square_sum};
+use crate::diagnosis::problem::{away, over_sensors, root_mean_square};
 use crate::diagnosis::{WILD, is_there};
 use crate::estimation::Problem;
 use crate::model::{InputSignals, Model};
@@ -223,16 +223,12 @@ pub(super) fn run_under(
 pub(super) fn run_of(rig: &Rig, record: &Record, outputs: Vec<Vec<f64>>, weights: Weights) -> Result<Run, Complaint> {
     let data = estimate::measured(rig, record)?;
     let mut misfit = away(&outputs, &data);
-    let (mut rmse, mut sum, mut showing) = (Vec::new(), 0.0, 0_usize);
-    for ((model_says, measured), sensor) in outputs.iter().zip(&data).zip(&rig.sensors) {
-        let count = count_there(measured);
-        let mean = square_sum(model_says, measured) / count.max(1) as f64;
-        rmse.push(mean.sqrt());
-        sum += mean / (sensor.stated_noise * sensor.stated_noise);
-        showing += usize::from(count > 0);
-    }
+    let missed: Vec<Option<f64>> =
+        outputs.iter().zip(&data).map(|(model, measured)| root_mean_square(model, measured)).collect();
+    let over_noise = missed.iter().zip(&rig.sensors).map(|(rms, sensor)| rms.map(|rms| rms / sensor.stated_noise));
+    let normalised = over_sensors(over_noise);
+    let rmse = missed.iter().map(|rms| rms.unwrap_or(0.0)).collect();
     weights.apply(&mut misfit);
-    let normalised = (sum / showing.max(1) as f64).sqrt();
     let squares: Vec<f64> = misfit.chunks(weights.rows().max(1)).take(rig.sensors.len()).map(lasting_squares).collect();
     let chi2 = squares.iter().sum::<f64>() / weights.all_samples().max(1) as f64;
     let mean = |(sensor, squares): (usize, &f64)| squares / weights.samples(sensor).max(1) as f64;

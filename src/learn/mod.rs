@@ -18,7 +18,7 @@
 //! | [`missing`] | what a missing flow or force looks like over the states |
 //! | [`add`] | the rig file with an effect more |
 //! | [`addition`] | what was added, as programs read it |
-//! | `revise` | effects of a rig file set, taken out or fitted anew by hand |
+//! | `revise` | effects of a rig file set, taken out or refitted by hand |
 //! | [`improve`] | the whole loop with its ledger |
 
 pub mod add;

@@ -1,4 +1,4 @@
-//! A rig file whose effects are set, taken out, or fitted anew by hand.
+//! A rig file whose effects are set, taken out, or refitted by hand.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use crate::physics::effect::FreeParameter;
 use crate::record::Record;
 use crate::rig::{EffectInstance, Rig, document};
 
-/// Standard uncertainty of an effect that is fitted anew, in typical sizes, or in the size that it has if that is larger.
+/// Standard uncertainty of an effect that is refitted, in typical sizes, or in the size that it has if that is larger.
 const WIDE: f64 = 10.0;
 
 /// The text of a rig file with the effects of `moved` at these values (all parameters of the rig, SI), without those of `off`.
@@ -43,12 +43,12 @@ pub fn revised(
     Ok(text)
 }
 
-/// The effects of a rig that it states with an uncertainty fitted anew, with the faults that the record shows beside them: the text
+/// The effects of a rig that it states with an uncertainty refitted, with the faults that the record shows beside them: the text
 /// of the rig file with them, and the fit. What the rig file says of their size is where the fit starts, and no knowledge.
 ///
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved on the record.
-pub fn fitted_anew(text: &str, rig: &Rig, record: &Record) -> Result<(String, FittedModel), Complaint> {
+pub fn refitted(text: &str, rig: &Rig, record: &Record) -> Result<(String, FittedModel), Complaint> {
     let mut open = rig.clone();
     for effect in &rig.effects {
         for (free, &index) in effect.placed.effect.parameters.iter().zip(&effect.parameters) {
@@ -65,7 +65,7 @@ pub fn fitted_anew(text: &str, rig: &Rig, record: &Record) -> Result<(String, Fi
 
 /// Standard uncertainty of a parameter of an effect of which next to nothing is known, SI.
 fn wide(rig: &Rig, placed: &EffectInstance, free: &FreeParameter, value: f64) -> f64 {
-    let neutral = nothing(rig, placed, free).filter(|_| free.neutral.is_some()).unwrap_or(0.0);
+    let neutral = neutral(rig, placed, free).unwrap_or(0.0);
     let size = rig.first_size(placed, free).map_or(0.0, |first| (first - neutral).abs()).max((value - neutral).abs());
     if size > 0.0 { WIDE * size } else { range_deviation(&rig.effect_unit(placed, free.name), free) }
 }

@@ -2,6 +2,7 @@
 
 use super::learn::{named_fault, times};
 use super::table::{Head, aligned};
+use crate::finding::argument;
 use crate::learn::compare::{ChannelComparison, Comparison, Earlier, MisfitPlace};
 use crate::learn::with_faults::{PresentFault, WithFaults};
 use crate::number::{rounded, text, with_unit};
@@ -85,7 +86,7 @@ fn times_noise(channel: &ChannelComparison) -> String {
 
 /// The command that leads further.
 fn next(comparison: &Comparison) -> String {
-    let Comparison { rig, record, .. } = comparison;
+    let (rig, record) = (argument(&comparison.rig), argument(&comparison.record));
     match &comparison.with_faults {
         _ if comparison.adequate => format!("Next: borescope check {rig} {record}"),
         Some(with_faults) if with_faults.adequate => format!("Next: borescope diagnose {rig} {record}"),

@@ -12,7 +12,7 @@ use crate::number::{rounded, text, with_unit};
 const WIDTH: usize = 80;
 /// Lines of findings: with verdict, notes and next command a screen of 24 lines is not filled.
 const LINES: usize = 10;
-/// Consequences that are told of each finding, of few and of many.
+/// Consequences that are shown of each finding, of few and of many.
 const CHANGES: [usize; 2] = [2, 1];
 const FEW: usize = 2;
 /// Faults of a model that explains nothing well that are named.
@@ -29,8 +29,8 @@ pub fn brief(diagnosis: &Diagnosis, findings: &[Finding], style: Style) -> Strin
         Verdict::Faulty => lines.extend(found(diagnosis, findings)),
         Verdict::ModelInadequate => lines.extend(wrapped(&attempted(diagnosis), "  ")),
     }
-    let told: Vec<String> = detected(diagnosis).into_iter().chain([left(diagnosis)]).collect();
-    lines.extend(wrapped(&told.join(" "), "  "));
+    let words: Vec<String> = detected(diagnosis).into_iter().chain([left(diagnosis)]).collect();
+    lines.extend(wrapped(&words.join(" "), "  "));
     lines.extend(caveats(diagnosis).iter().flat_map(|caveat| wrapped(caveat, "  ")));
     lines.push(String::new());
     // A command stays in one line, so that it can be copied.
@@ -90,8 +90,9 @@ fn found(diagnosis: &Diagnosis, findings: &[Finding]) -> Vec<String> {
         lines.extend(wrapped(&format!("and {}", rest.join(", ")), "  "));
     }
     let rivals = findings.first().map_or(&[][..], |first| first.rivals.as_slice());
-    lines
-        .extend(rivals.first().map(|rival| instead(rival, findings)).into_iter().flat_map(|told| wrapped(&told, "  ")));
+    lines.extend(
+        rivals.first().map(|rival| instead(rival, findings)).into_iter().flat_map(|words| wrapped(&words, "  ")),
+    );
     lines
 }
 
@@ -107,8 +108,8 @@ fn block(finding: &Finding, fault: &FaultReport, changes: usize) -> Vec<String> 
     );
     let changes: Vec<&str> = finding.consequences.iter().take(changes).map(|one| one.text.as_str()).collect();
     let changes = if changes.is_empty() { String::new() } else { format!("; {}", changes.join("; ")) };
-    let told = format!("  {}: {} {} than new{changes}", finding.part, finding.deviation, finding.direction);
-    [wrapped(&size, "  "), wrapped(&told, "    ")].concat()
+    let deviation = format!("  {}: {} {} than new{changes}", finding.part, finding.deviation, finding.direction);
+    [wrapped(&size, "  "), wrapped(&deviation, "    ")].concat()
 }
 
 /// The likeliest fault combination without the first finding.

@@ -4,29 +4,22 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use borescope::Rig;
 use serde_json::{Value, json};
 
-use crate::support::command::borescope;
+use crate::support::command::{Ending, borescope};
 
 const FIXTURES: &str = "fixtures/telescopic";
 
 /// A desk that runs, in a folder of its own.
 struct Running {
-    child: Child,
+    child: Ending,
     host: String,
     secret: String,
     folder: tempfile::TempDir,
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
 }
 
 impl Running {
@@ -42,7 +35,7 @@ impl Running {
         BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut address).unwrap();
         let (host, secret) = address.trim().strip_prefix("http://").unwrap().split_once('/').unwrap();
         let (host, secret) = (host.to_owned(), secret.trim_end_matches('/').to_owned());
-        Self { child, host, secret, folder }
+        Self { child: Ending(child), host, secret, folder }
     }
 
     fn healthy() -> Self {
@@ -281,8 +274,8 @@ fn long_work_is_stopped_and_leaves_everything_as_it_was() {
 fn control_c_ends_it_at_once() {
     let mut desk = Running::healthy();
     let begin = Instant::now();
-    assert!(Command::new("kill").args(["-INT", &desk.child.id().to_string()]).status().unwrap().success());
-    assert_eq!(desk.child.wait().unwrap().code(), Some(130));
+    assert!(Command::new("kill").args(["-INT", &desk.child.0.id().to_string()]).status().unwrap().success());
+    assert_eq!(desk.child.0.wait().unwrap().code(), Some(130));
     assert!(begin.elapsed() < Duration::from_millis(250), "{:?}", begin.elapsed());
 }
 

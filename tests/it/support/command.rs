@@ -1,13 +1,23 @@
 //! Runs the built program.
 
 use std::ffi::OsStr;
-use std::process::Command;
+use std::process::{Child, Command};
 
 /// What a run of the program left: exit status, standard output, standard error.
 pub struct Ran {
     pub status: Option<i32>,
     pub out: String,
     pub err: String,
+}
+
+/// A program that is ended with the test, whether that passes or not.
+pub struct Ending(pub Child);
+
+impl Drop for Ending {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
 }
 
 /// Runs `borescope` with these arguments, from the folder of the project.

@@ -3,16 +3,17 @@
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
 use super::browser::browser;
+use super::command::Ending;
 
 /// A tab, with all that it complained about.
 pub struct Tab {
-    child: Child,
+    _child: Ending,
     to: File,
     from: BufReader<File>,
     session: Value,
@@ -21,13 +22,6 @@ pub struct Tab {
     pub complaints: Vec<String>,
     own: String,
     _folder: tempfile::TempDir,
-}
-
-impl Drop for Tab {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
 }
 
 impl Tab {
@@ -48,7 +42,7 @@ impl Tab {
         let from = BufReader::new(File::open(&pipes[1]).unwrap());
         let own = address.split('/').take(3).collect::<Vec<_>>().join("/");
         let (session, complaints) = (Value::Null, Vec::new());
-        let mut tab = Self { child, to, from, session, asked: 0, complaints, own, _folder: folder };
+        let mut tab = Self { _child: Ending(child), to, from, session, asked: 0, complaints, own, _folder: folder };
         let target = tab.call("Target.createTarget", json!({"url": "about:blank"}))["targetId"].clone();
         tab.session =
             tab.call("Target.attachToTarget", json!({"targetId": target, "flatten": true}))["sessionId"].clone();
