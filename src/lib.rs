@@ -102,12 +102,13 @@ pub use cli::run as command;
 pub use complaint::{Complaint, Kind as ComplaintKind, Place};
 pub use context::{Context, Interrupted, Progress};
 pub use diagnosis::watch::{Watched, Watching};
-pub use diagnosis::{Diagnosed, Diagnosis, DiagnosisOptions, Verdict, diagnose};
+pub use diagnosis::{Diagnosed, Diagnosis, DiagnosisOptions, Verdict};
 pub use draft::{Circuit, Draft, DraftOptions, draft};
 #[cfg(feature = "store")]
 pub use history::{By, History, history};
 pub use isolability::{TakenFault, isolability};
 pub use learn::add::{Added, add};
+pub use learn::behind::diagnose;
 pub use learn::compare::compare;
 pub use learn::improve::{Improvement, improve};
 pub use learn::suggest::{Conclusion, Suggestion, suggest};

@@ -8,7 +8,9 @@ pub use crate::check::{
     ChannelLine, CheckReport, FaultLine, InputLine, ParameterLine, RecordPage, RigPage, SensorLine,
 };
 pub use crate::diagnosis::watch::{Episode, WatchedVerdict};
-pub use crate::diagnosis::{ChannelReport, CommonCause, FaultReport, FitReport, Hypothesis, UncertainReport};
+pub use crate::diagnosis::{
+    ChannelReport, CommonCause, FaultReport, FitReport, Hypothesis, MissingEffect, UncertainReport,
+};
 pub use crate::estimation::Identifiable;
 #[cfg(feature = "store")]
 pub use crate::history::forecast::State as ForecastState;

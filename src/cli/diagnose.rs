@@ -10,9 +10,10 @@ use super::{Failure, Format, Overwriting, Status, terminal, windows, write_json,
 use crate::complaint::Complaint;
 use crate::context::Context;
 use crate::diagnosis::watch::Watching;
-use crate::diagnosis::{Diagnosed, DiagnosisOptions, Verdict, diagnose};
+use crate::diagnosis::{Diagnosed, DiagnosisOptions, Verdict};
 use crate::files::{MOST_TEXT, read, text, write_atomically};
 use crate::finding::{Finding, WithFindings, findings};
+use crate::learn::behind::diagnose;
 use crate::model::Model;
 use crate::record::survey::Doubt;
 use crate::report::caveats::left_out;
@@ -128,7 +129,8 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
                 let curves = Curves { model: &diagnosed.healthy, found: &diagnosed.model };
                 write_atomically(path, |file| curves.write_csv(&model.rig, record, file))?;
             }
-            let findings = findings(&model, record, &diagnosed.diagnosis)?;
+            let found = diagnosed.with_effect.clone().map(Model::new);
+            let findings = findings(found.as_ref().unwrap_or(&model), record, &diagnosed.diagnosis)?;
             Ok((diagnosed, findings))
         });
         match one {

@@ -28,11 +28,12 @@ use crate::model::{InputSignals, Model, Shown};
 use crate::number::rounded;
 use crate::record::Record;
 use crate::residual::{self, Detection};
+use crate::rig::Rig;
 pub use common_cause::CommonCause;
 use estimate::Estimate;
 pub use hypotheses::Hypothesis;
 use problem::over_sensors;
-pub use result::{ChannelReport, Diagnosis, FaultReport, FitReport, SCHEMA, UncertainReport, Verdict};
+pub use result::{ChannelReport, Diagnosis, FaultReport, FitReport, MissingEffect, SCHEMA, UncertainReport, Verdict};
 pub(crate) use summary::{is_there, mean_squares, tame_squares};
 
 /// What the user may choose.
@@ -60,6 +61,8 @@ pub struct Diagnosed {
     pub(crate) intervals: Vec<Option<Interval>>,
     /// The record without the mistake that [`Diagnosis::common_cause`] names.
     pub corrected: Option<Record>,
+    /// The rig with what [`Diagnosis::missing_effect`] names.
+    pub with_effect: Option<Rig>,
     /// Logarithm of the evidence of the fault combination, up to what is the same for all of the record.
     evidence: f64,
 }
@@ -68,6 +71,11 @@ impl Diagnosed {
     /// The record that was diagnosed, where `original` was given: without the mistake in taking it that was found.
     pub fn record<'a>(&'a self, original: &'a Record) -> &'a Record {
         self.corrected.as_ref().unwrap_or(original)
+    }
+
+    /// The rig that explains the record with the faults found, where `given` was given: with the effect that it lacked.
+    pub fn rig<'a>(&'a self, given: &'a Rig) -> &'a Rig {
+        self.with_effect.as_ref().unwrap_or(given)
     }
 }
 
@@ -92,22 +100,12 @@ const RESTARTS: usize = 3;
 /// A restart that lowers the cost by less is the last one.
 const WORTH_RESTARTING: f64 = 1.0;
 
-/// Diagnoses one record of a rig.
+/// Diagnoses one record of a rig as its file describes it; see [`crate::diagnose`] for one that may lack an effect.
 ///
 /// # Errors
 /// Columns that are missing, a model that cannot be solved, or a [context](crate::Context) that was cancelled.
 pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
     model.rig.context().run(|| diagnose_with_causes(model, record, options))
-}
-
-impl Model {
-    /// [`diagnose`] with the default options, without the curves behind it.
-    ///
-    /// # Errors
-    /// As [`diagnose`].
-    pub fn diagnose(&self, record: &Record) -> Result<Diagnosis, Complaint> {
-        Ok(diagnose(self, record, &DiagnosisOptions::default())?.diagnosis)
-    }
 }
 
 /// The same on the threads of the caller.
@@ -221,6 +219,7 @@ pub fn diagnose_from(
         record: record.path.display().to_string(),
         verdict,
         common_cause: None,
+        missing_effect: None,
         times_noise: rounded(over_sensors(measured), DIGITS),
         detected_at_s,
         onset_s: begun.as_ref().map(|begun| rounded(begun.time, DIGITS)),
@@ -240,7 +239,17 @@ pub fn diagnose_from(
     };
     let weights = case.full.weights.clone();
     let evidence = isolation.evidence(case);
-    Ok(Diagnosed { diagnosis, model: outputs, healthy, misfit, weights, intervals, corrected: None, evidence })
+    Ok(Diagnosed {
+        diagnosis,
+        model: outputs,
+        healthy,
+        misfit,
+        weights,
+        intervals,
+        corrected: None,
+        with_effect: None,
+        evidence,
+    })
 }
 
 /// When fitted and healthy model part, s: where the running sum of the log likelihood ratio between them, started anew at

@@ -140,6 +140,21 @@ pub struct FitReport {
     pub stopped_because: String,
 }
 
+/// Physics that the model lacks, beside which the faults of a diagnosis were found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MissingEffect {
+    /// Such as `seal-friction@cylinder`; two where one alone explains less.
+    pub effects: Vec<String>,
+    /// As estimated, beside faults and all else.
+    pub parameters: Vec<UncertainReport>,
+    /// Other effects that explain the record as well.
+    pub confounded_with: Vec<String>,
+    /// Whether faults and effects together explain the record.
+    pub explained: bool,
+    /// Root mean square of measured minus the model without the effects, its faults fitted, over the noise of the sensor.
+    pub times_noise_without: f64,
+}
+
 /// The diagnosis of one record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diagnosis {
@@ -153,6 +168,8 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// A mistake in taking the record that explains what would take several faults; all else is said of the record without it.
     pub common_cause: Option<CommonCause>,
+    /// An effect that the model lacks; faults, hypotheses and sensors are those of the model with it.
+    pub missing_effect: Option<MissingEffect>,
     /// Root mean square of measured minus the model with the faults found, over the noise of the sensor, over all sensors.
     pub times_noise: f64,
     /// End of the window in which the first residual fired, s; where none did, when fitted and healthy model part.

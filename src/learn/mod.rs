@@ -19,11 +19,13 @@
 //! | [`add`] | the rig file with an effect more |
 //! | [`addition`] | what was added, as programs read it |
 //! | `revise` | effects of a rig file set, taken out or refitted by hand |
+//! | [`behind`] | which faults are there beside an effect that the model lacks |
 //! | [`improve`] | the whole loop with its ledger |
 
 pub mod add;
 #[cfg(feature = "cli")]
 pub mod addition;
+pub mod behind;
 pub mod candidate;
 pub mod compare;
 pub mod fitted_model;

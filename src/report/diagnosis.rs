@@ -3,9 +3,7 @@
 use std::fmt;
 
 use super::caveats::{TOLD, caveats, detected, left_out};
-#[cfg(feature = "cli")]
-use super::digits::plus_minus;
-use super::digits::{Estimate, worth};
+use super::digits::{Estimate, plus_minus, worth};
 use super::residuals;
 use super::style::{Style, Tone};
 #[cfg(feature = "cli")]
@@ -13,7 +11,7 @@ use super::style::{bars, scale};
 use super::table::{Head, aligned};
 #[cfg(feature = "cli")]
 use crate::diagnosis::{Diagnosed, is_there};
-use crate::diagnosis::{Diagnosis, FaultReport, PRESENT, Verdict};
+use crate::diagnosis::{Diagnosis, FaultReport, MissingEffect, PRESENT, UncertainReport, Verdict};
 use crate::number::{before_unit, rounded, text, with_unit};
 use crate::record::survey::Doubt;
 #[cfg(feature = "cli")]
@@ -33,10 +31,22 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
     let present: Vec<String> = diagnosis.present().map(|fault| format!("{} {}", fault.id, sized(fault))).collect();
     let without = without(diagnosis);
     let condition = diagnosis.common_cause.as_ref().map_or_else(String::new, |cause| format!(", if {}", cause.clause));
-    match diagnosis.verdict {
-        Verdict::Healthy => format!("HEALTHY{without}{condition}: the healthy model explains the record."),
-        Verdict::Faulty => format!("FAULTY{without}{condition}: {}.", present.join(", ")),
-        Verdict::ModelInadequate => {
+    match (diagnosis.verdict, &diagnosis.missing_effect) {
+        (Verdict::Healthy, _) => format!("HEALTHY{without}{condition}: the healthy model explains the record."),
+        (Verdict::Faulty, _) => format!("FAULTY{without}{condition}: {}.", present.join(", ")),
+        (Verdict::ModelInadequate, Some(missing)) => {
+            let beside = match present.as_slice() {
+                [] => "no fault".to_owned(),
+                some => some.join(", "),
+            };
+            format!(
+                "MODEL INADEQUATE{without}{condition}: the model lacks {}{}; beside it {beside}. {}",
+                missing.effects.join(" and "),
+                or_others(missing),
+                left_by(missing, diagnosis)
+            )
+        }
+        (Verdict::ModelInadequate, None) => {
             let worst = diagnosis.channels.iter().max_by(|a, b| a.chi2_reduced.total_cmp(&b.chi2_reduced));
             let worst = worst.map_or(String::new(), |worst| format!(", {} worst", worst.name));
             format!(
@@ -45,6 +55,42 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
             )
         }
     }
+}
+
+/// Effects that explain the record as well, as an aside.
+fn or_others(missing: &MissingEffect) -> String {
+    match missing.confounded_with.as_slice() {
+        [] => String::new(),
+        some => format!(" (or {})", some.join(", ")),
+    }
+}
+
+/// What a missing effect makes of the error, and whether that is all.
+fn left_by(missing: &MissingEffect, diagnosis: &Diagnosis) -> String {
+    let [with, without] = [diagnosis.times_noise, missing.times_noise_without].map(|error| text(rounded(error, 2)));
+    let rest = match missing.explained {
+        true => "",
+        false => "; something else is missing too, and values below may be off by more than their intervals",
+    };
+    format!("It brings the error from {without}x to {with}x the sensor noise{rest}.")
+}
+
+/// Sizes of a missing effect that are told one by one.
+const SIZES: usize = 4;
+
+/// How large the effect is that the model lacks.
+pub(super) fn sizes(missing: &MissingEffect) -> String {
+    let size = |parameter: &UncertainReport| {
+        let value = match parameter.sigma_after {
+            Some(sigma) if sigma > 0.0 => plus_minus(parameter.value, sigma),
+            _ => text(rounded(parameter.value, 4)),
+        };
+        format!("{} {}", parameter.id, before_unit(value, &parameter.unit))
+    };
+    let more = missing.parameters.len().saturating_sub(SIZES);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let told: Vec<String> = missing.parameters.iter().take(SIZES).map(size).collect();
+    format!("Its size: {}{more} (one standard deviation).", told.join(", "))
 }
 
 /// The sensors that a verdict had to do without, throughout or in part, as the end of its first words.
@@ -179,7 +225,7 @@ pub(super) fn uncertain_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
         Some(sigma) if sigma > 0.0 => plus_minus(value, sigma),
         _ => text(rounded(value, 4)),
     };
-    let row = |parameter: &crate::diagnosis::UncertainReport| {
+    let row = |parameter: &UncertainReport| {
         let pull = (parameter.value - parameter.nominal) / parameter.sigma_before;
         vec![
             parameter.id.clone(),
@@ -317,6 +363,7 @@ fn pictured(
 
 fn page(diagnosis: &Diagnosis, style: Style, [scales, courses]: [Vec<String>; 2]) -> String {
     let mut lines = vec![style.painted(&headline(diagnosis), tone(diagnosis.verdict))];
+    lines.extend(diagnosis.missing_effect.as_ref().map(sizes));
     lines.extend(caveats(diagnosis));
     lines.push(String::new());
     lines.extend([format!("rig     {}", diagnosis.rig), format!("record  {}", diagnosis.record)]);

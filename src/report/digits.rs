@@ -52,7 +52,6 @@ impl Estimate {
 }
 
 /// A value with its uncertainty, both with two digits of the latter.
-#[cfg(feature = "cli")]
 pub fn plus_minus(value: f64, sigma: f64) -> String {
     format!("{} +- {}", worth(value, sigma), worth(sigma, sigma))
 }

@@ -1,7 +1,7 @@
 //! A diagnosis in a few lines: the verdict first, then each finding, the next command last.
 
 use super::caveats::{caveats, detected};
-use super::diagnosis::{headline, interval, percent, sized, tone};
+use super::diagnosis::{headline, interval, percent, sized, sizes, tone};
 use super::learn::times;
 use super::style::Style;
 use crate::diagnosis::{Diagnosis, FaultReport, Verdict};
@@ -24,10 +24,14 @@ pub fn brief(diagnosis: &Diagnosis, findings: &[Finding], style: Style) -> Strin
     let mut lines: Vec<String> =
         headline.into_iter().map(|line| style.painted(&line, tone(diagnosis.verdict))).collect();
     lines.push(String::new());
-    match diagnosis.verdict {
-        Verdict::Healthy => lines.extend(wrapped(&most_suspect(diagnosis), "  ")),
-        Verdict::Faulty => lines.extend(found(diagnosis, findings)),
-        Verdict::ModelInadequate => lines.extend(wrapped(&attempted(diagnosis), "  ")),
+    match (diagnosis.verdict, &diagnosis.missing_effect) {
+        (Verdict::Healthy, _) => lines.extend(wrapped(&most_suspect(diagnosis), "  ")),
+        (Verdict::Faulty, _) => lines.extend(found(diagnosis, findings)),
+        (Verdict::ModelInadequate, Some(missing)) => {
+            lines.extend(wrapped(&sizes(missing), "  "));
+            lines.extend(found(diagnosis, findings));
+        }
+        (Verdict::ModelInadequate, None) => lines.extend(wrapped(&attempted(diagnosis), "  ")),
     }
     let words: Vec<String> = detected(diagnosis).into_iter().chain([left(diagnosis)]).collect();
     lines.extend(wrapped(&words.join(" "), "  "));

@@ -21,9 +21,13 @@ use crate::rig::Rig;
 /// Columns that are missing.
 pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String, Complaint> {
     let diagnosis = &diagnosed.diagnosis;
+    let fitted = diagnosed.rig(rig);
     let mut page = Page::new(format!("Diagnosis of {}", named(rig)), format!("Record {}", diagnosis.record));
     let mut verdict = Section::new("Verdict");
     verdict.notice(words::tone(diagnosis.verdict), words::headline(diagnosis));
+    if let Some(missing) = &diagnosis.missing_effect {
+        verdict.paragraph(words::sizes(missing));
+    }
     for caveat in caveats(diagnosis) {
         verdict.paragraph(caveat);
     }
@@ -42,13 +46,16 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String,
     let present: Vec<&FaultReport> = diagnosis.present().collect();
     let mut drawn = Section::new("Circuit");
     let (framed, what): (&[&FaultReport], &str) = match diagnosis.verdict {
+        Verdict::ModelInadequate if diagnosis.missing_effect.is_some() => {
+            (&present, "with the effect that the model lacks; what is faulty beside it is framed")
+        }
         Verdict::ModelInadequate => (&[], "nothing is framed, since no faults explain the record"),
         Verdict::Healthy | Verdict::Faulty => (&present, "what is faulty is framed"),
     };
     let caption = format!(
         "The circuit as the rig file has it, symbols after ISO 1219; {what}. Sensors stand beside what they measure."
     );
-    drawn.drawing("circuit", &circuit::svg(rig, framed), &caption);
+    drawn.drawing("circuit", &circuit::svg(fitted, framed), &caption);
     page.section(drawn);
     let mut faults = Section::new("Faults");
     faults.table(fault_table(rig, diagnosis));
@@ -75,7 +82,7 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<String,
         page.section(residual_section(&shown, diagnosis)?);
     }
     page.section(fit(&shown, diagnosed));
-    page.sections(profile::section(rig, diagnosed));
+    page.sections(profile::section(fitted, diagnosed));
     Ok(page.html())
 }
 

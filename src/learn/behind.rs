@@ -1,0 +1,88 @@
+//! Faults behind physics that the model lacks.
+//!
+//! A model that lacks an effect is bent towards the record by whatever may move, faults first: friction that nobody wrote down
+//! becomes a narrow opening with an interval as small as if it were the truth. So where faults are found and yet do not explain
+//! the record, effects compete with them under the one criterion of [`suggest`], and the faults are isolated again beside the
+//! effect that wins.
+
+use super::fitted_model::FittedModel;
+use super::suggest::{EvaluatedModel, suggest};
+use crate::complaint::Complaint;
+use crate::diagnosis::{self, Diagnosed, DiagnosisOptions, MissingEffect, Verdict};
+use crate::model::Model;
+use crate::record::Record;
+use crate::rig::Rig;
+
+/// Diagnoses one record of a rig. Where faults do not explain it, they are sought beside the effect that the model lacks, if the
+/// library has one that explains more; the verdict stays [`Verdict::ModelInadequate`], and
+/// [`Diagnosis::missing_effect`](crate::Diagnosis::missing_effect) names the effect.
+///
+/// # Errors
+/// Columns that are missing, a model that cannot be solved, or a [context](crate::Context) that was cancelled.
+pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
+    let given = diagnosis::diagnose(model, record, options)?;
+    let bent = given.diagnosis.verdict == Verdict::ModelInadequate && given.diagnosis.present().next().is_some();
+    if !bent {
+        return Ok(given);
+    }
+    let seen = given.record(record);
+    let suggestion = suggest(&model.rig, seen, None)?;
+    let Some(best) = suggestion.judged.iter().find(|one| one.supported && !one.senseless()) else { return Ok(given) };
+    let with_effect = Model::new(installed(&model.rig, &best.trial)).with_tolerance(model.tolerance);
+    let beside = diagnosis::diagnose(&with_effect, seen, options)?;
+    if beside.diagnosis.times_noise >= given.diagnosis.times_noise {
+        return Ok(given);
+    }
+    Ok(joined(given, beside, best, with_effect.rig))
+}
+
+impl Model {
+    /// [`diagnose`] with the default options, without the curves behind it.
+    ///
+    /// # Errors
+    /// As [`diagnose`].
+    pub fn diagnose(&self, record: &Record) -> Result<crate::Diagnosis, Complaint> {
+        Ok(diagnose(self, record, &DiagnosisOptions::default())?.diagnosis)
+    }
+}
+
+/// The rig with the effects of a trial as they were fitted and still uncertain, its sensors as the rig file has them.
+fn installed(rig: &Rig, trial: &FittedModel) -> Rig {
+    let mut with_effect = trial.rig.clone();
+    for (sensor, stated) in with_effect.sensors.iter_mut().zip(&rig.sensors) {
+        (sensor.noise, sensor.tolerance, sensor.lack_of_fit) = (stated.noise, stated.tolerance, stated.lack_of_fit);
+    }
+    for (index, parameter) in with_effect.parameters.iter_mut().enumerate() {
+        if trial.rig.is_of_effect(index) && !rig.is_of_effect(index) {
+            parameter.value = trial.values[index];
+        }
+    }
+    with_effect
+}
+
+/// The diagnosis beside an effect, as one of a rig file that lacks it.
+fn joined(given: Diagnosed, mut beside: Diagnosed, best: &EvaluatedModel, rig: Rig) -> Diagnosed {
+    let is_added = |id: &str| rig.parameter(id).is_some_and(|index| rig.is_of_effect(index));
+    let before = |id: &str| given.diagnosis.uncertain.iter().any(|one| one.id == id);
+    let (parameters, uncertain) = std::mem::take(&mut beside.diagnosis.uncertain)
+        .into_iter()
+        .partition(|one| is_added(&one.id) && !before(&one.id));
+    let explained = beside.diagnosis.verdict != Verdict::ModelInadequate;
+    beside.diagnosis = crate::Diagnosis {
+        verdict: Verdict::ModelInadequate,
+        common_cause: given.diagnosis.common_cause,
+        detected_at_s: given.diagnosis.detected_at_s,
+        residuals: given.diagnosis.residuals,
+        missing_effect: Some(MissingEffect {
+            effects: best.effects.iter().map(|effect| effect.id.clone()).collect(),
+            parameters,
+            confounded_with: best.confounded_with.clone(),
+            explained,
+            times_noise_without: given.diagnosis.times_noise,
+        }),
+        uncertain,
+        ..beside.diagnosis
+    };
+    (beside.healthy, beside.corrected, beside.with_effect) = (given.healthy, given.corrected, Some(rig));
+    beside
+}
