@@ -22,7 +22,9 @@ use crate::rig::Rig;
 pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
     let given = diagnosis::diagnose(model, record, options)?;
     let bent = given.diagnosis.verdict == Verdict::ModelInadequate && given.diagnosis.present().next().is_some();
-    if !bent {
+    // A column in another unit is a mistake in the record, which no physics should be fitted to.
+    let misread = given.diagnosis.channels.iter().any(|channel| channel.ratio_to_healthy.is_some());
+    if !bent || misread {
         return Ok(given);
     }
     let seen = given.record(record);

@@ -111,4 +111,28 @@ mod shared {
         assert_eq!(diagnosis.verdict, Verdict::ModelInadequate, "{name}");
         assert!(diagnosis.faults.iter().all(|fault| fault.biased));
     }
+
+    /// A fault and an effect that the rig file lacks in one record: the fault is found beside the effect, and nothing else.
+    #[test]
+    #[ignore = "needs ../shared/records"]
+    fn faults_are_told_from_missing_physics() {
+        let model = Model::new(Rig::read("fixtures/telescopic/rig.toml").unwrap());
+        let clearance = 0.2;
+        for (name, effect, faults) in [
+            ("rig_a_fit", "external-leakage@A", &["cylinder.clearance"][..]),
+            ("rig_b_fit", "seal-friction@cylinder", &[]),
+        ] {
+            let record = Record::read(Path::new("../shared/records").join(name).with_extension("csv")).unwrap();
+            let found = model.diagnose(&record).unwrap();
+            let missing = found.missing_effect.as_ref().unwrap();
+            println!("{name}: {missing:?}");
+            assert_eq!(found.verdict, Verdict::ModelInadequate, "{name}");
+            assert_eq!(missing.effects, [effect], "{name}");
+            assert!(missing.explained && found.times_noise < 0.6 * missing.times_noise_without, "{name}");
+            assert_eq!(found.present().map(|fault| fault.id.as_str()).collect::<Vec<_>>(), faults, "{name}");
+            for fault in found.present() {
+                assert!(fault.ci95[0] < Some(clearance) && Some(clearance) < fault.ci95[1], "{fault:?}");
+            }
+        }
+    }
 }
