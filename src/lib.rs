@@ -77,6 +77,8 @@ mod record;
 mod report;
 mod residual;
 mod rig;
+#[cfg(feature = "cli")]
+mod shards;
 mod simulation;
 #[cfg(feature = "store")]
 mod store;

@@ -20,7 +20,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::complaint::{Complaint, Kind, Place};
 use crate::rig::{Cycle, InitialPressure, NodeKind, Rig};
@@ -30,7 +30,7 @@ use case::Replay;
 pub use row::{FaultRow, Outcome, Row};
 
 /// What the user may choose. Two campaigns with the same options and rig file give the same rows.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CampaignOptions {
     /// How many cases, above 0.
     pub cases: usize,

@@ -43,8 +43,14 @@ impl Content {
     /// SHA-256 of the bytes, in hexadecimal digits.
     #[cfg(feature = "cli")]
     pub fn digest(&self) -> String {
-        hexadecimal(&Sha256::digest(&self.bytes))
+        digest(&self.bytes)
     }
+}
+
+/// SHA-256 of bytes, in hexadecimal digits.
+#[cfg(feature = "cli")]
+pub fn digest(bytes: &[u8]) -> String {
+    hexadecimal(&Sha256::digest(bytes))
 }
 
 fn hexadecimal(bytes: &[u8]) -> String {

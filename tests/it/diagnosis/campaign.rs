@@ -82,6 +82,127 @@ fn threads_and_an_interruption_change_nothing_and_a_case_can_be_replayed() {
     assert!(record.time.len() > 700 && record.channel("level_2").is_some());
 }
 
+/// A campaign of eight cases on four rigs.
+fn sharded(more: &[&str]) -> command::Ran {
+    let arguments = ["campaign", TANKS, "--cases", "8", "--rigs", "4", "--seed", "7"];
+    borescope(arguments.iter().chain(more))
+}
+
+/// Puts shards together into a folder beside them.
+fn merged(shards: &Path) -> (std::path::PathBuf, command::Ran) {
+    let into = shards.with_extension("merged");
+    let ran = borescope(["campaign", "--merge", shards.to_str().unwrap(), "-o", into.to_str().unwrap()]);
+    (into, ran)
+}
+
+/// In whatever order, and whatever happens on the way, what comes out is what one process gives.
+#[test]
+fn shards_make_the_campaign_of_one_process() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = folder.path().join("whole");
+    let first = sharded(&["-o", whole.to_str().unwrap()]);
+    assert_eq!(first.status, Some(0), "{}", first.err);
+    let whole = timeless(&whole);
+    for (of, order) in [(1, &[1][..]), (2, &[2, 1]), (7, &[5, 2, 7, 1, 3, 6, 4])] {
+        let shards = folder.path().join(format!("of_{of}"));
+        let shard = |index: usize| {
+            sharded(&["--shard", &format!("{index}/{of}"), "-o", shards.to_str().unwrap(), "--format", "json"])
+        };
+        let own = |index: usize| shards.join(format!("shard-{index:05}"));
+        let mut counted = 0;
+        for &index in order {
+            let ran = shard(index);
+            assert_eq!((ran.status, ran.err.as_str()), (Some(0), ""));
+            let done: Value = serde_json::from_str(&ran.out).unwrap();
+            assert_eq!(done["shard"], serde_json::json!({ "index": index, "of": of }));
+            counted += done["count"].as_u64().unwrap();
+        }
+        assert_eq!(counted, 8);
+        // What two kills leave: the rows of the first, twice a line cut off within, and no word of being done.
+        let (last, journal) = (own(of), own(of).join("journal.jsonl"));
+        for _ in 0..2 {
+            let lines = fs::read_to_string(&journal).unwrap();
+            let kept: Vec<&str> = lines.lines().take(2).collect();
+            fs::write(&journal, format!("{}\n{{\"case\": 1, \"ri", kept.join("\n"))).unwrap();
+            fs::remove_file(last.join("done.json")).unwrap();
+            let told = merged(&shards).1;
+            assert_eq!(told.status, Some(2));
+            assert!(told.err.contains(&format!("shard {of} of {of} is not done; 1 of them begun")), "{}", told.err);
+            assert_eq!(shard(of).status, Some(0));
+        }
+        // Done already: nothing is touched.
+        let before = fs::read(&journal).unwrap();
+        assert_eq!(shard(of).status, Some(0));
+        assert_eq!(fs::read(&journal).unwrap(), before);
+        let (into, ran) = merged(&shards);
+        assert_eq!((ran.status, ran.err.as_str()), (Some(0), ""));
+        assert_eq!(whole, timeless(&into), "{of} shards");
+        assert_eq!(merged(&shards).1.status, Some(2), "what is there is not overwritten unasked");
+    }
+}
+
+/// Two at a time in one shard do its cases once: the other one waits, and finds them done.
+#[test]
+fn two_processes_in_one_shard_are_harmless() {
+    let folder = tempfile::tempdir().unwrap();
+    let shards = folder.path().join("shards");
+    let run = || sharded(&["--shard", "1/1", "-o", shards.to_str().unwrap()]);
+    std::thread::scope(|scope| {
+        let both = [(); 2].map(|()| scope.spawn(run));
+        both.into_iter().for_each(|ran| assert_eq!(ran.join().unwrap().status, Some(0)));
+    });
+    let journal = fs::read_to_string(shards.join("shard-00001/journal.jsonl")).unwrap();
+    assert_eq!(journal.lines().count(), 1 + 8, "{journal}");
+    assert_eq!(merged(&shards).1.status, Some(0));
+}
+
+#[test]
+fn strangers_among_shards_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let shards = folder.path().join("shards");
+    let path = shards.to_str().unwrap();
+    let told = |more: &[&str], what: &str| {
+        let ran = sharded(more);
+        assert_eq!(ran.status, Some(2), "{more:?}");
+        assert!(ran.err.contains(what), "{more:?}: {}", ran.err);
+    };
+    let refused = |what: &str| {
+        let (into, ran) = merged(&shards);
+        assert_eq!((ran.status, into.exists()), (Some(2), false));
+        assert!(ran.err.contains(what), "{}", ran.err);
+    };
+    refused("the folder cannot be read");
+    fs::create_dir(&shards).unwrap();
+    refused("no shards of a campaign that are done");
+    assert_eq!(sharded(&["--shard", "1/2", "-o", path]).status, Some(0));
+    told(&["--shard", "1/3", "-o", path], "the folder holds shard 1 of 2 of a campaign, not 1 of 3");
+    told(&["--shard", "1/2", "--disturbance", "0.5", "-o", path], "other options, other files or another version");
+    told(&["--shard", "3/2", "-o", path], "shards of 2 count from 1 to 2");
+    told(&["--shard", "1/2"], "--output");
+    let other = folder.path().join("other");
+    assert_eq!(sharded(&["--shard", "2/2", "--disturbance", "0.5", "-o", other.to_str().unwrap()]).status, Some(0));
+    fs::rename(other.join("shard-00002"), shards.join("shard-00002")).unwrap();
+    refused("not of one and the same work (a campaign): other options or other files");
+    fs::rename(shards.join("shard-00002"), shards.join("shard-00009")).unwrap();
+    refused("rename it to `shard-00002`");
+    fs::remove_dir_all(shards.join("shard-00009")).unwrap();
+    assert_eq!(sharded(&["--shard", "2/2", "-o", path]).status, Some(0));
+    // A version that is another one computes other things.
+    let done = shards.join("shard-00002/done.json");
+    let text = fs::read_to_string(&done).unwrap();
+    fs::write(&done, text.replace(env!("CARGO_PKG_VERSION"), "99.0.0")).unwrap();
+    refused("versions 0.1.0 and 99.0.0");
+    fs::write(&done, &text[..40]).unwrap();
+    refused("this says nothing of a shard of a campaign");
+    fs::write(&done, &text).unwrap();
+    let journal = shards.join("shard-00002/journal.jsonl");
+    let lines = fs::read_to_string(&journal).unwrap();
+    fs::write(&journal, lines.lines().take(2).map(|line| format!("{line}\n")).collect::<String>()).unwrap();
+    refused("the journal does not hold each case from 4 to 8 (not included) once");
+    fs::write(&journal, lines).unwrap();
+    assert_eq!(merged(&shards).1.status, Some(0));
+}
+
 #[test]
 fn wrong_options_are_told() {
     let folder = tempfile::tempdir().unwrap();

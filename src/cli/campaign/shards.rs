@@ -1,0 +1,73 @@
+//! `campaign --shard` and `--merge`: a campaign in pieces that any number of processes do, on one machine or many.
+
+use std::io::Write;
+use std::path::Path;
+
+use super::{Arguments, Begun, present};
+use crate::campaign::Row;
+use crate::campaign::store::{FORM, Finished, Work, write_cases};
+use crate::cli::{Failure, Format, Status, write_json};
+use crate::complaint::Complaint;
+use crate::shards::{Done, Hold, Journal, Share, merge};
+
+/// Does one shard, or says that it is done.
+pub fn run(
+    begun: &Begun<'_>,
+    shard: Share,
+    work: &Path,
+    hold: &Hold<'_>,
+    arguments: &Arguments,
+    out: &mut dyn Write,
+) -> Result<Status, Failure> {
+    let Begun { campaign, digest, .. } = begun;
+    let folder = shard.folder(work);
+    let is_done = || -> Result<Option<Done<Work>>, Complaint> {
+        let done = Done::read(&folder, &FORM)?;
+        done.iter().try_for_each(|done| done.check(&folder, &FORM, digest, shard))?;
+        Ok(done)
+    };
+    let cases = campaign.cases_of(shard);
+    if let Some(done) = is_done()? {
+        return Ok(say(&done, "done before", &folder, arguments, out)?);
+    }
+    let (mut journal, mut rows): (_, Vec<Row>) = Journal::resume(&folder, &FORM, digest, hold)?;
+    // Whoever was waited for may have done it all.
+    if let Some(done) = is_done()? {
+        return Ok(say(&done, "done by another process", &folder, arguments, out)?);
+    }
+    begun.run(cases.clone(), &mut rows, Some(&mut journal))?;
+    rows.sort_by_key(|row| row.case);
+    rows.dedup_by_key(|row| row.case);
+    write_cases(&folder, &rows)?;
+    let done = Done::new(&FORM, digest, shard, cases, campaign.whole());
+    done.write(&folder)?;
+    Ok(say(&done, "done", &folder, arguments, out)?)
+}
+
+fn say(
+    done: &Done<Work>,
+    how: &str,
+    folder: &Path,
+    arguments: &Arguments,
+    out: &mut dyn Write,
+) -> std::io::Result<Status> {
+    match arguments.format {
+        Format::Json => write_json(out, done)?,
+        Format::Text => {
+            let [from, to] = done.range;
+            let what = match done.count {
+                0 => "no cases, as there are fewer rigs than shards (`--rigs`)".to_owned(),
+                1 => format!("case {from}"),
+                count => format!("{count} cases, {from} to {}", to - 1),
+            };
+            writeln!(out, "{}: shard {}, {what}: {how}", folder.display(), done.shard)?;
+        }
+    }
+    Ok(Status::Done)
+}
+
+/// Puts the shards in a folder together, as if one process had run the campaign.
+pub fn put_together(work: &Path, arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+    let (whole, rows) = merge::<Work, Row>(work, &FORM)?;
+    present(&Finished::new(whole, rows), arguments, out)
+}
