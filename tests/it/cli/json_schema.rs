@@ -114,6 +114,8 @@ fn every_verb_keeps_to_its_schema() {
         check(&["isolability", RIG]),
         check(&["campaign", RIG, "--cases", "2"]),
         check(&["campaign", RIG, "--cases", "2", "--case", "1"]),
+        check(&["campaign", RIG, "--cases", "2", "--shard", "1/1", "-o", &path("shards")]),
+        check(&["campaign", "--merge", &path("shards"), "-o", &path("merged")]),
     ];
     names.sort();
     names.dedup();
