@@ -65,6 +65,8 @@ mod expression;
 mod files;
 #[cfg(feature = "cli")]
 mod finding;
+#[cfg(feature = "cli")]
+mod fleet;
 #[cfg(feature = "store")]
 mod history;
 mod isolability;

@@ -17,12 +17,11 @@ pub mod statistics;
 pub mod store;
 
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc;
 
 use serde::{Deserialize, Serialize};
 
 use crate::complaint::{Complaint, Kind, Place};
+use crate::context::work_off;
 use crate::rig::{Cycle, InitialPressure, NodeKind, Rig};
 use case::Prepared;
 #[cfg(feature = "cli")]
@@ -175,43 +174,17 @@ impl Campaign {
         &self,
         cases: &[usize],
         threads: usize,
-        mut done: impl FnMut(Row) -> Result<(), Complaint>,
+        done: impl FnMut(Row) -> Result<(), Complaint>,
     ) -> Result<(), Complaint> {
-        let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
-        let (give, take) = mpsc::channel();
-        let threads = threads.clamp(1, cases.len().max(1));
-        let work = self.work(cases, threads);
-        std::thread::scope(|scope| {
-            for _ in 0..threads {
-                let (give, next, stop, work) = (give.clone(), &next, &stop, &work);
-                scope.spawn(move || {
-                    while !stop.load(Ordering::Relaxed) && !self.rig.context().is_cancelled() {
-                        let case = match work.get(next.fetch_add(1, Ordering::Relaxed)) {
-                            None => return,
-                            Some(&Work::Rig(rig)) => {
-                                // What went wrong is told by its cases.
-                                let _ = self.prepared(rig);
-                                continue;
-                            }
-                            Some(&Work::Case(case)) => case,
-                        };
-                        let Some(&count) = self.plan.get(case) else { continue };
-                        let row = self.case(case, count).row;
-                        // A case that was cut short is not one that failed.
-                        if self.rig.context().is_cancelled() || give.send(row).is_err() {
-                            return;
-                        }
-                    }
-                });
+        let work = self.work(cases, threads.clamp(1, cases.len().max(1)));
+        let each = |work: &Work| match *work {
+            Work::Rig(rig) => {
+                // What went wrong is told by its cases.
+                let _ = self.prepared(rig);
+                None
             }
-            drop(give);
-            for row in take {
-                if let Err(complaint) = done(row) {
-                    stop.store(true, Ordering::Relaxed);
-                    return Err(complaint);
-                }
-            }
-            self.rig.context().check().map_err(Complaint::from)
-        })
+            Work::Case(case) => self.plan.get(case).map(|&count| self.case(case, count).row),
+        };
+        work_off(&work, threads, self.rig.context(), each, done)
     }
 }

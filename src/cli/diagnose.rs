@@ -1,13 +1,13 @@
 //! `diagnose`: what is wrong in a record, how large, how sure.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::keep::Keeper;
-use super::{Failure, Format, Overwriting, Status, terminal, windows, write_json, write_page};
-use crate::complaint::Complaint;
+use super::{Failure, Format, Overwriting, Status, manifest, terminal, windows, write_json, write_page};
+use crate::complaint::{Complaint, Kind};
 use crate::context::Context;
 use crate::diagnosis::watch::Watching;
 use crate::diagnosis::{Diagnosed, DiagnosisOptions, Verdict};
@@ -22,6 +22,7 @@ use crate::report::diagnosis::write_styled;
 use crate::report::findings::brief;
 use crate::report::pages::diagnosis::html;
 use crate::rig::Rig;
+use crate::shards::Share;
 
 /// Stretches that the fit leaves out that are told one by one on standard error.
 const NOTED: usize = 3;
@@ -29,17 +30,34 @@ const NOTED: usize = 3;
 /// Diagnose records of a rig: which faults, how large, how probable
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  borescope diagnose rig.toml record.csv --report diagnosis.html\n  borescope diagnose rig.toml monday.csv tuesday.csv --store rig.db\n  borescope diagnose rig.toml week.csv --window 60"
+    after_help = "Examples:\n  borescope diagnose rig.toml record.csv --report diagnosis.html\n  borescope diagnose rig.toml monday.csv tuesday.csv --store rig.db\n  borescope diagnose rig.toml week.csv --window 60\n  borescope diagnose rig.toml --records list.csv --shard 3/100 -o rows\n  borescope diagnose --merge rows --store fleet.db"
 )]
 pub struct Arguments {
     /// The rig file
-    rig: PathBuf,
+    #[arg(required_unless_present = "merge")]
+    pub(super) rig: Option<PathBuf>,
     /// Records of this rig
-    #[arg(required = true)]
+    #[arg(required_unless_present_any = ["manifest", "merge"])]
     records: Vec<PathBuf>,
+    /// Diagnose the records that this list names: CSV with the column `record` and, if wanted, `rig` (name of the machine) and
+    /// `measured_at`. The folder gets a journal and tables, and a list that was interrupted is gone on with
+    #[arg(long = "records", value_name = "MANIFEST.csv", requires = "output", conflicts_with_all = ["records", "report", "curves", "store", "at", "all", "window"])]
+    pub(super) manifest: Option<PathBuf>,
+    /// Do only this shard of so many, such as `3/100`, in a folder of its own in DIR
+    #[arg(long, value_name = "I/N", requires = "manifest")]
+    pub(super) shard: Option<Share>,
+    /// Put the shards in this folder together: into `--store FILE`, a table `-o`, or both
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["rig", "records", "manifest", "shard", "report", "curves", "at", "all", "window", "exit_code", "threads"])]
+    pub(super) merge: Option<PathBuf>,
+    /// With `--records` the folder of the shards; with `--merge` a table, CSV or Parquet by its ending
+    #[arg(short, long, value_name = "DIR|TABLE", conflicts_with = "records")]
+    pub(super) output: Option<PathBuf>,
+    /// Threads, with `--records`; without it as many as the machine has. Results do not depend on it
+    #[arg(long, value_name = "T", requires = "manifest")]
+    pub(super) threads: Option<usize>,
     /// How the diagnosis is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
+    pub(super) format: Format,
     /// Every fault, interval, residual and sensor
     #[arg(long)]
     all: bool,
@@ -51,7 +69,7 @@ pub struct Arguments {
     curves: Option<PathBuf>,
     /// Keep each diagnosis in this store, an SQLite file; it is created if missing
     #[arg(long, value_name = "FILE")]
-    store: Option<PathBuf>,
+    pub(super) store: Option<PathBuf>,
     /// When the record was measured, such as `2026-05-01T12:00:00Z`; without it the time of its file
     #[arg(long, value_name = "TIME")]
     at: Option<String>,
@@ -63,14 +81,14 @@ pub struct Arguments {
     fits: usize,
     /// Exit with 1 if a fault or a misfit was found
     #[arg(long)]
-    exit_code: bool,
+    pub(super) exit_code: bool,
     #[command(flatten)]
-    overwriting: Overwriting,
+    pub(super) overwriting: Overwriting,
 }
 
 /// Declares every file of the run.
 fn declare(arguments: &Arguments) -> Result<(), Complaint> {
-    let outputs = arguments.overwriting.outputs().reading(arguments.records.iter().chain([&arguments.rig]));
+    let outputs = arguments.overwriting.outputs().reading(arguments.records.iter().chain(&arguments.rig));
     let outputs = match &arguments.store {
         Some(store) => outputs.adding_to(store)?,
         None => outputs,
@@ -80,20 +98,31 @@ fn declare(arguments: &Arguments) -> Result<(), Complaint> {
 }
 
 pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
+    match (&arguments.merge, &arguments.manifest, &arguments.rig) {
+        (Some(work), ..) => manifest::put_together(work, arguments, out),
+        (None, Some(list), _) => manifest::run(list, arguments, context, out),
+        (None, None, Some(rig)) => one_by_one(rig, arguments, context, out),
+        // The command line asks for it.
+        (None, None, None) => Err(Complaint::new(Kind::MissingEntry, "a diagnosis needs a rig file").into()),
+    }
+}
+
+/// Diagnoses the records of the command line one after the other.
+fn one_by_one(rig: &Path, arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     let outputs = [("--report", &arguments.report), ("--curves", &arguments.curves)];
     for (option, _) in outputs.iter().filter(|(_, path)| path.is_some()) {
         if arguments.records.len() > 1 {
             let what = format!("`{option}` with more than one record");
-            return Err(Complaint::new(crate::complaint::Kind::Contradiction, what)
+            return Err(Complaint::new(Kind::Contradiction, what)
                 .help("write one file per record: call `diagnose` once for each")
                 .into());
         }
     }
     declare(arguments)?;
     arguments.window.map_or(Ok(()), windows::check)?;
-    let content = read(&arguments.rig, MOST_TEXT)?;
+    let content = read(rig, MOST_TEXT)?;
     let digest = content.digest();
-    let rig = Rig::parse(&arguments.rig, text(&arguments.rig, content.bytes)?)?.with_context(context);
+    let rig = Rig::parse(rig, text(rig, content.bytes)?)?.with_context(context);
     if let Some(window) = arguments.window {
         let watching = Watching { window, fits: arguments.fits };
         let model = Model::new(rig);

@@ -14,6 +14,7 @@ mod diagnose;
 mod effects;
 mod example;
 mod export;
+mod fleet;
 mod history;
 mod improve;
 mod init;
@@ -21,6 +22,8 @@ mod interrupt;
 mod isolability;
 mod keep;
 mod man;
+mod manifest;
+mod progress;
 mod read;
 mod simulate;
 mod suggest;
@@ -34,7 +37,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::complaint::Complaint;
+use crate::complaint::{Complaint, Kind};
 use crate::context::{Context, Interrupted};
 use crate::files::{Outputs, is_closed_pipe, write_atomically};
 use crate::visible::Visible;
@@ -64,6 +67,7 @@ enum Verb {
     Effects(effects::Arguments),
     Example(example::Arguments),
     Export(export::Arguments),
+    Fleet(fleet::Arguments),
     History(history::Arguments),
     Improve(improve::Arguments),
     Init(init::Arguments),
@@ -87,6 +91,7 @@ impl Verb {
             Self::Effects(arguments) => effects::run(arguments, out),
             Self::Example(arguments) => example::run(arguments, context, out),
             Self::Export(arguments) => export::run(arguments, out),
+            Self::Fleet(arguments) => fleet::run(arguments, out),
             Self::History(arguments) => history::run(arguments, out),
             Self::Improve(arguments) => improve::run(arguments, context, out),
             Self::Init(arguments) => init::run(arguments, context, out),
@@ -233,6 +238,21 @@ fn named_pipe(argument: &OsString) -> Option<String> {
 #[cfg(not(unix))]
 fn named_pipe(_: &OsString) -> Option<String> {
     None
+}
+
+/// The context on so many threads, without a number on as many as the machine has, and how many these are.
+fn threads(context: Context, asked: Option<usize>) -> Result<(Context, usize), Complaint> {
+    match asked {
+        Some(0) => Err(Complaint::new(Kind::Bounds, "no threads to work with")
+            .help("give `--threads` a number above 0, or leave it away")),
+        Some(threads) => Ok((context.with_threads(threads)?, threads)),
+        None => Ok((context, std::thread::available_parallelism().map_or(1, usize::from))),
+    }
+}
+
+/// Says on standard error that a journal is held by another program.
+fn waiting(journal: &Path) {
+    terminal::note(format_args!("note: {}: another program writes the journal; waiting for it", journal.display()));
 }
 
 /// Writes a result as indented JSON with a final line break.

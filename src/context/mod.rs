@@ -3,6 +3,7 @@
 //! A [`Context`] comes with the [rig](crate::rig::Rig) and so reaches every computation on it. There is nothing of it that the
 //! whole program shares: two diagnoses in one program have their own progress, cancellation and threads.
 
+mod crew;
 mod progress;
 
 use std::fmt;
@@ -12,6 +13,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::complaint::{Complaint, Kind};
+pub(crate) use crew::work_off;
 pub use progress::Progress;
 pub(crate) use progress::{Count, Listener};
 

@@ -50,6 +50,10 @@ pub struct FaultReport {
     pub healthy: f64,
     /// Standard uncertainty of the healthy value by the rig file; 0 where it is exact.
     pub healthy_sigma: f64,
+    /// Ends of the range that was searched.
+    pub bounds: [f64; 2],
+    /// From which value on the part no longer serves; `None` where the rig file does not say.
+    pub limit: Option<f64>,
     /// Ends of the 95 % interval; `None` where the record does not bound the value.
     pub ci95: [Option<f64>; 2],
     /// Whether it is in the most probable set of faults and beyond its healthy tolerance.

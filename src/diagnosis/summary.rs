@@ -103,6 +103,8 @@ pub(super) fn faults(
                 unit: parameter.unit.symbol.clone(),
                 healthy: shown(fault.healthy),
                 healthy_sigma: rounded(parameter.unit.difference_from_si(parameter.sigma), DIGITS),
+                bounds: [fault.bounds.0, fault.bounds.1].map(shown),
+                limit: fault.limit.map(shown),
                 ci95: ends.map(|end| end.map(shown)),
                 // What the record does not bound away from its healthy value is not called a fault, however a set scores.
                 present: probabilities[i] >= PRESENT && !holds(ends, fault.healthy),

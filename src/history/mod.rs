@@ -5,8 +5,11 @@ pub mod regression;
 mod result;
 mod values;
 
+use std::collections::HashMap;
+
 use crate::rig::{Fault, Rig};
-use crate::store::{Moment, StoredRun};
+use crate::store::{Moment, StoredFault, StoredRun};
+use crate::units::Unit;
 use forecast::passing;
 use regression::{Line, Point, bend};
 pub use result::{Axis, By, FaultHistory, Forecast, History, RunLine, RunValue, SCHEMA, Trend};
@@ -21,13 +24,11 @@ const BENT: f64 = 3.0;
 /// Of several diagnoses of one record, the last counts. Values are weighed by their intervals and by the scatter between
 /// runs; those that no record bounds are left out.
 pub fn history(rig: &Rig, store: &str, runs: &[StoredRun], by: By) -> History {
-    let newest =
-        |run: &&StoredRun| !runs.iter().any(|other| other.record_digest == run.record_digest && other.id > run.id);
-    let mut counted: Vec<&StoredRun> = runs.iter().filter(newest).collect();
+    let mut counted = newest(&runs.iter().collect::<Vec<_>>());
     if by == By::Run {
         counted.sort_by_key(|run| run.id);
     }
-    let faults = rig.faults.iter().map(|fault| fault_history(rig, fault, &counted, by)).collect();
+    let faults = rig.faults.iter().map(|fault| course(Frame::of_rig(rig, fault), &counted, by)).collect();
     History {
         schema: SCHEMA,
         rig: rig.path.display().to_string(),
@@ -48,6 +49,55 @@ pub fn history(rig: &Rig, store: &str, runs: &[StoredRun], by: By) -> History {
             })
             .collect(),
         faults,
+    }
+}
+
+/// Of several diagnoses of one record, the last.
+pub fn newest<'a>(runs: &[&'a StoredRun]) -> Vec<&'a StoredRun> {
+    let mut last: HashMap<&str, i64> = HashMap::new();
+    for run in runs {
+        let id = last.entry(&run.record_digest).or_insert(run.id);
+        *id = run.id.max(*id);
+    }
+    runs.iter().copied().filter(|run| last.get(run.record_digest.as_str()) == Some(&run.id)).collect()
+}
+
+/// What the values of a fault are read against, in `unit`.
+pub struct Frame {
+    id: String,
+    meaning: String,
+    unit: Unit,
+    healthy: f64,
+    limit: Option<f64>,
+    /// `None` where a run was kept without them.
+    bounds: Option<[f64; 2]>,
+}
+
+impl Frame {
+    /// As the rig file has it.
+    fn of_rig(rig: &Rig, fault: &Fault) -> Self {
+        let parameter = &rig.parameters[fault.parameter];
+        let unit = parameter.unit.clone();
+        Self {
+            id: parameter.id.clone(),
+            meaning: parameter.meaning.clone(),
+            healthy: unit.from_si(fault.healthy),
+            limit: fault.limit.map(|limit| unit.from_si(limit)),
+            bounds: Some([fault.bounds.0, fault.bounds.1].map(|bound| unit.from_si(bound))),
+            unit,
+        }
+    }
+
+    /// As it was kept with a run; `None` without a healthy value, or with a unit that nobody knows.
+    pub fn of_run(fault: &StoredFault) -> Option<Self> {
+        Some(Self {
+            id: fault.id.clone(),
+            meaning: String::new(),
+            unit: Unit::parse(&fault.unit).ok()?,
+            healthy: fault.healthy?,
+            limit: fault.limit,
+            bounds: fault.lower_bound.zip(fault.upper_bound).map(|(low, high)| [low, high]),
+        })
     }
 }
 
@@ -80,20 +130,20 @@ fn warnings(all: usize, counted: &[&StoredRun]) -> Vec<String> {
     warnings
 }
 
-fn fault_history(rig: &Rig, fault: &Fault, runs: &[&StoredRun], by: By) -> FaultHistory {
-    let parameter = &rig.parameters[fault.parameter];
-    let (unit, id) = (&parameter.unit, &parameter.id);
+/// The course of a fault over runs that count.
+pub fn course(frame: Frame, runs: &[&StoredRun], by: By) -> FaultHistory {
+    let Frame { id, meaning, unit, healthy, limit, bounds } = frame;
     let mut values: Vec<RunValue> = Vec::new();
     let mut points: Vec<Point> = Vec::new();
     let mut unbounded = 0;
     for (place, run) in runs.iter().enumerate() {
-        let Some(stored) = run.faults.iter().find(|stored| stored.id == *id) else { continue };
+        let Some(stored) = run.faults.iter().find(|stored| stored.id == id) else { continue };
         let x = match by {
             By::Time => run.measured_at.seconds() / DAY,
             By::Run => (place + 1) as f64,
         };
-        let Some(value) = values::in_unit(stored, unit, (run, x)) else { continue };
-        match values::sigma(&value, rig, fault) {
+        let Some(value) = values::in_unit(stored, &unit, (run, x)) else { continue };
+        match values::sigma(&value, bounds) {
             Some(sigma) => points.push(Point { x, y: value.value, sigma }),
             None => unbounded += 1,
         }
@@ -101,8 +151,6 @@ fn fault_history(rig: &Rig, fault: &Fault, runs: &[&StoredRun], by: By) -> Fault
     }
     let line = Line::through(&points);
     let last = points.iter().map(|point| point.x).fold(f64::NEG_INFINITY, f64::max);
-    let limit = fault.limit.map(|limit| unit.from_si(limit));
-    let healthy = unit.from_si(fault.healthy);
     let axis = |x: f64| match by {
         By::Time => Moment::of_seconds(x * DAY).map(|moment| Axis::Time(moment.to_string())),
         By::Run => Some(Axis::Run(values::short(x))),
@@ -141,8 +189,8 @@ fn fault_history(rig: &Rig, fault: &Fault, runs: &[&StoredRun], by: By) -> Fault
         remarks.push(format!("the trend bends {how}, by {:.1} standard errors{when}", ratio.abs()));
     }
     FaultHistory {
-        id: id.clone(),
-        meaning: parameter.meaning.clone(),
+        id,
+        meaning,
         unit: unit.to_string(),
         healthy: values::short(healthy),
         limit: limit.map(values::short),

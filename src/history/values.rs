@@ -4,7 +4,6 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::RunValue;
 use crate::number::rounded;
-use crate::rig::{Fault, Rig};
 use crate::store::{StoredFault, StoredRun};
 use crate::units::Unit;
 
@@ -32,17 +31,18 @@ pub(super) fn in_unit(stored: &StoredFault, unit: &Unit, (run, x): (&StoredRun, 
 
 /// The standard error of a value: the longer side of its interval. An open side counts only where that end of the search is no
 /// further off than the other end of the interval, as in a part without the fault; otherwise the record does not bound the value.
-pub(super) fn sigma(value: &RunValue, rig: &Rig, fault: &Fault) -> Option<f64> {
-    let unit = &rig.parameters[fault.parameter].unit;
-    let (low, high) = (unit.from_si(fault.bounds.0), unit.from_si(fault.bounds.1));
-    let near = 1e-6 * (high - low).abs();
+pub(super) fn sigma(value: &RunValue, bounds: Option<[f64; 2]>) -> Option<f64> {
+    let near = bounds.map_or(0.0, |[low, high]| 1e-6 * (high - low).abs());
     let known = value.ci95.map(|end| end.map(|end| (end - value.value).abs()));
-    let side = |own: Option<f64>, other: Option<f64>, bound: f64| {
-        let reach = (value.value - bound).abs();
-        own.or_else(|| (reach <= other.unwrap_or(0.0).max(near)).then_some(reach))
+    let side = |own: usize, other: usize| {
+        known[own].or_else(|| {
+            let reach = (value.value - bounds?[own]).abs();
+            (reach <= known[other].unwrap_or(0.0).max(near)).then_some(reach)
+        })
     };
-    let length = side(known[0], known[1], low)?.max(side(known[1], known[0], high)?);
+    let length = side(0, 1)?.max(side(1, 0)?);
     let factor = Normal::standard().inverse_cdf(0.975);
     // An interval without width would overrule all others.
-    Some((length / factor).max(near))
+    let sigma = (length / factor).max(near);
+    (sigma > 0.0).then_some(sigma)
 }

@@ -14,7 +14,7 @@ mod mdf;
 mod origin;
 mod packed;
 #[cfg(feature = "parquet")]
-mod parquet;
+pub(crate) mod parquet;
 mod read;
 mod sampling;
 mod stamp;

@@ -40,7 +40,7 @@ fn unread(path: &Path, why: impl std::fmt::Display) -> Complaint {
 }
 
 /// What is read, also where the library panics: it does at some damaged files, with words of its own that are kept silent.
-fn unharmed<T>(path: &Path, read: impl FnOnce() -> Result<T, Complaint>) -> Result<T, Complaint> {
+pub(crate) fn unharmed<T>(path: &Path, read: impl FnOnce() -> Result<T, Complaint>) -> Result<T, Complaint> {
     // The hook is that of the whole program, so one reader at a time changes it.
     static ONE: Mutex<()> = Mutex::new(());
     let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);

@@ -437,6 +437,8 @@ mod tests {
             unit: "mm".to_owned(),
             healthy: 0.0,
             healthy_sigma,
+            bounds: [0.0, 0.4],
+            limit: None,
             ci95,
             present: false,
             probability: 0.012,

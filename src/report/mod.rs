@@ -20,6 +20,8 @@ pub mod effects;
 #[cfg(feature = "cli")]
 pub mod findings;
 #[cfg(feature = "cli")]
+pub mod fleet;
+#[cfg(feature = "cli")]
 pub mod history;
 #[cfg(feature = "cli")]
 pub mod html;

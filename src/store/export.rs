@@ -20,7 +20,7 @@ pub enum Cell<'a> {
 }
 
 /// Names of the columns, in their order.
-pub const COLUMNS: [&str; 21] = [
+pub const COLUMNS: [&str; 25] = [
     "run",
     "measured_at",
     "dated_by",
@@ -42,6 +42,10 @@ pub const COLUMNS: [&str; 21] = [
     "present",
     "probability",
     "biased",
+    "identifiable",
+    "limit",
+    "lower_bound",
+    "upper_bound",
 ];
 
 /// The rows of the table, in the order of the runs and of the faults in each.
@@ -70,6 +74,10 @@ pub fn rows(runs: &[StoredRun]) -> impl Iterator<Item = [Cell<'_>; COLUMNS.len()
                 Cell::Truth(fault.present),
                 Cell::Number(fault.probability),
                 Cell::Truth(fault.biased),
+                Cell::Text(&fault.identifiable),
+                Cell::Number(fault.limit),
+                Cell::Number(fault.lower_bound),
+                Cell::Number(fault.upper_bound),
             ]
         })
     })

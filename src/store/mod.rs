@@ -4,6 +4,8 @@
 //! is killed leaves the store as it was before.
 
 mod export;
+#[cfg(any(feature = "cli", feature = "internals"))]
+mod import;
 mod insert;
 mod moment;
 #[cfg(feature = "parquet")]
@@ -21,8 +23,12 @@ use crate::complaint::{Complaint, Kind};
 use crate::files::check_folder;
 
 pub use export::export_csv;
-#[cfg(feature = "internals")]
+#[cfg(any(feature = "cli", feature = "internals"))]
 pub use export::plain_cell;
+#[cfg(any(feature = "cli", feature = "internals"))]
+pub use import::import;
+#[cfg(feature = "cli")]
+pub use insert::Kept;
 pub use moment::Moment;
 #[cfg(feature = "parquet")]
 pub use parquet::export_parquet;

@@ -1,6 +1,8 @@
 //! The table as Parquet, columns typed as they are.
 
 use std::io::{self, Write};
+#[cfg(any(feature = "cli", feature = "internals"))]
+use std::path::Path;
 use std::sync::Arc;
 
 use parquet::basic::Compression;
@@ -8,11 +10,19 @@ use parquet::column::writer::ColumnWriter;
 use parquet::data_type::ByteArray;
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
+#[cfg(any(feature = "cli", feature = "internals"))]
+use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
+#[cfg(any(feature = "cli", feature = "internals"))]
+use parquet::record::{Field, Row};
 use parquet::schema::parser::parse_message_type;
 
 use super::export::{COLUMNS, Cell, rows};
+#[cfg(any(feature = "cli", feature = "internals"))]
+use super::import::Fields;
 use super::{Moment, StoredRun};
+#[cfg(any(feature = "cli", feature = "internals"))]
+use crate::complaint::{Complaint, Kind};
 
 /// Writes the table as Parquet, compressed with Snappy; a number that there is not is null.
 ///
@@ -73,7 +83,8 @@ fn write(runs: &[StoredRun], bytes: &mut Vec<u8>) -> Result<(), ParquetError> {
 fn kinds() -> Vec<Cell<'static>> {
     let whole = ["run"];
     let times = ["measured_at", "diagnosed_at"];
-    let numbers = ["chi2_reduced", "value", "low", "high", "healthy", "probability"];
+    let numbers =
+        ["chi2_reduced", "value", "low", "high", "healthy", "probability", "limit", "lower_bound", "upper_bound"];
     let truths = ["present", "biased"];
     let kind = |name: &&str| match *name {
         name if whole.contains(&name) => Cell::Whole(0),
@@ -104,5 +115,43 @@ fn number(cell: &Cell<'_>) -> Option<f64> {
     match cell {
         Cell::Number(number) => *number,
         _ => None,
+    }
+}
+
+/// Hands on every row of a file.
+#[cfg(any(feature = "cli", feature = "internals"))]
+pub(super) fn read(
+    path: &Path,
+    bytes: Vec<u8>,
+    mut each: impl FnMut(&dyn Fields) -> Result<(), Complaint>,
+) -> Result<(), Complaint> {
+    let broken = |error: ParquetError| {
+        Complaint::new(Kind::Syntax, format!("the table cannot be read: {error}"))
+            .in_file(path)
+            .help("name a table that `borescope export` has written")
+    };
+    crate::record::parquet::unharmed(path, || {
+        let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).map_err(broken)?;
+        for row in reader.get_row_iter(None).map_err(broken)? {
+            each(&row.map_err(broken)?)?;
+        }
+        Ok(())
+    })
+}
+
+#[cfg(any(feature = "cli", feature = "internals"))]
+impl Fields for Row {
+    fn get(&self, name: &str) -> Option<String> {
+        let (_, field) = self.get_column_iter().find(|(column, _)| *column == name)?;
+        let text = match field {
+            Field::Null => return None,
+            Field::Str(text) => text.clone(),
+            Field::Bool(truth) => truth.to_string(),
+            Field::Long(number) => number.to_string(),
+            Field::Double(number) => number.to_string(),
+            Field::TimestampMillis(time) => Moment::of_seconds(*time as f64 / 1e3)?.to_string(),
+            other => other.to_string(),
+        };
+        Some(text).filter(|text| !text.is_empty())
     }
 }

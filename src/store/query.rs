@@ -72,7 +72,8 @@ impl Store {
         let mut statement = transaction.prepare(&format!("{RUN} WHERE {which} ORDER BY measured_at, id"))?;
         let mut runs = statement.query_map(params![key], run)?.collect::<Result<Vec<_>, _>>()?;
         let mut statement = transaction.prepare(
-            "SELECT id, unit, value, low, high, healthy, present, probability, identifiable, biased FROM fault \
+            "SELECT id, unit, value, low, high, healthy, present, probability, identifiable, biased, \
+             limit_value, lower_bound, upper_bound FROM fault \
              WHERE run = ?1 ORDER BY position",
         )?;
         for run in &mut runs {
@@ -119,5 +120,8 @@ fn fault(row: &Row<'_>) -> Result<StoredFault, Error> {
         probability: row.get(7)?,
         identifiable: row.get(8)?,
         biased: row.get(9)?,
+        limit: row.get(10)?,
+        lower_bound: row.get(11)?,
+        upper_bound: row.get(12)?,
     })
 }

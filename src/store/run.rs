@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use super::Moment;
-use crate::diagnosis::{Diagnosis, DiagnosisOptions};
+use crate::diagnosis::{Diagnosis, DiagnosisOptions, FaultReport};
 use crate::record::Record;
 use crate::rig::Rig;
 
@@ -102,11 +104,11 @@ impl<'a> NewRun<'a> {
 }
 
 /// A run as the store has it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StoredRun {
     /// Number of the run, rising in the order of storing.
     pub id: i64,
-    /// Key of the rig.
+    /// Path of the rig file, as the user named it.
     pub rig: String,
     /// Name of the rig; empty without.
     pub rig_name: String,
@@ -134,8 +136,47 @@ pub struct StoredRun {
     pub faults: Vec<StoredFault>,
 }
 
+impl StoredRun {
+    /// What is kept of a run that has no number yet.
+    pub fn of(run: &NewRun<'_>) -> Self {
+        let diagnosis = run.diagnosis;
+        Self {
+            id: 0,
+            rig: run.rig.path.clone(),
+            rig_name: run.rig.name.clone(),
+            rig_digest: run.rig.digest.clone(),
+            record: diagnosis.record.clone(),
+            record_digest: run.record_digest.to_owned(),
+            measured_at: run.measured_at,
+            dated_by: run.dated.word().to_owned(),
+            diagnosed_at: run.diagnosed_at,
+            verdict: diagnosis.verdict.word().to_owned(),
+            chi2_reduced: finite(diagnosis.fit.chi2_reduced),
+            model_version: env!("CARGO_PKG_VERSION").to_owned(),
+            options: options(run.options),
+            faults: diagnosis.faults.iter().map(StoredFault::of).collect(),
+        }
+    }
+}
+
+/// The options, each with its unit in its name.
+fn options(options: &DiagnosisOptions) -> String {
+    let detection = &options.detection;
+    serde_json::json!({
+        "hours_between_false_alarms": detection.hours_between_false_alarms,
+        "window_s": detection.window,
+        "shift": detection.shift,
+        "coverage": detection.coverage,
+    })
+    .to_string()
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
 /// What a run says about one fault. Numbers in `unit`; `None` where there was no finite one.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StoredFault {
     /// The parameter that it changes.
     pub id: String,
@@ -157,4 +198,32 @@ pub struct StoredFault {
     pub identifiable: String,
     /// Whether the model missed something, so that the value may be off by more than its interval.
     pub biased: bool,
+    /// From which value on the part no longer serves; `None` where the rig file did not say, or the run was kept before version 2 of
+    /// the tables.
+    pub limit: Option<f64>,
+    /// Ends of the range that was searched; `None` of a run that was kept before version 2 of the tables.
+    pub lower_bound: Option<f64>,
+    /// The upper end.
+    pub upper_bound: Option<f64>,
+}
+
+impl StoredFault {
+    fn of(fault: &FaultReport) -> Self {
+        let [low, high] = fault.ci95;
+        Self {
+            id: fault.id.clone(),
+            unit: fault.unit.clone(),
+            value: finite(fault.value),
+            low: low.and_then(finite),
+            high: high.and_then(finite),
+            healthy: finite(fault.healthy),
+            present: fault.present,
+            probability: finite(fault.probability),
+            identifiable: fault.identifiable.to_string(),
+            biased: fault.biased,
+            limit: fault.limit.and_then(finite),
+            lower_bound: finite(fault.bounds[0]),
+            upper_bound: finite(fault.bounds[1]),
+        }
+    }
 }

@@ -43,6 +43,7 @@ mod cli {
     mod damaged_inputs;
     mod desk;
     mod diagnose;
+    mod fleet;
     #[cfg(unix)]
     mod interrupt;
     mod json_schema;

@@ -1,7 +1,6 @@
 //! `campaign`: how good the diagnosis of a rig is, measured on synthetic faults.
 
 mod alone;
-mod progress;
 mod shards;
 
 use std::collections::HashSet;
@@ -11,16 +10,16 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{Failure, Format, Overwriting, Status, terminal, write_json, write_page};
+use super::progress::Progress;
+use super::{Failure, Format, Overwriting, Status, write_json, write_page};
 use crate::campaign::store::{CASES, FORM, Finished, REPORT, RESULT, digest};
-use crate::campaign::{Campaign, CampaignOptions, HEALTHY, Row};
+use crate::campaign::{Campaign, CampaignOptions, HEALTHY, Outcome, Row};
 use crate::complaint::{Complaint, Kind};
 use crate::context::Context;
 use crate::files::{check_folder, read_text};
 use crate::report;
 use crate::rig::Rig;
 use crate::shards::{Hold, JOURNAL, Journal, Share};
-use progress::Progress;
 
 /// Measure the diagnosis of a rig on synthetic faults
 #[derive(Debug, Args)]
@@ -109,12 +108,24 @@ impl Begun<'_> {
     ) -> Result<(), Complaint> {
         let finished: HashSet<usize> = rows.iter().map(|row| row.case).collect();
         let todo: Vec<usize> = cases.filter(|case| !finished.contains(case)).collect();
-        let mut progress = Progress::new(rows, todo.len());
+        let mut progress = Progress::new("cases", rows.len(), todo.len());
+        let (mut healthy, mut false_alarms) = (0, 0);
+        let mut count = move |row: &Row| {
+            if !row.is_faulty() {
+                healthy += 1;
+                false_alarms += usize::from(row.outcome != Outcome::Healthy);
+            }
+            (false_alarms, healthy)
+        };
+        for row in rows.iter() {
+            count(row);
+        }
         let ran = self.campaign.run(&todo, self.threads, |row| {
             if let Some(journal) = &mut journal {
                 journal.add(&row)?;
             }
-            progress.show(&row);
+            let (false_alarms, healthy) = count(&row);
+            progress.show(format_args!("{false_alarms} false alarms in {healthy} healthy ones"));
             rows.push(row);
             Ok(())
         });
@@ -144,14 +155,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     };
     // Of many cases it is told how many are done, not how far each is.
     let context = if arguments.case.is_some() { context.clone() } else { context.clone().without_progress() };
-    let (context, threads) = match arguments.threads {
-        Some(0) => {
-            let complaint = Complaint::new(Kind::Bounds, "no threads to work with");
-            return Err(complaint.help("give `--threads` a number above 0, or leave it away").into());
-        }
-        Some(threads) => (context.with_threads(threads)?, threads),
-        None => (context, std::thread::available_parallelism().map_or(1, usize::from)),
-    };
+    let (context, threads) = super::threads(context, arguments.threads)?;
     let rig = rig.with_context(&context);
     declare(arguments)?;
     let campaign = Campaign::new(rig, options)?;
@@ -159,7 +163,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         return alone::run(&campaign, &text, case, arguments, out);
     }
     let begun = Begun { campaign: &campaign, digest: digest(&campaign.options, &text), threads };
-    let hold = Hold { context: &context, waiting };
+    let hold = Hold { context: &context, waiting: super::waiting };
     if let (Some(shard), Some(folder)) = (arguments.shard, &arguments.output) {
         return shards::run(&begun, shard, folder, &hold, arguments, out);
     }
@@ -200,9 +204,4 @@ fn create(folder: &Path) -> Result<(), Complaint> {
     std::fs::create_dir_all(folder).map_err(|error| {
         Complaint::new(Kind::Unwritable, format!("cannot be created: {error}")).in_file(folder).help("name another")
     })
-}
-
-/// Says on standard error that a journal is held by another program.
-fn waiting(journal: &Path) {
-    terminal::note(format_args!("note: {}: another program writes the journal; waiting for it", journal.display()));
 }

@@ -295,6 +295,8 @@ mod tests {
             unit: unit.to_owned(),
             healthy: 0.0,
             healthy_sigma: 0.0,
+            bounds: [0.0, 1.0],
+            limit: None,
             ci95: [None, None],
             present: true,
             probability: 1.0,

@@ -299,3 +299,30 @@ for (const wide of document.querySelectorAll(".wide")) {
   });
 }
 })();
+// Rows that hold every word that is searched for, and the word that is chosen.
+for (const table of document.querySelectorAll("table[data-choice]")) {
+  const head = table.closest(".wide").previousElementSibling, rows = [...table.tBodies[0].rows], column = Number(table.dataset.choice);
+  const texts = rows.map((row) => row.textContent.toLowerCase()), words = rows.map((row) => row.cells[column].textContent);
+  const search = document.createElement("input"), choice = document.createElement("select"), said = document.createElement("output");
+  search.type = "search";
+  search.placeholder = "Search";
+  search.setAttribute("aria-label", `Search in: ${table.getAttribute("aria-label")}`);
+  choice.setAttribute("aria-label", table.tHead.rows[0].cells[column].textContent);
+  choice.append(new Option("all", ""), ...[...new Set(words)].map((word) => new Option(`${word} (${words.filter((one) => one === word).length})`, word)));
+  const show = () => {
+    const wanted = search.value.toLowerCase().split(/\s+/).filter(Boolean);
+    let count = 0;
+    rows.forEach((row, index) => {
+      row.hidden = !(wanted.every((word) => texts[index].includes(word)) && (!choice.value || words[index] === choice.value));
+      count += !row.hidden;
+    });
+    said.textContent = count === rows.length ? `${count} rows` : `${count} of ${rows.length} rows`;
+  };
+  search.addEventListener("input", show);
+  choice.addEventListener("change", show);
+  const bar = document.createElement("div");
+  bar.className = "search";
+  bar.append(search, choice, said);
+  head.before(bar);
+  show();
+}

@@ -117,12 +117,14 @@ pub struct Table {
     pub rows: Vec<Vec<Cell>>,
     /// Whether the heads stand upright, as many narrow columns ask for.
     pub upright: bool,
+    /// The column whose words can be chosen from, in a table that can be searched.
+    pub choice: Option<usize>,
 }
 
 impl Table {
     /// A table of words and numbers.
     pub fn new(caption: impl Into<String>, columns: Vec<Column>, rows: Vec<Vec<Cell>>) -> Self {
-        Self { caption: caption.into(), columns, rows, upright: false }
+        Self { caption: caption.into(), columns, rows, upright: false, choice: None }
     }
 
     /// What stands as a text elsewhere, as a table.
@@ -130,6 +132,13 @@ impl Table {
         let column = |&(name, numeric): &Head| if numeric { Column::number(name, "") } else { Column::text(name) };
         let rows = rows.into_iter().map(|row| row.into_iter().map(Cell::from).collect()).collect();
         Self::new(caption, heads.iter().map(column).collect(), rows)
+    }
+
+    /// The same, to be searched, and filtered by the words of one column.
+    #[must_use]
+    pub fn searchable(mut self, choice: usize) -> Self {
+        self.choice = Some(choice);
+        self
     }
 
     /// The same with another column behind the one with this index.
@@ -146,11 +155,12 @@ impl Table {
 
     pub(super) fn html(&self, out: &mut String) {
         let class = if self.upright { " class=\"upright\"" } else { "" };
+        let choice = self.choice.map_or_else(String::new, |column| format!(" data-choice=\"{column}\""));
         line(
             out,
             format_args!(
                 "<div class=\"head\"><p class=\"caption\">{0}</p><span class=\"tools\"></span></div>\n\
-                 <div class=\"wide\"><table{class} aria-label=\"{0}\">\n<thead><tr>",
+                 <div class=\"wide\"><table{class}{choice} aria-label=\"{0}\">\n<thead><tr>",
                 escape(&self.caption)
             ),
         );

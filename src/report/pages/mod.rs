@@ -4,6 +4,7 @@ pub mod calibration;
 pub mod campaign;
 pub mod diagnosis;
 pub mod effects;
+pub mod fleet;
 #[cfg(feature = "store")]
 pub mod history;
 pub mod improvement;

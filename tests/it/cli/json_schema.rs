@@ -93,6 +93,8 @@ fn every_verb_keeps_to_its_schema() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (healthy, other, faulty, store) = (path("h.csv"), path("o.csv"), path("f.csv"), path("store.sqlite"));
+    let list = path("list.csv");
+    fs::write(&list, "record\nh.csv\nf.csv\n").unwrap();
     let mut names = vec![
         check(&["simulate", RIG, "--seed", "1", "-o", &healthy]),
         check(&["simulate", RIG, "--seed", "2", "-o", &other]),
@@ -116,6 +118,9 @@ fn every_verb_keeps_to_its_schema() {
         check(&["campaign", RIG, "--cases", "2", "--case", "1"]),
         check(&["campaign", RIG, "--cases", "2", "--shard", "1/1", "-o", &path("shards")]),
         check(&["campaign", "--merge", &path("shards"), "-o", &path("merged")]),
+        check(&["diagnose", RIG, "--records", &list, "-o", &path("rows")]),
+        check(&["diagnose", "--merge", &path("rows"), "-o", &path("rows.csv")]),
+        check(&["fleet", &store]),
     ];
     names.sort();
     names.dedup();

@@ -24,7 +24,7 @@ const TRIES: usize = 5;
 /// What a page may be.
 const MOST_BYTES: usize = 1_500_000;
 /// Pages of these have at least so many charts.
-const CHARTS: [(&str, u64); 9] = [
+const CHARTS: [(&str, u64); 10] = [
     ("diagnose", 44),
     ("compare", 17),
     ("suggest", 34),
@@ -33,6 +33,7 @@ const CHARTS: [(&str, u64); 9] = [
     ("isolability", 0),
     ("effects", 0),
     ("history", 1),
+    ("fleet", 0),
     ("calibrate", 0),
 ];
 
@@ -73,6 +74,7 @@ fn pages() -> &'static Pages {
             ("isolability", format!("isolability {RIG}")),
             ("effects", "effects".to_owned()),
             ("history", format!("history {} --store {}", path("tanks.toml"), path("store"))),
+            ("fleet", format!("fleet {}", path("store"))),
             ("calibrate", format!("calibrate {TANKS} {} -o {}", path("healthy.csv"), path("calibrated.toml"))),
         ];
         let mut paths = BTreeMap::new();

@@ -199,7 +199,7 @@ fn kill(count: usize, seed: u64) {
         assert_eq!(Record::read(&copy).unwrap().time.len(), rows, "after {tried} runs");
         let table = fs::read_to_string(&table).unwrap();
         assert!(table.ends_with('\n') && table.lines().count() % 2 == 1, "after {tried} runs");
-        assert!(table.lines().all(|line| line.matches(',').count() == 20), "after {tried} runs");
+        assert!(table.lines().all(|line| line.matches(',').count() == 24), "after {tried} runs");
     }
     println!("{killed} kills in {tried} runs, {stored} runs stored, every file whole");
 }

@@ -43,6 +43,8 @@ fn diagnosis(record: &str, value: f64, half: f64) -> Diagnosis {
             unit: "mm".to_owned(),
             healthy: 8.0,
             healthy_sigma: 0.0,
+            bounds: [2.0, 9.0],
+            limit: Some(6.5),
             ci95: [Some(value - half), Some(value + half)],
             present: true,
             probability: 0.99,
@@ -118,7 +120,11 @@ fn what_is_kept_comes_back() {
     let table = String::from_utf8(table).unwrap();
     assert_eq!(table.lines().count(), 4);
     assert!(
-        table.lines().nth(1).unwrap().ends_with("upper_outlet.diameter,mm,7.5,7.25,7.75,8,true,0.99,false"),
+        table
+            .lines()
+            .nth(1)
+            .unwrap()
+            .ends_with("upper_outlet.diameter,mm,7.5,7.25,7.75,8,true,0.99,false,bounded,6.5,2,9"),
         "{table}"
     );
 }
