@@ -8,7 +8,9 @@ mod values;
 use std::collections::HashMap;
 
 use crate::rig::{Fault, Rig};
-use crate::store::{Moment, StoredFault, StoredRun};
+#[cfg(feature = "cli")]
+use crate::store::StoredFault;
+use crate::store::{Moment, StoredRun};
 use crate::units::Unit;
 use forecast::passing;
 use regression::{Line, Point, bend};
@@ -89,6 +91,7 @@ impl Frame {
     }
 
     /// As it was kept with a run; `None` without a healthy value, or with a unit that nobody knows.
+    #[cfg(feature = "cli")]
     pub fn of_run(fault: &StoredFault) -> Option<Self> {
         Some(Self {
             id: fault.id.clone(),
