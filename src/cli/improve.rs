@@ -10,6 +10,7 @@ use crate::context::Context;
 use crate::files::{is_kept, read_text, write_atomically};
 use crate::learn::improve::{ImprovementStep, improve};
 use crate::learn::suggest::Conclusion;
+use crate::report::curves::Curves;
 use crate::report::improvement::Ledger;
 use crate::report::{self, pages};
 use crate::rig::Rig;
@@ -39,6 +40,9 @@ pub struct Arguments {
     /// Also write a page with pictures
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    /// Also write the curves of the fit record: measured, your model as fitted, and the model with the effects that were added
+    #[arg(long, value_name = "FILE.csv")]
+    curves: Option<PathBuf>,
     /// Exit with 1 if an effect was missing
     #[arg(long)]
     exit_code: bool,
@@ -51,7 +55,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let records = [&arguments.fit, &arguments.check];
     // The rig file may take its own place.
     let outputs = arguments.overwriting.outputs().reading(records).writing(&arguments.output)?;
-    outputs.reading([&arguments.rig]).writing_all(&arguments.report)?;
+    outputs.reading([&arguments.rig]).writing_all(arguments.report.iter().chain(&arguments.curves))?;
     let text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, text.clone())?.with_context(context);
     let (fit, check) = (read::record(&rig, &arguments.fit)?, read::record(&rig, &arguments.check)?);
@@ -69,6 +73,10 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let ledger = Ledger::new(&improvement, names);
     if let Some(path) = &arguments.report {
         write_page(path, &pages::improvement::improvement(&rig, (&fit, &check), &improvement, &ledger)?)?;
+    }
+    if let Some(path) = &arguments.curves {
+        let curves = Curves { model: &improvement.given.fit.outputs, found: &improvement.trial.fit.outputs };
+        write_atomically(path, |file| curves.write_csv(&rig, &fit, file))?;
     }
     // With `-o /dev/stdout` the ledger would stand in the rig file.
     if is_kept(&arguments.output) {

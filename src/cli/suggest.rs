@@ -7,9 +7,11 @@ use clap::Args;
 
 use super::{Failure, Format, Overwriting, Status, read, terminal, write_json, write_page};
 use crate::context::Context;
+use crate::files::write_atomically;
 use crate::learn::result::SuggestionReport;
 use crate::learn::suggest::{Conclusion, suggest};
 use crate::report;
+use crate::report::curves::Curves;
 use crate::rig::Rig;
 
 /// Suggest the physical effect that the model of a rig lacks
@@ -31,6 +33,9 @@ pub struct Arguments {
     /// Also write a page with pictures
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    /// Also write the curves of the fit record: measured, your model as fitted, and the model with the best supported effect
+    #[arg(long, value_name = "FILE.csv")]
+    curves: Option<PathBuf>,
     /// Exit with 1 if an effect is missing
     #[arg(long)]
     exit_code: bool,
@@ -42,7 +47,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let outputs = arguments.overwriting.outputs();
     outputs
         .reading(arguments.check.iter().chain([&arguments.rig, &arguments.record]))
-        .writing_all(&arguments.report)?;
+        .writing_all(arguments.report.iter().chain(&arguments.curves))?;
     let rig = Rig::read(&arguments.rig)?.with_context(context);
     let record = read::record(&rig, &arguments.record)?;
     let check = arguments.check.as_ref().map(|path| read::record(&rig, path)).transpose()?;
@@ -54,6 +59,12 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     if let Some(path) = &arguments.report {
         let page = report::pages::learn::suggestion(&rig, (&record, check.as_ref()), &suggestion, &shown)?;
         write_page(path, &page)?;
+    }
+    if let Some(path) = &arguments.curves {
+        let model = &suggestion.base.fit.outputs;
+        let best = suggestion.judged.first().filter(|best| best.supported);
+        let curves = Curves { model, found: best.map_or(model, |best| &best.trial.fit.outputs) };
+        write_atomically(path, |file| curves.write_csv(&rig, &record, file))?;
     }
     match arguments.format {
         Format::Text => {

@@ -105,6 +105,20 @@ fn rms_over_sigma(table: &str, sensor: &str, curve: &str) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
+/// The same over all sensors, each with as many samples.
+fn rms_of_all(table: &str, curve: &str) -> f64 {
+    let sensors: Vec<&str> = table
+        .lines()
+        .next()
+        .unwrap()
+        .split(',')
+        .filter_map(|head| head.split_once(".sigma"))
+        .map(|(name, _)| name)
+        .collect();
+    let squares: f64 = sensors.iter().map(|sensor| rms_over_sigma(table, sensor, curve).powi(2)).sum();
+    (squares / sensors.len() as f64).sqrt()
+}
+
 #[test]
 fn old_and_new_stand_side_by_side_and_curves_hold_what_was_said() {
     let folder = tempfile::tempdir().unwrap();
@@ -145,7 +159,8 @@ fn a_leak_that_the_model_lacks_is_suggested() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     leaking(folder.path());
-    let arguments = ["suggest", &path("rig.toml"), &path("fit.csv"), "--check", &path("check.csv"), "--exit-code"];
+    let (rig, fit, check, curves) = (path("rig.toml"), path("fit.csv"), path("check.csv"), path("curves.csv"));
+    let arguments = ["suggest", &rig, &fit, "--check", &check, "--curves", &curves, "--exit-code"];
     let suggestion = json(&arguments, 1);
     assert_eq!(suggestion["schema"], "borescope.suggestion/1");
     assert_eq!(suggestion["conclusion"], "effect-found", "{suggestion}");
@@ -164,6 +179,21 @@ fn a_leak_that_the_model_lacks_is_suggested() {
     );
     for (before, after) in [("rmse_before", "rmse_after"), ("check_rmse_before", "check_rmse_after")] {
         assert!(best[after].as_f64().unwrap() < best[before].as_f64().unwrap(), "{best}");
+    }
+    let table = std::fs::read_to_string(&curves).unwrap();
+    for (curve, told) in [("model", "rmse_before"), ("found", "rmse_after")] {
+        let (rms, told) = (rms_of_all(&table, curve), best[told].as_f64().unwrap());
+        assert!((rms / told - 1.0).abs() < 0.03, "{curve}: {rms}, {told}");
+    }
+    let improved = path("improved.csv");
+    let new = path("new.toml");
+    let improvement = json(&["improve", &rig, "--fit", &fit, "--check", &check, "-o", &new, "--curves", &improved], 0);
+    assert_eq!(list(&improvement, "steps")[1]["added"], "external-leakage@A", "{improvement}");
+    let improved = std::fs::read_to_string(&improved).unwrap();
+    for (curve, step) in [("model", 0), ("found", list(&improvement, "steps").len() - 1)] {
+        let (rms, told) =
+            (rms_of_all(&improved, curve), list(&improvement, "steps")[step]["fit_rmse"].as_f64().unwrap());
+        assert!((rms / told - 1.0).abs() < 0.03, "{curve}: {rms}, {told}");
     }
     let conductance = &list(best, "parameters")[0];
     assert_eq!(conductance["unit"], "L/min/bar");
