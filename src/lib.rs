@@ -102,7 +102,7 @@ pub use campaign::{Campaign, CampaignOptions};
 pub use check::{Checked, check};
 #[cfg(feature = "cli")]
 #[doc(hidden)]
-pub use cli::run as command;
+pub use cli::{call, run as command};
 pub use complaint::{Complaint, Kind as ComplaintKind, Place};
 pub use context::{Context, Interrupted, Progress};
 pub use diagnosis::watch::{Watched, Watching};

@@ -1,5 +1,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    borescope::command(std::env::args_os())
+    ExitCode::from(borescope::command(std::env::args_os()))
 }

@@ -1,7 +1,6 @@
 //! Ctrl-C and SIGTERM: the verb is cancelled and the program ends with 130, as a shell expects, and leaves nothing half-written.
 
 use std::io::{self, Write};
-use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -22,7 +21,7 @@ impl Ending {
     }
 
     /// Ends a verb that was cancelled.
-    pub fn interrupted(&self) -> ExitCode {
+    pub fn interrupted(&self) -> u8 {
         if !self.is_mine() {
             // The other thread is about to end the program.
             loop {
@@ -30,7 +29,7 @@ impl Ending {
             }
         }
         say();
-        ExitCode::from(STATUS)
+        STATUS
     }
 }
 

@@ -33,7 +33,6 @@ mod windows;
 use std::ffi::OsString;
 use std::io::{self, Write};
 use std::path::Path;
-use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
@@ -164,7 +163,7 @@ impl From<io::Error> for Failure {
 }
 
 /// Runs one command line, the name of the program first, and returns the exit status.
-pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let pipes: Vec<String> = arguments.iter().skip(1).filter_map(named_pipe).collect();
     let command_line = match CommandLine::try_parse_from(arguments) {
@@ -172,7 +171,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Err(error) => {
             // Help that nobody reads to its end is no failure.
             let _ = error.print();
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+            return u8::try_from(error.exit_code()).unwrap_or(2);
         }
     };
     terminal::set_quiet(command_line.quiet);
@@ -193,12 +192,12 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(status) => {
             terminal::say_what_took_long();
             return match status {
-                Status::Done => ExitCode::SUCCESS,
-                Status::Found => ExitCode::from(1),
+                Status::Done => 0,
+                Status::Found => 1,
             };
         }
         // Whoever closed the pipe has seen enough.
-        Err(Failure::Output(error)) if is_closed_pipe(&error) => return ExitCode::SUCCESS,
+        Err(Failure::Output(error)) if is_closed_pipe(&error) => return 0,
         Err(Failure::Output(error)) => format!("error: standard output cannot be written: {error}"),
         Err(Failure::Complaint(complaint)) => complaint.with_lines(),
         Err(Failure::Complaints(complaints)) => {
@@ -209,7 +208,35 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     };
     // `eprintln!` would panic where standard error is closed.
     let _ = writeln!(io::stderr(), "{message}");
-    ExitCode::from(2)
+    2
+}
+
+/// Runs one command line, the name of the program first, within another program: what the command would write to standard output
+/// goes to `out`, and `context` stands in for its signals and its progress. Gives whether something was found, where `--exit-code` asks.
+///
+/// # Errors
+/// What the command would say on standard error before it ends with 2; of several records one each.
+pub fn call(
+    arguments: impl IntoIterator<Item = OsString>,
+    context: &Context,
+    out: &mut dyn Write,
+) -> Result<bool, Vec<Complaint>> {
+    let command_line = CommandLine::try_parse_from(arguments).map_err(|error| {
+        let text = error.to_string();
+        vec![Complaint::new(Kind::Syntax, text.trim_start_matches("error: ").trim_end())]
+    })?;
+    let result = command_line.verb.run(context, out).and_then(|status| {
+        out.flush()?;
+        Ok(status)
+    });
+    match result {
+        Ok(status) => Ok(status == Status::Found),
+        Err(Failure::Complaint(complaint)) => Err(vec![*complaint]),
+        Err(Failure::Complaints(complaints)) => Err(complaints),
+        Err(Failure::Output(error)) => {
+            Err(vec![Complaint::new(Kind::Unwritable, format!("the result cannot be written: {error}"))])
+        }
+    }
 }
 
 /// Lets a limit on the size of files be an error of writing, with its message, instead of the end of the program.

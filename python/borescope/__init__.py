@@ -1,0 +1,36 @@
+"""Look inside a hydraulic circuit through its records: detect, isolate and size faults.
+
+Everything is what the command ``borescope`` does, with the same numbers; see the book in ``docs/``.
+
+>>> import borescope as bs
+>>> rig = bs.Rig("../fixtures/two_tanks/rig.toml")
+>>> record = rig.simulate(set={"upper_outlet.diameter": "6.5 mm"}, seed=1)
+>>> diagnosis = rig.diagnose(record)
+>>> diagnosis.verdict
+'faulty'
+>>> fault = diagnosis.faults["upper_outlet.diameter"]
+>>> fault.ci95[0] < 6.5 < fault.ci95[1], fault.unit
+(True, 'mm')
+"""
+
+from borescope._borescope import __version__
+from borescope._complaint import Complaint
+from borescope._record import Record
+from borescope._result import Calibration, Diagnosis, Improvement, Item, Result, Table
+from borescope._rig import Rig, diagnose_fleet, effects, fleet
+
+__all__ = [
+    "Calibration",
+    "Complaint",
+    "Diagnosis",
+    "Improvement",
+    "Item",
+    "Record",
+    "Result",
+    "Rig",
+    "Table",
+    "__version__",
+    "diagnose_fleet",
+    "effects",
+    "fleet",
+]

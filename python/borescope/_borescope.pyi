@@ -1,0 +1,12 @@
+from collections.abc import Callable, Sequence
+
+__all__ = ["__version__", "call", "command"]
+
+__version__: str
+
+def call(
+    arguments: Sequence[str],
+    progress: Callable[[str, int, int | None], object] | None = None,
+    threads: int | None = None,
+) -> tuple[str, list[tuple[str, str | None, int | None, str | None, str]]]: ...
+def command(arguments: Sequence[str]) -> int: ...

@@ -1,0 +1,84 @@
+"""What is wrong with what was given, and the one call that everything goes through."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from borescope import _borescope
+
+#: Called with the stage, how many pieces of it are done, and of how many (or None).
+Listener = Callable[[str, int, "int | None"], object]
+
+
+class Complaint(ValueError):
+    """Something that was given is wrong, and how it would be right.
+
+    ``what`` says what is wrong, ``file`` and ``line`` where (or None), ``remedy`` what would be right (or None);
+    ``others`` are further complaints of the same call.
+    """
+
+    def __init__(
+        self,
+        what: str,
+        file: str | None = None,
+        line: int | None = None,
+        remedy: str | None = None,
+        text: str | None = None,
+    ) -> None:
+        super().__init__(text or (f"{what}\n  help: {remedy}" if remedy else what))
+        self.what = what
+        self.file = file
+        self.line = line
+        self.remedy = remedy
+        self.others: tuple[Complaint, ...] = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (Complaint, (self.what, self.file, self.line, self.remedy, str(self)))
+
+
+def call(arguments: Sequence[str], progress: bool | Listener | None = None, threads: int | None = None) -> str:
+    """Run a command line without the name of the program, and give what it writes to standard output."""
+    out, wrong = call_all(arguments, progress, threads)
+    if wrong:
+        wrong[0].others = tuple(wrong[1:])
+        raise wrong[0]
+    return out
+
+
+def call_all(
+    arguments: Sequence[str], progress: bool | Listener | None = None, threads: int | None = None
+) -> tuple[str, list[Complaint]]:
+    """The same, and what went wrong with some of several records beside what went well."""
+    with _Bar(progress) as listener:
+        out, wrong = _borescope.call(list(arguments), listener, threads)
+    return out, [Complaint(*one) for one in wrong]
+
+
+class _Bar:
+    """A bar of tqdm, or whatever the user calls with the progress."""
+
+    def __init__(self, progress: bool | Listener | None) -> None:
+        self.listener: Listener | None = None
+        self.bar: Any = None
+        if callable(progress):
+            self.listener = progress
+        elif progress:
+            try:
+                from tqdm.auto import tqdm
+            except ImportError:
+                raise Complaint("there is no bar to show the progress", remedy="`pip install tqdm`, or give a function") from None
+            self.bar = tqdm(bar_format="{desc} {n_fmt}/{total_fmt} {elapsed}")
+            self.listener = self.show
+
+    def show(self, stage: str, done: int, of: int | None) -> None:
+        self.bar.set_description_str(stage, refresh=False)
+        self.bar.total, self.bar.n = of, done
+        self.bar.refresh()
+
+    def __enter__(self) -> Listener | None:
+        return self.listener
+
+    def __exit__(self, *_: object) -> None:
+        if self.bar is not None:
+            self.bar.close()

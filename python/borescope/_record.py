@@ -1,0 +1,165 @@
+"""Records in memory."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from borescope._complaint import Complaint
+
+#: How files begin whose format their first bytes tell.
+_BEGINNINGS = {b"MDF": "mf4", b"PK\x03\x04": "xlsx", b"PAR1": "parquet", b"MATLAB": "mat", b"\x89HDF": "h5"}
+
+
+class Record:
+    """Columns of equal length, each with its unit; one of them the time.
+
+    ``columns`` is a mapping of arrays, or a DataFrame of pandas or polars. Units stand in the names, ``"p_A [bar]"``, or in
+    ``units``, ``{"p_A": "bar"}``. A DataFrame of pandas may have the time as its index. A value that is None or not a number
+    is a sample that is missing. ``name`` is what results call it.
+
+    >>> record = Record({"time [s]": [0.0, 0.1], "p_A": [10.0, 10.5]}, units={"p_A": "bar"})
+    >>> record["p_A"], record.units["p_A"], len(record)
+    ([10.0, 10.5], 'bar', 2)
+    """
+
+    def __init__(self, columns: Any, units: Mapping[str, str] | None = None, name: str = "record") -> None:
+        self.name = name
+        self.units: dict[str, str] = {}
+        self._columns: dict[str, list[float]] = {}
+        given = dict(units or {})
+        for head, values in _columns(columns):
+            column, unit = _split(head)
+            unit = given.pop(column, unit)
+            if column in self._columns:
+                raise Complaint(f"the column `{column}` comes twice", remedy="leave one away, or rename it")
+            if unit is None:
+                raise Complaint(
+                    f"the column `{column}` has no unit",
+                    remedy=f'write it into the name, `"{column} [bar]"`, or give `units={{"{column}": "bar"}}`; "-" is a pure number',
+                )
+            self.units[column] = unit
+            self._columns[column] = _numbers(column, values)
+        if given:
+            raise Complaint(f"`units` names columns that there are not: {', '.join(given)}", remedy="check the names")
+        lengths = {column: len(values) for column, values in self._columns.items()}
+        if len(set(lengths.values())) > 1:
+            told = ", ".join(f"`{column}` {length}" for column, length in lengths.items())
+            raise Complaint(f"the columns are of unequal length: {told}", remedy="give a value, or None, for each row")
+
+    @classmethod
+    def read_csv(cls, path: str | os.PathLike[str]) -> Record:
+        """Reads a table as this package writes it: comma separated, units in the names."""
+        path = Path(path)
+        with path.open(newline="") as file:
+            rows = list(csv.reader(file))
+        columns = {head: [float(row[at]) if row[at] else math.nan for row in rows[1:]] for at, head in enumerate(rows[0])}
+        return cls(columns, name=path.stem)
+
+    def __getitem__(self, column: str) -> list[float]:
+        return self._columns[column]
+
+    def __len__(self) -> int:
+        return len(next(iter(self._columns.values()), []))
+
+    def keys(self) -> list[str]:
+        """Names of the columns, in their order."""
+        return list(self._columns)
+
+    def to_csv(self) -> str:
+        """The table as the command reads it; every number comes back as it is."""
+        text = io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow(f"{column} [{self.units[column]}]" for column in self._columns)
+        for row in zip(*self._columns.values(), strict=True):
+            table.writerow("" if math.isnan(value) else repr(value) for value in row)
+        return text.getvalue()
+
+    def to_pandas(self) -> Any:
+        """A DataFrame of pandas, units in the names."""
+        import pandas
+
+        return pandas.DataFrame({f"{column} [{self.units[column]}]": values for column, values in self._columns.items()})
+
+    def to_polars(self) -> Any:
+        """A DataFrame of polars, units in the names."""
+        import polars
+
+        return polars.DataFrame({f"{column} [{self.units[column]}]": values for column, values in self._columns.items()})
+
+    def __repr__(self) -> str:
+        columns = ", ".join(f"{column} [{unit}]" for column, unit in self.units.items())
+        return f"Record({self.name}: {len(self)} rows of {columns})"
+
+
+#: What is taken for a record: a path, the bytes of a file, columns, or a :class:`Record`.
+RecordLike = Any
+
+
+def path_of(record: RecordLike, folder: Path, name: str = "record") -> str:
+    """The path of a record; one in memory is written into ``folder``."""
+    if isinstance(record, (str, os.PathLike)):
+        return os.fspath(record)
+    if isinstance(record, (bytes, bytearray, memoryview)):
+        data = bytes(record)
+        ending = next((ending for start, ending in _BEGINNINGS.items() if data.startswith(start)), "csv")
+        path = folder / f"{name}.{ending}"
+        path.write_bytes(data)
+        return str(path)
+    if not isinstance(record, Record):
+        record = Record(record, name=name)
+    path = folder / f"{Path(record.name).name}.csv"
+    number = 1
+    while path.exists():
+        number += 1
+        path = folder / f"{Path(record.name).name}_{number}.csv"
+    path.write_text(record.to_csv(), encoding="utf-8")
+    return str(path)
+
+
+def _columns(columns: Any) -> Iterable[tuple[str, Any]]:
+    if isinstance(columns, Mapping):
+        return list(columns.items())
+    kind = type(columns).__module__.split(".")[0]
+    if kind == "pandas":
+        index = columns.index
+        named = [(str(index.name), index.to_numpy())] if index.name else []
+        return [*named, *((str(head), columns[head].to_numpy()) for head in columns.columns)]
+    if kind == "polars":
+        return [(head, columns[head].to_list()) for head in columns.columns]
+    raise Complaint(
+        f"a {type(columns).__name__} is no record",
+        remedy="give a path, bytes, a mapping of arrays, or a DataFrame of pandas or polars",
+    )
+
+
+def _split(head: str) -> tuple[str, str | None]:
+    head = head.strip()
+    if head.endswith("]") and "[" in head:
+        name, unit = head[:-1].rsplit("[", 1)
+        return name.strip(), unit.strip()
+    return head, None
+
+
+def _numbers(column: str, values: Any) -> list[float]:
+    numbers = []
+    for row, value in enumerate(values.tolist() if hasattr(values, "tolist") else values):
+        if value is None:
+            numbers.append(math.nan)
+        elif isinstance(value, (int, float)) and not isinstance(value, bool):
+            numbers.append(float(value))
+        elif isinstance(value, bool):
+            numbers.append(float(value))
+        elif hasattr(value, "__float__") and not isinstance(value, str):
+            numbers.append(float(value))
+        else:
+            raise Complaint(
+                f"row {row} of the column `{column}` is {value!r}, no number",
+                remedy="give numbers; the time counts in seconds from the start of the record",
+            )
+    return numbers

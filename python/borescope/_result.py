@@ -1,0 +1,214 @@
+"""Results: what the command writes as JSON, with attributes, tables and curves."""
+
+from __future__ import annotations
+
+import csv
+import html
+import io
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
+
+from borescope._complaint import Complaint
+
+if TYPE_CHECKING:
+    from borescope._rig import Rig
+
+#: Keys that name an entry of a list.
+_NAMES = ("id", "name", "effect", "rig")
+
+
+class Item(Mapping[str, Any]):
+    """An object of a result; its keys are attributes too. Keys are those of ``docs/reference/json.md``."""
+
+    def __init__(self, data: Mapping[str, Any]) -> None:
+        self._data = data
+
+    def __getattr__(self, key: str) -> Any:
+        if key.startswith("_") or key not in self._data:
+            raise AttributeError(f"there is no `{key}` here, but {', '.join(self._data)}")
+        return _wrapped(self._data[key])
+
+    def __getitem__(self, key: str) -> Any:
+        return _wrapped(self._data[key])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._data)
+
+    def __len__(self) -> int:
+        return len(self._data)
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._data]
+
+    def __repr__(self) -> str:
+        return f"Item({', '.join(f'{key}={value!r}' for key, value in self._data.items())})"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The plain data."""
+        return dict(self._data)
+
+
+class Table(Sequence[Item]):
+    """A list of objects, by number or by name: ``faults["cylinder.clearance"]``."""
+
+    def __init__(self, rows: Sequence[Mapping[str, Any]]) -> None:
+        self._rows = rows
+
+    def _name(self, row: Mapping[str, Any]) -> Any:
+        return next((row[key] for key in _NAMES if key in row), None)
+
+    @overload
+    def __getitem__(self, key: int | str) -> Item: ...
+    @overload
+    def __getitem__(self, key: slice) -> Table: ...
+    def __getitem__(self, key: int | str | slice) -> Item | Table:
+        if isinstance(key, slice):
+            return Table(self._rows[key])
+        if isinstance(key, int):
+            return Item(self._rows[key])
+        for row in self._rows:
+            if self._name(row) == key:
+                return Item(row)
+        raise KeyError(f"there is no `{key}` here, but {', '.join(str(name) for name in self.names())}")
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def names(self) -> list[Any]:
+        """What the rows are called."""
+        return [self._name(row) for row in self._rows]
+
+    def __repr__(self) -> str:
+        return f"Table of {len(self)}: {', '.join(str(name) for name in self.names())}"
+
+    def rows(self) -> list[dict[str, Any]]:
+        """The rows with plain values: intervals as ``low`` and ``high``."""
+        return [_flat(row) for row in self._rows]
+
+    def to_pandas(self) -> Any:
+        """A DataFrame of pandas, a row for each object; intervals as ``low`` and ``high``."""
+        import pandas
+
+        return pandas.DataFrame(self.rows())
+
+    def to_polars(self) -> Any:
+        """The same as a DataFrame of polars."""
+        import polars
+
+        return polars.DataFrame(self.rows(), infer_schema_length=None)
+
+
+def _wrapped(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return Item(value)
+    if isinstance(value, list) and value and all(isinstance(one, Mapping) for one in value):
+        return Table(value)
+    return value
+
+
+def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in row.items():
+        if key == "ci95":
+            flat["low"], flat["high"] = value
+        elif not isinstance(value, (list, Mapping)):
+            flat[key] = value
+    return flat
+
+
+class Result(Item):
+    """What a verb of the command gives.
+
+    ``json`` is the text that the command writes, ``page`` its page with pictures (or None), and ``curves`` its table of curves.
+    """
+
+    def __init__(self, text: str, page: str | None = None, curves: str | None = None) -> None:
+        super().__init__(json.loads(text))
+        self.json = text
+        self.page = page
+        self._curves = curves
+
+    @property
+    def curves(self) -> dict[str, Any]:
+        """Curves by name and unit, such as ``"p_A.measured [bar]"``: arrays of numpy, without it lists; NaN where there is no sample."""
+        if self._curves is None:
+            raise Complaint("this result has no curves", remedy="`compare`, `diagnose`, `suggest` and `improve` have them")
+        rows = list(csv.reader(io.StringIO(self._curves)))
+        columns = {head: [float(row[at]) if row[at] else math.nan for row in rows[1:]] for at, head in enumerate(rows[0])}
+        try:
+            import numpy
+        except ImportError:
+            return dict(columns)
+        return {head: numpy.array(values) for head, values in columns.items()}
+
+    def save(self, path: str | Path, force: bool = False) -> None:
+        """Writes the page with pictures to a file; one that is there is only overwritten with ``force``."""
+        if self.page is None:
+            raise Complaint("this result has no page")
+        path = Path(path)
+        if path.exists() and not force:
+            raise Complaint("the file exists", file=str(path), remedy="name another, or say `force=True`")
+        path.write_text(self.page, encoding="utf-8")
+
+    def _repr_html_(self) -> str:
+        if self.page is None:
+            return f"<pre>{html.escape(repr(self))}</pre>"
+        return (
+            f'<p>{html.escape(repr(self))}</p><iframe sandbox="allow-scripts allow-downloads" width="100%" height="560" '
+            f'style="border: 1px solid #8888" srcdoc="{html.escape(self.page)}"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        words = [str(self._data[key]) for key in ("verdict", "conclusion") if key in self._data]
+        return f"{type(self).__name__}({self._data.get('schema', '')}{': ' if words else ''}{', '.join(words)})"
+
+
+class Diagnosis(Result):
+    """What is wrong in a record, how large, how sure: ``borescope.diagnosis/1``."""
+
+    faults: Table
+
+    @property
+    def present(self) -> list[Item]:
+        """The faults that are there."""
+        return [fault for fault in self["faults"] if fault["present"]]
+
+    def to_pandas(self) -> Any:
+        """Every fault of the rig with ``fault``, ``value``, ``low``, ``high``, ``unit``, ``probability`` and more."""
+        return self["faults"].to_pandas().rename(columns={"id": "fault"})
+
+    def to_polars(self) -> Any:
+        """The same as a DataFrame of polars."""
+        return self["faults"].to_polars().rename({"id": "fault"})
+
+    def __repr__(self) -> str:
+        def told(fault: Item) -> str:
+            low, high = ("open" if end is None else f"{end:.5g}" for end in fault["ci95"])
+            return f"{fault['id']} {fault['value']:.5g} {fault['unit']} (95 %: {low} to {high}, {fault['probability']:.1%})"
+
+        found = "; ".join(told(fault) for fault in self.present)
+        return f"{self['verdict'].upper()}{': ' if found else ''}{found}"
+
+
+class Improvement(Result):
+    """Physics that was added to a model, and what each addition bought; ``rig`` is the rig with it."""
+
+    def __init__(self, text: str, page: str | None, curves: str | None, rig: Rig) -> None:
+        super().__init__(text, page, curves)
+        self.rig = rig
+
+    @property
+    def ledger(self) -> Table:
+        """The steps: your model, then each addition."""
+        return Table(self._data["steps"])
+
+
+class Calibration(Result):
+    """What healthy records say of a rig; ``rig`` is the rig with it."""
+
+    def __init__(self, text: str, page: str | None, rig: Rig) -> None:
+        super().__init__(text, page)
+        self.rig = rig

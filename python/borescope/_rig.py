@@ -1,0 +1,245 @@
+"""Rigs, and everything that is asked of them."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from borescope._complaint import Complaint, Listener, call, call_all
+from borescope._record import Record, RecordLike, path_of
+from borescope._result import Calibration, Diagnosis, Improvement, Result
+
+Progress = bool | Listener | None
+
+
+class _Desk:
+    """A folder for the files of one call."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def new(self, name: str) -> str:
+        return str(self.folder / name)
+
+    def text(self, name: str) -> str | None:
+        path = self.folder / name
+        return path.read_text(encoding="utf-8") if path.exists() else None
+
+    def plain(self, text: str) -> str:
+        """A result without the folder, which is gone when it is read."""
+        return text.replace(f"{self.folder}{os.sep}", "")
+
+
+@contextmanager
+def _desk() -> Iterator[_Desk]:
+    with tempfile.TemporaryDirectory(prefix="borescope-") as folder:
+        desk = _Desk(Path(folder))
+        try:
+            yield desk
+        except Complaint as complaint:
+            plain = Complaint(
+                desk.plain(complaint.what),
+                complaint.file and desk.plain(complaint.file),
+                complaint.line,
+                complaint.remedy and desk.plain(complaint.remedy),
+                desk.plain(str(complaint)),
+            )
+            plain.others = complaint.others
+            raise plain from None
+
+
+class Rig:
+    """A hydraulic circuit with its sensors, faults and effects, as a rig file describes it.
+
+    ``path`` is that of the rig file; or ``text`` is its content. A rig never changes: what calibrates or extends it gives
+    another one.
+
+    Raises :class:`Complaint` where the rig file is wrong, with file, line and remedy.
+
+    >>> rig = Rig("../fixtures/two_tanks/rig.toml")
+    >>> [fault["id"] for fault in rig.check()["rig"]["faults"]]
+    ['upper_outlet.diameter']
+    """
+
+    def __init__(self, path: str | os.PathLike[str] | None = None, *, text: str | None = None) -> None:
+        if (path is None) == (text is None):
+            raise Complaint("a rig is either a file or a text", remedy='`Rig("rig.toml")` or `Rig(text=...)`')
+        self.path = None if path is None else os.fspath(path)
+        self._text = text
+        self.check()
+
+    @property
+    def text(self) -> str:
+        """The rig file."""
+        return self._text if self._text is not None else Path(self.path or "").read_text(encoding="utf-8")
+
+    def save(self, path: str | os.PathLike[str], force: bool = False) -> None:
+        """Writes the rig file; one that is there is only overwritten with ``force``."""
+        if Path(path).exists() and not force:
+            raise Complaint("the file exists", file=os.fspath(path), remedy="name another, or say `force=True`")
+        Path(path).write_text(self.text, encoding="utf-8")
+
+    def __repr__(self) -> str:
+        return f"Rig({self.path or 'text'})"
+
+    def _file(self, desk: _Desk) -> str:
+        if self._text is None:
+            return self.path or ""
+        path = Path(desk.new("rig.toml"))
+        path.write_text(self._text, encoding="utf-8")
+        return str(path)
+
+    def check(self, record: RecordLike | None = None) -> Result:
+        """What is in the rig file and, if given, in a record for it: ``borescope.check/1``."""
+        with _desk() as desk:
+            records = [] if record is None else [path_of(record, desk.folder)]
+            return Result(desk.plain(call(["check", self._file(desk), *records, "--format", "json"])))
+
+    def diagnose(self, record: RecordLike, *, progress: Progress = None, threads: int | None = None) -> Diagnosis:
+        """Which faults a record shows, how large they are and how sure that is.
+
+        ``record`` is a path, the bytes of a file, a mapping of arrays, a DataFrame, or a :class:`Record`. ``progress`` is True
+        for a bar of tqdm, or a function of stage, done and of.
+        """
+        with _desk() as desk:
+            page, curves = desk.new("page.html"), desk.new("curves.csv")
+            words = ["diagnose", self._file(desk), path_of(record, desk.folder), "--format", "json"]
+            out = call([*words, "--report", page, "--curves", curves], progress, threads)
+            return Diagnosis(desk.plain(out), desk.plain(desk.text("page.html") or ""), desk.text("curves.csv"))
+
+    def compare(self, record: RecordLike, *, progress: Progress = None, threads: int | None = None) -> Result:
+        """Where the model misses a record, and by how much: ``borescope.comparison/1``."""
+        with _desk() as desk:
+            page, curves = desk.new("page.html"), desk.new("curves.csv")
+            words = ["compare", self._file(desk), path_of(record, desk.folder), "--format", "json"]
+            out = call([*words, "--report", page, "--curves", curves], progress, threads)
+            return Result(desk.plain(out), desk.plain(desk.text("page.html") or ""), desk.text("curves.csv"))
+
+    def suggest(
+        self,
+        record: RecordLike,
+        check: RecordLike | None = None,
+        *,
+        progress: Progress = None,
+        threads: int | None = None,
+    ) -> Result:
+        """Which physical effect the model lacks, judged on ``check``, another record: ``borescope.suggestion/1``."""
+        with _desk() as desk:
+            page, curves = desk.new("page.html"), desk.new("curves.csv")
+            words = ["suggest", self._file(desk), path_of(record, desk.folder, "fit"), "--format", "json"]
+            words += [] if check is None else ["--check", path_of(check, desk.folder, "check")]
+            out = call([*words, "--report", page, "--curves", curves], progress, threads)
+            return Result(desk.plain(out), desk.plain(desk.text("page.html") or ""), desk.text("curves.csv"))
+
+    def add(self, effect: str, fit: RecordLike | None = None, *, progress: Progress = None) -> Rig:
+        """The rig with an effect, such as ``"external-leakage@A"``; its parameters are fitted to a record, if given."""
+        with _desk() as desk:
+            words = ["add", self._file(desk), effect, "-o", desk.new("new.toml")]
+            words += [] if fit is None else ["--fit", path_of(fit, desk.folder, "fit")]
+            call(words, progress)
+            return Rig(text=desk.text("new.toml") or "")
+
+    def improve(
+        self, fit: RecordLike, check: RecordLike, *, progress: Progress = None, threads: int | None = None
+    ) -> Improvement:
+        """Adds the physics that the model lacks, as long as ``fit`` asks for it and ``check`` agrees."""
+        with _desk() as desk:
+            page, curves = desk.new("page.html"), desk.new("curves.csv")
+            words = ["improve", self._file(desk), "--fit", path_of(fit, desk.folder, "fit")]
+            words += ["--check", path_of(check, desk.folder, "check"), "-o", desk.new("new.toml")]
+            words += ["--format", "json", "--report", page, "--curves", curves]
+            out = call(words, progress, threads)
+            rig = Rig(text=desk.text("new.toml") or "")
+            return Improvement(desk.plain(out), desk.plain(desk.text("page.html") or ""), desk.text("curves.csv"), rig)
+
+    def calibrate(
+        self, records: Sequence[RecordLike], *, progress: Progress = None, threads: int | None = None
+    ) -> Calibration:
+        """What healthy records say of the machine beyond its data sheet; ``.rig`` is the rig with it."""
+        with _desk() as desk:
+            paths = [path_of(record, desk.folder, f"healthy_{number}") for number, record in enumerate(records, 1)]
+            words = ["calibrate", self._file(desk), *paths, "-o", desk.new("new.toml"), "--format", "json"]
+            out = call([*words, "--report", desk.new("page.html")], progress, threads)
+            rig = Rig(text=desk.text("new.toml") or "")
+            return Calibration(desk.plain(out), desk.plain(desk.text("page.html") or ""), rig)
+
+    def simulate(
+        self,
+        record: RecordLike | None = None,
+        *,
+        set: Mapping[str, str | float] | None = None,
+        seed: int | None = None,
+        progress: Progress = None,
+    ) -> Record:
+        """What the sensors would show over the inputs of a record, or over the rig's own cycle.
+
+        ``set`` changes parameters, ``{"cylinder.clearance": "0.1 mm"}``; with ``seed`` there is noise.
+        """
+        with _desk() as desk:
+            words = ["simulate", self._file(desk), "-o", desk.new("simulated.csv")]
+            words += [] if record is None else ["--input", path_of(record, desk.folder, "inputs")]
+            words += [word for id, value in (set or {}).items() for word in ("--set", f"{id}={value}")]
+            words += [] if seed is None else ["--seed", str(seed)]
+            call(words, progress)
+            return Record.read_csv(desk.new("simulated.csv"))
+
+    def isolability(self, record: RecordLike | None = None, *, progress: Progress = None) -> Result:
+        """Which faults the sensors can tell apart: ``borescope.isolability/1``."""
+        with _desk() as desk:
+            words = ["isolability", self._file(desk), "--format", "json", "--report", desk.new("page.html")]
+            words += [] if record is None else ["--input", path_of(record, desk.folder, "inputs")]
+            return Result(desk.plain(call(words, progress)), desk.plain(desk.text("page.html") or ""))
+
+    def campaign(
+        self,
+        cases: int,
+        *,
+        seed: int = 1,
+        rigs: int | None = None,
+        disturbance: float = 1.0,
+        threads: int | None = None,
+    ) -> Result:
+        """How good the diagnosis of this rig is, measured on synthetic faults: ``borescope.campaign/1``."""
+        with _desk() as desk:
+            words = ["campaign", self._file(desk), "--cases", str(cases), "--seed", str(seed), "--format", "json"]
+            words += ["--disturbance", str(disturbance), "--report", desk.new("page.html")]
+            words += [] if rigs is None else ["--rigs", str(rigs)]
+            words += [] if threads is None else ["--threads", str(threads)]
+            return Result(desk.plain(call(words)), desk.plain(desk.text("page.html") or ""))
+
+
+def effects() -> Result:
+    """Every effect that a model may lack, with its law and its parameters: ``borescope.effects/1``."""
+    return Result(call(["effects", "--format", "json"]))
+
+
+def diagnose_fleet(
+    manifest: str | os.PathLike[str],
+    rig: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    *,
+    shard: str | None = None,
+    threads: int | None = None,
+) -> list[Complaint]:
+    """Diagnoses the records that a list names, into the folder ``out``; ``shard`` is a piece of it, ``"3/100"``.
+
+    What is done already is not done again. Gives a complaint for each record that has no diagnosis.
+    """
+    words = ["diagnose", os.fspath(rig), "--records", os.fspath(manifest), "-o", os.fspath(out)]
+    words += [] if shard is None else ["--shard", shard]
+    words += [] if threads is None else ["--threads", str(threads)]
+    done, wrong = call_all(words)
+    if wrong and not done:
+        wrong[0].others = tuple(wrong[1:])
+        raise wrong[0]
+    return wrong
+
+
+def fleet(source: str | os.PathLike[str]) -> Result:
+    """How all rigs of a store or table stand, the worst first: ``borescope.fleet/1``."""
+    with _desk() as desk:
+        out = call(["fleet", os.fspath(source), "--format", "json", "--report", desk.new("page.html")])
+        return Result(out, desk.text("page.html"))

@@ -1,0 +1,197 @@
+"""The package beside the command: the same numbers, and a guest that behaves within Python."""
+
+import json
+import math
+import multiprocessing
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+import borescope as bs
+
+ROOT = Path(os.environ.get("BORESCOPE_ROOT", Path(__file__).parents[2]))
+TANKS = str(ROOT / "fixtures/two_tanks/rig.toml")
+TELESCOPIC = str(ROOT / "fixtures/telescopic/rig.toml")
+LEAK = str(ROOT / "fixtures/telescopic/leak_020.csv")
+
+
+@pytest.fixture(scope="module")
+def tanks():
+    return bs.Rig(TANKS)
+
+
+@pytest.fixture(scope="module")
+def clogged(tanks):
+    return tanks.simulate(set={"upper_outlet.diameter": "6.5 mm"}, seed=1)
+
+
+def command(*words):
+    return subprocess.run([sys.executable, "-m", "borescope", *words], capture_output=True, text=True)
+
+
+def test_a_diagnosis_is_that_of_the_command(tanks):
+    ran = command("diagnose", TELESCOPIC, LEAK, "--format", "json")
+    assert ran.returncode == 0, ran.stderr
+    diagnosis = bs.Rig(TELESCOPIC).diagnose(LEAK)
+    assert diagnosis.json == ran.stdout
+    clearance = diagnosis.faults["cylinder.clearance"]
+    assert diagnosis.verdict == "faulty" and clearance.present
+    assert clearance.ci95[0] < 0.2 < clearance.ci95[1] and clearance.unit == "mm"
+    assert repr(diagnosis).startswith("FAULTY: cylinder.clearance 0.19997 mm (95 %: ")
+    assert [fault.id for fault in diagnosis.present] == ["cylinder.clearance"]
+    curves = diagnosis.curves
+    assert len(curves["time [s]"]) == len(curves["p_A.measured [bar]"]) > 500
+    frame = diagnosis.to_pandas()
+    row = frame[frame.fault == "cylinder.clearance"].iloc[0]
+    assert row.low == clearance.ci95[0] and row.high == clearance.ci95[1]
+    assert diagnosis.to_polars().height == len(diagnosis.faults)
+    assert "<iframe" in diagnosis._repr_html_() and "cylinder.clearance" in diagnosis.page
+
+
+def test_columns_frames_bytes_and_paths_give_the_same(tanks, clogged, tmp_path):
+    path = tmp_path / "record.csv"
+    path.write_text(clogged.to_csv())
+    columns = {f"{name} [{clogged.units[name]}]": clogged[name] for name in clogged.keys()}
+    bare = {name: clogged[name] for name in clogged.keys()}
+    frame = clogged.to_pandas()
+    forms = [
+        path,
+        path.read_bytes(),
+        clogged,
+        columns,
+        bs.Record(bare, units=clogged.units),
+        frame,
+        frame.set_index("time [s]"),
+        clogged.to_polars(),
+    ]
+    values = [tanks.diagnose(form).faults["upper_outlet.diameter"].to_dict() for form in forms]
+    assert all(value == values[0] for value in values)
+    assert values[0]["present"] and values[0]["ci95"][0] < 6.5 < values[0]["ci95"][1]
+
+
+def test_the_learning_loop_on_a_frame(tanks):
+    leaking = tanks.add("external-leakage@lower")
+    leak = next(one.id for one in leaking.check().rig.parameters if "leak" in one.id)
+    unit = next(one.unit for one in leaking.check().rig.parameters if one.id == leak)
+    assert unit == "L/min/bar"
+    truth = {leak: "100 L/min/bar"}
+    fit, check = (leaking.simulate(set=truth, seed=seed).to_pandas() for seed in (1, 2))
+    assert not tanks.compare(fit).adequate
+    found = tanks.suggest(fit, check=check)
+    assert found.conclusion in ("effect-found", "confounded", "partly-explained")
+    assert found.candidates[0].supported
+    better = tanks.improve(fit, check)
+    assert len(better.ledger) >= 2
+    errors = [step["check_rmse"] for step in better.ledger]
+    assert errors[-1] < 0.5 * errors[0]
+    assert better.rig.compare(check).times_noise < 1.3
+
+
+def test_calibration_isolability_effects_campaign(tanks, tmp_path):
+    healthy = [tanks.simulate(seed=seed) for seed in (1, 2)]
+    calibrated = tanks.calibrate(healthy).rig
+    assert "[calibration]" in calibrated.text and "[calibration]" not in tanks.text
+    calibrated.save(tmp_path / "rig.toml")
+    with pytest.raises(bs.Complaint, match="the file exists"):
+        calibrated.save(tmp_path / "rig.toml")
+    assert calibrated.diagnose(healthy[0]).verdict == "healthy"
+    assert tanks.isolability().schema == "borescope.isolability/1"
+    assert any(effect["name"] == "external-leakage" for effect in bs.effects()["effects"])
+    assert len(tanks.campaign(2, rigs=1).cases) == 2
+
+
+def test_what_is_wrong_is_one_complaint_with_its_place(tanks, tmp_path):
+    path = tmp_path / "rig.toml"
+    path.write_text(tanks.text.replace("diameter = \"8 mm\"", "diameter = \"8 bar\"", 1))
+    with pytest.raises(bs.Complaint) as caught:
+        bs.Rig(path)
+    assert caught.value.file == str(path) and caught.value.line > 1 and caught.value.remedy
+    assert isinstance(caught.value, ValueError)
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert (again.what, again.line, str(again)) == (caught.value.what, caught.value.line, str(caught.value))
+    columns = {"time [s]": [0.0, 1.0], "u [V]": [1.0, 1.0], "level_1 [mm]": [1.0, 1.0], "level_2 [mm]": [1.0, 1.0]}
+    for change, told in [
+        ({"level_1 [mm]": [1.0]}, "unequal length"),
+        ({"level_1 [mm]": [1.0, "dry"]}, "row 1 of the column `level_1` is 'dry', no number"),
+        ({"more": [1.0, 1.0]}, "the column `more` has no unit"),
+        ({"level_1 [m]": [1.0, 1.0]}, "the column `level_1` comes twice"),
+    ]:
+        with pytest.raises(bs.Complaint, match=told):
+            tanks.diagnose({**columns, **change})
+    with pytest.raises(bs.Complaint, match="a set is no record"):
+        tanks.diagnose({1, 2})
+    with pytest.raises(bs.Complaint, match="u") as caught:
+        tanks.diagnose({"time [s]": [0.0, 1.0]})
+    assert "/tmp" not in str(caught.value)
+    assert math.isnan(bs.Record({"time [s]": [0.0], "u [V]": [None]})["u"][0])
+
+
+def test_ctrl_c_ends_a_call_soon(tanks):
+    threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        tanks.campaign(100_000)
+    assert time.monotonic() - begun < 0.5 + 0.2 + 0.1
+    assert tanks.check().schema == "borescope.check/1"
+
+
+def test_other_threads_work_meanwhile_and_progress_is_told(tanks, clogged):
+    stop, turns, heard = threading.Event(), [0], []
+
+    def count():
+        while not stop.is_set():
+            turns[0] += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    rig = bs.Rig(TELESCOPIC)
+    begun = time.monotonic()
+    rig.diagnose(LEAK, progress=lambda stage, done, of: heard.append(stage))
+    took = time.monotonic() - begun
+    stop.set()
+    thread.join()
+    assert turns[0] > 200 * took
+    assert took < 0.1 or heard
+    with pytest.raises(ZeroDivisionError):
+        rig.diagnose(LEAK, progress=lambda *_: 1 / 0)
+
+
+def diagnose_in_a_child(record):
+    return bs.Rig(TANKS).diagnose(record).verdict
+
+
+@pytest.mark.parametrize("way", ["fork", "spawn"])
+def test_processes_work_before_and_after(tanks, clogged, way):
+    assert tanks.diagnose(clogged).verdict == "faulty"
+    with multiprocessing.get_context(way).Pool(2) as pool:
+        assert pool.map_async(diagnose_in_a_child, [clogged, clogged]).get(60) == ["faulty", "faulty"]
+
+
+def test_a_fleet(tanks, clogged, tmp_path):
+    for name, record in [("a", tanks.simulate(seed=3)), ("b", clogged)]:
+        (tmp_path / f"{name}.csv").write_text(record.to_csv())
+    (tmp_path / "list.csv").write_text("record,rig\na.csv,one\nb.csv,two\ngone.csv,three\n")
+    wrong = bs.diagnose_fleet(tmp_path / "list.csv", rig=TANKS, out=tmp_path / "rows")
+    assert len(wrong) == 1 and "gone.csv" in str(wrong[0])
+    assert bs.diagnose_fleet(tmp_path / "list.csv", rig=TANKS, out=tmp_path / "rows") == []
+    ran = command("diagnose", "--merge", str(tmp_path / "rows"), "-o", str(tmp_path / "table.parquet"))
+    assert ran.returncode == 0, ran.stderr
+    stands = bs.fleet(tmp_path / "table.parquet")
+    assert [(rig.rig, rig.state) for rig in stands.rigs] == [("two", "faulty"), ("one", "healthy")]
+    with pytest.raises(bs.Complaint, match="no such file"):
+        bs.diagnose_fleet(tmp_path / "nowhere.csv", rig=TANKS, out=tmp_path / "rows")
+
+
+def test_the_command_comes_along():
+    ran = command("--version")
+    assert (ran.returncode, ran.stdout) == (0, f"borescope {bs.__version__}\n")
+    assert command("diagnose", TANKS, "gone.csv").returncode == 2
+    assert json.loads(command("effects", "--format", "json").stdout)["schema"] == "borescope.effects/1"
