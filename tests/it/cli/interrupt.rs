@@ -63,7 +63,7 @@ fn verbs_that_compute_end_soon_and_leave_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (page, new) = (path("page.html"), path("new.toml"));
-    ends_soon(&["diagnose", RIG, RECORD, "--report", &page], folder.path(), "-INT", &[300, 1500, 3000]);
+    ends_soon(&["diagnose", RIG, RECORD, "--report", &page], folder.path(), "-INT", &[300, 1000, 2000]);
     ends_soon(&["suggest", RIG, RECORD, "--report", &page], folder.path(), "-TERM", &[2000]);
     ends_soon(&["calibrate", RIG, HEALTHY[0], HEALTHY[1], "-o", &new], folder.path(), "-INT", &[1000]);
     ends_soon(&["campaign", RIG, "--cases", "50"], folder.path(), "-INT", &[1000]);
