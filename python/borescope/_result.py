@@ -163,6 +163,10 @@ class Result(Item):
 
     def __repr__(self) -> str:
         words = [str(self._data[key]) for key in ("verdict", "conclusion") if key in self._data]
+        if "adequate" in self._data:
+            words.append("adequate" if self._data["adequate"] else "inadequate")
+        if isinstance(self._data.get("times_noise"), float):
+            words.append(f"{self._data['times_noise']:.2g}x the sensor noise")
         return f"{type(self).__name__}({self._data.get('schema', '')}{': ' if words else ''}{', '.join(words)})"
 
 

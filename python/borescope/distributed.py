@@ -1,0 +1,149 @@
+"""Campaigns and fleets on many machines, with Dask as the engine.
+
+Work is done in shards (``docs/how-to/run-a-campaign.md``): each is a piece that one worker does alone, in a folder of its own that all machines see, and
+that ends at once where it is done already. So a worker, the scheduler or this program may die at any time: the same call goes on with
+what is there, and nothing is counted twice. Results are files; what goes through Dask is the number of a shard.
+
+    from dask.distributed import Client
+    from borescope.distributed import campaign, diagnose_fleet
+
+    campaign(Client("tcp://head:8786"), "rig.toml", 100_000, out="/shared/campaign")
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from borescope._complaint import Complaint, call, call_all
+from borescope._result import Result
+from borescope._rig import Rig
+
+#: Called with how many shards are done, and of how many.
+Done = Callable[[int, int], object]
+
+#: Shards that are with the scheduler at a time, for each thread of a worker: the next ones are there when one is done.
+_WINDOW = 3
+#: Shards for each thread of a worker, so that the last ones do not keep the others waiting.
+_EACH = 10
+#: Most shards of one work.
+_MOST = 99_999
+
+
+def campaign(
+    client: Any,
+    rig: Rig | str | os.PathLike[str],
+    cases: int,
+    out: str | os.PathLike[str],
+    *,
+    seed: int = 1,
+    rigs: int | None = None,
+    disturbance: float = 1.0,
+    shards: int | None = None,
+    retries: int = 10,
+    progress: Done | None = None,
+) -> Result:
+    """Measures the diagnosis of a rig on synthetic faults: ``borescope.campaign/1``, as one process would give it but for times.
+
+    ``out`` is a folder that all workers see under the same path; ``shards`` without a number is ten for each thread of the workers.
+    A shard whose worker dies is given to another, ``retries`` times at most.
+    """
+    folder = Path(out)
+    words = ["campaign", _rig_file(rig, folder), "--cases", str(cases), "--seed", str(seed)]
+    words += ["--disturbance", str(disturbance), "--threads", "1", "-o", str(folder / "shards")]
+    words += [] if rigs is None else ["--rigs", str(rigs)]
+    count = shards or min(_shards(client), rigs or max(cases // 25, 1))
+    _work(client, words, count, retries, progress)
+    merged = folder / "merged"
+    text = call(["campaign", "--merge", str(folder / "shards"), "-o", str(merged), "--force", "--format", "json"])
+    return Result(text)
+
+
+def diagnose_fleet(
+    client: Any,
+    rig: Rig | str | os.PathLike[str],
+    manifest: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    *,
+    table: str | os.PathLike[str] | None = None,
+    shards: int | None = None,
+    retries: int = 10,
+    progress: Done | None = None,
+) -> Result:
+    """Diagnoses the records that a list names, into ``table`` (CSV or Parquet; ``fleet.parquet`` in ``out`` without one): ``borescope.records/1``.
+
+    Records without a diagnosis are in ``.failures``. Workers see ``out``, the list and its records under the same paths.
+    """
+    folder = Path(out)
+    words = ["diagnose", _rig_file(rig, folder), "--records", os.path.abspath(manifest), "--threads", "1"]
+    _work(client, [*words, "-o", str(folder / "shards")], shards or _shards(client), retries, progress)
+    into = os.fspath(table or folder / "fleet.parquet")
+    return Result(call(["diagnose", "--merge", str(folder / "shards"), "-o", into, "--force", "--format", "json"]))
+
+
+def _rig_file(rig: Rig | str | os.PathLike[str], folder: Path) -> str:
+    """The rig file beside the shards, where all workers see it."""
+    text = rig.text if isinstance(rig, Rig) else Path(rig).read_text(encoding="utf-8")
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder.resolve() / "rig.toml"
+    if path.exists() and path.read_text(encoding="utf-8") != text:
+        raise Complaint("the folder holds the work of another rig file", file=str(path), remedy="name another folder")
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+def _shards(client: Any) -> int:
+    return int(min(max(_EACH * sum(client.nthreads().values()), 1), _MOST))
+
+
+def _shard(words: Sequence[str], index: int, of: int) -> tuple[int, str | None]:
+    """Does a shard, on a worker; gives what is wrong where it cannot be done."""
+    done, wrong = call_all([*words, "--shard", f"{index}/{of}"], threads=1)
+    # Of records some may be damaged: they are in the journal, and the shard is done.
+    return index, str(wrong[0]) if wrong and not done else None
+
+
+def _work(client: Any, words: Sequence[str], of: int, retries: int, progress: Done | None) -> None:
+    import distributed
+
+    # Dask says nothing of its types.
+    as_completed: Any = distributed.as_completed
+    words = [str(Path(word).resolve()) if before == "-o" else word for before, word in zip(["", *words], words)]
+    waiting, tries, done = list(range(of, 0, -1)), dict.fromkeys(range(1, of + 1), 0), 0
+    of_future: dict[str, int] = {}
+
+    def submit() -> Any:
+        index = waiting.pop()
+        # What a shard leaves are files, so that its result is never taken from another call.
+        future = client.submit(_shard, words, index, of, pure=False, retries=0)
+        of_future[future.key] = index
+        return future
+
+    window = max(_WINDOW * sum(client.nthreads().values()), 1)
+    flow = as_completed([submit() for _ in range(min(window, of))])
+    try:
+        for future in flow:
+            index = of_future.pop(future.key)
+            if future.status == "finished":
+                wrong = future.result()[1]
+                if wrong is not None:
+                    raise Complaint(wrong)
+                done += 1
+                if progress is not None:
+                    progress(done, of)
+            else:
+                tries[index] += 1
+                if tries[index] > retries:
+                    raise Complaint(
+                        f"shard {index} of {of} was given up after {tries[index]} workers: {future.exception()}",
+                        remedy="look at the logs of the workers; the same call goes on with what is done",
+                    )
+                waiting.append(index)
+            future.release()
+            if waiting:
+                flow.add(submit())
+    finally:
+        # Ctrl-C leaves no work behind.
+        client.cancel(list(flow.futures))
