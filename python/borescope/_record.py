@@ -8,7 +8,7 @@ import math
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsFloat
 
 from borescope._complaint import Complaint
 
@@ -151,11 +151,7 @@ def _numbers(column: str, values: Any) -> list[float]:
     for row, value in enumerate(values.tolist() if hasattr(values, "tolist") else values):
         if value is None:
             numbers.append(math.nan)
-        elif isinstance(value, (int, float)) and not isinstance(value, bool):
-            numbers.append(float(value))
-        elif isinstance(value, bool):
-            numbers.append(float(value))
-        elif hasattr(value, "__float__") and not isinstance(value, str):
+        elif isinstance(value, SupportsFloat):
             numbers.append(float(value))
         else:
             raise Complaint(

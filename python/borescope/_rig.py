@@ -32,6 +32,15 @@ class _Desk:
         """A result without the folder, which is gone when it is read."""
         return text.replace(f"{self.folder}{os.sep}", "")
 
+    def ask(
+        self, words: Sequence[str], progress: Progress = None, threads: int | None = None, *, curves: bool = False
+    ) -> tuple[str, str, str | None]:
+        """JSON and page of a verb, and its curves where it has some."""
+        words = [*words, "--format", "json", "--report", self.new("page.html")]
+        words += ["--curves", self.new("curves.csv")] if curves else []
+        out = call(words, progress, threads)
+        return self.plain(out), self.plain(self.text("page.html") or ""), self.text("curves.csv")
+
 
 @contextmanager
 def _desk() -> Iterator[_Desk]:
@@ -105,18 +114,14 @@ class Rig:
         for a bar of tqdm, or a function of stage, done and of.
         """
         with _desk() as desk:
-            page, curves = desk.new("page.html"), desk.new("curves.csv")
-            words = ["diagnose", self._file(desk), path_of(record, desk.folder), "--format", "json"]
-            out = call([*words, "--report", page, "--curves", curves], progress, threads)
-            return Diagnosis(desk.plain(out), desk.plain(desk.text("page.html") or ""), desk.text("curves.csv"))
+            words = ["diagnose", self._file(desk), path_of(record, desk.folder)]
+            return Diagnosis(*desk.ask(words, progress, threads, curves=True))
 
     def compare(self, record: RecordLike, *, progress: Progress = None, threads: int | None = None) -> Result:
         """Where the model misses a record, and by how much: ``borescope.comparison/1``."""
         with _desk() as desk:
-            page, curves = desk.new("page.html"), desk.new("curves.csv")
-            words = ["compare", self._file(desk), path_of(record, desk.folder), "--format", "json"]
-            out = call([*words, "--report", page, "--curves", curves], progress, threads)
-            return Result(desk.plain(out), desk.plain(desk.text("page.html") or ""), desk.text("curves.csv"))
+            words = ["compare", self._file(desk), path_of(record, desk.folder)]
+            return Result(*desk.ask(words, progress, threads, curves=True))
 
     def suggest(
         self,
@@ -128,11 +133,9 @@ class Rig:
     ) -> Result:
         """Which physical effect the model lacks, judged on ``check``, another record: ``borescope.suggestion/1``."""
         with _desk() as desk:
-            page, curves = desk.new("page.html"), desk.new("curves.csv")
-            words = ["suggest", self._file(desk), path_of(record, desk.folder, "fit"), "--format", "json"]
+            words = ["suggest", self._file(desk), path_of(record, desk.folder, "fit")]
             words += [] if check is None else ["--check", path_of(check, desk.folder, "check")]
-            out = call([*words, "--report", page, "--curves", curves], progress, threads)
-            return Result(desk.plain(out), desk.plain(desk.text("page.html") or ""), desk.text("curves.csv"))
+            return Result(*desk.ask(words, progress, threads, curves=True))
 
     def add(self, effect: str, fit: RecordLike | None = None, *, progress: Progress = None) -> Rig:
         """The rig with an effect, such as ``"external-leakage@A"``; its parameters are fitted to a record, if given."""
@@ -147,13 +150,10 @@ class Rig:
     ) -> Improvement:
         """Adds the physics that the model lacks, as long as ``fit`` asks for it and ``check`` agrees."""
         with _desk() as desk:
-            page, curves = desk.new("page.html"), desk.new("curves.csv")
             words = ["improve", self._file(desk), "--fit", path_of(fit, desk.folder, "fit")]
             words += ["--check", path_of(check, desk.folder, "check"), "-o", desk.new("new.toml")]
-            words += ["--format", "json", "--report", page, "--curves", curves]
-            out = call(words, progress, threads)
-            rig = Rig(text=desk.text("new.toml") or "")
-            return Improvement(desk.plain(out), desk.plain(desk.text("page.html") or ""), desk.text("curves.csv"), rig)
+            answer = desk.ask(words, progress, threads, curves=True)
+            return Improvement(*answer, Rig(text=desk.text("new.toml") or ""))
 
     def calibrate(
         self, records: Sequence[RecordLike], *, progress: Progress = None, threads: int | None = None
@@ -161,10 +161,8 @@ class Rig:
         """What healthy records say of the machine beyond its data sheet; ``.rig`` is the rig with it."""
         with _desk() as desk:
             paths = [path_of(record, desk.folder, f"healthy_{number}") for number, record in enumerate(records, 1)]
-            words = ["calibrate", self._file(desk), *paths, "-o", desk.new("new.toml"), "--format", "json"]
-            out = call([*words, "--report", desk.new("page.html")], progress, threads)
-            rig = Rig(text=desk.text("new.toml") or "")
-            return Calibration(desk.plain(out), desk.plain(desk.text("page.html") or ""), rig)
+            out, page, _ = desk.ask(["calibrate", self._file(desk), *paths, "-o", desk.new("new.toml")], progress, threads)
+            return Calibration(out, page, Rig(text=desk.text("new.toml") or ""))
 
     def simulate(
         self,
@@ -189,9 +187,9 @@ class Rig:
     def isolability(self, record: RecordLike | None = None, *, progress: Progress = None) -> Result:
         """Which faults the sensors can tell apart: ``borescope.isolability/1``."""
         with _desk() as desk:
-            words = ["isolability", self._file(desk), "--format", "json", "--report", desk.new("page.html")]
+            words = ["isolability", self._file(desk)]
             words += [] if record is None else ["--input", path_of(record, desk.folder, "inputs")]
-            return Result(desk.plain(call(words, progress)), desk.plain(desk.text("page.html") or ""))
+            return Result(*desk.ask(words, progress))
 
     def campaign(
         self,
@@ -204,11 +202,10 @@ class Rig:
     ) -> Result:
         """How good the diagnosis of this rig is, measured on synthetic faults: ``borescope.campaign/1``."""
         with _desk() as desk:
-            words = ["campaign", self._file(desk), "--cases", str(cases), "--seed", str(seed), "--format", "json"]
-            words += ["--disturbance", str(disturbance), "--report", desk.new("page.html")]
+            words = ["campaign", self._file(desk), "--cases", str(cases), "--seed", str(seed)]
+            words += ["--disturbance", str(disturbance)]
             words += [] if rigs is None else ["--rigs", str(rigs)]
-            words += [] if threads is None else ["--threads", str(threads)]
-            return Result(desk.plain(call(words)), desk.plain(desk.text("page.html") or ""))
+            return Result(*desk.ask(words, threads=threads))
 
 
 def effects() -> Result:
@@ -241,5 +238,4 @@ def diagnose_fleet(
 def fleet(source: str | os.PathLike[str]) -> Result:
     """How all rigs of a store or table stand, the worst first: ``borescope.fleet/1``."""
     with _desk() as desk:
-        out = call(["fleet", os.fspath(source), "--format", "json", "--report", desk.new("page.html")])
-        return Result(out, desk.text("page.html"))
+        return Result(*desk.ask(["fleet", os.fspath(source)]))

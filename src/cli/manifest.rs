@@ -1,8 +1,7 @@
 //! `diagnose --records` and `--merge`: the records of a list, in pieces that any number of processes do.
 
-use std::collections::HashSet;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Serialize;
 
@@ -13,12 +12,12 @@ use super::{Failure, Format, Status, export, terminal, write_json};
 use crate::complaint::{Complaint, Kind};
 use crate::context::{Context, work_off};
 use crate::diagnosis::DiagnosisOptions;
-use crate::files::{MOST_TEXT, read, text};
+use crate::files::{MOST_TEXT, is_standard_output, read, text};
 use crate::fleet::manifest::Manifest;
 use crate::fleet::rows::{Counts, FORM, Failure as NotDiagnosed, Row, Work, digest, failures, runs, write_tables};
 use crate::model::Model;
 use crate::rig::Rig;
-use crate::shards::{Done, Hold, Journal, Share, merge};
+use crate::shards::{Done, Found, Hold, Journal, Share, merge, missing, put_in_order};
 use crate::store::{Kept, RigIdentity, Store};
 
 /// Records without a diagnosis that are named on standard error; the table has all.
@@ -50,11 +49,6 @@ pub fn run(manifest: &Path, arguments: &Arguments, context: &Context, out: &mut 
     let digest = digest(&rig_digest, &manifest, &DiagnosisOptions::default());
     let shard = arguments.shard.unwrap_or(WHOLE);
     let folder = shard.folder(work);
-    let is_done = || -> Result<Option<Done<Work>>, Complaint> {
-        let done = Done::read(&folder, &FORM)?;
-        done.iter().try_for_each(|done| done.check(&folder, &FORM, &digest, shard))?;
-        Ok(done)
-    };
     let say = |done: &Done<Work>, how: &str, counts: Option<Counts>, out: &mut dyn Write| -> std::io::Result<()> {
         match arguments.format {
             Format::Json => write_json(out, done),
@@ -64,17 +58,14 @@ pub fn run(manifest: &Path, arguments: &Arguments, context: &Context, out: &mut 
             }
         }
     };
-    if let Some(done) = is_done()? {
-        say(&done, "done before", None, out)?;
-        return Ok(Status::Done);
-    }
     let hold = Hold { context: &context, waiting: super::waiting };
-    let (mut journal, mut rows): (_, Vec<Row>) = Journal::resume(&folder, &FORM, &digest, &hold)?;
-    // Whoever was waited for may have done it all.
-    if let Some(done) = is_done()? {
-        say(&done, "done by another process", None, out)?;
-        return Ok(Status::Done);
-    }
+    let (mut journal, mut rows) = match Found::of(&folder, &FORM, &digest, shard, &hold)? {
+        Found::Done(done, by) => {
+            say(&done, by, None, out)?;
+            return Ok(Status::Done);
+        }
+        Found::Open(journal, rows) => (journal, rows),
+    };
     let range = shard.range(manifest.entries.len());
     let identity = RigIdentity::new(&rig, rig_digest);
     let model = Model::new(rig);
@@ -105,8 +96,7 @@ fn diagnose(
     rows: &mut Vec<Row>,
     (threads, journal): (usize, &mut Journal),
 ) -> Result<(), Complaint> {
-    let finished: HashSet<usize> = rows.iter().map(|row| row.number).collect();
-    let todo: Vec<usize> = range.filter(|number| !finished.contains(number)).collect();
+    let todo = missing(range, rows);
     let mut counts = Counts::of(rows);
     let mut progress = Progress::new("records", rows.len(), todo.len());
     let each = |&number: &usize| Some(Row::new(model, identity, number, &manifest.entries[number]));
@@ -119,8 +109,7 @@ fn diagnose(
         Ok(())
     });
     progress.end();
-    rows.sort_by_key(|row| row.number);
-    rows.dedup_by_key(|row| row.number);
+    put_in_order(rows);
     ran
 }
 
@@ -163,6 +152,10 @@ pub fn put_together(work: &Path, arguments: &Arguments, out: &mut dyn Write) -> 
     if let Some(table) = &arguments.output {
         export::write(table, &runs(&rows), out)?;
     }
+    if arguments.output.as_deref().is_some_and(is_standard_output) {
+        // The table alone, as the next program reads it.
+        return Ok(Status::Done);
+    }
     let counts = Counts::of(&rows);
     match arguments.format {
         Format::Json => {
@@ -187,7 +180,7 @@ pub fn put_together(work: &Path, arguments: &Arguments, out: &mut dyn Write) -> 
     Ok(Status::Done)
 }
 
-fn store(path: &PathBuf, rows: &[Row]) -> Result<usize, Complaint> {
+fn store(path: &Path, rows: &[Row]) -> Result<usize, Complaint> {
     let kept: Vec<&Kept> = rows.iter().filter_map(Row::diagnosed).collect();
     Store::open_telling(path, keep::waiting)?.add_new(&kept)
 }

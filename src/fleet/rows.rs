@@ -78,7 +78,7 @@ impl Failure {
         Self { what: what.trim_start_matches("error: ").to_owned(), help }
     }
 
-    /// As it is told at the end.
+    /// As standard error has it.
     pub fn complaint(&self) -> Complaint {
         let complaint = Complaint::new(Kind::Computation, &self.what);
         Complaint { help: self.help.clone(), ..complaint }
@@ -105,10 +105,7 @@ impl Row {
         let record = model.rig.record(&entry.record)?;
         let options = DiagnosisOptions::default();
         let diagnosis = diagnose(model, &record, &options)?.diagnosis;
-        let rig = match &entry.rig {
-            None => rig.clone(),
-            Some(name) => RigIdentity { key: format!("name {name}"), name: name.clone(), ..rig.clone() },
-        };
+        let rig = entry.rig.as_ref().map_or_else(|| rig.clone(), |name| rig.named(name));
         Kept::new(&NewRun::now(&rig, &record, entry.measured_at, &options, &diagnosis))
     }
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::share::PREFIX;
-use super::{DONE, Done, Form, JOURNAL, Journal, Numbered, Share};
+use super::{DONE, Done, Form, JOURNAL, Journal, Numbered, Share, put_in_order};
 use crate::complaint::{Complaint, Kind, Place};
 
 /// Puts the shards in a folder together: what the work was, as the first shard says it, and every row once, by number.
@@ -50,8 +50,7 @@ where
     let mut rows: Vec<R> = Vec::new();
     for (folder, done) in &found {
         let mut own: Vec<R> = Journal::read(folder, form, &done.digest)?;
-        own.sort_by_key(R::number);
-        own.dedup_by_key(|row| row.number());
+        put_in_order(&mut own);
         let [from, to] = done.range;
         if !own.iter().map(R::number).eq(from..to) {
             let what = format!("the journal does not hold each {} from {from} to {to} (not included) once", form.row);

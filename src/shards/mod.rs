@@ -4,11 +4,16 @@
 //! shard is either done or to be gone on with. Several processes in one shard wait for each other.
 
 mod done;
+mod found;
 mod journal;
 mod merge;
 mod share;
 
+use std::collections::HashSet;
+use std::ops::Range;
+
 pub use done::{DONE, Done};
+pub use found::Found;
 pub use journal::{Hold, JOURNAL, Journal};
 pub use merge::merge;
 pub use share::Share;
@@ -30,4 +35,16 @@ pub struct Form {
 pub trait Numbered: serde::Serialize + serde::de::DeserializeOwned {
     /// From 0; two processes that do the same shard write the same number twice.
     fn number(&self) -> usize;
+}
+
+/// The numbers of a range that no row has.
+pub fn missing<R: Numbered>(range: Range<usize>, rows: &[R]) -> Vec<usize> {
+    let finished: HashSet<usize> = rows.iter().map(R::number).collect();
+    range.filter(|number| !finished.contains(number)).collect()
+}
+
+/// Puts rows in the order of their numbers, each number once.
+pub fn put_in_order<R: Numbered>(rows: &mut Vec<R>) {
+    rows.sort_by_key(R::number);
+    rows.dedup_by_key(|row| row.number());
 }

@@ -29,9 +29,19 @@ impl RigIdentity {
         let key = if rig.name.is_empty() {
             format!("file {}", absolute(&rig.path).display())
         } else {
-            format!("name {}", rig.name)
+            Self::key_of(&rig.name)
         };
         Self { key, path: rig.path.display().to_string(), name: rig.name.clone(), digest }
+    }
+
+    /// The identity of a machine of this name that the same rig file describes.
+    #[must_use]
+    pub fn named(&self, name: &str) -> Self {
+        Self { key: Self::key_of(name), name: name.to_owned(), ..self.clone() }
+    }
+
+    fn key_of(name: &str) -> String {
+        format!("name {name}")
     }
 }
 

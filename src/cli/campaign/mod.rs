@@ -3,7 +3,6 @@
 mod alone;
 mod shards;
 
-use std::collections::HashSet;
 use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -19,7 +18,7 @@ use crate::context::Context;
 use crate::files::{check_folder, read_text};
 use crate::report;
 use crate::rig::Rig;
-use crate::shards::{Hold, JOURNAL, Journal, Share};
+use crate::shards::{Hold, JOURNAL, Journal, Share, missing};
 
 /// Measure the diagnosis of a rig on synthetic faults
 #[derive(Debug, Args)]
@@ -106,8 +105,7 @@ impl Begun<'_> {
         rows: &mut Vec<Row>,
         mut journal: Option<&mut Journal>,
     ) -> Result<(), Complaint> {
-        let finished: HashSet<usize> = rows.iter().map(|row| row.case).collect();
-        let todo: Vec<usize> = cases.filter(|case| !finished.contains(case)).collect();
+        let todo = missing(cases, rows);
         let mut progress = Progress::new("cases", rows.len(), todo.len());
         let (mut healthy, mut false_alarms) = (0, 0);
         let mut count = move |row: &Row| {
@@ -153,7 +151,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         rigs: arguments.rigs.unwrap_or(plain.rigs),
         ..plain
     };
-    // Of many cases it is told how many are done, not how far each is.
+    // Of many cases the progress is how many are done, not how far each is.
     let context = if arguments.case.is_some() { context.clone() } else { context.clone().without_progress() };
     let (context, threads) = super::threads(context, arguments.threads)?;
     let rig = rig.with_context(&context);

@@ -7,8 +7,7 @@ use super::{Arguments, Begun, present};
 use crate::campaign::Row;
 use crate::campaign::store::{FORM, Finished, Work, write_cases};
 use crate::cli::{Failure, Format, Status, write_json};
-use crate::complaint::Complaint;
-use crate::shards::{Done, Hold, Journal, Share, merge};
+use crate::shards::{Done, Found, Hold, Share, merge, put_in_order};
 
 /// Does one shard, or says that it is done.
 pub fn run(
@@ -21,23 +20,13 @@ pub fn run(
 ) -> Result<Status, Failure> {
     let Begun { campaign, digest, .. } = begun;
     let folder = shard.folder(work);
-    let is_done = || -> Result<Option<Done<Work>>, Complaint> {
-        let done = Done::read(&folder, &FORM)?;
-        done.iter().try_for_each(|done| done.check(&folder, &FORM, digest, shard))?;
-        Ok(done)
+    let (mut journal, mut rows) = match Found::of(&folder, &FORM, digest, shard, hold)? {
+        Found::Done(done, by) => return Ok(say(&done, by, &folder, arguments, out)?),
+        Found::Open(journal, rows) => (journal, rows),
     };
     let cases = campaign.cases_of(shard);
-    if let Some(done) = is_done()? {
-        return Ok(say(&done, "done before", &folder, arguments, out)?);
-    }
-    let (mut journal, mut rows): (_, Vec<Row>) = Journal::resume(&folder, &FORM, digest, hold)?;
-    // Whoever was waited for may have done it all.
-    if let Some(done) = is_done()? {
-        return Ok(say(&done, "done by another process", &folder, arguments, out)?);
-    }
     begun.run(cases.clone(), &mut rows, Some(&mut journal))?;
-    rows.sort_by_key(|row| row.case);
-    rows.dedup_by_key(|row| row.case);
+    put_in_order(&mut rows);
     write_cases(&folder, &rows)?;
     let done = Done::new(&FORM, digest, shard, cases, campaign.whole());
     done.write(&folder)?;
