@@ -20,6 +20,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+use crate::estimation::dot;
 use crate::model::{InputSignals, Late};
 use crate::record::{Record, Sampling};
 use crate::rig::{Hold, Rig};
@@ -276,10 +277,6 @@ fn level_directions(tolerance: f64, weights: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>
     let slope = constant.iter().enumerate().map(|(row, size)| size * 3.0_f64.sqrt() * (2.0 * row as f64 / last - 1.0));
     let slope: Vec<f64> = slope.collect();
     random_directions(&[constant, slope])
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// For effects `G` (columns): orthonormal `U` and shares `f` with `(I + G G')^(-1/2) = I - U diag(f) U'`.

@@ -160,7 +160,7 @@ impl LocalModel {
         for range in series {
             let score = |row: usize| influence[row] * self.misfit[row] * self.loss.weight(self.misfit[row]);
             let scores: Vec<f64> = range.clone().map(score).collect();
-            correlated += long_run_variance(&scores);
+            correlated += long_run_variance(scores);
             white += range.clone().map(|row| influence[row].powi(2)).sum::<f64>();
         }
         if white > 0.0 { (correlated / white).max(1.0) } else { 1.0 }

@@ -48,6 +48,7 @@ pub use profile::{End, Identifiable, Interval, ProfilePoint, Side, interval};
 pub use schur::SchurComplement;
 pub use score::{Score, ScoreTest};
 pub use stopped::StoppedBecause;
+pub(crate) use triangle::dot;
 #[cfg(feature = "internals")]
 pub use uncertainty::{Missing, Noise};
 pub use uncertainty::{Uncertainty, UncertaintyOptions};

@@ -121,13 +121,17 @@ pub(super) fn triangularise(a: &mut DMatrix<f64>, top: usize, below: usize) {
     }
 }
 
-/// Four running sums, so that the additions need not wait for each other.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in a4.zip(b4) {
-        for k in 0..4 {
+/// Running sums of a scalar product, so that the additions need not wait for each other.
+const SUMS: usize = 4;
+
+/// Scalar product of two series of one length.
+#[inline]
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; SUMS];
+    let (whole_a, whole_b) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
+    let rest: f64 = whole_a.remainder().iter().zip(whole_b.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in whole_a.zip(whole_b) {
+        for k in 0..SUMS {
             sums[k] += x[k] * y[k];
         }
     }

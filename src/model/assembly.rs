@@ -2,7 +2,8 @@
 
 use super::drive::Piece;
 use super::layout::{Layout, Raw, Slot, Variable};
-use crate::numeric::{Dual, Real, Scalar, System};
+use super::wiring::Wiring;
+use crate::numeric::{Dual, Real, Scalar, States, System};
 use crate::physics::component::{AnyLaw, PortFlows, PortVariables, VARIABLES};
 use crate::physics::fluid::{self, Fluid};
 use crate::physics::{ATMOSPHERE, GRAVITY};
@@ -52,6 +53,9 @@ pub fn level_per_pressure<S: Real>(density: S) -> S {
 /// The equations of one rig for one set of parameters.
 pub struct Assembly<'a, S> {
     layout: &'a Layout,
+    wiring: &'a Wiring,
+    /// What components may see, as [`Wiring`] orders it.
+    row: Vec<S>,
     fluid: Fluid<S>,
     laws: Vec<AnyLaw<S>>,
     local_laws: Vec<AnyLaw<Local<S>>>,
@@ -72,9 +76,16 @@ impl<'a, S: Scalar> Assembly<'a, S> {
         }
         let lifted: Vec<Local<S>> = parameters.iter().map(|&value| Local::lift(value)).collect();
         let of_fluid = fluid::CARD.parameters.len();
-        let held = parameters.iter().map(|&value| value + ATMOSPHERE).collect();
+        let held: Vec<S> = parameters.iter().map(|&value| value + ATMOSPHERE).collect();
+        let wiring = &layout.wiring;
+        let mut row = vec![S::zero(); wiring.length];
+        for (value, &parameter) in row[layout.states..].iter_mut().zip(&wiring.held) {
+            *value = held[parameter];
+        }
         Self {
             layout,
+            wiring,
+            row,
             fluid: Fluid::new(&parameters[..of_fluid]),
             laws: build(rig, parameters),
             local_laws: build(rig, &lifted),
@@ -84,24 +95,6 @@ impl<'a, S: Scalar> Assembly<'a, S> {
             local: vec![PortFlows::default(); rig.components.len()],
             inputs: Inputs::default(),
         }
-    }
-
-    #[inline]
-    fn seen(&self, slot: &Slot, fluidity: S, t: f64, y: &[S]) -> PortVariables<S> {
-        let mut seen = PortVariables { fluidity, ..PortVariables::default() };
-        for (value, variable) in seen.z.iter_mut().zip(&slot.variables) {
-            match *variable {
-                Variable::Unused => break,
-                Variable::State(state) => *value = y[state],
-                Variable::Held(parameter) => *value = self.held[parameter],
-            }
-        }
-        for (value, input) in seen.u.iter_mut().zip(slot.inputs) {
-            if let Some(input) = input {
-                *value = S::constant(self.inputs.at(input, t));
-            }
-        }
-        seen
     }
 
     #[inline]
@@ -140,10 +133,21 @@ impl<'a, S: Scalar> Assembly<'a, S> {
 
     fn evaluate(&mut self, t: f64, y: &[S]) {
         let fluidity = self.fluidity(t);
-        for (index, (slot, law)) in self.layout.slots.iter().zip(&self.laws).enumerate() {
-            let seen = self.seen(slot, fluidity, t, y);
+        let states = self.layout.states;
+        self.row[..states].copy_from_slice(&y[..states]);
+        let inputs = self.inputs.from.iter().zip(&self.inputs.slope);
+        for (value, (from, slope)) in self.row[self.wiring.first_input..].iter_mut().zip(inputs) {
+            *value = S::constant(from + slope * (t - self.inputs.start));
+        }
+        let (row, laws) = (&self.row[..], self.laws.iter());
+        for ((sources, law), answers) in self.wiring.sources.iter().zip(laws).zip(&mut self.answers) {
+            let seen = PortVariables {
+                z: sources.variables.map(|index| row[usize::from(index)]),
+                u: sources.inputs.map(|index| row[usize::from(index)]),
+                fluidity,
+            };
             // A law answers the same entries every time, so what it leaves stays zero from the start.
-            law.evaluate(&seen, &mut self.answers[index]);
+            law.evaluate(&seen, answers);
         }
     }
 
@@ -206,13 +210,7 @@ impl<'a, S: Scalar> Assembly<'a, S> {
 
     /// Raw values of the sensors at `t`, SI, into `raw`.
     pub fn raw_values(&mut self, t: f64, y: &[S], raw: &mut [S]) {
-        if self
-            .layout
-            .raw
-            .iter()
-            .zip(&self.layout.filtered)
-            .any(|(raw, filtered)| filtered.is_none() && matches!(raw, Raw::Flow(..)))
-        {
+        if self.layout.shows_flows {
             self.evaluate(t, y);
         }
         for (sensor, value) in raw.iter_mut().enumerate() {
@@ -233,24 +231,22 @@ impl<'a, S: Scalar> Assembly<'a, S> {
 }
 
 impl<S: Scalar, const N: usize> System<S, N> for Assembly<'_, S> {
-    fn states(&self) -> usize {
-        self.layout.states
+    fn states(&self) -> States {
+        // Sensors that lag come last, and nothing depends on what they read.
+        States { all: self.layout.states, coupled: self.layout.states - self.layout.filters.len() }
     }
 
     fn derivative(&mut self, t: f64, y: &[S; N], dydt: &mut [S; N]) {
         self.evaluate(t, y);
         let mut through = [S::zero(); N];
         let mut capacity = [S::zero(); N];
-        for (slot, answers) in self.layout.slots.iter().zip(&self.answers) {
-            for port in 0..slot.ports {
-                if let Some(balance) = slot.balances[port] {
-                    through[balance] += answers.through[port];
-                    capacity[balance] += answers.capacity[port];
-                }
-            }
-            for state in 0..slot.states {
-                dydt[slot.first_state + state] = answers.rate[state];
-            }
+        for link in &self.wiring.flows {
+            let (answers, port) = (&self.answers[usize::from(link.component)], usize::from(link.from));
+            through[usize::from(link.to)] += answers.through[port];
+            capacity[usize::from(link.to)] += answers.capacity[port];
+        }
+        for link in &self.wiring.rates {
+            dydt[usize::from(link.to)] = self.answers[usize::from(link.component)].rate[usize::from(link.from)];
         }
         for (index, balance) in self.layout.balances.iter().enumerate() {
             dydt[balance.state] = through[index] * balance.sign / capacity[index];

@@ -1,5 +1,6 @@
 //! Who meets whom: the states of a rig and how components reach them. No numbers of the circuit.
 
+use super::wiring::Wiring;
 use crate::physics::component::{INPUTS, PORTS, VARIABLES};
 use crate::rig::{NodeKind, Quantity, Rig, Target};
 
@@ -72,6 +73,9 @@ pub struct Layout {
     pub clock: usize,
     /// State that each sensor reads, where it has a lag.
     pub filtered: Vec<Option<usize>>,
+    /// Whether a sensor without a lag reads a flow.
+    pub shows_flows: bool,
+    pub wiring: Wiring,
 }
 
 /// Typical magnitudes for the integrator's absolute tolerance: 100 bar, 10 mm, 0.1 m/s.
@@ -96,6 +100,8 @@ impl Layout {
             temperature: rig.temperature.as_ref().map(|_| rig.inputs.len()),
             clock: rig.inputs.len() + usize::from(rig.temperature.is_some()),
             filtered: Vec::new(),
+            shows_flows: false,
+            wiring: Wiring::default(),
         };
         let mut node_balance = Vec::new();
         for (index, node) in rig.nodes.iter().enumerate() {
@@ -164,8 +170,10 @@ impl Layout {
                 layout.filters.push(Filter { state, sensor: index, lag: sensor.lag });
                 state
             });
+            layout.shows_flows |= state.is_none() && matches!(raw, Raw::Flow(..));
             layout.filtered.push(state);
         }
+        layout.wiring = Wiring::of(&layout);
         layout
     }
 

@@ -14,6 +14,7 @@ mod run;
 mod simulate;
 mod slopes;
 mod start;
+mod wiring;
 
 pub(crate) use assembly::level_per_pressure;
 pub use drive::{Before, InputSignals, Late, Onset, Piece, Shown};

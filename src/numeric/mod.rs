@@ -28,6 +28,6 @@ pub use dual::Dual;
 #[cfg(feature = "internals")]
 pub use dual::jacobian;
 pub use real::Real;
-pub use rosenbrock::{Curved, Entry, IntegrationError, Options, Rosenbrock, Scalar, Step, System, Tangents};
+pub use rosenbrock::{Curved, Entry, IntegrationError, Options, Rosenbrock, Scalar, States, Step, System, Tangents};
 #[cfg(feature = "internals")]
 pub use rosenbrock::{Inverse, Stats};

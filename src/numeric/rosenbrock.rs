@@ -16,16 +16,17 @@ use control::{factor, first_step, fit, norm};
 use stages::{Local, attempt, worst_state};
 
 pub use error::IntegrationError;
-pub use linear::{Inverse, Scalar};
+pub use linear::{Inverse, Scalar, States};
 pub use options::{Options, Stats};
 pub use step::Step;
 pub use tangents::{Curved, Entry, Tangents};
 
 /// The equations `y' = f(t, y)` of `N` states.
 pub trait System<S: Scalar, const N: usize> {
-    /// How many states are in use, from the first on. The rates of those behind them are zero, and nothing depends on them.
-    fn states(&self) -> usize {
-        N
+    /// How many states are in use, from the first on, and how many of those the others depend on. The rates of those behind
+    /// them are zero, and nothing depends on them.
+    fn states(&self) -> States {
+        States::all(N)
     }
 
     /// Writes `f(t, y)` into `dydt`, every entry.
@@ -201,7 +202,7 @@ impl<const N: usize> Rosenbrock<N> {
                 let attempt = attempt(system, &local, &self.options, h, &mut stages, &mut error);
                 self.stats.factorisations += 1;
                 self.stats.derivatives += if attempt.is_some() { 7 } else { 0 };
-                let norm = norm(&error, in_use::<N>(system.states()));
+                let norm = norm(&error, in_use::<N>(system.states().all));
                 if let Some(y1) = attempt.filter(|_| norm <= 1.0) {
                     // The estimate sees real parts only: a derivative may have been lost on the way.
                     if let Some(worst_state) = y1.iter().position(|y| !y.is_finite()) {

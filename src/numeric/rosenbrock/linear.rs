@@ -3,6 +3,22 @@
 use crate::numeric::wide::wide;
 use crate::numeric::{Dual, Real, WHOLE, in_use};
 
+/// How many states a system has in an array of more, from the first on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct States {
+    /// Those in use.
+    pub all: usize,
+    /// Those before the followers. A follower depends on coupled states and on itself; no other state depends on it.
+    pub coupled: usize,
+}
+
+impl States {
+    /// So many without a follower.
+    pub fn all(states: usize) -> Self {
+        Self { all: states, coupled: states }
+    }
+}
+
 /// The inverse of a real `N` by `N` matrix.
 ///
 /// An explicit inverse pays here: eight products per step, each without the serial dependence of a triangular solve.
@@ -18,20 +34,36 @@ impl<const N: usize> Inverse<N> {
     /// Inverts `W = diagonal I - J` from the real part of `j[row][column]`.
     ///
     /// `scale[i] > 0` is the size at which state `i` matters; pivots are compared in these units, so the choice does not
-    /// depend on whether a pressure is in Pa or MPa. Of a large array only the first `states` rows and columns are looked at.
+    /// depend on whether a pressure is in Pa or MPa. Only the first `states.all` rows and columns are looked at, and of those
+    /// only the first `states.coupled` are eliminated: what follows them is found by substitution.
     /// Returns `None` if `W` is singular or not finite.
-    pub fn of_shifted<S: Real>(diagonal: f64, j: &[[S; N]; N], scale: &[f64; N], states: usize) -> Option<Self> {
-        let states = in_use::<N>(states);
+    pub fn of_shifted<S: Real>(diagonal: f64, j: &[[S; N]; N], scale: &[f64; N], states: States) -> Option<Self> {
         // Held transposed throughout, since the inverse of the transpose is the transpose of the inverse.
         let mut a = [[0.0; N]; N];
-        for (r, row) in j[..states].iter().enumerate() {
-            for (c, value) in row[..states].iter().enumerate() {
+        for (r, row) in j[..states.coupled].iter().enumerate() {
+            for (c, value) in row[..states.coupled].iter().enumerate() {
                 a[c][r] = -value.re();
             }
             a[r][r] += diagonal;
         }
-
-        inverted(&mut a, scale, states).then_some(Self { columns: a, states })
+        if !inverted(&mut a, scale, states.coupled) {
+            return None;
+        }
+        for follower in states.coupled..states.all {
+            let per_own = 1.0 / (diagonal - j[follower][follower].re());
+            if !per_own.is_finite() {
+                return None;
+            }
+            for (state, slope) in j[follower][..states.coupled].iter().enumerate() {
+                // A sensor that lags reads one component: most entries are zero.
+                if !slope.is_zero() {
+                    let factor = slope.re() * per_own;
+                    a[..states.coupled].iter_mut().for_each(|column| column[follower] += factor * column[state]);
+                }
+            }
+            a[follower][follower] = per_own;
+        }
+        Some(Self { columns: a, states: in_use::<N>(states.all) })
     }
 
     /// The product of the inverse with `b`.
@@ -45,7 +77,7 @@ wide! {
     /// Inverts the part of a matrix that is in use in place, by Gauss and Jordan with pivots by column; false if it is singular or
     /// not finite.
     pub(super) fn inverted<const N: usize>(a: &mut [[f64; N]; N], scale: &[f64; N], states: usize) -> bool {
-        let n = in_use::<N>(states);
+        let n = states.min(N);
         let mut swapped_with = [0; N];
         for p in 0..n {
             let mut best = p;
@@ -72,7 +104,7 @@ wide! {
             // A choice, not a store of one entry: a wide load right behind a narrow store waits for it.
             let with = |row: &[f64; N], entry: f64| std::array::from_fn(|c| if c == p { entry } else { row[c] });
             let pivot_row: [f64; N] = with(&a[p], 1.0).map(|value| value * reciprocal);
-            for row in a.iter_mut() {
+            for row in &mut a[..n] {
                 let factor = row[p];
                 // The matrices of circuits are sparse: most rows have nothing to eliminate.
                 if factor != 0.0 {
@@ -168,5 +200,36 @@ impl<const P: usize> Scalar for Dual<f64, P> {
             }
         }
         k
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn followers_are_found_by_substitution() {
+        // Three coupled states, of which the fourth follows two and the fifth follows one.
+        let j = [
+            [-3.0, 1.0, 0.5, 0.0, 0.0],
+            [2.0, -7.0, 0.0, 0.0, 0.0],
+            [0.0, 4.0, -1.5, 0.0, 0.0],
+            [5.0, 0.0, -6.0, -20.0, 0.0],
+            [0.0, 8.0, 0.0, 0.0, -9.0],
+        ];
+        let whole = Inverse::of_shifted(2.0, &j, &[1.0; 5], States::all(5)).unwrap();
+        let split = Inverse::of_shifted(2.0, &j, &[1.0; 5], States { all: 5, coupled: 3 }).unwrap();
+        let b = [1.0, -2.0, 3.0, -4.0, 5.0];
+        let k = split.times(&b);
+        for (k, expected) in k.iter().zip(whole.times(&b)) {
+            approx::assert_relative_eq!(*k, expected, max_relative = 1e-13);
+        }
+        for (row, b) in j
+            .iter()
+            .enumerate()
+            .map(|(r, row)| (2.0 * k[r] - row.iter().zip(&k).map(|(j, k)| j * k).sum::<f64>(), b[r]))
+        {
+            approx::assert_relative_eq!(row, b, max_relative = 1e-12);
+        }
     }
 }

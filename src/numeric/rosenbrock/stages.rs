@@ -25,7 +25,7 @@ impl<S: Scalar, const N: usize> Local<S, N> {
     /// Asks the system for derivative and Jacobian here.
     #[inline(always)]
     pub(super) fn linearise(&mut self, system: &mut impl System<S, N>) -> Result<(), IntegrationError> {
-        let n = in_use::<N>(system.states());
+        let n = in_use::<N>(system.states().all);
         for row in &mut self.jacobian[..n] {
             row[..n].fill(S::zero());
         }
