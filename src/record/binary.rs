@@ -5,7 +5,7 @@ use std::path::Path;
 use super::bytes::Broken;
 use super::groups::Groups;
 use super::read::{Care, MOST, Standing};
-use super::{Asked, mat, mdf};
+use super::{Asked, mat, mdf, tdms};
 use crate::complaint::{Complaint, Kind};
 
 /// A format that is no text.
@@ -23,6 +23,9 @@ pub(super) enum Binary {
     UnfinishedMdf,
     /// MDF before version 4.
     OldMdf,
+    Tdms,
+    /// The index that LabVIEW keeps beside a TDMS file.
+    TdmsIndex,
 }
 
 impl Binary {
@@ -36,6 +39,8 @@ impl Binary {
             (b"MATLAB 5.0", Binary::Mat),
             (b"MDF     ", Binary::Mdf),
             (b"UnFinMF ", Binary::UnfinishedMdf),
+            (b"TDSm", Binary::Tdms),
+            (b"TDSh", Binary::TdmsIndex),
         ];
         let found = MARKS.iter().find(|(mark, _)| bytes.starts_with(mark)).map(|(_, format)| *format);
         let version = bytes.get(8).copied().unwrap_or(b'4');
@@ -52,6 +57,8 @@ impl Binary {
             Self::Mdf => "MDF 4",
             Self::UnfinishedMdf => "MDF whose writing broke off",
             Self::OldMdf => "MDF before version 4",
+            Self::Tdms => "TDMS",
+            Self::TdmsIndex => "the index of a TDMS file",
         }
     }
 
@@ -80,12 +87,19 @@ impl Binary {
                 Err(self.not_read(path, "let the program that wrote it finish it, or repair it there"))
             }
             Self::OldMdf => Err(self.not_read(path, "convert it to MDF 4, or write the record as CSV")),
+            Self::Tdms => gathered(tdms::read(bytes)),
+            Self::TdmsIndex => Err(self.not_read(path, "name the file `.tdms` beside it, which has the values")),
         }
     }
 
     fn told(self, path: &Path, broken: Broken) -> Complaint {
         match broken {
             Broken::TooLarge => crate::files::too_large(path, MOST),
+            Broken::NotRead(what) => {
+                Complaint::new(Kind::Syntax, format!("the {} file holds {what}, which are not read", self.name()))
+                    .in_file(path)
+                    .help("write the record as CSV, columns `name [unit]`, the time first")
+            }
             Broken::Damaged(what) => {
                 Complaint::new(Kind::Syntax, format!("the {} file is damaged: {what}", self.name()))
                     .in_file(path)

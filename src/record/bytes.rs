@@ -9,6 +9,8 @@ use flate2::read::ZlibDecoder;
 pub(super) enum Broken {
     /// What is wrong in it, to stand behind "the file is damaged: ".
     Damaged(String),
+    /// What it holds that is not read, to stand behind "the file holds ".
+    NotRead(String),
     /// It unpacks to more than is read.
     TooLarge,
 }

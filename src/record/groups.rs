@@ -41,6 +41,8 @@ pub(super) struct Groups {
     groups: Vec<Group>,
     /// What holds no series, and why.
     left_out: Vec<(String, String)>,
+    /// What is to be known of how the file was read.
+    remark: Option<&'static str>,
 }
 
 /// Whether a column of this name is the time.
@@ -51,6 +53,11 @@ pub(super) fn is_time(name: &str) -> bool {
 impl Groups {
     pub fn leave(&mut self, name: impl Into<String>, why: impl Into<String>) {
         self.left_out.push((name.into(), why.into()));
+    }
+
+    /// Says something about how the file was read, to stand behind its format.
+    pub fn remark(&mut self, remark: &'static str) {
+        self.remark = Some(remark);
     }
 
     /// Takes a group; one without a time or without rows is left out.
@@ -121,7 +128,8 @@ impl Groups {
         }
         let begins_at = time.first().copied().filter(|start| start.abs() > FAR);
         let time = time.iter().map(|time| time - begins_at.unwrap_or(0.0)).collect();
-        let read_as = counted_from(begins_at.map(|start| format!("{start} s")).as_deref());
+        let remark = self.remark.map_or(String::new(), |remark| format!(" {remark}"));
+        let read_as = remark + &counted_from(begins_at.map(|start| format!("{start} s")).as_deref());
         let origin = Origin { left_out: self.left_out, read_as, ..Origin::default() };
         // Without decimals there is nothing to say of the rounding of the time.
         let path = path.to_path_buf();
@@ -228,7 +236,6 @@ fn spread(values: impl Iterator<Item = f64>, rows: &[Option<usize>], count: usiz
 }
 
 /// Name and unit of `p_A [bar]`.
-#[cfg(feature = "parquet")]
 pub(super) fn split_name(field: &str) -> (String, Option<String>) {
     match field.trim().strip_suffix(']').and_then(|rest| rest.rsplit_once('[')) {
         Some((name, unit)) => (name.trim().to_owned(), Some(unit.trim().to_owned())),

@@ -21,6 +21,7 @@ mod stamp;
 mod stream;
 pub mod survey;
 mod table;
+mod tdms;
 mod windows;
 #[cfg(feature = "excel")]
 mod workbook;
