@@ -23,6 +23,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "record_packed", run: record, corpus: &["formats/stroke.csv.gz", "formats/stroke.csv.zst"] },
     Target { name: "record_mat", run: record, corpus: &["formats/stroke_plain.mat", "formats/stroke_struct.mat"] },
     Target { name: "record_mdf", run: record, corpus: &["formats/stroke.mf4", "formats/stroke_rates.mf4"] },
+    Target { name: "record_tdms", run: record, corpus: &["formats/stroke.tdms", "formats/stroke_rates.tdms"] },
     #[cfg(feature = "excel")]
     Target { name: "record_workbook", run: record, corpus: &["formats/stroke.xlsx", "formats/dates.xlsx"] },
     #[cfg(feature = "parquet")]

@@ -111,6 +111,7 @@ mod record {
     mod dialects;
     mod fuzz_targets;
     mod shared;
+    mod tdms;
     mod wrong;
 }
 

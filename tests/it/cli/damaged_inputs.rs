@@ -120,9 +120,16 @@ fn bytes() -> Vec<Case> {
         case("zstd of nothing", b"\x28\xB5\x2F\xFD".to_vec()),
         case("random bytes", (0..200_u32).map(|k| (k.wrapping_mul(2_654_435_761) >> 24) as u8).collect::<Vec<u8>>()),
     ];
-    for name in
-        ["stroke.csv.gz", "stroke.csv.zst", "stroke_plain.mat", "stroke_struct.mat", "stroke.mf4", "stroke_rates.mf4"]
-    {
+    for name in [
+        "stroke.csv.gz",
+        "stroke.csv.zst",
+        "stroke_plain.mat",
+        "stroke_struct.mat",
+        "stroke.mf4",
+        "stroke_rates.mf4",
+        "stroke.tdms",
+        "stroke_rates.tdms",
+    ] {
         let whole = fs::read(format!("fixtures/formats/{name}")).unwrap();
         for cut in [64, 128, 150, 500, whole.len() / 2] {
             cases.push(case(format!("{name} cut to {cut} bytes"), &whole[..cut]));

@@ -369,7 +369,7 @@ fn files_of_other_programs_read_alike() {
     let plain = read("stroke.csv");
     assert_eq!((plain.time.len(), plain.channels.len()), (250, 11));
     let mut names = vec!["stroke.csv.gz", "stroke.csv.zst", "stroke_german.csv", "stroke_units.tsv"];
-    names.extend(["stroke_plain.mat", "stroke_struct.mat", "stroke.mf4"]);
+    names.extend(["stroke_plain.mat", "stroke_struct.mat", "stroke.mf4", "stroke.tdms"]);
     if cfg!(feature = "parquet") {
         names.push("stroke.parquet");
     }
@@ -394,8 +394,18 @@ fn files_of_other_programs_read_alike() {
 #[test]
 fn channels_of_other_rates_stay_at_their_times() {
     let plain = Record::read("fixtures/formats/stroke.csv").unwrap();
-    let rates = Record::read("fixtures/formats/stroke_rates.mf4").unwrap();
-    assert_eq!((&rates.time, &rates.origin.read_as[..]), (&plain.time, "MDF 4"));
+    for (file, format) in [("stroke_rates.mf4", "MDF 4"), ("stroke_rates.tdms", "TDMS")] {
+        let rates = Record::read(format!("fixtures/formats/{file}")).unwrap();
+        assert_eq!((rates.time.len(), &rates.origin.read_as[..]), (plain.time.len(), format));
+        for (time, plain) in rates.time.iter().zip(&plain.time) {
+            // Multiples of the increment, against the rounded decimal.
+            approx::assert_relative_eq!(time, plain, max_relative = 1e-12);
+        }
+        check_rates(&plain, &rates);
+    }
+}
+
+fn check_rates(plain: &Record, rates: &Record) {
     for channel in &plain.channels {
         let other = rates.channel(&channel.name).unwrap();
         assert_eq!(other.unit, channel.unit);
@@ -430,7 +440,8 @@ fn links_in_a_circle_are_told() {
 /// No damage panics, wherever it is, and none is read as if nothing were.
 #[test]
 fn damaged_binary_files_are_told() {
-    for name in ["stroke_plain.mat", "stroke_struct.mat", "stroke.mf4", "stroke_rates.mf4"] {
+    let files = ["stroke_plain.mat", "stroke_struct.mat", "stroke.mf4", "stroke_rates.mf4"];
+    for name in files.into_iter().chain(["stroke.tdms", "stroke_rates.tdms"]) {
         let whole = fs::read(format!("fixtures/formats/{name}")).unwrap();
         for cut in [20, 100, 130, whole.len() / 2] {
             let message = read(&whole[..cut]).unwrap_err();

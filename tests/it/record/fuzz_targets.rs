@@ -43,6 +43,8 @@ const TOKENS: &[&[u8]] = &[
     b"##DG",
     b"##DL",
     b"##DZ",
+    b"TDSm",
+    b"\x69\x12\0\0",
     b"\x0E\0\0\0",
     b"\x0F\0\0\0",
     b"time [s]",
