@@ -14,10 +14,10 @@ Everything is what the command ``borescope`` does, with the same numbers; see th
 """
 
 from borescope._borescope import __version__
-from borescope._complaint import Complaint
+from borescope._complaint import Complaint, Note
 from borescope._record import Record
 from borescope._result import Calibration, Diagnosis, Improvement, Item, Result, Table
-from borescope._rig import Rig, diagnose_fleet, effects, fleet
+from borescope._rig import Rig, Store, diagnose_fleet, effects, fleet, history
 
 __all__ = [
     "Calibration",
@@ -25,12 +25,15 @@ __all__ = [
     "Diagnosis",
     "Improvement",
     "Item",
+    "Note",
     "Record",
     "Result",
     "Rig",
+    "Store",
     "Table",
     "__version__",
     "diagnose_fleet",
     "effects",
     "fleet",
+    "history",
 ]

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from borescope import _borescope
@@ -37,9 +40,28 @@ class Complaint(ValueError):
         return (Complaint, (self.what, self.file, self.line, self.remedy, str(self)))
 
 
-def call(arguments: Sequence[str], progress: bool | Listener | None = None, threads: int | None = None) -> str:
-    """Run a command line without the name of the program, and give what it writes to standard output."""
-    out, wrong = call_all(arguments, progress, threads)
+class Note(UserWarning):
+    """What is to be known beside a result: how a record was read, which of its samples were left out, where a diagnosis is kept.
+
+    ``warnings.simplefilter("ignore", borescope.Note)`` leaves notes away.
+    """
+
+
+def _as_it_is(text: str) -> str:
+    return text
+
+
+def call(
+    arguments: Sequence[str],
+    progress: bool | Listener | None = None,
+    threads: int | None = None,
+    plain: Callable[[str], str] = _as_it_is,
+) -> str:
+    """Run a command line without the name of the program, and give what it writes to standard output.
+
+    Its notes, changed by ``plain``, are warnings at the line outside of this package that asked.
+    """
+    out, wrong = call_all(arguments, progress, threads, plain)
     if wrong:
         wrong[0].others = tuple(wrong[1:])
         raise wrong[0]
@@ -47,12 +69,26 @@ def call(arguments: Sequence[str], progress: bool | Listener | None = None, thre
 
 
 def call_all(
-    arguments: Sequence[str], progress: bool | Listener | None = None, threads: int | None = None
+    arguments: Sequence[str],
+    progress: bool | Listener | None = None,
+    threads: int | None = None,
+    plain: Callable[[str], str] = _as_it_is,
 ) -> tuple[str, list[Complaint]]:
     """The same, and what went wrong with some of several records beside what went well."""
     with _Bar(progress) as listener:
-        out, wrong = _borescope.call(list(arguments), listener, threads)
+        out, wrong, notes = _borescope.call(list(arguments), listener, threads)
+    for note in notes:
+        warnings.warn(plain(note).removeprefix("note: "), Note, stacklevel=_outside())
     return out, [Complaint(*one) for one in wrong]
+
+
+def _outside() -> int:
+    """How many frames above the caller stands the first one outside of this package."""
+    package = str(Path(__file__).parent)
+    level, frame = 1, sys._getframe(1)
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(package):
+        level, frame = level + 1, frame.f_back
+    return level
 
 
 class _Bar:

@@ -6,6 +6,7 @@ import csv
 import io
 import math
 import os
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, SupportsFloat
@@ -13,7 +14,7 @@ from typing import Any, SupportsFloat
 from borescope._complaint import Complaint
 
 #: How files begin whose format their first bytes tell.
-_BEGINNINGS = {b"MDF": "mf4", b"PK\x03\x04": "xlsx", b"PAR1": "parquet", b"MATLAB": "mat", b"\x89HDF": "h5"}
+_BEGINNINGS = {b"MDF": "mf4", b"PK\x03\x04": "xlsx", b"PAR1": "parquet", b"MATLAB": "mat", b"TDSm": "tdms", b"\x89HDF": "h5"}
 
 
 class Record:
@@ -97,12 +98,19 @@ class Record:
         return f"Record({self.name}: {len(self)} rows of {columns})"
 
 
-#: What is taken for a record: a path, the bytes of a file, columns, or a :class:`Record`.
+#: An address such as ``s3://rigs/stroke.csv``, or a chain of them; the one letter of a drive is none.
+_ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+(://|::)")
+#: Most bytes of a record, as of the command.
+_MOST = 1 << 30
+
+#: What is taken for a record: a path, an address, the bytes of a file, columns, or a :class:`Record`.
 RecordLike = Any
 
 
 def path_of(record: RecordLike, folder: Path, name: str = "record") -> str:
     """The path of a record; one in memory is written into ``folder``."""
+    if isinstance(record, str) and _ADDRESS.match(record):
+        return _fetched(record, folder)
     if isinstance(record, (str, os.PathLike)):
         return os.fspath(record)
     if isinstance(record, (bytes, bytearray, memoryview)):
@@ -119,6 +127,38 @@ def path_of(record: RecordLike, folder: Path, name: str = "record") -> str:
         number += 1
         path = folder / f"{Path(record.name).name}_{number}.csv"
     path.write_text(record.to_csv(), encoding="utf-8")
+    return str(path)
+
+
+def _fetched(address: str, folder: Path) -> str:
+    """The path of what is at an address, brought into ``folder``; it keeps its name, which results call it by."""
+    try:
+        import fsspec
+    except ImportError:
+        raise Complaint(
+            "records at addresses are read with fsspec, which is not installed",
+            file=address,
+            remedy="`pip install fsspec`, with `s3fs` for `s3://` and `aiohttp` for `https://`; or give a path",
+        ) from None
+    try:
+        with fsspec.open(address, "rb") as source:
+            data = source.read(_MOST + 1)
+    # What a file system of any kind may raise has no common name.
+    except Exception as error:
+        raise Complaint(
+            f"the record cannot be read: {error or type(error).__name__}",
+            file=address,
+            remedy="check the address and the rights to it, and that the package for its kind is installed",
+        ) from error
+    if len(data) > _MOST:
+        raise Complaint("the record is larger than 1024 MiB", file=address, remedy="split it; no more is read")
+    name = re.split("[?#]", address)[0].rstrip("/").rsplit("/", 1)[-1]
+    name = name if name.strip(".") else "record"
+    path, number = folder / name, 1
+    while path.exists():
+        number += 1
+        path = folder / f"{number}_{name}"
+    path.write_bytes(data)
     return str(path)
 
 

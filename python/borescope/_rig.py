@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import os
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from borescope._complaint import Complaint, Listener, call, call_all
 from borescope._record import Record, RecordLike, path_of
@@ -32,13 +35,16 @@ class _Desk:
         """A result without the folder, which is gone when it is read."""
         return text.replace(f"{self.folder}{os.sep}", "")
 
+    def call(self, words: Sequence[str], progress: Progress = None, threads: int | None = None) -> str:
+        return call(words, progress, threads, self.plain)
+
     def ask(
         self, words: Sequence[str], progress: Progress = None, threads: int | None = None, *, curves: bool = False
     ) -> tuple[str, str, str | None]:
         """JSON and page of a verb, and its curves where it has some."""
         words = [*words, "--format", "json", "--report", self.new("page.html")]
         words += ["--curves", self.new("curves.csv")] if curves else []
-        out = call(words, progress, threads)
+        out = self.call(words, progress, threads)
         return self.plain(out), self.plain(self.text("page.html") or ""), self.text("curves.csv")
 
 
@@ -105,16 +111,28 @@ class Rig:
         """What is in the rig file and, if given, in a record for it: ``borescope.check/1``."""
         with _desk() as desk:
             records = [] if record is None else [path_of(record, desk.folder)]
-            return Result(desk.plain(call(["check", self._file(desk), *records, "--format", "json"])))
+            return Result(desk.plain(desk.call(["check", self._file(desk), *records, "--format", "json"])))
 
-    def diagnose(self, record: RecordLike, *, progress: Progress = None, threads: int | None = None) -> Diagnosis:
+    def diagnose(
+        self,
+        record: RecordLike,
+        *,
+        store: str | os.PathLike[str] | None = None,
+        at: str | None = None,
+        progress: Progress = None,
+        threads: int | None = None,
+    ) -> Diagnosis:
         """Which faults a record shows, how large they are and how sure that is.
 
-        ``record`` is a path, the bytes of a file, a mapping of arrays, a DataFrame, or a :class:`Record`. ``progress`` is True
-        for a bar of tqdm, or a function of stage, done and of.
+        ``record`` is a path, an address such as ``"s3://rigs/stroke.csv"`` where fsspec is installed, the bytes of a file, a mapping
+        of arrays, a DataFrame, or a :class:`Record`. ``store`` keeps the diagnosis in an SQLite file, which is created if missing;
+        ``at`` is when the record was measured, ``"2026-05-01T12:00:00Z"``, which a record in memory does not say itself.
+        ``progress`` is True for a bar of tqdm, or a function of stage, done and of.
         """
         with _desk() as desk:
             words = ["diagnose", self._file(desk), path_of(record, desk.folder)]
+            words += [] if store is None else ["--store", os.fspath(store)]
+            words += [] if at is None else ["--at", at]
             return Diagnosis(*desk.ask(words, progress, threads, curves=True))
 
     def compare(self, record: RecordLike, *, progress: Progress = None, threads: int | None = None) -> Result:
@@ -142,7 +160,7 @@ class Rig:
         with _desk() as desk:
             words = ["add", self._file(desk), effect, "-o", desk.new("new.toml")]
             words += [] if fit is None else ["--fit", path_of(fit, desk.folder, "fit")]
-            call(words, progress)
+            desk.call(words, progress)
             return Rig(text=desk.text("new.toml") or "")
 
     def improve(
@@ -181,7 +199,7 @@ class Rig:
             words += [] if record is None else ["--input", path_of(record, desk.folder, "inputs")]
             words += [word for id, value in (set or {}).items() for word in ("--set", f"{id}={value}")]
             words += [] if seed is None else ["--seed", str(seed)]
-            call(words, progress)
+            desk.call(words, progress)
             return Record.read_csv(desk.new("simulated.csv"))
 
     def isolability(self, record: RecordLike | None = None, *, progress: Progress = None) -> Result:
@@ -233,6 +251,62 @@ def diagnose_fleet(
         wrong[0].others = tuple(wrong[1:])
         raise wrong[0]
     return wrong
+
+
+def history(store: str | os.PathLike[str], rig: Rig, *, by: str = "time") -> Result:
+    """The trend of each fault over the diagnoses in a store, and when it passes its limit: ``borescope.history/1``.
+
+    ``by`` is what trends are plotted versus: ``"time"``, when the records were measured, or ``"run"``, the order in which they were
+    kept.
+    """
+    with _desk() as desk:
+        return Result(*desk.ask(["history", rig._file(desk), "--store", os.fspath(store), "--by", by]))
+
+
+class Store:
+    """Diagnoses of rigs in an SQLite file, which is created with the first one.
+
+    >>> import tempfile, warnings
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> rig = Rig("../fixtures/two_tanks/rig.toml")
+    >>> store = Store(folder.name + "/tanks.db")
+    >>> with warnings.catch_warnings(action="ignore"):
+    ...     for day in (1, 2):
+    ...         _ = store.diagnose(rig, rig.simulate(seed=day), at=f"2026-05-0{day}T12:00:00Z")
+    >>> [fault.id for fault in store.history(rig).faults]
+    ['upper_outlet.diameter']
+    >>> len(store.runs()["run"])
+    2
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = os.fspath(path)
+
+    def __repr__(self) -> str:
+        return f"Store({self.path})"
+
+    def diagnose(self, rig: Rig, record: RecordLike, *, at: str | None = None, progress: Progress = None) -> Diagnosis:
+        """Diagnoses a record, and keeps the diagnosis; ``at`` is when it was measured, ``"2026-05-01T12:00:00Z"``."""
+        return rig.diagnose(record, store=self.path, at=at, progress=progress)
+
+    def history(self, rig: Rig, *, by: str = "time") -> Result:
+        """The trend of each fault of a rig: see :func:`history`."""
+        return history(self.path, rig, by=by)
+
+    def fleet(self) -> Result:
+        """How all rigs of the store stand, the worst first: ``borescope.fleet/1``."""
+        return fleet(self.path)
+
+    def runs(self) -> dict[str, list[str]]:
+        """The table of all runs, a row for each fault of each run: texts by column, as ``borescope export`` writes them."""
+        rows = list(csv.reader(io.StringIO(call(["export", "--store", self.path, "-o", "-"]))))
+        return {head: [row[at] for row in rows[1:]] for at, head in enumerate(rows[0])}
+
+    def to_pandas(self) -> Any:
+        """The same as a DataFrame of pandas."""
+        import pandas
+
+        return pandas.read_csv(io.StringIO(call(["export", "--store", self.path, "-o", "-"])))
 
 
 def fleet(source: str | os.PathLike[str]) -> Result:

@@ -28,7 +28,7 @@ fn wrong(complaint: &Complaint) -> Wrong {
 
 /// Runs a command line without the name of the program.
 ///
-/// Gives what the command writes to standard output, and what went wrong. `progress` is called with the stage, how many pieces of it
+/// Gives what the command writes to standard output, what went wrong, and its notes. `progress` is called with the stage, how many pieces of it
 /// are done, and of how many (or None), now and then, by the thread that called.
 #[pyfunction]
 #[pyo3(signature = (arguments, progress=None, threads=None))]
@@ -37,7 +37,7 @@ fn call(
     arguments: Vec<OsString>,
     progress: Option<Py<PyAny>>,
     threads: Option<usize>,
-) -> PyResult<(String, Vec<Wrong>)> {
+) -> PyResult<(String, Vec<Wrong>, Vec<String>)> {
     let seen: Arc<Mutex<Option<(String, usize, Option<usize>)>>> = Arc::default();
     let latest = Arc::clone(&seen);
     let threads = threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
@@ -50,14 +50,15 @@ fn call(
     let take = Mutex::new(take);
     let theirs = context.clone();
     let worker = std::thread::spawn(move || {
-        let mut out = Vec::new();
+        let (mut out, mut notes) = (Vec::new(), Vec::new());
         let program = std::iter::once(OsString::from("borescope"));
-        let ran = catch_unwind(AssertUnwindSafe(|| borescope::call(program.chain(arguments), &theirs, &mut out)));
+        let ran =
+            catch_unwind(AssertUnwindSafe(|| borescope::call(program.chain(arguments), &theirs, &mut out, &mut notes)));
         // Whoever waits for it is there until it comes.
-        let _ = give.send((ran, out));
+        let _ = give.send((ran, out, notes));
     });
     let mut interrupted = None;
-    let (ran, out) = loop {
+    let (ran, out, notes) = loop {
         match py.detach(|| take.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(LOOK)) {
             Ok(done) => break done,
             Err(RecvTimeoutError::Disconnected) => {
@@ -87,8 +88,8 @@ fn call(
     }
     let out = String::from_utf8_lossy(&out).into_owned();
     match ran {
-        Ok(Ok(_)) => Ok((out, Vec::new())),
-        Ok(Err(complaints)) => Ok((out, complaints.iter().map(wrong).collect())),
+        Ok(Ok(_)) => Ok((out, Vec::new(), notes)),
+        Ok(Err(complaints)) => Ok((out, complaints.iter().map(wrong).collect(), notes)),
         Err(_) => Err(pyo3::exceptions::PyRuntimeError::new_err(
             "a mistake of the borescope itself; please report it with what you called",
         )),

@@ -195,3 +195,54 @@ def test_the_command_comes_along():
     assert (ran.returncode, ran.stdout) == (0, f"borescope {bs.__version__}\n")
     assert command("diagnose", TANKS, "gone.csv").returncode == 2
     assert json.loads(command("effects", "--format", "json").stdout)["schema"] == "borescope.effects/1"
+
+
+def test_records_are_fetched_from_addresses(tanks, clogged, tmp_path):
+    fsspec = pytest.importorskip("fsspec")
+    with fsspec.open("memory://rigs/clogged.csv", "w") as file:
+        file.write(clogged.to_csv())
+    path = tmp_path / "clogged.csv"
+    path.write_text(clogged.to_csv())
+    here = tanks.diagnose(path).faults.to_pandas()
+    for address in ("memory://rigs/clogged.csv", path.as_uri()):
+        diagnosis = tanks.diagnose(address)
+        assert diagnosis.record == "clogged.csv" and diagnosis.faults.to_pandas().equals(here)
+    # Two of one name do not stand in each other's place.
+    with fsspec.open("memory://other/clogged.csv", "w") as file:
+        file.write(tanks.simulate(seed=2).to_csv())
+    both = tanks.calibrate(["memory://rigs/clogged.csv", "memory://other/clogged.csv"])
+    assert {record["record"] for record in both["records"]} == {"clogged.csv", "2_clogged.csv"}
+    for address, told in [("memory://rigs/none.csv", "cannot be read"), ("nosuch://a/b.csv", "cannot be read")]:
+        with pytest.raises(bs.Complaint, match=told) as caught:
+            tanks.diagnose(address)
+        assert caught.value.file == address and caught.value.remedy
+
+
+def test_without_fsspec_an_address_says_what_to_install(tanks, monkeypatch):
+    monkeypatch.setitem(sys.modules, "fsspec", None)
+    with pytest.raises(bs.Complaint, match="fsspec") as caught:
+        tanks.diagnose("s3://rigs/stroke.csv")
+    assert "pip install" in caught.value.remedy
+
+
+def test_a_store_is_that_of_the_command(tanks, tmp_path):
+    path = tmp_path / "tanks.db"
+    store = bs.Store(path)
+    for day in (1, 2, 3):
+        with pytest.warns(bs.Note, match="kept in .* as run"):
+            store.diagnose(tanks, tanks.simulate(seed=day), at=f"2026-05-0{day}T12:00:00Z")
+    ran = command("history", TANKS, "--store", str(path), "--format", "json")
+    assert bs.history(path, tanks).json == ran.stdout == store.history(tanks).json
+    assert store.history(tanks).page and len(store.history(tanks, by="run").runs) == 3
+    assert len(store.to_pandas()) == len(store.runs()["run"]) == 3
+    assert len(store.fleet().rigs) == 1
+    with pytest.raises(bs.Complaint, match="no such store"):
+        bs.Store(tmp_path / "none.db").history(tanks)
+
+
+def test_notes_are_warnings_where_they_were_asked_for(tanks, clogged):
+    german = clogged.to_csv().replace(",", ";").replace(".", ",").encode()
+    with pytest.warns(bs.Note, match="columns between semicolons, decimal commas") as caught:
+        tanks.diagnose(german)
+    assert caught[0].filename == __file__
+    assert str(caught[0].message).startswith("record.csv: ")

@@ -212,7 +212,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 }
 
 /// Runs one command line, the name of the program first, within another program: what the command would write to standard output
-/// goes to `out`, and `context` stands in for its signals and its progress. Gives whether something was found, where `--exit-code` asks.
+/// goes to `out`, its notes to `notes`, and `context` stands in for its signals and its progress. Gives whether something was found, where `--exit-code` asks.
 ///
 /// # Errors
 /// What the command would say on standard error before it ends with 2; of several records one each.
@@ -220,12 +220,15 @@ pub fn call(
     arguments: impl IntoIterator<Item = OsString>,
     context: &Context,
     out: &mut dyn Write,
+    notes: &mut Vec<String>,
 ) -> Result<bool, Vec<Complaint>> {
     let command_line = CommandLine::try_parse_from(arguments).map_err(|error| {
         let text = error.to_string();
         vec![Complaint::new(Kind::Syntax, text.trim_start_matches("error: ").trim_end())]
     })?;
-    let result = command_line.verb.run(context, out).and_then(|status| {
+    let (result, made) = terminal::gathering_notes(|| command_line.verb.run(context, out));
+    notes.extend(made);
+    let result = result.and_then(|status| {
         out.flush()?;
         Ok(status)
     });

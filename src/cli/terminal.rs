@@ -1,5 +1,6 @@
 //! What only a terminal gets: colour, width, progress. Files, pipes and `--quiet` get none of it.
 
+use std::cell::RefCell;
 use std::io::{self, IsTerminal, StdoutLock, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -11,6 +12,11 @@ use crate::report::style::Tone;
 use crate::visible::visible_lines;
 
 static QUIET: AtomicBool = AtomicBool::new(false);
+
+thread_local! {
+    /// Notes of the call that this thread carries out for another program; `None` in the command, whose notes go to standard error.
+    static NOTES: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
+}
 
 /// Width where a terminal does not tell its own.
 const WIDTH: usize = 80;
@@ -43,8 +49,21 @@ pub fn verdict(page: &str, tone: Tone) -> String {
     format!("{}\n{rest}", style().painted(first, tone))
 }
 
-/// A line on standard error, unless the user asked for quiet.
+/// Carries out `work`, and gives the notes that it makes on this thread.
+pub fn gathering_notes<T>(work: impl FnOnce() -> T) -> (T, Vec<String>) {
+    let before = NOTES.replace(Some(Vec::new()));
+    let done = work();
+    (done, NOTES.replace(before).unwrap_or_default())
+}
+
+/// A line on standard error, unless the user asked for quiet; within [`gathering_notes`] one of its notes.
 pub fn note(line: std::fmt::Arguments<'_>) {
+    let gathered = NOTES.with_borrow_mut(|notes| {
+        notes.as_mut().map(|notes| notes.push(visible_lines(&line.to_string()).into_owned())).is_some()
+    });
+    if gathered {
+        return;
+    }
     if !QUIET.load(Ordering::Relaxed) {
         clear();
         // `eprintln!` would panic where standard error is closed.
