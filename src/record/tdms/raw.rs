@@ -47,16 +47,16 @@ impl Raw {
             Some((at, layout)) if at == changes => layout,
             _ => Layout::of(objects)?,
         };
-        let mut into = Into { known: &mut objects.known, little: segment.little, left: &mut self.left };
+        let mut sink = Sink { known: &mut objects.known, little: segment.little, left: &mut self.left };
         match &layout {
-            Layout::Plain { parts, .. } if segment.interleaved && !is_one_text(parts) => into.rows(parts, segment)?,
-            Layout::Plain { parts, chunk } => into.blocks(parts, *chunk, segment)?,
+            Layout::Plain { parts, .. } if segment.interleaved && !is_one_text(parts) => sink.rows(parts, segment)?,
+            Layout::Plain { parts, chunk } => sink.blocks(parts, *chunk, segment)?,
             Layout::Daqmx { channels, cards, chunk } => {
                 for piece in segment.raw.chunks((*chunk).max(1)) {
                     if piece.len() < *chunk && !segment.unfinished && !ends_with_a_row(cards, piece.len()) {
                         return Err(ends_within());
                     }
-                    into.cards(channels, cards, piece)?;
+                    sink.cards(channels, cards, piece)?;
                 }
             }
         }
@@ -143,37 +143,45 @@ fn ends_with_a_row(cards: &[Card], mut length: usize) -> bool {
 }
 
 /// Where values go.
-struct Into<'a> {
+struct Sink<'a> {
     known: &'a mut [Object],
     little: bool,
     left: &'a mut usize,
 }
 
-impl Into<'_> {
+impl Sink<'_> {
     /// Values of each channel behind those of the one before, in chunks.
+    ///
+    /// Where the writing broke off within a chunk, its first channels have values that the others lack. It is left out, so that channels
+    /// stay as long as their time; a channel alone is kept as far as it goes.
     fn blocks(&mut self, parts: &[(usize, Plain)], chunk: usize, segment: &Segment<'_>) -> Result<(), Broken> {
         for piece in segment.raw.chunks(chunk.max(1)) {
-            let mut at = 0;
-            for (id, plain) in parts {
-                let bytes = match plain.kind.width() {
-                    _ if piece.len() == chunk => plain.bytes as usize,
-                    Some(width) if segment.unfinished => (plain.bytes as usize).min((piece.len() - at) / width * width),
-                    Some(width) => shortened(plain, width, piece.len(), chunk)?,
-                    // Where the texts end stands before them.
-                    None if segment.unfinished => break,
-                    None => return Err(ends_within()),
-                };
-                self.values(*id, plain.kind, part(piece, at, bytes)?)?;
-                at += bytes;
-                if at < piece.len() && bytes < plain.bytes as usize && segment.unfinished {
-                    break;
+            let whole = piece.len() == chunk;
+            match parts {
+                [(id, plain)] if !whole && segment.unfinished && plain.kind != Kind::Text => {
+                    self.values(*id, plain.kind, piece)?;
                 }
-            }
-            if at < piece.len() && !segment.unfinished {
-                return Err(ends_within());
+                _ if !whole && segment.unfinished => {}
+                _ => self.chunk(parts, chunk, piece)?,
             }
         }
         Ok(())
+    }
+
+    /// One chunk; the last one of a segment may be shorter.
+    fn chunk(&mut self, parts: &[(usize, Plain)], chunk: usize, piece: &[u8]) -> Result<(), Broken> {
+        let mut at = 0;
+        for (id, plain) in parts {
+            let bytes = match plain.kind.width() {
+                _ if piece.len() == chunk => plain.bytes as usize,
+                Some(width) => shortened(plain, width, piece.len(), chunk)?,
+                // Where the texts end stands before them, and no longer holds.
+                None => return Err(ends_within()),
+            };
+            self.values(*id, plain.kind, part(piece, at, bytes)?)?;
+            at += bytes;
+        }
+        if at < piece.len() { Err(ends_within()) } else { Ok(()) }
     }
 
     fn values(&mut self, id: usize, kind: Kind, raw: &[u8]) -> Result<(), Broken> {
