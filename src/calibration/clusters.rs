@@ -1,4 +1,4 @@
-//! Standard errors with phases as the independent units.
+//! Covariance of the estimate with phases as the independent units.
 //!
 //! What the model lacks repeats within a phase, over all sensors at once, and not from sample to sample: autocorrelation of single
 //! sensors does not see all of it. With the scores `g_p` of the phases (their share of the gradient of the cost) and the white
@@ -10,9 +10,9 @@ use nalgebra::{DMatrix, DVector};
 use super::joint::Joint;
 use crate::estimation::{Linearised, Loss};
 
-/// Variance of each parameter (SI squared), from all misfits and their derivatives at the optimum and the white covariance.
-pub(super) fn variances(joint: &Joint<'_>, at: &Linearised, loss: Loss, white: &DMatrix<f64>) -> Vec<f64> {
-    let mut sum = DVector::<f64>::zeros(white.nrows());
+/// Covariance of the parameters (SI), from all misfits and their derivatives at the optimum and the white covariance.
+pub(super) fn covariance(joint: &Joint<'_>, at: &Linearised, loss: Loss, white: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut sum = DMatrix::<f64>::zeros(white.nrows(), white.ncols());
     let (mut first, mut phases) = (0, 0_usize);
     for (one, weights) in joint.solutions.records.iter().zip(&joint.weights) {
         let rows = one.record.time.len();
@@ -27,12 +27,12 @@ pub(super) fn variances(joint: &Joint<'_>, at: &Linearised, loss: Loss, white: &
                 score.iter_mut().enumerate().for_each(gradient);
             }
             let moved = white * score;
-            sum += moved.component_mul(&moved);
+            sum.ger(1.0, &moved, &moved, 1.0);
             phases += 1;
         }
         first += rows * one.measured.len();
     }
     // One phase says nothing of how phases differ.
     let correction = if phases > 1 { phases as f64 / (phases - 1) as f64 } else { 0.0 };
-    (sum * correction).iter().copied().collect()
+    sum * correction
 }

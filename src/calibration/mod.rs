@@ -12,6 +12,7 @@ mod harm;
 mod joint;
 mod lack_of_fit;
 mod noise;
+mod principal;
 mod report;
 mod result;
 mod tolerance;

@@ -4,12 +4,13 @@ use nalgebra::DMatrix;
 
 use super::clusters;
 use super::joint::Joint;
+use super::principal::{self, Sources};
 use super::report::{CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit, SCHEMA};
 use super::{Noise, ROBUST, Rounds};
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::count_there;
 use crate::diagnosis::{adequate, tame_squares};
-use crate::estimation::{Fit, FitError, LocalModel, Loss, Uncertainty, UncertaintyOptions};
+use crate::estimation::{Fit, FitError, LocalModel, Loss};
 use crate::number::rounded;
 use crate::record::Record;
 use crate::rig::{Calibration, NEVER_KNOWN, Rig};
@@ -56,23 +57,25 @@ impl Rounds<'_> {
     ) -> Result<(Rig, CalibrationReport), FitError> {
         let loss = Loss::Huber { k: ROBUST };
         let joint = self.joint(weights, &fit.theta, loss)?;
-        let options = UncertaintyOptions { series: joint.series(), ..UncertaintyOptions::default() };
         let whole = joint.whole(&fit.theta)?;
-        let local = LocalModel::of(&joint, &fit.theta, whole.clone(), loss)?;
-        let mut inflation = Uncertainty::at(&local, &fit.at_bound, &options).inflation;
-        fit.misfit = local.misfit;
         let white = joint.covariance(&fit.theta)?;
-        for (i, variance) in clusters::variances(&joint, &whole, loss, &white).into_iter().enumerate() {
-            inflation[i] = inflation[i].max(variance / white[(i, i)]);
-        }
+        let clustered = clusters::covariance(&joint, &whole, loss, &white);
+        let local = LocalModel::of(&joint, &fit.theta, whole, loss)?;
         let before = &self.prior.sigma;
+        let mut covariance = principal::covariance(&Sources {
+            white: &white,
+            clustered: &clustered,
+            sheet: before,
+            local: &local,
+            series: &joint.series(),
+        });
+        for (i, before) in before.iter().enumerate() {
+            covariance[(i, i)] += (NEVER_KNOWN * before).powi(2);
+        }
+        fit.misfit = local.misfit;
         if self.rig.sensors.iter().any(|sensor| sensor.lack_of_fit > 0.0) {
             fit.misfit = self.judged(&fit.theta)?;
         }
-        let covariance = DMatrix::from_fn(white.nrows(), white.ncols(), |i, j| {
-            let coloured = white[(i, j)] * (inflation[i] * inflation[j]).sqrt();
-            if i == j { coloured + (NEVER_KNOWN * before[i]).powi(2) } else { coloured }
-        });
         // Nothing takes more from what the records say than all of it.
         let sigma: Vec<f64> =
             before.iter().enumerate().map(|(i, before)| covariance[(i, i)].sqrt().min(*before)).collect();

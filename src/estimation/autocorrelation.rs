@@ -1,10 +1,15 @@
 //! The variance of the scores when neighbouring misfits resemble each other.
 
+#[cfg(feature = "internals")]
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
+#[cfg(feature = "internals")]
+use nalgebra::DVector;
 
-use super::{LocalModel, dot};
+#[cfg(feature = "internals")]
+use super::LocalModel;
+use super::dot;
 
 /// Strongest first-order autocorrelation that is believed: beyond it the plug-in formulas explode (Andrews and Monahan, 1992).
 const STRONGEST: f64 = 0.97;
@@ -14,6 +19,7 @@ const STRONGEST: f64 = 0.97;
 /// `B` makes the scores orthonormal, so that no parameter's unit weighs in the choice of the bandwidth. Each score is
 /// whitened to first order, its Bartlett-weighted covariance summed, and the whitening undone: Andrews and Monahan,
 /// Econometrica 60 (1992); kernel of Newey and West, Econometrica 55 (1987). Misfits outside every series count as white.
+#[cfg(feature = "internals")]
 pub(super) fn scores_variance(
     model: &LocalModel,
     free: &[usize],

@@ -14,7 +14,7 @@
 //! | [`schur`] | what is left for some parameters when all others follow them |
 //! | [`score`] | what would a change that the model does not have explain |
 //! | [`profile`] | which interval do the data allow, and is it open at an end |
-//! | [`uncertainty`] | how well is it known, if misfits resemble their neighbours too; why is a figure missing |
+//! | `uncertainty` | how well is it known, if misfits resemble their neighbours too; why is a figure missing |
 //! | [`criteria`] | is one more parameter worth what it explains |
 
 mod autocorrelation;
@@ -34,6 +34,7 @@ mod stopped;
 #[cfg(test)]
 mod tests;
 mod triangle;
+#[cfg(feature = "internals")]
 pub mod uncertainty;
 
 pub use autocorrelation::long_run_variance;
@@ -50,5 +51,4 @@ pub use score::{Score, ScoreTest};
 pub use stopped::StoppedBecause;
 pub(crate) use triangle::dot;
 #[cfg(feature = "internals")]
-pub use uncertainty::{Missing, Noise};
-pub use uncertainty::{Uncertainty, UncertaintyOptions};
+pub use uncertainty::{Missing, Noise, Uncertainty, UncertaintyOptions};

@@ -41,7 +41,6 @@ pub enum Noise {
     #[default]
     Known,
     /// Their common variance is taken from the misfits, `sum r^2 / (m - free parameters)`.
-    #[cfg(feature = "internals")]
     FromMisfit,
 }
 
@@ -111,7 +110,6 @@ impl Uncertainty {
         let known = inverse.ncols();
         let variance = match options.noise {
             Noise::Known => 1.0,
-            #[cfg(feature = "internals")]
             Noise::FromMisfit => 2.0 * model.loss.cost(&model.misfit) / m.saturating_sub(known).max(1) as f64,
         };
         // In the units of the parameters from here on.
