@@ -77,6 +77,7 @@ pub fn candidates(estimate: &Estimate<'_>, base_point: usize, tolerance: f64) ->
         .filter(|placed| !placed.effect.empirical)
         // What is a fault of the rig competes as one.
         .filter(|placed| !(matches!(placed.effect.form, Form::ParameterChange) && bends_a_fault(rig, placed)))
+        .filter(|placed| !is_stated_as_exact(rig, placed))
         .collect();
     let count = rig.context().count("candidates screened", places.len());
     let Some(here) = ScoreContext::of(estimate, worth(places.len(), tolerance)) else { return Vec::new() };
@@ -127,6 +128,17 @@ pub fn empirical(rig: &Rig) -> Vec<Candidate> {
             }
         })
         .collect()
+}
+
+/// Whether the first parameter that an effect bends is one of a sensor that the rig file states as exact, such as the gain `1 +- 0`
+/// of an encoder that counts lines: of another value the prior has probability 0.
+fn is_stated_as_exact(rig: &Rig, placed: &EffectInstance) -> bool {
+    let first = placed.effect.parameters.first().and_then(|free| rig.bent(placed, free.name));
+    let is_exact = |index: usize| {
+        let parameter = &rig.parameters[index];
+        parameter.sigma == 0.0 && parameter.spread == 0.0
+    };
+    first.is_some_and(|index| rig.is_of_sensor(index) && is_exact(index))
 }
 
 /// Whether the first parameter that an effect bends is a fault of the rig.
