@@ -27,8 +27,8 @@ fn present(diagnosis: &Diagnosis) -> Vec<&str> {
     diagnosis.present().map(|fault| fault.id.as_str()).collect()
 }
 
-/// Spools of usual damping, the first as quick as the lag of the model, the others slower and later; the last passes its end by 9.5 %.
-const SPOOLS: [(f64, f64, usize); 4] = [(0.85, 8e-3, 0), (0.7, 9e-3, 1), (1.0, 10e-3, 2), (0.6, 9e-3, 1)];
+/// Spools of usual damping, the first as quick as the lag of the model, the others slower and later.
+const SPOOLS: [(f64, f64, usize); 3] = [(0.85, 8e-3, 0), (0.7, 9e-3, 1), (1.0, 10e-3, 2)];
 
 fn plant(spool: usize, clearance: f64) -> Plant {
     let (spool_damping, lag, dead_rows) = SPOOLS[spool];
@@ -52,7 +52,6 @@ fn leaks_alone(spool: usize, seed: u64) {
 fn a_healthy_rig_is_healthy_whatever_its_spool_does() {
     is_healthy(0, 11);
     is_healthy(2, 13);
-    is_healthy(3, 14);
 }
 
 #[test]
@@ -94,7 +93,6 @@ mod studies {
     fn spools_and_loggers_between() {
         is_healthy(1, 12);
         leaks_alone(1, 22);
-        leaks_alone(3, 24);
         stays_healthy(20);
     }
 }
