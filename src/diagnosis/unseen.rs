@@ -7,7 +7,6 @@
 use rayon::prelude::*;
 
 use super::case::{Case, Holding, ROUGH};
-use super::estimate::HOPE;
 use super::hypotheses::{Isolation, inflation_between, prior_odds};
 use crate::estimation::criteria::bic;
 use crate::estimation::local_model::Evaluated;
@@ -43,28 +42,24 @@ pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)
             let start = case.without_others(&point.theta, kept);
             let held = Holding { parameter: fault, value: at };
             let near = case.fit_held(&isolation.local, other, held, &start, Options::steps(1, ROUGH)).ok()?;
-            Some((bic(near.cost, other.len(), samples), other, near))
+            Some((bic(near.cost, other.len(), samples), other, near.theta))
         });
         levels.min_by(|a, b| a.0.total_cmp(&b.0))
     };
-    let mut screened: Vec<(f64, FaultSet, Fit)> = tried.into_par_iter().filter_map(at_its_best_level).collect();
+    let mut screened: Vec<(f64, FaultSet, Vec<f64>)> = tried.into_par_iter().filter_map(at_its_best_level).collect();
     screened.sort_by(|a, b| a.0.total_cmp(&b.0));
     let odds = prior_odds(case.faults());
-    for (_, other, mut last) in screened.into_iter().take(FITTED) {
+    for (_, other, mut theta) in screened.into_iter().take(FITTED) {
         for _ in 0..STEPS {
-            let near = case.local_model(&last.theta).ok()?;
-            let Ok(fit) = case.fit(&near, other, &last.theta, Options::steps(STEPS, ROUGH)) else { break };
+            let near = case.local_model(&theta).ok()?;
+            let Ok(fit) = case.fit(&near, other, &theta, Options::steps(STEPS, ROUGH)) else { break };
             let inflation = inflation_between(other, set, &isolation.inflation);
             let occam = case.schur_complement(&near).occam(other.iter(), 1.0) - isolation.schur.occam(set.iter(), 1.0);
             let fewer = odds * (other.len() as f64 - set.len() as f64);
-            let better_below = point.cost + 2.0 * inflation * (occam + fewer);
-            if fit.cost - fit.promised < better_below {
+            if -0.5 * (fit.cost - fit.promised - point.cost) / inflation + occam + fewer > 0.0 {
                 return Some((other, fit));
             }
-            if fit.cost - HOPE * (last.cost - fit.cost) > better_below {
-                break;
-            }
-            last = fit;
+            theta = fit.theta;
         }
     }
     None
