@@ -60,10 +60,7 @@ pub(super) fn call(
     match function {
         Function::Abs => Ok(first.dimension),
         Function::Sign | Function::Step => Ok(Dimension::NONE),
-        Function::Sqrt => first.dimension.rational_power(1, 2).ok_or_else(|| {
-            let what = format!("the root of {} has units to powers that are not kept", told(text, first));
-            ExpressionError::new(first.start, what, powers_kept(first.dimension))
-        }),
+        Function::Sqrt => root(text, first),
         Function::Exp | Function::Ln | Function::Sin | Function::Cos | Function::Tanh => {
             if first.dimension == Dimension::NONE {
                 return Ok(Dimension::NONE);
@@ -72,14 +69,23 @@ pub(super) fn call(
             let help = format!("divide by a reference, such as `[1 {}]`", unit_of(first.dimension));
             Err(ExpressionError::new(first.start, what, help))
         }
-        Function::Min | Function::Max => match second {
+        Function::Min | Function::Max | Function::Root => match second {
             Some(second) if second.dimension != first.dimension => {
                 let what = format!("`{name}` cannot compare {} with {}", told(text, first), told(text, second));
                 Err(ExpressionError::new(second.start, what, unlike(text, first, second)))
             }
+            _ if function == Function::Root => root(text, first),
             _ => Ok(first.dimension),
         },
     }
+}
+
+/// The dimension of a square root.
+fn root(text: &str, of: Part) -> Result<Dimension, ExpressionError> {
+    of.dimension.rational_power(1, 2).ok_or_else(|| {
+        let what = format!("the root of {} has units to powers that are not kept", told(text, of));
+        ExpressionError::new(of.start, what, powers_kept(of.dimension))
+    })
 }
 
 /// That a knot lies along the argument.

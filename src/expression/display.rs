@@ -60,7 +60,7 @@ impl fmt::Display for Expression {
                     let left = take(&mut pieces).within(bond);
                     Piece { text: format!("{left} {sign} {right}"), bond }
                 }
-                Op::Call(function @ (Function::Min | Function::Max)) => {
+                Op::Call(function @ (Function::Min | Function::Max | Function::Root)) => {
                     let (right, left) = (take(&mut pieces), take(&mut pieces));
                     Piece::whole(format!("{}({}, {})", function.name(), left.text, right.text))
                 }

@@ -16,6 +16,7 @@
 //! | `exp(a)`, `ln(a)`, `sin(a)`, `cos(a)`, `tanh(a)` | the usual functions; angles in rad | none |
 //! | `sign(a)`, `step(a)` | -1, 0, 1; and 0 below 0, otherwise 1 | any, gives none |
 //! | `min(a, b)`, `max(a, b)` | the smaller, the larger | like ones |
+//! | `root(a, w)` | square root of the magnitude with the sign of `a`, straight where `a` is small against `w`: `a / (a^2 + w^2)^0.25` | like ones whose root is whole or half |
 //! | `table(a; 0: y0, 1: y1, ...)` | broken line through 2 to 32 knots at constant, growing places | of the heights |
 //! | `curve(a; 0: y0, 1: y1, ...)` | smooth line through them that never overshoots (monotone cubic) | of the heights |
 //!
@@ -62,8 +63,8 @@ pub const MAX_WAITING: usize = 64;
 pub const MAX_KNOTS: usize = 32;
 
 /// The names of the functions, as a formula writes them.
-pub const FUNCTIONS: [&str; 13] =
-    ["sqrt", "abs", "exp", "ln", "sin", "cos", "tanh", "sign", "step", "min", "max", "table", "curve"];
+pub const FUNCTIONS: [&str; 14] =
+    ["sqrt", "abs", "exp", "ln", "sin", "cos", "tanh", "sign", "step", "min", "max", "root", "table", "curve"];
 
 /// A variable or parameter that a formula may use.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -147,6 +148,11 @@ impl Expression {
     /// The names it was read with, in the order of the values.
     pub fn names(&self) -> &[Name] {
         &self.names
+    }
+
+    /// Numbers, names, operators and functions of the formula together: what one evaluation costs.
+    pub fn size(&self) -> usize {
+        self.program.ops.len()
     }
 
     /// Whether the formula names `names()[index]` at all.

@@ -58,10 +58,11 @@ pub(super) enum Function {
     Step,
     Min,
     Max,
+    Root,
 }
 
 impl Function {
-    const ALL: [(&'static str, Self); 11] = [
+    const ALL: [(&'static str, Self); 12] = [
         ("sqrt", Self::Sqrt),
         ("abs", Self::Abs),
         ("exp", Self::Exp),
@@ -73,6 +74,7 @@ impl Function {
         ("step", Self::Step),
         ("min", Self::Min),
         ("max", Self::Max),
+        ("root", Self::Root),
     ];
 
     pub(super) fn find(name: &str) -> Option<Self> {
@@ -84,7 +86,7 @@ impl Function {
     }
 
     pub(super) fn arguments(self) -> usize {
-        if matches!(self, Self::Min | Self::Max) { 2 } else { 1 }
+        if matches!(self, Self::Min | Self::Max | Self::Root) { 2 } else { 1 }
     }
 }
 
@@ -168,6 +170,7 @@ fn binary<T: Real>(op: Op, a: T, b: T) -> T {
         // A NaN must not vanish because the other one is smaller.
         _ if b.re().is_nan() => b,
         Op::Call(Function::Min) => a.min(b),
+        Op::Call(Function::Root) => root(a, b),
         _ => a.max(b),
     }
 }
@@ -185,8 +188,15 @@ fn unary<T: Real>(function: Function, x: T) -> T {
         Function::Sign if x.re() == 0.0 => T::zero(),
         Function::Sign => T::constant(x.re().signum()),
         Function::Step => T::constant(if x.re() < 0.0 { 0.0 } else { 1.0 }),
-        Function::Abs | Function::Min | Function::Max => x.abs(),
+        Function::Abs | Function::Min | Function::Max | Function::Root => x.abs(),
     }
+}
+
+/// Square root with the sign of `x`, straight where `x` is small against `width`.
+fn root<T: Real>(x: T, width: T) -> T {
+    let squares = x * x + width * width;
+    // Without a width there is nothing that the slope at 0 could be.
+    if squares.re() == 0.0 { T::zero() } else { x / squares.sqrt().sqrt() }
 }
 
 fn power<T: Real>(x: T, exponent: Exponent) -> T {

@@ -1,5 +1,6 @@
 //! What a component tells about itself: its parameters, ports, states and one worked number.
 
+use super::own::Own;
 use crate::expression::Expression;
 
 /// One parameter of a component: the data from which the rig file is read and the reference is written.
@@ -221,6 +222,8 @@ pub struct Card {
     pub worked: &'static [Worked],
     /// The law of an effect that a user has written; see [`Formula`](super::formula::Formula).
     pub formula: Option<&'static Expression>,
+    /// The law of a component that a rig file or the catalogue writes.
+    pub own: Option<&'static Own>,
     /// Whether it sees, behind its inputs, the seconds since the run began.
     pub sees_time: bool,
     /// Whether its law has the viscosity of the fluid.
@@ -246,6 +249,7 @@ impl Card {
         pressure_scale: 1e7,
         worked: &[],
         formula: None,
+        own: None,
         sees_time: false,
         sees_viscosity: false,
         throttles: false,

@@ -10,6 +10,7 @@ pub mod effect;
 pub mod fluid;
 pub mod formula;
 pub mod law;
+pub mod own;
 
 /// Standard atmosphere in Pa: what gauge pressures of a rig file and of its sensors are counted from.
 pub const ATMOSPHERE: f64 = 101_325.0;

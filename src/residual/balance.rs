@@ -15,6 +15,8 @@ enum Term {
     Measured { reading: usize, sign: f64 },
     /// What the volume at a port takes up: capacity times rate of pressure.
     Stored { view: View, port: usize, rate: usize, sign: f64 },
+    /// What the law of a component lets into a port at the measured quantities.
+    Law { view: View, port: usize, sign: f64 },
 }
 
 /// A flow into one port, or the sum over several ports of one node, from measured channels.
@@ -74,7 +76,7 @@ impl Balance {
         for (index, component) in rig.parts() {
             for (port, _) in component.ports.iter().enumerate().filter(|(_, joined)| **joined == node) {
                 let balance = facts(component.card).balance;
-                if matches!(balance, Passes::Stores | Passes::Chamber) {
+                if matches!(balance, Passes::Stores | Passes::Chamber | Passes::LawAndStores) {
                     let rate = readings.node(rig, node, Quantity::Pressure, 1)?;
                     let view = View::of(rig, index, readings)?;
                     self.terms.push(Term::Stored { view, port, rate, sign: -sign });
@@ -88,6 +90,10 @@ impl Balance {
                     self.shut.push(View::of(rig, index, readings)?);
                 } else if balance == Passes::Through {
                     self.add_port(rig, (index, 1 - port), sign, readings, reach - 1)?;
+                } else if balance == Passes::ThroughOrLaw {
+                    self.add_across_or_law(rig, (index, port), sign, readings, reach)?;
+                } else if matches!(balance, Passes::Law | Passes::LawAndStores) {
+                    self.add_law(rig, (index, port), sign, readings)?;
                 } else {
                     return None;
                 }
@@ -96,10 +102,39 @@ impl Balance {
         Some(())
     }
 
+    /// Takes the flow into a port off: as it is measured beyond the component, which owes nothing to its parameters, or as its
+    /// law says.
+    fn add_across_or_law(
+        &mut self,
+        rig: &Rig,
+        (component, port): (usize, usize),
+        sign: f64,
+        readings: &mut Readings,
+        reach: usize,
+    ) -> Option<()> {
+        let (mut across, mut tried) = (self.clone(), readings.clone());
+        if across.add_port(rig, (component, 1 - port), sign, &mut tried, reach - 1).is_some() {
+            (*self, *readings) = (across, tried);
+            return Some(());
+        }
+        self.add_law(rig, (component, port), sign, readings)
+    }
+
+    fn add_law(&mut self, rig: &Rig, at: (usize, usize), sign: f64, readings: &mut Readings) -> Option<()> {
+        let (component, port) = at;
+        // A port that only looks at the pressure takes nothing, whatever is measured.
+        if rig.components[component].card.own.is_some_and(|own| !own.passes(port)) {
+            return Some(());
+        }
+        let view = View::of(rig, component, readings)?;
+        self.terms.push(Term::Law { view, port, sign: -sign });
+        Some(())
+    }
+
     /// Components whose law the balance evaluates.
     pub fn components(&self) -> impl Iterator<Item = usize> {
         self.terms.iter().filter_map(|term| match term {
-            Term::Stored { view, .. } => Some(view.component),
+            Term::Stored { view, .. } | Term::Law { view, .. } => Some(view.component),
             Term::Measured { .. } => None,
         })
     }
@@ -110,6 +145,7 @@ impl Balance {
             sum + match term {
                 Term::Measured { reading, sign } => x[*reading] * *sign,
                 Term::Stored { view, port, rate, sign } => view.answers(p, x).capacity[*port] * x[*rate] * *sign,
+                Term::Law { view, port, sign } => view.answers(p, x).through[*port] * *sign,
             }
         })
     }
@@ -118,7 +154,7 @@ impl Balance {
     pub fn measured<T: Real>(&self, x: &[T]) -> T {
         self.terms.iter().fold(T::zero(), |sum, term| match term {
             Term::Measured { reading, sign } => sum + x[*reading] * *sign,
-            Term::Stored { .. } => sum,
+            Term::Stored { .. } | Term::Law { .. } => sum,
         })
     }
 }

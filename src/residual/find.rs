@@ -1,5 +1,7 @@
 //! Finds the residual generators of a rig: every component whose needed quantities are measured.
 
+use std::borrow::Cow;
+
 use super::balance::Balance;
 use super::form::{Edge, Form};
 use super::generator::{Generator, Variant};
@@ -24,6 +26,7 @@ pub fn generators(rig: &Rig) -> Vec<Generator> {
                 let meaning = "flow of the healthy part at the measured pressures minus the actual flow";
                 through(rig, index, Label::new("flow", "-", meaning), &mut found);
             }
+            Residuals::EachPort => each_port(rig, index, &mut found),
             Residuals::Directional => directional(rig, index, &mut found),
             Residuals::Pump => pump(rig, index, &mut found),
             // The pump that it guards brings its residual.
@@ -35,7 +38,7 @@ pub fn generators(rig: &Rig) -> Vec<Generator> {
 
 /// What a residual is called and what it says.
 struct Label {
-    name: &'static str,
+    name: Cow<'static, str>,
     equation: &'static str,
     variant: Variant,
     unit: &'static str,
@@ -44,7 +47,7 @@ struct Label {
 
 impl Label {
     const fn new(name: &'static str, equation: &'static str, meaning: &'static str) -> Self {
-        Self { name, equation, variant: Variant::Corrected, unit: "L/min", meaning }
+        Self { name: Cow::Borrowed(name), equation, variant: Variant::Corrected, unit: "L/min", meaning }
     }
     const fn printed(mut self) -> Self {
         self.variant = Variant::Paper;
@@ -123,6 +126,23 @@ fn through(rig: &Rig, index: usize, label: Label, found: &mut Vec<Generator>) {
         let flow = Balance::into_port(rig, index, 0, readings)?;
         Some(Form::Through { laws: vec![(view, 0)], flow, sign: 1.0 })
     });
+}
+
+/// What the law of a component lets into each of its ports, against what enters there.
+fn each_port(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
+    let card = rig.components[index].card;
+    for (port, name) in card.ports.iter().enumerate().map(|(port, card)| (port, card.name)) {
+        if card.ports[port].kind != PortKind::Hydraulic || card.own.is_some_and(|own| !own.passes(port)) {
+            continue;
+        }
+        let meaning = "flow of the healthy part into the port at the measured pressures minus the actual flow";
+        let label = Label { name: Cow::Owned(format!("flow_{name}")), ..Label::new("flow", "-", meaning) };
+        add(rig, index, label, found, |readings| {
+            let view = View::of(rig, index, readings)?;
+            let flow = Balance::into_port(rig, index, port, readings)?;
+            Some(Form::Through { laws: vec![(view, port)], flow, sign: 1.0 })
+        });
+    }
 }
 
 fn flow_control(rig: &Rig, index: usize, found: &mut Vec<Generator>) {

@@ -56,7 +56,9 @@ impl View {
         }
         // No residual knows when the record began, nor how warm the fluid is.
         let unknown = this.card.sees_time || (this.card.sees_viscosity && rig.viscosity_varies());
-        if this.card.states.len() > 1 || unknown {
+        // The search below is for states that fall to where they rest.
+        let unsettled = this.card.own.is_some_and(|own| !own.settles);
+        if this.card.states.len() > 1 || unknown || unsettled {
             return None;
         }
         z.extend(this.card.states.iter().map(|_| Variable::Settled));

@@ -6,13 +6,17 @@ mod cycle;
 mod effect;
 mod fault;
 mod input;
+mod kept;
+mod kinds;
 mod node;
+mod own_component;
 mod own_effect;
 mod sensor;
 mod version;
 
 use toml::de::DeTable;
 
+use self::kinds::Kinds;
 use super::source::{Source, Table, Value};
 use super::{Node, NodeKind, Rig};
 use crate::complaint::{Complaint, Kind, help_with_names};
@@ -21,21 +25,7 @@ use crate::physics::fluid;
 use crate::units::{Dimension, Unit};
 
 pub fn parse(source: Source) -> Result<Rig, Complaint> {
-    let document = DeTable::parse(&source.text).map_err(|error| {
-        let span = error.span().unwrap_or_default();
-        let place = source.place(span.clone());
-        if error.message().contains("duplicate key") {
-            return duplicate_key(&source, span);
-        }
-        let help = if error.message().contains("unquoted key") {
-            "put a key with a point or an `@` between quotes: `\"external-leakage@A\" = { ... }`"
-        } else {
-            "the rig file is named before the record; see docs/reference/rig-file.md for one to start from"
-        };
-        Complaint::new(Kind::Syntax, format!("this is not TOML: {}", error.message().replace('\n', "; ")))
-            .at(place)
-            .help(help)
-    })?;
+    let document = DeTable::parse(&source.text).map_err(|error| not_toml(&source, &error))?;
     let root = Table::new(&source, "the rig file", 0..0, document.get_ref());
     version::check(root.get("version"))?;
     let name = match root.get("rig") {
@@ -81,9 +71,10 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
             place: value.place(),
         });
     }
+    let kinds = Kinds::of(&source, &root)?;
     let components = root.require("components", "add `[components.NAME]` with a `kind` and its `ports`")?;
     for (name, value) in components.table("`[components]`")?.named_entries()? {
-        component::read_component(&mut rig, name, &value)?;
+        component::read_component(&mut rig, &kinds, name, &value)?;
     }
     for (name, value) in nodes.entries() {
         node::resolve_node(&mut rig, name, &value)?;
@@ -116,6 +107,23 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
     }
     root.finish()?;
     Ok(rig)
+}
+
+/// The complaint about a text that is no TOML.
+fn not_toml(source: &Source, error: &toml::de::Error) -> Complaint {
+    let span = error.span().unwrap_or_default();
+    let place = source.place(span.clone());
+    if error.message().contains("duplicate key") {
+        return duplicate_key(source, span);
+    }
+    let help = if error.message().contains("unquoted key") {
+        "put a key with a point or an `@` between quotes: `\"external-leakage@A\" = { ... }`"
+    } else {
+        "the rig file is named before the record; see docs/reference/rig-file.md for one to start from"
+    };
+    Complaint::new(Kind::Syntax, format!("this is not TOML: {}", error.message().replace('\n', "; ")))
+        .at(place)
+        .help(help)
 }
 
 /// The complaint about a key that appears twice, with both places where the first is found.

@@ -253,6 +253,19 @@ impl<'a> Value<'a> {
             .collect())
     }
 
+    /// The items of a list, or the value itself where it is none.
+    pub fn one_or_more(self) -> Result<Vec<Value<'a>>, Complaint> {
+        if self.is_list() { self.list() } else { Ok(vec![self]) }
+    }
+
+    /// True or false.
+    pub fn flag(&self) -> Result<bool, Complaint> {
+        match self.value.get_ref() {
+            DeValue::Boolean(flag) => Ok(*flag),
+            _ => Err(self.wrong_type("true or false")),
+        }
+    }
+
     /// Whether the value is a list.
     pub fn is_list(&self) -> bool {
         self.value.get_ref().is_array()

@@ -67,8 +67,9 @@ pub enum Residuals {
     /// What should be shut below its set pressure, at the pump that it guards.
     Relief,
     /// Flow of the law at the measured pressures against the flow that passes from one port to the other.
-    #[allow(dead_code, reason = "for components to come; a test adds one")]
     Through,
+    /// The same at each port that takes a flow.
+    EachPort,
     /// None is known.
     None,
 }
@@ -95,4 +96,10 @@ pub enum Balance {
     OneWay,
     /// It takes a flow that has to be measured.
     Ends,
+    /// It takes the flow of its law at the measured quantities.
+    Law,
+    /// The same, and it stores oil.
+    LawAndStores,
+    /// What enters leaves at the other port, where it is measured; otherwise the flow of its law.
+    ThroughOrLaw,
 }

@@ -6,6 +6,7 @@ use super::drop::Dropped;
 use super::effect::EffectLaw;
 use super::fluid::Fluid;
 use super::formula::Formula;
+use super::own::OwnLaw;
 use crate::numeric::Real;
 
 pub mod facts;
@@ -79,6 +80,9 @@ macro_rules! components {
 
         /// What the component of a card is to the drawing, to residuals and to balances.
         pub fn facts(card: &Card) -> Facts {
+            if let Some(own) = card.own {
+                return own.facts;
+            }
             $($(#[$condition])* {
                 if card.kind == $module::CARD.kind {
                     return $module::FACTS;
@@ -97,6 +101,8 @@ macro_rules! components {
             Formula(Formula<T>),
             /// A component in whose line a user's effect loses pressure.
             Dropped(Box<Dropped<T>>),
+            /// A component that the rig file or the catalogue writes.
+            Own(Box<OwnLaw<T>>),
         }
 
         impl<T: Real> AnyLaw<T> {
@@ -104,6 +110,9 @@ macro_rules! components {
             pub fn new(card: &'static Card, parameters: &[T], fluid: &Fluid<T>) -> Option<Self> {
                 if card.formula.is_some() {
                     return Formula::new(card, parameters).map(AnyLaw::Formula);
+                }
+                if let Some(own) = card.own {
+                    return Some(AnyLaw::Own(Box::new(OwnLaw::new(card, own, parameters, fluid))));
                 }
                 let kind = card.kind;
                 $($(#[$condition])* {
@@ -121,6 +130,7 @@ macro_rules! components {
                     AnyLaw::Effect(law) => law.evaluate(seen, answers),
                     AnyLaw::Formula(law) => law.evaluate(seen, answers),
                     AnyLaw::Dropped(law) => law.evaluate(seen, answers),
+                    AnyLaw::Own(law) => law.evaluate(seen, answers),
                 }
             }
         }

@@ -1,9 +1,10 @@
 //! Components: kind, ports, inputs, parameters, initial states.
 
 use super::card_unit;
+use super::kinds::{Found, Kinds};
 use crate::complaint::{Complaint, Kind, help_with_names};
 use crate::physics::card::{Card, Role};
-use crate::physics::component;
+use crate::physics::fluid::{self, Fluid};
 use crate::rig::source::{Table, Value};
 use crate::rig::{Component, Parameter, Rig, range};
 use crate::units::Quantity;
@@ -56,20 +57,15 @@ pub(super) fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &T
     Ok(())
 }
 
-pub(super) fn read_component(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Complaint> {
+pub(super) fn read_component(rig: &mut Rig, kinds: &Kinds, name: &str, value: &Value<'_>) -> Result<(), Complaint> {
     let table = value.table(format!("component `{name}`"))?;
     if matches!(name, "fluid" | "sensor") {
         return Err(Complaint::new(Kind::Contradiction, format!("`{name}` cannot be the name of a component"))
             .at(value.place())
             .help("the name stands for other parameters; choose another"));
     }
-    let kinds = component::CARDS.iter().map(|card| card.kind);
-    let kind = table.require("kind", &help_with_names("", "component kinds", kinds.clone()))?;
-    let Some(card) = component::card(kind.text()?) else {
-        return Err(Complaint::new(Kind::UnknownName, format!("unknown component kind `{}`", kind.text()?))
-            .at(kind.place())
-            .help(help_with_names(kind.text()?, "component kinds", kinds)));
-    };
+    let found = kinds.find(&table.require("kind", &help_with_names("", "component kinds", kinds.names()))?)?;
+    let card = found.card();
     let ports = read_ports(rig, name, card, &table)?;
     let inputs = read_component_inputs(rig, name, card, &table)?;
     let first_parameter = rig.parameters.len();
@@ -79,6 +75,12 @@ pub(super) fn read_component(rig: &mut Rig, name: &str, value: &Value<'_>) -> Re
         own.filter(|own| own.role == Role::Instrument).for_each(|own| own.spread = 0.0);
     }
     let mut initial = vec![None; card.states.len()];
+    if let Found::Own(own) = found {
+        let nominal = rig.nominal();
+        let fluid = Fluid::new(&nominal[..fluid::CARD.parameters.len()]);
+        own.check_domain(&nominal[first_parameter..], &fluid, &value.place())?;
+        initial.clone_from(&own.initial);
+    }
     if let Some(value) = table.get("initial") {
         let states = value.table(format!("`initial` of component `{name}`"))?;
         for (slot, state) in initial.iter_mut().zip(card.states) {

@@ -2,9 +2,11 @@
 
 mod sees;
 
-use sees::{Acts, Sees, THROUGH, acts, kind, words};
+pub(super) use sees::words;
+use sees::{Acts, Sees, THROUGH, acts, kind};
 
 use super::Value;
+use super::kept::{kept, kept_list};
 use crate::complaint::{Complaint, Kind};
 use crate::expression::{Expression, Name};
 use crate::physics::card::{ANY, Card, Input, Parameter, Port, PortKind};
@@ -118,15 +120,6 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
         parameters: kept_list(own.iter().map(free).collect()),
     })));
     Ok(())
-}
-
-/// Cards are constants everywhere else; those of a rig file live as long as the program, which reads few of them.
-fn kept(text: &str) -> &'static str {
-    Box::leak(text.to_owned().into_boxed_str())
-}
-
-fn kept_list<T>(list: Vec<T>) -> &'static [T] {
-    Box::leak(list.into_boxed_slice())
 }
 
 fn read_parameters(value: &Value<'_>) -> Result<Vec<Own>, Complaint> {

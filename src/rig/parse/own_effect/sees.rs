@@ -37,7 +37,7 @@ const READING: &str = "reading";
 pub(super) const THROUGH: &str = "q";
 
 /// The names and numbers of a formula; what stands in brackets are units.
-pub(super) fn words(formula: &str) -> impl Iterator<Item = &str> {
+pub(in crate::rig::parse) fn words(formula: &str) -> impl Iterator<Item = &str> {
     let part = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.');
     let outside = |(place, text): (usize, _)| {
         if place == 0 { Some(text) } else { str::split_once(text, ']').map(|(_, rest)| rest) }

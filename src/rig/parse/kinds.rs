@@ -1,0 +1,127 @@
+//! The kinds of components that a rig file may name: built in, its own, and those of files that it includes.
+
+use std::path::{Path, PathBuf};
+
+use toml::de::DeTable;
+
+use super::own_component::{OwnKind, read_own_component};
+use crate::complaint::{Complaint, Kind, help_with_names};
+use crate::physics::card::Card;
+use crate::physics::component;
+use crate::rig::source::{Source, Table, Value};
+
+/// How a component names a kind of the rig file's own.
+const OWN: &str = "own:";
+/// Deeper than this no library of files is nested that people still understand.
+const MOST_NESTED: usize = 8;
+
+/// Kinds of the rig file's own.
+#[derive(Default)]
+pub(super) struct Kinds {
+    own: Vec<OwnKind>,
+    /// Files that were read, each once.
+    read: Vec<PathBuf>,
+}
+
+/// A kind that a component names.
+#[derive(Clone, Copy)]
+pub(super) enum Found<'a> {
+    BuiltIn(&'static Card),
+    Own(&'a OwnKind),
+}
+
+impl Found<'_> {
+    pub fn card(self) -> &'static Card {
+        match self {
+            Self::BuiltIn(card) => card,
+            Self::Own(own) => own.card,
+        }
+    }
+}
+
+impl Kinds {
+    /// The kinds of a rig file, and of the files that it includes.
+    pub fn of(source: &Source, root: &Table<'_>) -> Result<Self, Complaint> {
+        let mut kinds = Self::default();
+        kinds.read_file(source, root, &mut vec![canonical(&source.path)])?;
+        Ok(kinds)
+    }
+
+    /// `within` are the files that include this one, itself the last.
+    fn read_file(&mut self, source: &Source, root: &Table<'_>, within: &mut Vec<PathBuf>) -> Result<(), Complaint> {
+        if let Some(files) = root.get("include") {
+            for file in files.one_or_more()? {
+                self.include(source, &file, within)?;
+            }
+        }
+        let Some(own) = root.get("own_components") else { return Ok(()) };
+        for (name, value) in own.table("`[own_components]`")?.named_entries()? {
+            let kind = read_own_component(&format!("{OWN}{name}"), &value)?;
+            if let Some(other) = self.own.iter().find(|other| other.card.kind == kind.card.kind) {
+                return Err(Complaint::new(Kind::Duplicate, format!("the component kind `{name}` is described twice"))
+                    .at(other.place.clone())
+                    .at(kind.place)
+                    .help("take another name for one of them"));
+            }
+            self.own.push(kind);
+        }
+        Ok(())
+    }
+
+    fn include(&mut self, source: &Source, file: &Value<'_>, within: &mut Vec<PathBuf>) -> Result<(), Complaint> {
+        let name = Path::new(file.text()?);
+        if name.is_absolute() {
+            return Err(Complaint::new(Kind::Contradiction, "a rig file includes what stands beside it")
+                .at(file.place())
+                .help("write the path from the folder of this file, such as `include = [\"valves.toml\"]`"));
+        }
+        let path = source.path.parent().unwrap_or(Path::new("")).join(name);
+        let whole = canonical(&path);
+        if within.contains(&whole) {
+            return Err(Complaint::new(Kind::Contradiction, format!("`{}` includes itself", name.display()))
+                .at(file.place())
+                .help("leave this line out, here or in the file between"));
+        }
+        if within.len() == MOST_NESTED {
+            return Err(Complaint::new(Kind::Bounds, format!("files include each other more than {MOST_NESTED} deep"))
+                .at(file.place())
+                .help("include them from the rig file"));
+        }
+        if self.read.contains(&whole) {
+            return Ok(());
+        }
+        let text = crate::files::read_text(&path).map_err(|complaint| complaint.at(file.place()))?;
+        let source = Source::new(path, text);
+        let document = DeTable::parse(&source.text).map_err(|error| super::not_toml(&source, &error))?;
+        let root = Table::new(&source, "the included file", 0..0, document.get_ref());
+        within.push(whole.clone());
+        self.read_file(&source, &root, within)?;
+        within.pop();
+        self.read.push(whole);
+        root.finish()
+    }
+
+    /// The kind that a component names.
+    pub fn find(&self, kind: &Value<'_>) -> Result<Found<'_>, Complaint> {
+        let name = kind.text()?;
+        if let Some(own) = self.own.iter().find(|own| own.card.kind == name) {
+            return Ok(Found::Own(own));
+        }
+        component::card(name).map(Found::BuiltIn).ok_or_else(|| {
+            Complaint::new(Kind::UnknownName, format!("unknown component kind `{name}`"))
+                .at(kind.place())
+                .help(help_with_names(name, "component kinds", self.names()))
+        })
+    }
+
+    /// All kinds that there are.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        let own = self.own.iter().map(|own| own.card.kind);
+        component::CARDS.iter().map(|card| card.kind).chain(own)
+    }
+}
+
+/// The one path of a file; of one that cannot be found, as it is written.
+fn canonical(path: &Path) -> PathBuf {
+    std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
+}
