@@ -9,6 +9,7 @@ mod campaign;
 mod check;
 mod compare;
 mod completions;
+mod components;
 mod desk;
 mod diagnose;
 mod effects;
@@ -61,6 +62,7 @@ enum Verb {
     Check(check::Arguments),
     Compare(compare::Arguments),
     Completions(completions::Arguments),
+    Components(components::Arguments),
     Desk(desk::Arguments),
     Diagnose(diagnose::Arguments),
     Effects(effects::Arguments),
@@ -85,6 +87,7 @@ impl Verb {
             Self::Check(arguments) => check::run(arguments, context, out),
             Self::Compare(arguments) => compare::run(arguments, context, out),
             Self::Completions(arguments) => completions::run(arguments, out),
+            Self::Components(arguments) => components::run(arguments, out),
             Self::Desk(arguments) => desk::run(arguments, context, out),
             Self::Diagnose(arguments) => diagnose::run(arguments, context, out),
             Self::Effects(arguments) => effects::run(arguments, out),

@@ -174,7 +174,8 @@ fn part(rig: &Rig, id: &str) -> String {
     let component = rig.parameter(id).and_then(|index| rig.components.iter().find(|one| one.owns(index)));
     let Some(component) = component else { return owner };
     let name = component.name.replace(['_', '-'], " ");
-    let kind = component.card.kind.replace(['_', '-'], " ");
+    // `own:` and `catalogue:` say where it is described.
+    let kind = component.card.kind.rsplit(':').next().unwrap_or_default().replace(['_', '-'], " ");
     if kind.is_empty() || name.contains(&kind) { name } else { format!("{name} ({kind})") }
 }
 

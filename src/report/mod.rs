@@ -14,6 +14,8 @@ pub mod comparison;
 #[cfg(feature = "cli")]
 pub mod curves;
 pub mod diagnosis;
+#[cfg(feature = "cli")]
+pub mod components;
 pub mod digits;
 #[cfg(feature = "cli")]
 pub mod effects;

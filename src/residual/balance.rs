@@ -113,7 +113,8 @@ impl Balance {
         reach: usize,
     ) -> Option<()> {
         let (mut across, mut tried) = (self.clone(), readings.clone());
-        if across.add_port(rig, (component, 1 - port), sign, &mut tried, reach - 1).is_some() {
+        let found = across.add_port(rig, (component, 1 - port), sign, &mut tried, reach - 1);
+        if found.is_some() && across.terms[self.terms.len()..].iter().all(|term| !matches!(term, Term::Law { .. })) {
             (*self, *readings) = (across, tried);
             return Some(());
         }
@@ -129,6 +130,11 @@ impl Balance {
         let view = View::of(rig, component, readings)?;
         self.terms.push(Term::Law { view, port, sign: -sign });
         Some(())
+    }
+
+    /// Whether a flow in it follows from the law of a component.
+    pub fn has_law(&self) -> bool {
+        self.terms.iter().any(|term| matches!(term, Term::Law { .. }))
     }
 
     /// Components whose law the balance evaluates.

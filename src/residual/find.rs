@@ -119,12 +119,17 @@ fn cylinder(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
 fn through(rig: &Rig, index: usize, label: Label, found: &mut Vec<Generator>) {
     add(rig, index, label, found, |readings| {
         let view = View::of(rig, index, readings)?;
-        // What enters leaves again, so either side will do.
-        if let Some(flow) = Balance::into_port(rig, index, 1, readings) {
-            return Some(Form::Through { laws: vec![(view, 1)], flow, sign: -1.0 });
-        }
-        let flow = Balance::into_port(rig, index, 0, readings)?;
-        Some(Form::Through { laws: vec![(view, 0)], flow, sign: 1.0 })
+        // What enters leaves again, so either side will do: a flow that owes nothing to another law is the better witness.
+        let mut sides = [(1, -1.0), (0, 1.0)].into_iter().filter_map(|(port, sign)| {
+            let mut own = readings.clone();
+            Balance::into_port(rig, index, port, &mut own).map(|flow| (port, sign, flow, own))
+        });
+        let first = sides.next()?;
+        let better = if first.2.has_law() { sides.find(|(_, _, flow, _)| !flow.has_law()) } else { None };
+        drop(sides);
+        let (port, sign, flow, own) = better.unwrap_or(first);
+        *readings = own;
+        Some(Form::Through { laws: vec![(view, port)], flow, sign })
     });
 }
 

@@ -38,6 +38,8 @@ pub use mapping::Proposal;
 pub use margin::NEVER_KNOWN;
 pub use scaling::Scaling;
 pub use sensor::{Hold, Input, Quantity, Sensor, TOLERANCE, Target, Temperature};
+#[cfg(feature = "cli")]
+pub(crate) use parse::catalogue;
 pub(crate) use source::document;
 
 /// Whether the lower bound of something only says that it is positive.

@@ -1,6 +1,7 @@
 //! From the text of a rig file to a [`Rig`].
 
 mod calibration;
+pub(crate) mod catalogue;
 mod component;
 mod cycle;
 mod effect;

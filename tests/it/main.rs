@@ -129,6 +129,7 @@ mod rig {
     mod expression_text;
     mod expression_wrong;
     mod structure;
+    mod own_components;
     mod structure_known;
     mod units_known;
 }

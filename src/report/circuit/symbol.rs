@@ -49,13 +49,14 @@ impl Symbol {
     pub fn ends(self) -> &'static [(f64, f64)] {
         match self {
             // Outlet and inlet.
-            Self::Pump | Self::VariablePump | Self::ReversiblePump => &[(0.0, -30.0), (0.0, 30.0)],
+            Self::Pump | Self::VariablePump | Self::ReversiblePump => &[(0.0, -30.0), (0.0, 30.0), (-22.0, 0.0), (22.0, 0.0)],
             Self::PilotCheckValve => &[(0.0, 30.0), (0.0, -30.0), (-24.0, 0.0)],
             Self::DirectionalValve => &[(-10.0, 30.0), (10.0, 30.0), (-10.0, -30.0), (10.0, -30.0)],
             Self::Cylinder => &[(-48.0, 30.0), (48.0, 30.0)],
             Self::Vessel => &[(0.0, 34.0)],
             Self::Accumulator => &[(0.0, 30.0)],
-            _ => &[(0.0, 30.0), (0.0, -30.0)],
+            // Those that formulas add to two stand at the sides.
+            _ => &[(0.0, 30.0), (0.0, -30.0), (-20.0, 0.0), (20.0, 0.0)],
         }
     }
 
@@ -104,6 +105,13 @@ impl Symbol {
                     + &line("M20 0l4-6 5 12 5-12 5 12 5-6")
             }
             Self::Restrictor => line(THROUGH) + &line("M-12-15Q-1 0-12 15M12-15Q1 0 12 15"),
+            Self::OneWayThrottle => {
+                line(THROUGH)
+                    + &line("M-12-15Q-1 0-12 15M12-15Q1 0 12 15M0 24H20V7M20-8V-24H0M13-4L20 7 27-4")
+                    + "<circle cx=\"20\" cy=\"-2\" r=\"6\"/>"
+            }
+            Self::Filter => line("M0-18L18 0 0 18-18 0zM0-18V-30M0 18V30") + "<path class=\"pilot\" d=\"M-18 0H18\"/>",
+            Self::Motor => "<circle r=\"22\"/>".to_owned() + &line("M0-22V-30M0 22V30M22-3H34M22 3H34") + &full("M0 8L-8 21H8z"),
             Self::Orifice => line(THROUGH) + &line("M-13-9L-3 0-13 9M13-9L3 0 13 9"),
             Self::FreeOutlet => line("M0 30V-8") + &line("M-13-9L-3 0-13 9M13-9L3 0 13 9") + "<path class=\"pilot\" d=\"M0-8V-30\"/>",
             Self::Cylinder => {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use toml::de::DeTable;
 
+use super::catalogue;
 use super::own_component::{OwnKind, read_own_component};
 use crate::complaint::{Complaint, Kind, help_with_names};
 use crate::physics::card::Card;
@@ -104,7 +105,7 @@ impl Kinds {
     /// The kind that a component names.
     pub fn find(&self, kind: &Value<'_>) -> Result<Found<'_>, Complaint> {
         let name = kind.text()?;
-        if let Some(own) = self.own.iter().find(|own| own.card.kind == name) {
+        if let Some(own) = self.own.iter().chain(catalogue::kinds()).find(|own| own.card.kind == name) {
             return Ok(Found::Own(own));
         }
         component::card(name).map(Found::BuiltIn).ok_or_else(|| {
@@ -116,7 +117,7 @@ impl Kinds {
 
     /// All kinds that there are.
     pub fn names(&self) -> impl Iterator<Item = &str> {
-        let own = self.own.iter().map(|own| own.card.kind);
+        let own = self.own.iter().chain(catalogue::kinds()).map(|own| own.card.kind);
         component::CARDS.iter().map(|card| card.kind).chain(own)
     }
 }

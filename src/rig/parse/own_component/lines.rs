@@ -30,7 +30,6 @@ pub(super) struct StateLine<'a> {
     /// In `unit`.
     pub scale: f64,
     pub meaning: &'static str,
-    pub value: Value<'a>,
 }
 
 /// The entries of a table, each a line of its own; none where the key is missing.
@@ -198,7 +197,7 @@ pub(super) fn states<'a>(table: &Table<'a>, parameters: &mut [Parameter]) -> Res
         }
         let meaning = meaning(&line)?;
         line.finish()?;
-        states.push(StateLine { name, unit, change, initial, scale, meaning, value });
+        states.push(StateLine { name, unit, change, initial, scale, meaning });
     }
     Ok(states)
 }

@@ -5,6 +5,7 @@ mod facts;
 mod formulas;
 mod lines;
 mod names;
+mod worked;
 
 use formulas::{Formulas, Lines};
 use lines::{Change, StateLine};
@@ -45,6 +46,7 @@ pub(super) fn read_own_component(kind: &str, value: &Value<'_>) -> Result<OwnKin
     let inputs = lines::inputs(&table)?;
     let states = lines::states(&table, &mut parameters)?;
     let lines = Lines::read(&table, &ports)?;
+    let numbers = table.get("worked");
     table.finish()?;
     check_all_words(&table, &lines)?;
 
@@ -86,7 +88,9 @@ pub(super) fn read_own_component(kind: &str, value: &Value<'_>) -> Result<OwnKin
         inputs: kept_list(inputs),
         ..Card::EMPTY
     };
-    Ok(OwnKind { card: Box::leak(Box::new(card)), own, places, initial, place: value.place() })
+    let card: &'static Card = Box::leak(Box::new(card));
+    let card = Box::leak(Box::new(Card { worked: worked::read(card, numbers)?, ..*card }));
+    Ok(OwnKind { card, own, places, initial, place: value.place() })
 }
 
 /// The laws as text, one line each.

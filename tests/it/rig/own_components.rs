@@ -1,0 +1,249 @@
+//! Components of formulas: laws that act like built-in ones, files that are included, the catalogue, and every mistake with its line.
+
+use std::fs;
+use std::path::Path;
+
+use approx::assert_relative_eq;
+use borescope::internals::model::{InputSignals, Model};
+use borescope::internals::physics::ATMOSPHERE;
+use borescope::internals::physics::component::{PortFlows, PortVariables};
+use borescope::internals::physics::fluid::{self, Fluid};
+use borescope::internals::residual::{Variant, generators};
+use borescope::internals::rig::Rig;
+
+use crate::support::command::borescope;
+
+const FILTER: &str = "fixtures/own_filter/rig.toml";
+
+fn text() -> String {
+    fs::read_to_string(FILTER).unwrap()
+}
+
+fn parse(text: String) -> Rig {
+    Rig::parse(FILTER, text).unwrap_or_else(|complaint| panic!("{complaint}"))
+}
+
+/// What the sensors show over the cycle.
+fn outputs(rig: &Rig) -> Vec<Vec<f64>> {
+    let drive = InputSignals::from_cycle(rig, rig.cycle.as_ref().unwrap());
+    let times: Vec<f64> = (0..600).map(|row| 0.02 * f64::from(row)).collect();
+    Model::new(rig.clone()).solve(&rig.nominal(), &drive, &times).unwrap().values
+}
+
+/// What a component of the rig answers at variables and inputs, SI.
+fn answers(rig: &Rig, name: &str, at: &[f64], inputs: &[f64]) -> PortFlows<f64> {
+    let nominal = rig.nominal();
+    let component = rig.components.iter().find(|component| component.name == name).unwrap();
+    let fluid = Fluid::new(&nominal[..fluid::CARD.parameters.len()]);
+    let law = component.law(|index| nominal[index], &fluid).unwrap();
+    let (mut seen, mut answers) = (PortVariables::default(), PortFlows::default());
+    seen.z[..at.len()].copy_from_slice(at);
+    seen.u[..inputs.len()].copy_from_slice(inputs);
+    law.evaluate(&seen, &mut answers);
+    answers
+}
+
+const ORIFICE: &str = r#"
+[own_components.hole]
+ports = { in = "hydraulic", out = "hydraulic" }
+parameters.diameter = { unit = "mm" }
+quantities.conductance = "0.7 * 0.785398163397 * diameter^2 * sqrt(2 / fluid.density)"
+flow = { from = "in", to = "out", formula = "conductance * root(in.p - out.p, [0.2 bar])" }
+"#;
+
+#[test]
+fn a_formula_acts_like_the_built_in_law() {
+    let outlet = |line: &str| {
+        let text = text();
+        let (before, rest) = text.split_once("outlet = {").unwrap();
+        let rest = rest.split_once('\n').unwrap().1.replace("\"outlet.conductance\"", "#");
+        format!("{before}outlet = {{ {line} }}\n{rest}{ORIFICE}")
+    };
+    let own = parse(outlet(r#"kind = "own:hole", ports = { in = "clean", out = "tank" }, diameter = "3 mm""#));
+    let built_in = outlet(
+        r#"kind = "orifice", ports = { in = "clean", out = "tank" }, diameter = "3 mm", transition_pressure = "0.2 bar""#,
+    );
+    let built_in = parse(built_in.replace(ORIFICE, ""));
+    for (a, b) in outputs(&own).iter().flatten().zip(outputs(&built_in).iter().flatten()) {
+        assert_relative_eq!(a, b, max_relative = 1e-6, epsilon = 1e-9);
+    }
+}
+
+#[test]
+fn what_goes_in_comes_out() {
+    let rig = parse(text());
+    let flows = answers(&rig, "outlet", &[ATMOSPHERE + 9e5, ATMOSPHERE, 0.5], &[2.0]);
+    // 12 L/min/bar^0.5, half open, sqrt(9 bar): 18 L/min, but for the smooth root.
+    assert_relative_eq!(flows.through[0], 18e-3 / 60.0, max_relative = 1e-4);
+    assert_eq!(flows.through[0], -flows.through[1]);
+    // 2 V of 4 V is where it stands already.
+    assert_eq!(flows.rate[0], 0.0);
+}
+
+const RAM: &str = r#"
+[own_components.ram]
+ports = { A = "hydraulic", rod = "body" }
+parameters.bore = { unit = "mm", positive = true }
+parameters.dead_volume = { unit = "cm3", role = "volume" }
+parameters.m = { unit = "kg", positive = true, role = "mass" }
+quantities.area = "0.785398163397 * bore^2"
+piston = { at = "A", on = "rod", area = "area" }
+volume = { at = "A", formula = "dead_volume + area * max(rod.x, [0 mm])" }
+mass = { on = "rod", formula = "m" }
+force = { on = "rod", formula = "-m * [9.80665 m/s2]" }
+"#;
+
+#[test]
+fn a_piston_gives_its_body_the_power_that_it_takes() {
+    let text = text().replace("[nodes]\n", &format!("{RAM}\n[nodes]\nbody = {{}}\n"));
+    let rig = parse(text.replace(
+        "\n[inputs.u]",
+        "ram = { kind = \"own:ram\", ports = { A = \"clean\", rod = \"body\" }, bore = \"50 mm\", dead_volume = \"10 cm3\", \
+         m = \"200 kg\" }\n\n[inputs.u]",
+    ));
+    let area = std::f64::consts::FRAC_PI_4 * 0.05f64.powi(2);
+    let answers = answers(&rig, "ram", &[ATMOSPHERE + 40e5, 0.1, 0.2], &[]);
+    let weight = 200.0 * 9.80665;
+    assert_relative_eq!(answers.through[0], area * 0.2, max_relative = 1e-9);
+    assert_relative_eq!(answers.through[1] + weight, area * 40e5, max_relative = 1e-9);
+    assert_relative_eq!(answers.through[0] * 40e5, (answers.through[1] + weight) * 0.2, max_relative = 1e-9);
+    assert_relative_eq!(answers.capacity[0], (10e-6 + area * 0.1) / 1.4e9, max_relative = 1e-9);
+    assert_eq!(answers.capacity[1], 200.0);
+}
+
+#[test]
+fn a_flow_that_nobody_measures_follows_from_the_law_and_a_measured_one_does_not() {
+    let signature = |text: String| {
+        let rig = parse(text);
+        let all = generators(&rig).into_iter().filter(|one| one.variant == Variant::Corrected);
+        all.map(|one| one.id).collect::<Vec<_>>()
+    };
+    assert_eq!(signature(text()), ["filter.flow", "outlet.flow"]);
+    // Without its sensor the flow of the filter is what the throttle behind it takes.
+    let unmeasured: String = text().lines().filter(|line| !line.starts_with("q = ")).map(|line| format!("{line}\n")).collect();
+    assert_eq!(signature(unmeasured.clone()), ["filter.flow", "outlet.flow"]);
+    // With neither sensor nor pressure behind it nothing is known.
+    let blind: String = unmeasured.lines().filter(|line| !line.starts_with("p_clean")).map(|line| format!("{line}\n")).collect();
+    assert!(signature(blind).is_empty());
+}
+
+#[test]
+fn a_clogged_filter_of_formulas_is_diagnosed() {
+    let folder = tempfile::tempdir().unwrap();
+    let record = folder.path().join("clogged.csv");
+    let record = record.to_str().unwrap();
+    let set = "filter.clogging=0.3";
+    assert!(borescope(&["simulate", FILTER, "--set", set, "--seed", "1", "-o", record]).status.success());
+    let output = borescope(&["diagnose", FILTER, record, "--format", "json"]);
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["verdict"], "faulty");
+    let fault = found["faults"].as_array().unwrap().iter().find(|fault| fault["id"] == "filter.clogging").unwrap();
+    assert_eq!(fault["present"], true);
+    let ends: Vec<f64> = fault["ci95"].as_array().unwrap().iter().map(|end| end.as_f64().unwrap()).collect();
+    assert!(ends[0] < 0.3 && 0.3 < ends[1] && ends[1] - ends[0] < 0.02, "{ends:?}");
+    assert!(found["faults"].as_array().unwrap().iter().filter(|fault| fault["present"] == true).count() == 1);
+}
+
+/// The message about the rig file with a change.
+fn message(from: &str, to: &str) -> String {
+    let text = text();
+    assert!(text.contains(from), "{from}");
+    Rig::parse(FILTER, text.replacen(from, to, 1)).unwrap_err().with_lines()
+}
+
+#[test]
+fn every_mistake_has_its_line_and_a_remedy() {
+    let flow = "conductance * opening * root(drop, [0.1 bar])";
+    for (from, to, pieces) in [
+        (flow, "conductanse * opening * root(drop, [0.1 bar])", &["unknown name", "did you mean `conductance`?", "^"][..]),
+        (flow, "conductance * opening * drop", &["the formula gives", "not flow", "^"]),
+        ("from = \"in\", to = \"out\", formula = \"conductance * opening", "from = \"in\", formula = \"conductance * opening", &[
+            "has no `to`", "no oil is made or lost", "add a port that meets the tank",
+        ]),
+        ("to = \"out\", formula = \"conductance * opening", "to = \"in\", formula = \"conductance * opening", &["from port `in` to itself"]),
+        ("to = \"out\", formula = \"conductance * opening", "to = \"ouf\", formula = \"conductance * opening", &["which is no port", "did you mean `out`?"]),
+        ("follows = \"command / [4 V]\", lag = \"tau\"", "scale = 1", &["state `opening` has no `rate`", "follows"]),
+        ("lag = \"tau\"", "lag = \"conductance\"", &["no parameter that is a time"]),
+        ("default = \"20 ms\", positive = true", "default = \"20 ms\"", &["may be 0", "positive = true"]),
+        ("command / [4 V]", "command", &["the formula gives voltage", "not a pure number"]),
+        ("parameters.tau =", "parameters.spare = { unit = \"-\" }\nparameters.tau =", &["uses `spare`", "no record could say"]),
+        ("ports = { in = \"hydraulic\", out = \"hydraulic\" }\nparameters.tau", "ports = {}\nparameters.tau", &[][..]),
+        (flow, "conductance * opening * drop / sqrt(drop)", &["has no value at", "root("]),
+        ("worked.gives = { in = \"12 L/min\" }", "worked.gives = { in = \"13 L/min\" }", &["give 12 L/min and not 13 L/min"]),
+        ("quantities.drop = \"in.p - out.p\"", "quantities.drop = \"2 * drop\"", &["a quantity cannot build on itself"]),
+        ("kind = \"own:throttle\"", "kind = \"own:throtle\"", &["unknown component kind", "did you mean `own:throttle`?"]),
+        ("kind = \"own:throttle\"", "kind = \"catalogue:filtr\"", &["unknown component kind", "catalogue:filter"]),
+        ("symbol = \"orifice\"", "symbol = \"hole\"", &["`hole`", "orifice"]),
+        ("unit = \"-\", follows", "unit = \"-\", falls = 1, follows", &["has no key `falls`"]),
+        ("inputs.command", "inputs.drop", &["`drop` names two things"]),
+        ("command = \"u\", ", "", &["has no `command`"]),
+    ] {
+        if pieces.is_empty() {
+            continue;
+        }
+        let message = message(from, to);
+        for piece in pieces {
+            assert!(message.contains(piece), "{to}\n{message}\nlacks: {piece}");
+        }
+        assert!(message.contains("rig.toml:") && message.contains("help:"), "{message}");
+    }
+}
+
+#[test]
+fn files_are_included_once_and_never_in_a_circle() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let text = text();
+    let (head, rest) = text.split_once("[own_components.filter]").unwrap();
+    let (own, rest) = rest.split_once("[nodes]").unwrap();
+    let rig = format!("include = [\"parts.toml\", \"more.toml\"]\n{head}[nodes]{rest}");
+    write("parts.toml", &format!("[own_components.filter]{own}"));
+    write("more.toml", "include = \"parts.toml\"\n");
+    write("rig.toml", &rig);
+    let path = folder.path().join("rig.toml");
+    assert_eq!(outputs(&Rig::read(&path).unwrap()), outputs(&parse(text.clone())));
+
+    write("more.toml", "include = \"more.toml\"\n");
+    let message = Rig::read(&path).unwrap_err().with_lines();
+    assert!(message.contains("`more.toml` includes itself") && message.contains("more.toml:1"), "{message}");
+    write("more.toml", "include = \"rig.toml\"\n");
+    assert!(Rig::read(&path).unwrap_err().to_string().contains("`rig.toml` includes itself"));
+    write("more.toml", &format!("[own_components.filter]{own}"));
+    let message = Rig::read(&path).unwrap_err().with_lines();
+    assert!(message.contains("described twice") && message.contains("parts.toml") && message.contains("more.toml"), "{message}");
+    write("more.toml", "[nodes]\nA = {}\n");
+    assert!(Rig::read(&path).unwrap_err().to_string().contains("has no key `nodes`"));
+    fs::remove_file(folder.path().join("more.toml")).unwrap();
+    assert!(Rig::read(&path).unwrap_err().with_lines().contains("rig.toml:1"));
+}
+
+#[test]
+fn a_part_of_the_catalogue_is_used_twice_and_copied() {
+    let line = |kind: &str| {
+        format!("ports = {{ in = \"clean\", out = \"tank\" }}, kind = \"{kind}\", conductance = \"12 L/min/bar\"")
+    };
+    let with = |kind: &str, more: &str| {
+        let text = text().replace("\n[inputs.u]", &format!("bypass = {{ {} }}\nleak = {{ {}, clogging = 0.9 }}\n\n[inputs.u]", line(kind), line(kind)));
+        format!("{text}{more}")
+    };
+    let rig = parse(with("catalogue:filter", ""));
+    let at = [ATMOSPHERE + 2e5, ATMOSPHERE];
+    assert_relative_eq!(answers(&rig, "bypass", &at, &[]).through[0], 24e-3 / 60.0, max_relative = 1e-9);
+    assert_relative_eq!(answers(&rig, "leak", &at, &[]).through[0], 2.4e-3 / 60.0, max_relative = 1e-9);
+
+    let output = borescope(&["components", "catalogue:filter", "--source"]);
+    let copied = String::from_utf8(output.stdout).unwrap().replace("own_components.filter", "own_components.mine");
+    let copied = parse(with("own:mine", &copied));
+    assert_eq!(outputs(&copied), outputs(&rig));
+}
+
+#[test]
+fn every_file_of_the_catalogue_is_a_component() {
+    for entry in fs::read_dir("catalogue").unwrap() {
+        let path = entry.unwrap().path();
+        let name = Path::new(&path).file_stem().unwrap().to_str().unwrap().to_owned();
+        let output = borescope(&["components", &format!("catalogue:{name}")]);
+        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        assert!(String::from_utf8(output.stdout).unwrap().contains("must be given"), "{name}");
+    }
+}
