@@ -11,7 +11,9 @@ use crate::rig::catalogue;
 
 /// List the component kinds that a rig file may name, or show one of them
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  borescope components catalogue:counterbalance-valve --source > counterbalance.toml")]
+#[command(
+    after_help = "Example:\n  borescope components catalogue:counterbalance-valve --source > counterbalance.toml"
+)]
 pub struct Arguments {
     /// The kind as a rig file writes it
     kind: Option<String>,
@@ -28,7 +30,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let Some(kind) = &arguments.kind else {
         match arguments.format {
             Format::Text => out.write_all(library().as_bytes())?,
-            Format::Json => write_json(out, &ComponentsReport::new())?,
+            Format::Json => write_json(out, &ComponentsReport::all())?,
         }
         return Ok(Status::Done);
     };

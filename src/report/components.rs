@@ -76,7 +76,7 @@ pub fn find(kind: &str) -> Option<&'static Card> {
 
 impl ComponentsReport {
     /// With every kind.
-    pub fn new() -> Self {
+    pub fn all() -> Self {
         Self { schema: SCHEMA, components: cards().map(ComponentReport::new).collect() }
     }
 
@@ -143,7 +143,10 @@ pub fn card(card: &Card) -> String {
     lines.push(format!("validity  {}", report.validity));
     lines.push(format!("source    {}", report.source));
     lines.push(String::new());
-    let ports = report.ports.iter().map(|port| vec![format!("port {}", port.name), port.meets.to_owned(), port.meaning.to_owned()]);
+    let ports = report
+        .ports
+        .iter()
+        .map(|port| vec![format!("port {}", port.name), port.meets.to_owned(), port.meaning.to_owned()]);
     let named = |what: &'static str| {
         move |own: &Named| vec![format!("{what} {}", own.name), own.unit.to_owned(), own.meaning.to_owned()]
     };

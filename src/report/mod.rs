@@ -12,10 +12,10 @@ pub mod circuit;
 #[cfg(feature = "cli")]
 pub mod comparison;
 #[cfg(feature = "cli")]
+pub mod components;
+#[cfg(feature = "cli")]
 pub mod curves;
 pub mod diagnosis;
-#[cfg(feature = "cli")]
-pub mod components;
 pub mod digits;
 #[cfg(feature = "cli")]
 pub mod effects;

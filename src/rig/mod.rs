@@ -36,10 +36,10 @@ pub use effect::{EffectInstance, InstalledEffect, Location, ParameterSetting, Re
 pub use fault_set::FaultSet;
 pub use mapping::Proposal;
 pub use margin::NEVER_KNOWN;
-pub use scaling::Scaling;
-pub use sensor::{Hold, Input, Quantity, Sensor, TOLERANCE, Target, Temperature};
 #[cfg(feature = "cli")]
 pub(crate) use parse::catalogue;
+pub use scaling::Scaling;
+pub use sensor::{Hold, Input, Quantity, Sensor, TOLERANCE, Target, Temperature};
 pub(crate) use source::document;
 
 /// Whether the lower bound of something only says that it is positive.

@@ -128,8 +128,8 @@ mod rig {
     mod expression;
     mod expression_text;
     mod expression_wrong;
-    mod structure;
     mod own_components;
+    mod structure;
     mod structure_known;
     mod units_known;
 }

@@ -49,7 +49,9 @@ impl Symbol {
     pub fn ends(self) -> &'static [(f64, f64)] {
         match self {
             // Outlet and inlet.
-            Self::Pump | Self::VariablePump | Self::ReversiblePump => &[(0.0, -30.0), (0.0, 30.0), (-22.0, 0.0), (22.0, 0.0)],
+            Self::Pump | Self::VariablePump | Self::ReversiblePump => {
+                &[(0.0, -30.0), (0.0, 30.0), (-22.0, 0.0), (22.0, 0.0)]
+            }
             Self::PilotCheckValve => &[(0.0, 30.0), (0.0, -30.0), (-24.0, 0.0)],
             Self::DirectionalValve => &[(-10.0, 30.0), (10.0, 30.0), (-10.0, -30.0), (10.0, -30.0)],
             Self::Cylinder => &[(-48.0, 30.0), (48.0, 30.0)],

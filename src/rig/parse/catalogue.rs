@@ -73,7 +73,12 @@ mod tests {
             for words in [kind.card.meaning, kind.card.source, kind.card.validity] {
                 assert!(!words.is_empty() && !words.contains("rig file"), "{name}: {words}");
             }
-            let about = kind.card.parameters.iter().map(|own| own.meaning).chain(kind.card.ports.iter().map(|port| port.meaning));
+            let about = kind
+                .card
+                .parameters
+                .iter()
+                .map(|own| own.meaning)
+                .chain(kind.card.ports.iter().map(|port| port.meaning));
             about.for_each(|meaning| assert!(!meaning.is_empty(), "{name}: a meaning is missing"));
         }
         assert_eq!(kinds().len(), FILES.len());

@@ -102,6 +102,8 @@ fn every_verb_keeps_to_its_schema() {
         check(&["check", RIG]),
         check(&["check", RIG, &healthy]),
         check(&["effects"]),
+        check(&["components"]),
+        check(&["components", "catalogue:motor"]),
         check(&["diagnose", RIG, &healthy, "--store", &store]),
         check(&["diagnose", RIG, &other, "--store", &store]),
         check(&["diagnose", RIG, &faulty, "--store", &store]),

@@ -118,7 +118,7 @@ const WRONG: &[(&str, usize, &str, &str)] = &[
         "sqr(x)",
         0,
         "unknown function `sqr`",
-        "did you mean `sqrt`? Known functions: `sqrt`, `abs`, `exp`, `ln`, `sin`, `cos`, `tanh`, `sign`, `step`, `min`, `max`, \
+        "did you mean `sqrt`? Known functions: `sqrt`, `abs`, `exp`, `ln`, `sin`, `cos`, `tanh`, `sign`, `step`, `min`, `max`, `root`, \
          `table`, `curve`",
     ),
     ("sqrt * x", 0, "`sqrt` is a function and needs an argument", "write `sqrt(...)`"),

@@ -67,7 +67,9 @@ impl OwnKind {
         for port in self.card.ports {
             match port.kind {
                 PortKind::Hydraulic => at.push(format!("{}.p = {} bar", port.name, (seen.z[next] - ATMOSPHERE) / 1e5)),
-                PortKind::Mechanical => at.push(format!("{0}.x = {1} m, {0}.v = {2} m/s", port.name, seen.z[next], seen.z[next + 1])),
+                PortKind::Mechanical => {
+                    at.push(format!("{0}.x = {1} m, {0}.v = {2} m/s", port.name, seen.z[next], seen.z[next + 1]))
+                }
             }
             next += port.kind.variables();
         }

@@ -197,7 +197,7 @@ impl Formulas {
         };
         let area = Dimension::LENGTH.power(2);
         let volume = Dimension::LENGTH.power(3);
-        
+
         let each_two = |lines: &[Line<'_>], dimension| -> Result<Vec<_>, Complaint> {
             lines.iter().map(|line| two(line, dimension)).collect()
         };
@@ -250,7 +250,11 @@ impl Formulas {
     }
 
     pub fn flows(&self) -> Vec<Flow> {
-        let flow = |(from, to, (formula, _)): &(usize, usize, Written)| Flow { from: *from, to: *to, formula: formula.clone() };
+        let flow = |(from, to, (formula, _)): &(usize, usize, Written)| Flow {
+            from: *from,
+            to: *to,
+            formula: formula.clone(),
+        };
         self.flows.iter().map(flow).collect()
     }
 
@@ -284,7 +288,11 @@ fn quantities(lines: &[(&str, Value<'_>)], names: &mut Names) -> Result<(Vec<Wri
         let ahead = |word: &str| !names.has(word) && lines.iter().any(|(other, _)| *other == word);
         if let Some(word) = words(text).find(|word| ahead(word)) {
             let what = format!("`{name}` builds on `{word}`, which is not known there");
-            let help = if word == *name { "a quantity cannot build on itself: write a state" } else { "write the other one before" };
+            let help = if word == *name {
+                "a quantity cannot build on itself: write a state"
+            } else {
+                "write the other one before"
+            };
             return Err(Complaint::new(Kind::Order, what).at(value.place()).help(help));
         }
         let expression = Expression::parse(text, &names.all()).map_err(|error| wrong(value, &error))?;
@@ -316,8 +324,7 @@ fn rate(state: &StateLine<'_>, names: &[Name]) -> Result<Written, Complaint> {
 }
 
 fn parse(value: &Value<'_>, names: &[Name], dimension: Dimension) -> Result<Written, Complaint> {
-    let expression =
-        Expression::parse_as(value.text()?, names, dimension).map_err(|error| wrong(value, &error))?;
+    let expression = Expression::parse_as(value.text()?, names, dimension).map_err(|error| wrong(value, &error))?;
     Ok((expression, value.place()))
 }
 

@@ -53,7 +53,11 @@ pub(super) fn ports(table: &Table<'_>) -> Result<Vec<Port>, Complaint> {
             Ok(_) => (named(&value, "kinds of ports", KINDS)?, ""),
             Err(_) => {
                 let line = value.table(format!("port `{name}`"))?;
-                let kind = named(&line.require("meets", "add `meets = \"hydraulic\"` or `\"body\"`")?, "kinds of ports", KINDS)?;
+                let kind = named(
+                    &line.require("meets", "add `meets = \"hydraulic\"` or `\"body\"`")?,
+                    "kinds of ports",
+                    KINDS,
+                )?;
                 let meaning = meaning(&line)?;
                 line.finish()?;
                 (kind, meaning)
@@ -62,7 +66,8 @@ pub(super) fn ports(table: &Table<'_>) -> Result<Vec<Port>, Complaint> {
         ports.push(Port { name: kept(name), kind, meaning });
         let variables: usize = ports.iter().map(|port| port.kind.variables()).sum();
         if ports.len() > PORTS || variables > VARIABLES {
-            let help = format!("ports bring {VARIABLES} variables at most: a pressure each, position and speed of a body");
+            let help =
+                format!("ports bring {VARIABLES} variables at most: a pressure each, position and speed of a body");
             return Err(too_many(&value, "ports", PORTS, &help));
         }
     }
@@ -101,12 +106,8 @@ pub(super) fn parameters(table: &Table<'_>) -> Result<Vec<Parameter>, Complaint>
 }
 
 fn parameter(name: &str, value: &Value<'_>) -> Result<Parameter, Complaint> {
-    const ROLES: &[(&str, Role)] = &[
-        ("lag", Role::Lag),
-        ("smoothing", Role::Smoothing),
-        ("mass", Role::Mass),
-        ("volume", Role::Volume),
-    ];
+    const ROLES: &[(&str, Role)] =
+        &[("lag", Role::Lag), ("smoothing", Role::Smoothing), ("mass", Role::Mass), ("volume", Role::Volume)];
     let line = value.table(format!("parameter `{name}`"))?;
     let unit = unit(&line)?;
     let default = line.get("default").map(|value| value.stated(unit.dimension)).transpose()?;
@@ -125,7 +126,8 @@ fn parameter(name: &str, value: &Value<'_>) -> Result<Parameter, Complaint> {
             .help("write `bounds = [LEAST, LARGEST]` around it; without them a parameter is 0 or more"));
     }
     let per_event = line.get("per_switching").map(|value| value.flag()).transpose()?.unwrap_or(false);
-    let calibrated = line.get("calibrated").map(|value| difference(&value, crate::units::Dimension::NONE)).transpose()?;
+    let calibrated =
+        line.get("calibrated").map(|value| difference(&value, crate::units::Dimension::NONE)).transpose()?;
     let role = line.get("role").map(|value| named(&value, "roles", ROLES)).transpose()?.unwrap_or_default();
     let (name, symbol, meaning) = (kept(name), kept(&unit.symbol), meaning(&line)?);
     line.finish()?;
@@ -223,7 +225,9 @@ fn change<'a>(line: &Table<'a>, name: &str, parameters: &mut [Parameter]) -> Res
     let Some(own) = parameters.iter_mut().find(time) else {
         return Err(Complaint::new(Kind::UnknownName, format!("`{wanted}` is no parameter that is a time"))
             .at(lag.place())
-            .help(format!("add `{wanted} = {{ unit = \"ms\", positive = true, default = \"5 ms\" }}` to the parameters")));
+            .help(format!(
+                "add `{wanted} = {{ unit = \"ms\", positive = true, default = \"5 ms\" }}` to the parameters"
+            )));
     };
     if own.bounds.0 <= 0.0 {
         return Err(Complaint::new(Kind::Bounds, format!("the time constant `{wanted}` may be 0"))

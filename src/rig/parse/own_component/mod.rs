@@ -178,7 +178,11 @@ impl Used<'_> {
             let mut variables = first..first + port.kind.variables();
             first = variables.end;
             if !self.lines.meets(index) && !variables.any(|variable| self.formulas.uses(variable, None)) {
-                return self.unused("ports", port.name, "let oil pass there, let a formula see its pressure, or leave it out");
+                return self.unused(
+                    "ports",
+                    port.name,
+                    "let oil pass there, let a formula see its pressure, or leave it out",
+                );
             }
         }
         Ok(())

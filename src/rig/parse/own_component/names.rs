@@ -104,7 +104,11 @@ pub(super) fn check_words<'a>(words: impl Iterator<Item = (&'a str, &'a Value<'a
             return refuse(Kind::Syntax, error.message.split_once("` ").map_or("", |(_, why)| why), &error.help);
         }
         if word.contains('.') {
-            return refuse(Kind::Syntax, "has a point, which stands between a port and its pressure", "take a name without");
+            return refuse(
+                Kind::Syntax,
+                "has a point, which stands between a port and its pressure",
+                "take a name without",
+            );
         }
         if known.contains(&word) {
             return refuse(Kind::Duplicate, "names two things in the formulas", "take another name for one of them");

@@ -32,9 +32,11 @@ fn entries<'a>(table: &Table<'a>, key: &str) -> Result<Vec<(&'a str, Value<'a>)>
 }
 
 fn unknown(name: &str, value: &Value<'_>, known: &[String]) -> Complaint {
-    Complaint::new(Kind::UnknownName, format!("there is no `{name}`"))
-        .at(value.place())
-        .help(help_with_names(name, "names", known.iter().map(String::as_str)))
+    Complaint::new(Kind::UnknownName, format!("there is no `{name}`")).at(value.place()).help(help_with_names(
+        name,
+        "names",
+        known.iter().map(String::as_str),
+    ))
 }
 
 fn one(card: &'static Card, table: &Table<'_>) -> Result<Worked, Complaint> {
@@ -42,7 +44,11 @@ fn one(card: &'static Card, table: &Table<'_>) -> Result<Worked, Complaint> {
     let mut parameters = Vec::new();
     for (name, value) in entries(table, "with")? {
         let Some(own) = card.parameters.iter().find(|own| own.name == name) else {
-            return Err(unknown(name, &value, &card.parameters.iter().map(|own| own.name.to_owned()).collect::<Vec<_>>()));
+            return Err(unknown(
+                name,
+                &value,
+                &card.parameters.iter().map(|own| own.name.to_owned()).collect::<Vec<_>>(),
+            ));
         };
         let unit = card_unit(own.unit);
         parameters.push((own.name, unit.difference_from_si(value.quantity(unit.dimension)?.value)));
@@ -135,7 +141,7 @@ fn check(card: &'static Card, worked: &Worked, value: &Value<'_>) -> Result<(), 
     let unit: Unit = card_unit(symbol);
     let shown = |si: f64| Quantity { value: unit.to_si(rounded(unit.from_si(si), 5)), unit: unit.clone() };
     let what = format!("the formulas give {} and not {}: {}", shown(found), shown(worked.expect), worked.text);
-    Err(Complaint::new(Kind::Contradiction, what)
-        .at(value.place())
-        .help("flows count into the port, forces in the direction of the position; correct the formulas, or the number"))
+    Err(Complaint::new(Kind::Contradiction, what).at(value.place()).help(
+        "flows count into the port, forces in the direction of the position; correct the formulas, or the number",
+    ))
 }
