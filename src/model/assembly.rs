@@ -135,9 +135,9 @@ impl<'a, S: Scalar> Assembly<'a, S> {
         let fluidity = self.fluidity(t);
         let states = self.layout.states;
         self.row[..states].copy_from_slice(&y[..states]);
-        let inputs = self.inputs.from.iter().zip(&self.inputs.slope);
-        for (value, (from, slope)) in self.row[self.wiring.first_input..].iter_mut().zip(inputs) {
-            *value = S::constant(from + slope * (t - self.inputs.start));
+        let count = self.inputs.from.len();
+        for (input, value) in self.row[self.wiring.first_input..].iter_mut().take(count).enumerate() {
+            *value = S::constant(self.inputs.at(input, t));
         }
         let (row, laws) = (&self.row[..], self.laws.iter());
         for ((sources, law), answers) in self.wiring.sources.iter().zip(laws).zip(&mut self.answers) {

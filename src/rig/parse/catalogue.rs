@@ -53,10 +53,15 @@ pub(crate) fn kinds() -> &'static [OwnKind] {
     &KINDS
 }
 
-/// The text of the file of a kind, `catalogue:NAME` or the name alone.
+/// The kind of this name; a rig file that names none of the catalogue does not have it read.
+pub(super) fn find(kind: &str) -> Option<&'static OwnKind> {
+    kind.starts_with(CATALOGUE).then(|| kinds().iter().find(|own| own.card.kind == kind))?
+}
+
+/// The text of the file of a kind, as a rig file names it.
 #[cfg(feature = "cli")]
 pub(crate) fn source(kind: &str) -> Option<&'static str> {
-    let name = kind.strip_prefix(CATALOGUE).unwrap_or(kind);
+    let name = kind.strip_prefix(CATALOGUE)?;
     FILES.iter().find(|(own, _)| *own == name).map(|(_, text)| *text)
 }
 

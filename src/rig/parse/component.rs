@@ -64,7 +64,9 @@ pub(super) fn read_component(rig: &mut Rig, kinds: &Kinds, name: &str, value: &V
             .at(value.place())
             .help("the name stands for other parameters; choose another"));
     }
-    let found = kinds.find(&table.require("kind", &help_with_names("", "component kinds", kinds.names()))?)?;
+    // The names of all kinds have the catalogue read, so only a message asks for them.
+    let missing = || table.require("kind", &help_with_names("", "component kinds", kinds.names()));
+    let found = kinds.find(&table.get("kind").map_or_else(missing, Ok)?)?;
     let card = found.card();
     let ports = read_ports(rig, name, card, &table)?;
     let inputs = read_component_inputs(rig, name, card, &table)?;

@@ -105,10 +105,8 @@ impl Kinds {
     /// The kind that a component names.
     pub fn find(&self, kind: &Value<'_>) -> Result<Found<'_>, Complaint> {
         let name = kind.text()?;
-        if let Some(own) = self.own.iter().chain(catalogue::kinds()).find(|own| own.card.kind == name) {
-            return Ok(Found::Own(own));
-        }
-        component::card(name).map(Found::BuiltIn).ok_or_else(|| {
+        let own = self.own.iter().find(|own| own.card.kind == name).or_else(|| catalogue::find(name)).map(Found::Own);
+        own.or_else(|| component::card(name).map(Found::BuiltIn)).ok_or_else(|| {
             Complaint::new(Kind::UnknownName, format!("unknown component kind `{name}`"))
                 .at(kind.place())
                 .help(help_with_names(name, "component kinds", self.names()))

@@ -249,7 +249,7 @@ fn raw_data_of_cards_are_scaled() {
     assert!(told.contains("damaged: a channel of DAQmx stands outside of the rows of its card"), "{told}");
 }
 
-/// Channels of one name in several groups are told apart, and clocks without a date do not meet those with one.
+/// Channels of one name in several groups are told apart, and channels with dates are not combined with channels without.
 #[test]
 fn groups_are_told_apart() {
     let list = |dated: u32| {
