@@ -17,14 +17,13 @@ pub use crate::history::forecast::State as ForecastState;
 #[cfg(feature = "store")]
 pub use crate::history::{Axis, FaultHistory, Forecast, RunValue, Trend};
 pub use crate::isolability::{AssumedFault, Expectation, ExpectedWidth, IsolabilityReport};
-pub use crate::learn::compare::{
-    ChannelComparison, Comparison, Correlation, FittedParameter, MisfitPlace, MissedPhase,
+pub use crate::learn::comparison::{
+    ChannelComparison, Comparison, Correlation, FittedParameter, MisfitPlace, MissedPhase, PresentFault, WithFaults,
 };
 pub use crate::learn::improve::ImprovementStep;
 pub use crate::learn::result::{CandidateReport, EffectParameter, ScoredReport, SuggestionReport};
 pub use crate::learn::separate::Experiment;
 pub use crate::learn::warning::Warning;
-pub use crate::learn::with_faults::{PresentFault, WithFaults};
 pub use crate::record::survey::Finding;
 pub use crate::residual::ResidualReport;
 #[cfg(feature = "store")]

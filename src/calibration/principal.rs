@@ -39,7 +39,8 @@ pub(super) fn covariance(from: &Sources<'_>) -> DMatrix<f64> {
     for (direction, &white) in eigenvectors.column_iter().zip(eigenvalues.iter()) {
         let along = direction.component_mul(&sheet);
         let per_scale = along.map_with_location(|i, _, value| value / from.local.scale[i]);
-        let inflation = from.local.inflation(&per_scale, from.series);
+        let inflation =
+            from.local.inflation(&(from.local.jacobian() * per_scale), &from.local.misfit, 0.0, from.series);
         let variance = inflated(white, inflation, direction.dot(&(&clustered * direction)));
         sum.ger(variance, &along, &along, 1.0);
     }

@@ -9,7 +9,8 @@ use super::{Failure, Format, Overwriting, Status, read, terminal, write_json, wr
 use crate::complaint::Complaint;
 use crate::context::Context;
 use crate::files::write_atomically;
-use crate::learn::compare::{Comparison, Earlier, compare, compared};
+use crate::learn::compare::{compare, compared};
+use crate::learn::comparison::{Comparison, Earlier};
 use crate::report;
 use crate::report::curves::Curves;
 use crate::rig::Rig;

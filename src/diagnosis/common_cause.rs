@@ -10,9 +10,9 @@ use serde::Serialize;
 
 use super::case::ROBUST;
 use super::estimate::{self, Estimate, FROM_HEALTHY};
-use super::hypotheses::prior_odds;
 use super::noise::Weights;
 use super::problem::away;
+use super::weighing::prior_odds;
 use super::{Diagnosed, Verdict};
 use crate::estimation::Score;
 use crate::model::{InputSignals, Model};

@@ -5,10 +5,11 @@
 //! [`super::hypotheses`] does. Under noise the logarithm of the ratio of two likelihoods is normal with the variance of
 //! twice its mean, so what a set is expected to win by tells how often it wins.
 
+use super::candidates::candidates;
 use super::case::Case;
 use super::events::weights;
-use super::hypotheses::{candidates, prior_odds};
 use super::noise::Weights;
+use super::weighing::prior_odds;
 use crate::estimation::{FitError, SchurComplement};
 use crate::model::{InputSignals, Model};
 use crate::record::Record;

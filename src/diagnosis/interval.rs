@@ -108,18 +108,20 @@ fn interval(case: &Case<'_>, isolation: &Isolation, fault: usize) -> Option<Inte
     let Base { best, local } = Base::new(case, isolation, set)?;
     let near = local.as_ref().unwrap_or(&isolation.local);
     let direction = case.information(near, set).ok()?.direction(fault)?;
-    let inflation = near.inflation(&direction, &case.full.series());
-    Some(profile(&case.problem(set), near, &best, fault, direction, inflation))
+    let problem = case.problem(set);
+    let inflation = near.inflation_along(&problem, &direction, &best.misfit, &case.full.series());
+    Some(profile(&problem, near, &best, fault, direction, inflation))
 }
 
 /// The interval of an offset or a gain: readings follow it in a straight line, so the local quadratic model is the profile.
 fn straight(case: &Case<'_>, isolation: &Isolation, set: FaultSet, fault: usize) -> Option<Interval> {
     let (near, best) = (&isolation.local, &isolation.best);
     let direction = case.information(near, set).ok()?.direction(fault)?;
-    let inflation = near.inflation(&direction, &case.full.series());
+    let problem = case.problem(set);
+    let inflation = near.inflation_along(&problem, &direction, &best.misfit, &case.full.series());
     let sigma = (direction[fault] * inflation).sqrt() * near.scale[fault];
     // One step along the model from the best of all sets: where this fault is not in it, it stands at its healthy value.
-    let gradient = near.gradient_of(&case.problem(set), &best.theta, &best.misfit);
+    let gradient = near.gradient_of(&problem, &best.theta, &best.misfit);
     let step = -direction.dot(&gradient) * near.scale[fault];
     let (low, high) = case.rig().faults[fault].bounds;
     let value = (best.theta[fault] + step).clamp(low, high);

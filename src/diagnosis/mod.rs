@@ -4,6 +4,7 @@
 //! together ([`estimate`]), every set of faults with its probability ([`hypotheses`]), and an interval for each fault that may
 //! be open ([`interval`]).
 
+pub(crate) mod candidates;
 pub mod case;
 mod common_cause;
 mod doubtful;
@@ -21,6 +22,7 @@ mod starts;
 pub(crate) mod summary;
 mod unseen;
 pub mod watch;
+mod weighing;
 
 use crate::complaint::{Complaint, Kind, Place};
 use crate::estimation::Interval;

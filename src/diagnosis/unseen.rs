@@ -7,7 +7,8 @@
 use rayon::prelude::*;
 
 use super::case::{Case, Holding, ROUGH};
-use super::hypotheses::{Isolation, inflation_between, prior_odds};
+use super::hypotheses::Isolation;
+use super::weighing::{inflation_between, prior_odds};
 use crate::estimation::criteria::bic;
 use crate::estimation::local_model::Evaluated;
 use crate::estimation::{Fit, Options, Problem};

@@ -76,6 +76,11 @@ impl LocalModel {
         self.jacobian.tr_mul(&pull)
     }
 
+    /// Half the derivative of the cost along something that moves the misfits so, at those here.
+    pub fn pull(&self, influence: &DVector<f64>) -> f64 {
+        influence.iter().zip(&self.misfit).map(|(by, &r)| by * r * self.loss.weight(r)).sum()
+    }
+
     /// The same of a problem, with what its prior says at `theta`.
     pub fn gradient_of<P: Problem>(&self, problem: &P, theta: &[f64], misfit: &[f64]) -> DVector<f64> {
         let mut gradient = self.gradient(misfit);
@@ -152,18 +157,33 @@ impl LocalModel {
         missed <= share * change
     }
 
-    /// Variance inflation by autocorrelation of the estimate that moves along `direction` (per scale): the long-run variance
-    /// of its scores over that of white misfits, at least 1. `series` are the parts of the misfits that are time series.
-    pub fn inflation(&self, direction: &DVector<f64>, series: &[Range<usize>]) -> f64 {
-        let influence = &self.jacobian * direction;
-        let (mut correlated, mut white) = (0.0, 0.0);
+    /// Variance inflation by autocorrelation of an estimate: the variance of its scores over that of white misfits, at least 1.
+    ///
+    /// `influence` is what the estimate's [direction](Information::direction) does to the misfits, `misfit` those that are
+    /// left, `series` the parts that are time series. What the prior adds to the scores, the square of `known` along the
+    /// direction, is no series and is not inflated: the variance of the estimate is `d' (v J'J + P) d` (sandwich).
+    pub fn inflation(&self, influence: &DVector<f64>, misfit: &[f64], known: f64, series: &[Range<usize>]) -> f64 {
+        let (mut correlated, mut white) = (known, known);
         for range in series {
-            let score = |row: usize| influence[row] * self.misfit[row] * self.loss.weight(self.misfit[row]);
+            let score = |row: usize| influence[row] * misfit[row] * self.loss.weight(misfit[row]);
             let scores: Vec<f64> = range.clone().map(score).collect();
             correlated += long_run_variance(scores);
             white += range.clone().map(|row| influence[row].powi(2)).sum::<f64>();
         }
         if white > 0.0 { (correlated / white).max(1.0) } else { 1.0 }
+    }
+
+    /// The same of an estimate along a direction (per scale), with the prior of its problem.
+    pub fn inflation_along<P: Problem>(
+        &self,
+        problem: &P,
+        direction: &DVector<f64>,
+        misfit: &[f64],
+        series: &[Range<usize>],
+    ) -> f64 {
+        let step = direction.component_mul(&DVector::from_column_slice(&self.scale));
+        let known = problem.prior().map_or(0.0, |prior| prior.change(&step).norm_squared());
+        self.inflation(&(&self.jacobian * direction), misfit, known, series)
     }
 }
 

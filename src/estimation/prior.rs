@@ -53,6 +53,11 @@ impl Gaussian {
         &self.whitening * DVector::from_iterator(self.len(), away)
     }
 
+    /// How [`Gaussian::misfit`] changes when all parameters move by a step, SI.
+    pub fn change(&self, step: &DVector<f64>) -> DVector<f64> {
+        &self.whitening * DVector::from_iterator(self.len(), self.members.iter().map(|&member| step[member]))
+    }
+
     /// Derivatives of [`Gaussian::misfit`] by all of `count` parameters.
     pub fn jacobian(&self, count: usize) -> DMatrix<f64> {
         let mut jacobian = DMatrix::zeros(self.len(), count);

@@ -18,7 +18,12 @@ const TRACE: f64 = 1e-6;
 /// nothing is inverted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SchurComplement {
+    /// Of what is asked for.
     triangle: Triangle,
+    /// Columns of those that follow, then of those that are asked for.
+    joint: DMatrix<f64>,
+    /// Those that follow: indices among all parameters.
+    following: Vec<usize>,
     constant: f64,
     /// Deviations allowed, in scales.
     slack: Vec<(f64, f64)>,
@@ -34,6 +39,17 @@ pub struct Best {
     pub cost: f64,
     /// One per parameter asked for, in scales.
     pub deviation: Vec<f64>,
+}
+
+/// How the estimate of a parameter moves with its own gradient: a column of the covariance, per scale.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Along {
+    /// Of all parameters.
+    pub total: DVector<f64>,
+    /// The share of it that is uncertain before the record, and held by what is known of it.
+    pub known: DVector<f64>,
+    /// Of the estimate itself, for white misfits.
+    pub variance: f64,
 }
 
 impl SchurComplement {
@@ -64,7 +80,8 @@ impl SchurComplement {
         let slack = bounds.iter().enumerate().map(|(i, &(low, high))| (in_scales(i, low), in_scales(i, high)));
         let spread =
             bounds.iter().zip(&model.scale).map(|((low, high), scale)| 2.0 * PI * (scale / (high - low)).powi(2));
-        Self { triangle: own, constant, slack: slack.collect(), spread: spread.collect() }
+        let (slack, spread) = (slack.collect(), spread.collect());
+        Self { triangle: own, joint: r, following: prior.members.clone(), constant, slack, spread }
     }
 
     /// Columns of some parameters, cut off below the last row that is not zero.
@@ -99,6 +116,30 @@ impl SchurComplement {
             column /= (inflation * self.spread[i]).sqrt();
         }
         occam(ratio)
+    }
+
+    /// How everything moves with the estimate of one parameter while some others are asked for too; `count` is that of all
+    /// parameters.
+    pub fn along(&self, others: impl Iterator<Item = usize>, parameter: usize, count: usize) -> Along {
+        let asked: Vec<usize> = others.filter(|&other| other != parameter).chain([parameter]).collect();
+        let (rows, first) = (self.joint.nrows(), self.following.len());
+        let n = first + asked.len();
+        let mut stacked = DMatrix::zeros(rows + asked.len(), n + 1);
+        stacked.view_mut((0, 0), (rows, first)).copy_from(&self.joint.columns(0, first));
+        for (k, &i) in asked.iter().enumerate() {
+            stacked.view_mut((0, first + k), (rows, 1)).copy_from(&self.joint.column(first + i));
+            stacked[(rows + k, first + k)] = (TRACE * self.spread[i]).sqrt();
+        }
+        let r = Triangle::of(stacked).r;
+        // A column of the inverse of R'R: the last, so that R'^-1 of its unit vector has one entry.
+        let mut unit = DVector::zeros(n);
+        unit[n - 1] = r[(n - 1, n - 1)].recip();
+        let moved = r.solve_upper_triangular(&unit).unwrap_or(unit);
+        let mut known = DVector::zeros(count);
+        self.following.iter().zip(moved.iter()).for_each(|(&member, &by)| known[member] = by);
+        let mut total = known.clone();
+        asked.iter().zip(moved.iter().skip(first)).for_each(|(&i, &by)| total[i] += by);
+        Along { total, known, variance: moved[n - 1] }
     }
 
     /// Independent combinations of parameters of which the record says more than their ranges do.

@@ -212,9 +212,30 @@ fn inflation_of_a_series_of_first_order_is_its_closed_form() {
     let fitted = fit(&mean, &[0.0], Loss::None, Options::default()).unwrap();
     let near = fitted.model.unwrap();
     let direction = near.information(&mean).unwrap().direction(0).unwrap();
-    let found = near.inflation(&direction, std::slice::from_ref(&(0..n)));
+    let found = near.inflation_along(&mean, &direction, &near.misfit, std::slice::from_ref(&(0..n)));
     // The long-run variance of so many samples is known to about a tenth.
     approx::assert_relative_eq!(found, (1.0 + rho) / (1.0 - rho), max_relative = 0.1);
+}
+
+#[test]
+fn what_is_known_before_is_not_inflated() {
+    // A mean of n samples under coloured noise, known before to p: what departs from there has the variance v/n + p².
+    let (n, p) = (400, 0.1_f64);
+    let prior = Gaussian::new(vec![0], vec![0.0], &DMatrix::from_element(1, 1, p * p));
+    let a = DMatrix::from_element(n, 1, 1.0);
+    let y = DVector::from_fn(n, |i, _| (0.05 * i as f64).sin());
+    let mean = Line { a, y, bend: 0.0, bounds: vec![OPEN], scale: vec![2.0], prior };
+    let near = LocalModel::at(&mean, &[0.0], Loss::None).unwrap();
+    let along = SchurComplement::new(&near, &mean.prior, &[0.0], &[(-100.0, 100.0)]).along([].into_iter(), 0, 1);
+    approx::assert_relative_eq!(along.variance * 4.0, 1.0 / n as f64 + p * p, max_relative = 1e-6);
+    let influence = near.jacobian() * &along.total;
+    let own = mean.prior.change(&(along.known * 2.0)).norm_squared();
+    let series = [0..n];
+    let of_record = near.inflation(&influence, &near.misfit, 0.0, &series);
+    assert!(of_record > 5.0, "{of_record}");
+    let expected = (of_record / n as f64 + p * p) / (1.0 / n as f64 + p * p);
+    let found = near.inflation(&influence, &near.misfit, own, &series);
+    approx::assert_relative_eq!(found, expected, max_relative = 1e-6);
 }
 
 #[test]

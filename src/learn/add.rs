@@ -5,9 +5,10 @@ use std::path::Path;
 use toml_edit::{InlineTable, Item, Table};
 
 use super::candidate::candidate;
-use super::fitted_model::FittedModel;
+use super::evaluated::is_adequate;
+use super::fitted_model::{FittedModel, Judge};
 use super::refit::range_deviation;
-use super::suggest::{is_adequate, refitted_alone, restarted, rough_base};
+use super::suggest::{refitted_alone, restarted, rough_base};
 use super::trial_steps::nothing;
 use super::verdict::warnings;
 use super::warning::Warning;
@@ -89,7 +90,7 @@ type Fitted = (FittedModel, f64, Vec<Warning>);
 fn fitted_with(estimate: &Estimate<'_>, base: &FittedModel, placed: &EffectInstance) -> Result<Fitted, Complaint> {
     let record = estimate.case.record;
     let (trial, screened) = refitted_alone(base, record, candidate(estimate, placed))?;
-    let gained = trial.gain_over(base, record, &trial.judge(record)?)?;
+    let gained = trial.gain_over(base, record, &Judge::of(&trial, &trial.fit, record)?)?;
     match restarted(estimate, base, (&trial, screened), gained)? {
         Some(better) => fitted_with(&better, &FittedModel::of(&better)?, placed),
         None => {

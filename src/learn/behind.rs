@@ -5,8 +5,9 @@
 //! the record, effects compete with them under the one criterion of [`suggest`], and the faults are isolated again beside the
 //! effect that wins.
 
+use super::evaluated::EvaluatedModel;
 use super::fitted_model::FittedModel;
-use super::suggest::{EvaluatedModel, suggest};
+use super::suggest::suggest;
 use crate::complaint::Complaint;
 use crate::diagnosis::{self, Diagnosed, DiagnosisOptions, MissingEffect, Verdict};
 use crate::model::Model;

@@ -143,7 +143,7 @@ impl FittedModel {
     /// Columns that are missing.
     pub fn gain_over(&self, base: &Self, record: &Record, judge: &Judge) -> Result<f64, Complaint> {
         let parameters = |one: &Self| effect_parameters(&one.rig) as f64 + one.set.len() as f64;
-        let fall = base.cost_under(record, &judge.weights)? - self.cost_under(record, &judge.weights)?;
+        let fall = judge.fall(record, (base, &base.fit), (self, &self.fit))?;
         let known = |(index, value): (usize, &f64)| {
             let before = &base.rig.parameters[index];
             let waived = before.sigma > 0.0 && !base.rig.is_of_effect(index) && self.rig.is_of_effect(index);
@@ -152,32 +152,7 @@ impl FittedModel {
         let known = |values: &[f64]| values.iter().take(base.values.len()).enumerate().map(known).sum::<f64>();
         let waived = known(&self.values) - known(&base.values);
         let samples = base.fit.weights.all_samples() as f64;
-        Ok(fall / judge.left - waived - (parameters(self) - parameters(base)) * samples.ln())
-    }
-
-    /// What other models of its record are compared by: weights with the lack of fit that it leaves itself.
-    ///
-    /// # Errors
-    /// Columns that are missing, or a model that cannot be solved.
-    pub fn judge(&self, record: &Record) -> Result<Judge, Complaint> {
-        let rig = with_lack_of_fit(&self.rig, &self.fit);
-        let weights = if has_lack_of_fit(&rig) {
-            let model = Model::new(rig);
-            let drive = InputSignals::from_record(&model.rig, record)?;
-            let solved = events::weights_of(&model, record, &drive, &self.values);
-            solved.map_err(|error| estimate::unsolvable(&model, record, error))?.0
-        } else {
-            self.fit.weights.clone()
-        };
-        let left = self.cost_under(record, &weights)? / weights.all_samples().max(1) as f64;
-        Ok(Judge { weights, left: left.max(1.0) })
-    }
-
-    /// `2 F` of the record alone under common weights.
-    fn cost_under(&self, record: &Record, weights: &Weights) -> Result<f64, Complaint> {
-        let mut misfit = away(&self.fit.outputs, &estimate::measured(&self.rig, record)?);
-        weights.apply(&mut misfit);
-        Ok(2.0 * ROBUST.cost(&misfit))
+        Ok(fall - waived - (parameters(self) - parameters(base)) * samples.ln())
     }
 }
 
@@ -186,6 +161,47 @@ pub struct Judge {
     weights: Weights,
     /// Mean square that the best leaves under them, at least 1.
     left: f64,
+}
+
+impl Judge {
+    /// Weights with the lack of fit that the best model leaves itself in its run over the record.
+    ///
+    /// # Errors
+    /// Columns that are missing, or a model that cannot be solved.
+    pub fn of(best: &FittedModel, run: &Run, record: &Record) -> Result<Self, Complaint> {
+        let rig = with_lack_of_fit(&best.rig, run);
+        let weights = if has_lack_of_fit(&rig) {
+            let model = Model::new(rig);
+            let drive = InputSignals::from_record(&model.rig, record)?;
+            let solved = events::weights_of(&model, record, &drive, &best.values);
+            solved.map_err(|error| estimate::unsolvable(&model, record, error))?.0
+        } else {
+            run.weights.clone()
+        };
+        let samples = weights.all_samples().max(1) as f64;
+        let mut judge = Self { weights, left: 1.0 };
+        judge.left = (judge.cost(record, best, run)? / samples).max(1.0);
+        Ok(judge)
+    }
+
+    /// Fall of `2 F` of the record alone from one model to another, in what the best leaves.
+    ///
+    /// # Errors
+    /// Columns that are missing.
+    pub fn fall(
+        &self,
+        record: &Record,
+        (one, before): (&FittedModel, &Run),
+        (other, after): (&FittedModel, &Run),
+    ) -> Result<f64, Complaint> {
+        Ok((self.cost(record, one, before)? - self.cost(record, other, after)?) / self.left)
+    }
+
+    fn cost(&self, record: &Record, model: &FittedModel, run: &Run) -> Result<f64, Complaint> {
+        let mut misfit = away(&run.outputs, &estimate::measured(&model.rig, record)?);
+        self.weights.apply(&mut misfit);
+        Ok(2.0 * ROBUST.cost(&misfit))
+    }
 }
 
 /// Simulates a record with all parameters given, SI; judged by noise alone, whatever it was fitted with.

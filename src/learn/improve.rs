@@ -1,10 +1,11 @@
 //! The whole loop: suggest, add, fit again, until nothing is left to explain or nothing explains the rest.
 
 use super::add::with_effects;
-use super::compare::{Comparison, MisfitPlace};
+use super::comparison::{Comparison, MisfitPlace};
+use super::evaluated::{Conclusion, EvaluatedModel, RIVAL, ROUNDS, is_adequate};
 use super::fitted_model::{FittedModel, Run};
 use super::separate::Experiment;
-use super::suggest::{Conclusion, EvaluatedModel, RIVAL, ROUNDS, Suggestion, is_adequate, suggest, suggest_from};
+use super::suggest::{Suggestion, suggest, suggest_from};
 use super::verdict::{CLEARLY, are_part, explained};
 use super::warning::Warning;
 use crate::complaint::Complaint;

@@ -1,8 +1,8 @@
 //! A model with effects in it, fitted with the faults as they were.
 
 use super::candidate::Candidate;
+use super::evaluated::EvaluatedModel;
 use super::fitted_model::FittedModel;
-use super::suggest::EvaluatedModel;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate::{self, FIRST_FORMS, PreliminaryFit};
 use crate::diagnosis::search::ROUGH;

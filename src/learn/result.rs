@@ -3,10 +3,11 @@
 use serde::Serialize;
 
 use super::candidate::Candidate;
-use super::compare::{Comparison, MisfitPlace};
+use super::comparison::{Comparison, MisfitPlace};
+use super::evaluated::{Conclusion, EvaluatedModel};
 use super::fitted_model::{FittedModel, Run};
 use super::separate::Experiment;
-use super::suggest::{Conclusion, EvaluatedModel, Suggestion};
+use super::suggest::Suggestion;
 use super::trial_steps::distance;
 use super::warning::Warning;
 use crate::complaint::Complaint;

@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 
 use super::add::{Written, insert, with_effects};
+use super::evaluated::is_adequate;
 use super::fitted_model::FittedModel;
 use super::refit::range_deviation;
-use super::suggest::{is_adequate, rough_base};
+use super::suggest::rough_base;
 use super::trial_steps::nothing;
 use crate::complaint::Complaint;
 use crate::physics::effect::FreeParameter;

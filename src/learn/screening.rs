@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
-use super::fitted_model::{FittedModel, Run, run_under};
+use super::evaluated::{EvaluatedModel, RIVAL, ROUNDS, is_adequate, joined};
+use super::fitted_model::{FittedModel, Judge, Run, run_under};
 use super::refit::{BasePoint, FORMS, PreliminaryModel, charged, effect_parameters, quick, refitted};
-use super::suggest::{EvaluatedModel, RIVAL, ROUNDS, is_adequate, joined};
 use super::verdict::{is_among, warnings};
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate::HOPE;
@@ -244,6 +244,7 @@ impl Screening<'_> {
             screened: rough.priced(self.samples()),
             check,
             delta_bic: 0.0,
+            evidence: 0.0,
             supported: false,
             isolated,
             confounded_with: Vec::new(),
@@ -253,10 +254,10 @@ impl Screening<'_> {
 
     /// Fits those that come near the best to their end: what decides between them is smaller than what rough fits leave.
     pub fn settle(&self, judged: &mut [EvaluatedModel]) -> Result<(), Complaint> {
-        let Some(top) = judged.first().map(|best| best.delta_bic) else { return Ok(()) };
+        let Some(top) = judged.first().map(|best| best.evidence) else { return Ok(()) };
         let near = |one: &EvaluatedModel| {
             let share = if one.isolated { CLOSE_ISOLATED } else { CLOSE };
-            one.delta_bic > top - (share * top).max(RIVAL)
+            one.evidence > top - (share * top).max(RIVAL)
         };
         if top <= RIVAL || judged.iter().filter(|one| near(one)).count() < 2 {
             return Ok(());
@@ -282,13 +283,22 @@ impl Screening<'_> {
         self.rank(judged)
     }
 
-    /// Costs under the weights of the best, what they support, and the order by the information criterion.
+    /// Costs under the weights of the best, what they support, and the order by what both records say.
     fn rank(&self, judged: &mut [EvaluatedModel]) -> Result<(), Complaint> {
         let Self { record, base, .. } = *self;
         let best = judged.iter().min_by(|a, b| a.trial.fit.chi2.total_cmp(&b.trial.fit.chi2));
-        let Some(judge) = best.map(|best| best.trial.judge(record)).transpose()? else { return Ok(()) };
+        let Some(best) = best else { return Ok(()) };
+        let judge = Judge::of(&best.trial, &best.trial.fit, record)?;
+        let on_check = match (self.check, best.check.as_ref(), self.base_check) {
+            (Some(record), Some(run), Some(before)) => Some((record, before, Judge::of(&best.trial, run, record)?)),
+            _ => None,
+        };
         for one in judged.iter_mut() {
             one.delta_bic = one.trial.gain_over(base, record, &judge)?;
+            one.evidence = one.delta_bic;
+            if let (Some((record, before, judge)), Some(after)) = (&on_check, &one.check) {
+                one.evidence += judge.fall(record, (base, before), (&one.trial, after))?;
+            }
             let on_check = match (self.base_check, &one.check) {
                 (Some(before), Some(after)) => after.normalised < before.normalised,
                 (None, _) => true,
@@ -296,7 +306,7 @@ impl Screening<'_> {
             };
             one.supported = one.delta_bic > RIVAL && on_check;
         }
-        judged.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
+        judged.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         Ok(())
     }
 }

@@ -1,22 +1,21 @@
 //! Which effect is missing: candidates by score, joint refits of the best, one verdict.
 
 use super::candidate::{Candidate, candidates, empirical, tolerated, worth};
+use super::evaluated::{Conclusion, EvaluatedModel, RIVAL, ROUNDS, is_adequate};
 use super::fitted_model::{FittedModel, MOST_WEIGHINGS, Run};
 use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
 use super::refit::{BasePoint, FORMS, charged, quick, refitted};
 use super::screening::{Screening, promised};
 use super::separate::{Experiment, separating};
 use super::verdict::{conclude, conclude_near, in_order, is_part, is_whole};
-use super::warning::Warning;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::search;
-use crate::diagnosis::{adequate, mean_squares};
 use crate::estimation::criteria::bic;
 use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::FaultSet;
-use crate::rig::{Location, Rig};
+use crate::rig::Rig;
 
 /// Candidates that are fitted.
 const FITTED: usize = 8;
@@ -34,83 +33,8 @@ const PAIR_PROMISE: f64 = 0.1;
 const BESIDE: usize = 3;
 /// Ratio of two scores within which the refit has to say which effect explains more.
 const SCORES_ALIKE: f64 = 1.2;
-/// Rounds of isolation of each fit.
-pub(super) const ROUNDS: u64 = 4;
-/// Difference of the information criterion within which two explanations are rivals (Kass and Raftery 1995: very strong).
-pub const RIVAL: f64 = 10.0;
-
 /// Share of what an effect gains that the model as given must gain from there for all to begin anew.
 const BY_ITSELF: f64 = 0.3;
-
-/// One word on what the record says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Conclusion {
-    /// The model explains the record within its tolerance.
-    Adequate,
-    /// One effect, or a pair, explains what the model misses down to the floor of both records, and nothing else does.
-    EffectFound,
-    /// Several explain it alike.
-    Confounded,
-    /// An effect, or a pair, explains much of it, and something is left that nothing explains.
-    PartlyExplained,
-    /// Nothing in the library explains it.
-    UnknownEffect,
-}
-
-/// An effect, or a pair, with what the records say of it.
-#[derive(Debug, Clone)]
-pub struct EvaluatedModel {
-    pub effects: Vec<Candidate>,
-    /// The joint refit.
-    pub trial: FittedModel,
-    /// What its preliminary fit cost under the weights of the base.
-    pub preliminary: f64,
-    /// The same with faults and effects penalised.
-    pub screened: f64,
-    /// Its free run on the check record.
-    pub check: Option<Run>,
-    /// Fall of the information criterion against the model as given; the noise scaled up to what the best leaves.
-    pub delta_bic: f64,
-    /// Whether it explains more than chance does, on the check record too.
-    pub supported: bool,
-    /// Whether its faults were isolated anew with it.
-    pub isolated: bool,
-    /// Others that explain the record alike.
-    pub confounded_with: Vec<String>,
-    pub warnings: Vec<Warning>,
-}
-
-impl EvaluatedModel {
-    pub fn id(&self) -> String {
-        joined(&self.effects)
-    }
-
-    /// Whether one of its effects is of a sensor, and not physics of the circuit.
-    pub(super) fn is_of_sensor(&self) -> bool {
-        self.effects.iter().any(|effect| matches!(effect.placed.spot, Location::Sensor(_)))
-    }
-
-    /// Whether one of its effects is a curve without a formula.
-    pub(super) fn is_empirical(&self) -> bool {
-        self.effects.iter().any(|effect| effect.placed.effect.empirical)
-    }
-
-    /// Root mean square of measured minus model over the noise: on the check record where there is one, else on the fit record.
-    pub(super) fn error(&self) -> f64 {
-        self.check.as_ref().unwrap_or(&self.trial.fit).normalised
-    }
-
-    /// Whether it makes no physical sense as fitted.
-    pub fn senseless(&self) -> bool {
-        self.warnings.iter().any(Warning::is_senseless)
-    }
-}
-
-/// What effects together are called.
-pub(super) fn joined(effects: &[Candidate]) -> String {
-    effects.iter().map(|effect| effect.id.as_str()).collect::<Vec<_>>().join(" + ")
-}
 
 /// What [`suggest`] found.
 #[derive(Debug, Clone)]
@@ -398,9 +322,4 @@ fn apart(judged: &[EvaluatedModel], base: &FittedModel) -> Option<Experiment> {
     let rival = best.confounded_with.first()?;
     let other = judged.iter().find(|other| other.id() == *rival).map_or(base, |other| &other.trial);
     separating([best.id(), rival.clone()], &best.trial, other)
-}
-
-/// Whether a run is within noise and tolerance in every channel.
-pub fn is_adequate(run: &Run) -> bool {
-    mean_squares(&run.weights, &run.misfit).into_iter().all(|(square, samples)| adequate(square, samples))
 }

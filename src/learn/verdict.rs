@@ -1,8 +1,8 @@
 //! What speaks against an effect as fitted, what it explains, and the one word on the record.
 
 use super::candidate::Candidate;
+use super::evaluated::{Conclusion, EvaluatedModel, RIVAL, is_adequate};
 use super::fitted_model::{FittedModel, Run};
-use super::suggest::{Conclusion, EvaluatedModel, RIVAL, is_adequate};
 use super::warning::Warning;
 use crate::diagnosis::case::REACH;
 
@@ -172,10 +172,10 @@ pub(super) fn conclude(judged: &mut [EvaluatedModel], base: &FittedModel, base_c
         return Conclusion::PartlyExplained;
     }
     let whole = is_whole(best);
-    let (top, size) = (best.delta_bic, best.effects.len());
+    let (top, size) = (best.evidence, best.effects.len());
     let close: Vec<bool> = judged
         .iter()
-        .map(|one| one.effects.len() <= size && one.delta_bic > top - RIVAL && explains(one, base, base_check))
+        .map(|one| one.effects.len() <= size && one.evidence > top - RIVAL && explains(one, base, base_check))
         .collect();
     let ids: Vec<String> = judged.iter().map(EvaluatedModel::id).collect();
     let rivals = close.iter().filter(|close| **close).count();

@@ -1,43 +1,11 @@
 //! What is left of a misfit once the faults that explain the record are in the model.
 
-use serde::Serialize;
-
-use super::compare::{ChannelComparison, Comparison};
+use super::comparison::{Comparison, PresentFault, WithFaults};
 use super::fitted_model::run_of;
 use crate::complaint::Complaint;
 use crate::diagnosis::{DiagnosisOptions, diagnose};
 use crate::model::Model;
 use crate::record::Record;
-
-/// A fault that is present, in `unit`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PresentFault {
-    /// The parameter that it changes.
-    pub id: String,
-    /// From the card of the component.
-    pub meaning: String,
-    /// Estimate.
-    pub value: f64,
-    /// As the rig file has it.
-    pub unit: String,
-    /// By the rig file.
-    pub healthy: f64,
-    /// Ends of the 95 % interval; `None` where the record does not bound the value.
-    pub ci95: [Option<f64>; 2],
-}
-
-/// The model with the faults that explain a record, beside that record.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct WithFaults {
-    /// Those that are present.
-    pub faults: Vec<PresentFault>,
-    /// Root mean square of measured minus model over the noise of the sensor, over all sensors.
-    pub times_noise: f64,
-    /// Whether the model with these faults explains every sensor within noise and tolerance.
-    pub adequate: bool,
-    /// Every sensor of the rig, in its order.
-    pub channels: Vec<ChannelComparison>,
-}
 
 /// A model with the faults that explain a record, with the curves behind it.
 pub(super) struct Explained {

@@ -7,6 +7,7 @@
 mod assembly;
 mod drive;
 mod layout;
+mod outcome;
 mod readings;
 mod recording;
 mod reshaped;
@@ -14,10 +15,12 @@ mod run;
 mod simulate;
 mod slopes;
 mod start;
+mod stretch;
 mod wiring;
 
 pub(crate) use assembly::level_per_pressure;
 pub use drive::{Before, InputSignals, Late, Onset, Piece, Shown};
+pub use outcome::{Outputs, Sensitivities, SimulationError, SolverEffort, Tolerance};
 pub use recording::{cycle_times, decimals_of, input_columns, recording};
 pub use run::{Reading, Simulation};
-pub use simulate::{Model, Outputs, Sensitivities, SimulationError, SolverEffort, Tolerance};
+pub use simulate::Model;

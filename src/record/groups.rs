@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::dialect::counted_from;
+use super::field::FAR;
 use super::read::{Care, Standing};
 use super::sampling::Sampling;
-use super::table::FAR;
 use super::{Asked, Channel, Origin, Record};
 use crate::complaint::{Complaint, Kind};
 use crate::units::{Dimension, Unit};

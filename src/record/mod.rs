@@ -5,6 +5,7 @@ mod binary;
 mod bytes;
 mod columns;
 mod dialect;
+mod field;
 mod gaps;
 mod groups;
 mod header;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::digits::plus_minus;
 use crate::learn::addition::{AddedParameter, AdditionReport};
-use crate::learn::suggest::RIVAL;
+use crate::learn::evaluated::RIVAL;
 use crate::number::before_unit;
 
 impl fmt::Display for AdditionReport {

@@ -3,8 +3,7 @@
 use super::learn::{named_fault, times};
 use super::table::{Head, aligned};
 use crate::finding::argument;
-use crate::learn::compare::{ChannelComparison, Comparison, Earlier, MisfitPlace};
-use crate::learn::with_faults::{PresentFault, WithFaults};
+use crate::learn::comparison::{ChannelComparison, Comparison, Earlier, MisfitPlace, PresentFault, WithFaults};
 use crate::number::{rounded, text, with_unit};
 
 /// The comparison for people, beside that of an older rig file where there is one.
@@ -117,7 +116,7 @@ mod tests {
 
     fn comparison(times_noise: f64) -> Comparison {
         Comparison {
-            schema: crate::learn::compare::SCHEMA,
+            schema: crate::learn::comparison::SCHEMA,
             rig: "rig.toml".to_owned(),
             record: "record.csv".to_owned(),
             adequate: times_noise < 1.2,

@@ -62,7 +62,7 @@ pub fn worth(value: f64, width: f64) -> String {
         return text(rounded(value, UNKNOWN));
     }
     let decimals = 1 - width.log10().floor() as i32;
-    let last = value.abs().log10().floor() as i32 + decimals;
+    let last = (value.abs().log10().floor() as i32).saturating_add(decimals);
     let digits = last.max(0) as usize;
     let near: f64 = match last {
         _ if value == 0.0 => 0.0,
@@ -126,5 +126,7 @@ mod tests {
         assert_eq!(shown(0.25, None, None), ["0.25", "open"]);
         assert_eq!(shown(0.123_456, Some(0.123_456), None), ["0.1235", "at least 0.1235"]);
         assert_eq!(worth(-0.000_01, 0.01), "0.000");
+        // Nothing has no digits before its decimals, however few these are.
+        assert_eq!(worth(0.0, 1e5), "0");
     }
 }

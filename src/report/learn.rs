@@ -9,11 +9,11 @@ use super::html::Table;
 #[cfg(feature = "cli")]
 use super::style::Tone;
 use super::table::{Head, aligned};
-use crate::learn::compare::{ChannelComparison, Comparison, MisfitPlace};
+use crate::learn::comparison::{ChannelComparison, Comparison, MisfitPlace, PresentFault};
+use crate::learn::evaluated::{Conclusion, EvaluatedModel};
 use crate::learn::result::{CandidateReport, EffectParameter, ScoredReport, SuggestionReport};
 use crate::learn::separate::Experiment;
-use crate::learn::suggest::{Conclusion, EvaluatedModel, Suggestion};
-use crate::learn::with_faults::PresentFault;
+use crate::learn::suggest::Suggestion;
 use crate::number::{before_unit, rounded, text, with_unit};
 
 const CHANNEL_HEADS: [Head; 9] = [

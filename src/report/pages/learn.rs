@@ -3,10 +3,12 @@
 use super::channels::{Said, Shown, by_sensor};
 use super::{misfit, missing, rivals};
 use crate::complaint::Complaint;
-use crate::learn::compare::{Compared, FittedParameter};
+use crate::learn::compare::Compared;
+use crate::learn::comparison::FittedParameter;
+use crate::learn::evaluated::Conclusion;
 use crate::learn::fitted_model::Run;
 use crate::learn::result::{CandidateReport, EffectParameter, SuggestionReport};
-use crate::learn::suggest::{Conclusion, Suggestion};
+use crate::learn::suggest::Suggestion;
 use crate::number::{before_unit, rounded, text};
 use crate::record::Record;
 use crate::report::digits::{plus_minus, worth};

@@ -1,7 +1,8 @@
 //! Effects that explain a record alike, and where they would part.
 
 use super::channels::Shown;
-use crate::learn::suggest::{EvaluatedModel, Suggestion};
+use crate::learn::evaluated::EvaluatedModel;
+use crate::learn::suggest::Suggestion;
 use crate::number::{rounded, text};
 use crate::report::html::{Column, Section, Table};
 

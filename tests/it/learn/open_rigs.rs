@@ -5,8 +5,9 @@ use std::path::Path;
 use borescope::Record;
 use borescope::Rig;
 use borescope::internals::calibration::{CalibrationOptions, calibrate};
+use borescope::internals::learn::evaluated::Conclusion;
 use borescope::internals::learn::improve::{Improvement, improve};
-use borescope::internals::learn::suggest::{Conclusion, suggest};
+use borescope::internals::learn::suggest::suggest;
 use borescope::internals::model::{InputSignals, Model};
 use borescope::internals::report::improvement::Ledger;
 

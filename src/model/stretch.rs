@@ -1,0 +1,144 @@
+//! One input between the rows of its record, as a broken line.
+
+use crate::rig::{Hold, Input};
+
+/// One input as a broken line: `value(t)` runs from `from` to `to` within each stretch, and may jump between them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Stretch {
+    pub start: f64,
+    pub end: f64,
+    pub from: f64,
+    pub to: f64,
+}
+
+/// A jump between neighbouring rows is one of more than this many standard deviations of their difference:
+/// one false jump in 10^9 rows.
+const JUMP: f64 = 6.0;
+/// Largest excursion of the running sum of n misfits, in `sigma sqrt(n)`, that noise makes in 99 % of cases
+/// (Kolmogorov distribution).
+const EXCURSION: f64 = 1.63;
+
+/// An input between the rows that it has, as its way to hold says.
+pub(super) fn broken_line(input: &Input, time: &[f64], values: &[f64], interval: f64) -> Vec<Stretch> {
+    // Interval over which each row's value holds.
+    let holds = |row: usize| match input.hold {
+        Hold::Before => (if row == 0 { time[0] - interval } else { time[row - 1] }, time[row]),
+        Hold::After | Hold::Linear => (time[row], time.get(row + 1).copied().unwrap_or(time[row] + interval)),
+    };
+    if input.noise > 0.0 {
+        return smooth(input, time, values, holds);
+    }
+    let mut line: Vec<Stretch> = Vec::new();
+    for row in 0..values.len() {
+        let (start, end) = holds(row);
+        let (from, to) = match input.hold {
+            Hold::Linear => (values[row], values.get(row + 1).copied().unwrap_or(values[row])),
+            Hold::Before | Hold::After => (values[row], values[row]),
+        };
+        match line.last_mut() {
+            Some(last) if last.from == last.to && last.to == from && from == to => last.end = end,
+            _ => line.push(Stretch { start, end, from, to }),
+        }
+    }
+    line
+}
+
+/// A noisy input as broken lines between its jumps, with no more knots than the noise can tell from fewer.
+fn smooth(input: &Input, time: &[f64], values: &[f64], holds: impl Fn(usize) -> (f64, f64)) -> Vec<Stretch> {
+    let mut line = Vec::new();
+    let mut first = 0;
+    for row in 1..=values.len() {
+        if row < values.len() && !jumps(values, row, input.noise) {
+            continue;
+        }
+        let rows = first..row;
+        // A held value stands for the middle of its interval.
+        let middle: Vec<f64> = rows
+            .clone()
+            .map(|row| match input.hold {
+                Hold::Linear => time[row],
+                Hold::Before | Hold::After => f64::midpoint(holds(row).0, holds(row).1),
+            })
+            .collect();
+        let (start, end) = (holds(first).0, holds(row - 1).1);
+        line.extend(fit_line(&middle, &values[rows], start, end, input.noise));
+        first = row;
+    }
+    line
+}
+
+/// Whether the value leaves the row before by more than noise and the ramp around it explain.
+fn jumps(values: &[f64], row: usize, sigma: f64) -> bool {
+    let first = row.saturating_sub(AROUND).max(1);
+    let mut steps: Vec<f64> = (first..values.len().min(row + AROUND + 1)).map(|k| values[k] - values[k - 1]).collect();
+    let middle = steps.len() / 2;
+    let ramp = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    (values[row] - values[row - 1] - ramp).abs() > JUMP * std::f64::consts::SQRT_2 * sigma
+}
+
+/// Rows to each side whose median step is taken as the ramp.
+const AROUND: usize = 4;
+
+/// Least-squares broken line through samples, halving intervals until the misfit looks like noise.
+pub(super) fn fit_line(time: &[f64], values: &[f64], start: f64, end: f64, sigma: f64) -> Vec<Stretch> {
+    let mut knots = vec![start, end];
+    loop {
+        let heights = fit_heights(time, values, &knots);
+        let mut refined = vec![start];
+        for (pair, height) in knots.windows(2).zip(heights.windows(2)) {
+            let rows = time.partition_point(|&t| t < pair[0])..time.partition_point(|&t| t < pair[1]);
+            let (mut sum, mut largest) = (0.0_f64, 0.0_f64);
+            for row in rows.clone() {
+                let share = (time[row] - pair[0]) / (pair[1] - pair[0]);
+                sum += values[row] - height[0] - share * (height[1] - height[0]);
+                largest = largest.max(sum.abs());
+            }
+            if rows.len() >= 4 && largest > EXCURSION * sigma * (rows.len() as f64).sqrt() {
+                refined.push(f64::midpoint(pair[0], pair[1]));
+            }
+            refined.push(pair[1]);
+        }
+        if refined.len() == knots.len() {
+            let pairs = knots.windows(2).zip(heights.windows(2));
+            return pairs.map(|(t, y)| Stretch { start: t[0], end: t[1], from: y[0], to: y[1] }).collect();
+        }
+        knots = refined;
+    }
+}
+
+/// Heights at the knots of the continuous broken line nearest to the samples (tridiagonal normal equations).
+fn fit_heights(time: &[f64], values: &[f64], knots: &[f64]) -> Vec<f64> {
+    let n = knots.len();
+    let (mut diagonal, mut beside, mut right) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    let mut interval = 0;
+    for (&t, &value) in time.iter().zip(values) {
+        while interval + 2 < n && t > knots[interval + 1] {
+            interval += 1;
+        }
+        let share = (t - knots[interval]) / (knots[interval + 1] - knots[interval]);
+        let (low, high) = (1.0 - share, share);
+        diagonal[interval] += low * low;
+        diagonal[interval + 1] += high * high;
+        beside[interval] += low * high;
+        right[interval] += low * value;
+        right[interval + 1] += high * value;
+    }
+    // A little pull towards the neighbour keeps a knot without samples, or a stretch of one row, defined.
+    let pull = 1e-9 * diagonal.iter().sum::<f64>().max(1.0);
+    for k in 0..n - 1 {
+        diagonal[k] += pull;
+        diagonal[k + 1] += pull;
+        beside[k] -= pull;
+    }
+    for k in 1..n {
+        let factor = beside[k - 1] / diagonal[k - 1];
+        diagonal[k] -= factor * beside[k - 1];
+        right[k] -= factor * right[k - 1];
+    }
+    let mut heights = vec![0.0; n];
+    for k in (0..n).rev() {
+        let above = if k + 1 < n { beside[k] * heights[k + 1] } else { 0.0 };
+        heights[k] = (right[k] - above) / diagonal[k];
+    }
+    heights
+}
