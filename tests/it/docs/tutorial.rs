@@ -29,7 +29,8 @@ fn run(folder: &Path, command: &str) -> (Option<i32>, Vec<String>) {
 
 /// Words of a line, every number as `#`.
 fn words(line: &str) -> String {
-    let is_number = |word: &str| word.trim_end_matches([',', '.', ';', ':']).parse::<f64>().is_ok();
+    // An error is a number of times the noise: `6.4x`.
+    let is_number = |word: &str| word.trim_end_matches([',', '.', ';', ':', 'x']).parse::<f64>().is_ok();
     line.split_whitespace().map(|word| if is_number(word) { "#" } else { word }).collect::<Vec<_>>().join(" ")
 }
 
