@@ -149,7 +149,7 @@ fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Resul
         let measured = estimate::measured(&model.rig, record)?;
         // Noise and tolerance are learned of each sensor.
         for sensor in &model.rig.sensors {
-            record.require(&sensor.column, sensor.quantity.dimension(), sensor.place.clone())?;
+            record.require(&sensor.column, sensor.dimension, sensor.place.clone())?;
         }
         Ok(Healthy { record, drive: InputSignals::from_record(&model.rig, record)?, measured })
     });

@@ -120,12 +120,17 @@ impl Campaign {
         if rig.faults.is_empty() {
             return missing("the rig has no faults to draw", "add `[faults]`, one line per fault");
         }
-        let from_record = |kind: &NodeKind| *kind == NodeKind::Volume { initial: InitialPressure::Record };
+        let from_record = |kind: &NodeKind| {
+            matches!(
+                kind,
+                NodeKind::Volume { initial: InitialPressure::Record } | NodeKind::Body { position: None, .. }
+            )
+        };
         if let Some(node) = rig.nodes.iter().find(|node| from_record(&node.kind)) {
             let what = format!("node `{}` starts at what its sensor shows first, but there is no record", node.name);
             return Err(Complaint::new(Kind::MissingEntry, what)
                 .at(node.place.clone())
-                .help("add `initial = \"0 bar\"` or the pressure that it starts with"));
+                .help("write the pressure or position that it starts with, such as `initial = \"0 bar\"`"));
         }
         let plan = draw::plan(options.cases, options.healthy, rig.faults.len(), options.seed);
         let rigs = (0..options.rigs).map(|_| OnceLock::new()).collect();

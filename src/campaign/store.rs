@@ -12,6 +12,7 @@ use super::statistics::quantile;
 use super::{Campaign, CampaignOptions};
 use crate::complaint::Complaint;
 use crate::files::{self, write_atomically};
+use crate::rig::Rig;
 use crate::shards::{Form, Numbered, Share};
 
 /// Name and version of the format.
@@ -59,9 +60,10 @@ impl Campaign {
     }
 }
 
-/// What tells two campaigns apart: the options, the rig file and the version of this crate, hashed.
-pub fn digest(options: &CampaignOptions, rig_text: &str) -> String {
-    files::digest(format!("{} {options:?}\n{rig_text}", env!("CARGO_PKG_VERSION")).as_bytes())
+/// What tells two campaigns apart: the options, the rig file with the files that it includes, and the version of this crate,
+/// hashed.
+pub fn digest(options: &CampaignOptions, rig: &Rig, rig_text: &str) -> String {
+    rig.digest(files::digest(format!("{} {options:?}\n{rig_text}", env!("CARGO_PKG_VERSION")).as_bytes()))
 }
 
 /// Durations of a diagnosis, s.

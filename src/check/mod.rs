@@ -296,7 +296,8 @@ fn node_line(rig: &Rig, node: &crate::rig::Node) -> NodeLine {
         NodeKind::Volume { initial: InitialPressure::Balance } => ("volume", "in balance".to_owned()),
         NodeKind::Volume { initial: InitialPressure::Record } => ("volume", "at its first reading".to_owned()),
         NodeKind::Body { position, velocity } => {
-            ("body", format!("at {} mm and {} mm/s", rounded(position * 1e3, 6), rounded(velocity * 1e3, 6)))
+            let at = position.map_or("its first reading".to_owned(), |at| format!("{} mm", rounded(at * 1e3, 6)));
+            ("body", format!("at {at} and {} mm/s", rounded(velocity * 1e3, 6)))
         }
     };
     NodeLine { name: node.name.clone(), kind, start }
@@ -309,6 +310,10 @@ fn sensor_line(rig: &Rig, sensor: &Sensor) -> SensorLine {
             let port = component.card.ports.get(port)?;
             let direction = if sensor.sign < 0.0 { ", out" } else { "" };
             Some(format!("{}.{}{direction}", component.name, port.name))
+        }),
+        Target::State(component, state) => rig.components.get(component).and_then(|component| {
+            let state = component.card.states.get(state)?;
+            Some(format!("{}.{}", component.name, state.name))
         }),
     };
     let unit = rig.sensor_unit(sensor);

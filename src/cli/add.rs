@@ -8,7 +8,7 @@ use clap::Args;
 use super::{Failure, Format, Overwriting, Status, read, write_json};
 use crate::context::Context;
 use crate::files::{is_kept, read_text, write_atomically};
-use crate::learn::add::add;
+use crate::learn::add::{Added, add};
 use crate::learn::addition::AdditionReport;
 use crate::rig::Rig;
 
@@ -45,6 +45,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let rig = Rig::parse(&arguments.rig, text.clone())?.with_context(context);
     let record = arguments.fit.as_ref().map(|path| read::record(&rig, path)).transpose()?;
     let new = add(&text, &rig, &arguments.effect, record.as_ref())?;
+    let new = Added { text: rig.text_at(&new.text, &arguments.output)?, ..new };
     write_atomically(&arguments.output, |file| file.write_all(new.text.as_bytes()))?;
     // With `-o /dev/stdout` more would stand in the rig file.
     if is_kept(&arguments.output) {

@@ -60,7 +60,8 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         return Err(Failure::Complaints(bad));
     }
     let calibrated = calibrate(&rig_text, &rig, &records, &CalibrationOptions::default())?;
-    write_atomically(&arguments.output, |file| file.write_all(calibrated.text.as_bytes()))?;
+    let text = rig.text_at(&calibrated.text, &arguments.output)?;
+    write_atomically(&arguments.output, |file| file.write_all(text.as_bytes()))?;
     if let Some(path) = &arguments.report {
         write_page(path, &pages::calibration::html(&rig, &calibrated.report))?;
     }

@@ -27,6 +27,8 @@ pub struct Arguments {
 
 /// Runs the verb.
 pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+    // Lists below would be without what does not read.
+    catalogue::kinds()?;
     let Some(kind) = &arguments.kind else {
         match arguments.format {
             Format::Text => out.write_all(library().as_bytes())?,

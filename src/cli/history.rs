@@ -43,6 +43,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let content = read(&arguments.rig, MOST_TEXT)?;
     let digest = content.digest();
     let rig = Rig::parse(&arguments.rig, text(&arguments.rig, content.bytes)?)?;
+    let digest = rig.digest(digest);
     let store = Store::open_existing_telling(&arguments.store, keep::waiting)?;
     let runs = store.runs_of(&RigIdentity::new(&rig, digest).key)?;
     if runs.is_empty() {

@@ -67,7 +67,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         }
     };
     let improvement = improve(&rig, &fit, &check, told)?;
-    let new = improvement.rig_file(&text, &rig)?;
+    let new = rig.text_at(&improvement.rig_file(&text, &rig)?, &arguments.output)?;
     write_atomically(&arguments.output, |file| file.write_all(new.as_bytes()))?;
     let names = [&arguments.rig, &arguments.fit, &arguments.check].map(|path| path.display().to_string());
     let ledger = Ledger::new(&improvement, names);

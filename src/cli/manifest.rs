@@ -41,6 +41,7 @@ pub fn run(manifest: &Path, arguments: &Arguments, context: &Context, out: &mut 
     let rig_digest = content.digest();
     let (context, threads) = super::threads(context.clone().without_progress(), arguments.threads)?;
     let rig = Rig::parse(rig, text(rig, content.bytes)?)?.with_context(&context);
+    let rig_digest = rig.digest(rig_digest);
     let manifest = Manifest::read(manifest)?;
     if !manifest.unread.is_empty() {
         let columns = manifest.unread.join("`, `");

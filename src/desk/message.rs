@@ -237,7 +237,7 @@ fn part(rig: &Rig, component: usize) -> Part<'_> {
     let own = &rig.components[component];
     let here = |target: &Target| match *target {
         Target::Node(node) => own.ports.contains(&node),
-        Target::Port(other, _) => other == component,
+        Target::Port(other, _) | Target::State(other, _) => other == component,
     };
     let sits = |placed: &EffectInstance| match placed.spot {
         Location::Component(other) => other == component,

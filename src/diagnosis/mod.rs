@@ -143,7 +143,8 @@ pub fn diagnose_from(
     let (cleared, left_out) = doubtful::set_aside(rig, record);
     let record = cleared.as_ref().unwrap_or(record);
     let drive = InputSignals::from_record(rig, record)?;
-    let drive = InputSignals { shown: shown.to_vec(), begun: begun.unwrap_or(drive.begun), ..drive };
+    let shown = if shown.is_empty() { drive.shown.clone() } else { shown.to_vec() };
+    let drive = InputSignals { shown, begun: begun.unwrap_or(drive.begun), ..drive };
     estimate::measured(rig, record)?;
     rig.context().stage("residuals and fit");
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;

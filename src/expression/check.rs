@@ -88,6 +88,16 @@ fn root(text: &str, of: Part) -> Result<Dimension, ExpressionError> {
     })
 }
 
+/// That an argument of a table is what the table is over.
+pub(super) fn argument(text: &str, name: &str, wanted: Dimension, argument: Part) -> Result<(), ExpressionError> {
+    if argument.dimension == wanted {
+        return Ok(());
+    }
+    let what = format!("the table `{name}` is over {}, not {}", named(wanted), told(text, argument));
+    let help = format!("multiply by a quantity in `{}`", unit_of(wanted.per(argument.dimension)));
+    Err(ExpressionError::new(argument.start, what, help))
+}
+
 /// That a knot lies along the argument.
 pub(super) fn knot(text: &str, argument: Part, knot: Part) -> Result<(), ExpressionError> {
     if knot.dimension == argument.dimension {

@@ -65,6 +65,12 @@ impl fmt::Display for Expression {
                     Piece::whole(format!("{}({}, {})", function.name(), left.text, right.text))
                 }
                 Op::Call(function) => Piece::whole(format!("{}({})", function.name(), take(&mut pieces).text)),
+                Op::Sheet(index) => {
+                    let sheet = &program.sheets[index];
+                    let arguments = pieces.split_off(pieces.len().saturating_sub(sheet.arguments.len()));
+                    let arguments: Vec<String> = arguments.into_iter().map(|piece| piece.text).collect();
+                    Piece::whole(format!("{}({})", sheet.name, arguments.join(", ")))
+                }
                 Op::Line(index) => {
                     let line = &program.lines[index];
                     let heights = pieces.split_off(pieces.len().saturating_sub(line.knots.len()));

@@ -31,7 +31,7 @@ pub(super) fn monotone<T: Real>(x: T, at: &[f64], heights: &[T]) -> T {
     }
 }
 
-enum Place {
+pub(super) enum Place {
     /// Outside, held at this knot.
     Held(usize),
     /// Between this knot and the next.
@@ -40,7 +40,7 @@ enum Place {
     Nowhere,
 }
 
-fn place(x: f64, at: &[f64]) -> Place {
+pub(super) fn place(x: f64, at: &[f64]) -> Place {
     let last = at.len() - 1;
     if x.is_nan() {
         Place::Nowhere
@@ -51,6 +51,11 @@ fn place(x: f64, at: &[f64]) -> Place {
     } else {
         Place::Between(at.partition_point(|knot| *knot <= x) - 1)
     }
+}
+
+/// The slopes of the monotone cubic at every knot.
+pub(super) fn slopes(at: &[f64], heights: &[f64]) -> Vec<f64> {
+    (0..at.len()).map(|i| slope(at, heights, i)).collect()
 }
 
 fn secant<T: Real>(at: &[f64], heights: &[T], i: usize) -> T {

@@ -44,8 +44,12 @@ mod interpolation;
 mod lexer;
 mod parse;
 mod program;
+mod sheet;
 
 pub use error::ExpressionError;
+pub use sheet::Sheet;
+
+use std::sync::Arc;
 
 use crate::numeric::Real;
 use crate::units::{Dimension, Unit};
@@ -126,8 +130,25 @@ impl Expression {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn parse(text: &str, names: &[Name]) -> Result<Self, ExpressionError> {
-        let (program, dimension) = parse::parse(text, names)?;
+        Self::parse_with(text, names, &[])
+    }
+
+    /// Reads a formula that may also call tables by their names.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_with(text: &str, names: &[Name], sheets: &[Arc<Sheet>]) -> Result<Self, ExpressionError> {
+        let (program, dimension) = parse::parse(text, names, sheets)?;
         Ok(Self { names: names.to_vec(), dimension, program })
+    }
+
+    /// That the formula measures `wanted`; `text` is what it was read from.
+    ///
+    /// # Errors
+    /// A formula of another dimension.
+    pub(crate) fn check(self, text: &str, wanted: Dimension) -> Result<Self, ExpressionError> {
+        check::whole(text, self.dimension, wanted)?;
+        Ok(self)
     }
 
     /// Reads a formula that must measure `wanted`.
@@ -135,9 +156,7 @@ impl Expression {
     /// # Errors
     /// As [`parse`](Self::parse); also a formula of another dimension.
     pub fn parse_as(text: &str, names: &[Name], wanted: Dimension) -> Result<Self, ExpressionError> {
-        let expression = Self::parse(text, names)?;
-        check::whole(text, expression.dimension, wanted)?;
-        Ok(expression)
+        Self::parse(text, names)?.check(text, wanted)
     }
 
     /// What the formula measures.

@@ -1,8 +1,9 @@
 //! The formula in postfix order, and how it runs.
 
-use super::{Literal, MAX_WAITING, interpolation};
+use super::{Literal, MAX_WAITING, Sheet, interpolation};
 use crate::numeric::Real;
 use std::fmt;
+use std::sync::Arc;
 
 /// Below this argument (SI) a root has the slope that it has here. Small enough for squares of leakage flows (1e-18 m6/s2);
 /// large enough that the slope, 5e11, still leaves digits beside it in a Jacobian.
@@ -23,6 +24,8 @@ pub(super) enum Op {
     Call(Function),
     /// By index among the lines.
     Line(usize),
+    /// By index among the sheets.
+    Sheet(usize),
 }
 
 /// A fraction in lowest terms, denominator positive.
@@ -107,6 +110,7 @@ pub(super) struct Program {
     /// One for each [`Op::Constant`], in order.
     pub literals: Vec<Literal>,
     pub lines: Vec<Line>,
+    pub sheets: Vec<Arc<Sheet>>,
     pub waiting: usize,
 }
 
@@ -147,6 +151,12 @@ impl Program {
                     let interpolate = if line.smooth { interpolation::monotone } else { interpolation::broken };
                     stack[argument] = interpolate(x, &line.at, heights);
                     count = argument + 1;
+                }
+                Op::Sheet(index) => {
+                    let sheet = &self.sheets[index];
+                    let first = count - sheet.arguments.len();
+                    stack[first] = sheet.evaluate(&stack[first..count]);
+                    count = first + 1;
                 }
                 Op::Call(function) if function.arguments() == 1 => {
                     stack[count - 1] = unary(function, stack[count - 1]);

@@ -48,7 +48,6 @@ impl Content {
 }
 
 /// SHA-256 of bytes, in hexadecimal digits.
-#[cfg(feature = "cli")]
 pub fn digest(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }

@@ -192,12 +192,17 @@ fn equation(rig: &Rig, sensor: &Sensor) -> String {
             let component = &rig.components[component];
             format!("{}.{}", component.name, component.card.ports[port].name)
         }
+        Target::State(component, state) => {
+            let component = &rig.components[component];
+            format!("{} of {}", component.card.states[state].name, component.name)
+        }
     };
     match sensor.quantity {
         Quantity::Pressure => format!("pressure balance of {at}"),
         Quantity::Flow => format!("flow at {at}"),
         Quantity::Position | Quantity::Velocity => format!("force balance of {at}"),
         Quantity::Level => format!("volume balance of {at}"),
+        Quantity::State => at,
     }
 }
 

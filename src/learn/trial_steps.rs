@@ -292,7 +292,8 @@ pub(super) fn highest_at(
         (parameter.value, parameter.sigma) = (value, 0.0);
         rig.parameters.push(parameter);
     }
-    rig.sensors.push(Sensor { quantity, target: Target::Node(node), lag: 0.0, first_parameter, ..template });
+    let dimension = quantity.dimension().unwrap_or(template.dimension);
+    rig.sensors.push(Sensor { quantity, dimension, target: Target::Node(node), lag: 0.0, first_parameter, ..template });
     let values = [values, &[0.0, 1.0]].concat();
     let shown = Model::new(rig).solve(&values, drive, times).map(|mut outputs| outputs.values.pop());
     shown.ok().flatten().map_or(0.0, |shown| ends(&shown).1)

@@ -1,6 +1,6 @@
 //! What drives the circuit: the recorded commands and loads as pieces between which nothing jumps.
 
-use super::readings::readings;
+use super::readings::{positions, readings};
 use super::stretch::{Stretch, broken_line, fit_line};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::record::{Channel, Record, Sampling};
@@ -39,7 +39,7 @@ pub struct InputSignals {
     pub begun: f64,
 }
 
-/// What a sensor shows of its node where a record begins in the middle of a run.
+/// What a sensor shows of its node at the start, of which the rig file says nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shown {
     /// Index of a sensor of a pressure, a level or a position.
@@ -94,7 +94,8 @@ impl InputSignals {
     /// # Errors
     /// As [`InputSignals::from_record`].
     pub fn from_late_record(rig: &Rig, record: &Record, late: Late) -> Result<Self, Complaint> {
-        Ok(Self { readings: readings(rig, record)?, ..Self::inputs(rig, record, late)? })
+        let (readings, shown) = (readings(rig, record)?, positions(rig, record)?);
+        Ok(Self { readings, shown, ..Self::inputs(rig, record, late)? })
     }
 
     /// The same with nothing read of where the nodes start.

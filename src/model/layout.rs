@@ -160,11 +160,11 @@ impl Layout {
             let raw = layout.raw_of(rig, sensor);
             layout.raw.push(raw);
             let state = (sensor.lag > 0.0).then(|| {
-                let scale = match sensor.quantity {
-                    Quantity::Pressure => PRESSURE,
-                    Quantity::Flow => FLOW,
-                    Quantity::Position | Quantity::Level => POSITION,
-                    Quantity::Velocity => VELOCITY,
+                let scale = match (sensor.quantity, raw) {
+                    (_, Raw::State(state)) => layout.scales[state],
+                    (Quantity::Flow, _) => FLOW,
+                    (Quantity::Position | Quantity::Level, _) => POSITION,
+                    _ => PRESSURE,
                 };
                 let state = layout.push(format!("reading of {}", sensor.name), scale);
                 layout.filters.push(Filter { state, sensor: index, lag: sensor.lag });
@@ -187,6 +187,7 @@ impl Layout {
     fn raw_of(&self, rig: &Rig, sensor: &crate::rig::Sensor) -> Raw {
         match sensor.target {
             Target::Port(component, port) => Raw::Flow(component, port, sensor.sign),
+            Target::State(component, state) => Raw::State(self.slots[component].first_state + state),
             Target::Node(node) => match (self.node_state[node], &rig.nodes[node].kind, sensor.quantity) {
                 (None, NodeKind::Held { parameter }, _) => Raw::HeldPressure(*parameter),
                 (Some(state), _, Quantity::Pressure) => Raw::Pressure(state),

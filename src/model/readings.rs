@@ -1,9 +1,66 @@
 //! Where nodes start that start at what their sensors show.
 
+use super::drive::Shown;
 use crate::complaint::{Complaint, Kind};
 use crate::physics::GRAVITY;
 use crate::record::Record;
 use crate::rig::{InitialPressure, NodeKind, Quantity, Rig, Target};
+
+/// Readings that are taken for the beginning in any case: so few that little happens meanwhile.
+const READINGS: usize = 3;
+/// Standard deviations by which the means of two stretches of readings may differ for the first to count as at rest: one record in
+/// twenty that rests is believed over a shorter stretch than it could be.
+const AT_REST: f64 = 2.0;
+
+/// Mean of the readings from the beginning on, and how many: twice as many as long as those that are added show the same. What
+/// begins to move within the second half leaves the first alone; what accelerates within the first shows seven times as much in the
+/// second.
+fn at_rest(values: &[f64], sigma: f64) -> Option<(f64, usize)> {
+    let values: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let mut count = READINGS.min(values.len());
+    while 3 * count <= values.len() && count > 0 {
+        let (first, second) = (&values[..2 * count], &values[2 * count..(4 * count).min(values.len())]);
+        let scatter = sigma * (1.0 / first.len() as f64 + 1.0 / second.len() as f64).sqrt();
+        if (mean(second) - mean(first)).abs() > AT_REST * scatter {
+            break;
+        }
+        count *= 2;
+    }
+    (count > 0).then(|| (mean(&values[..count]), count))
+}
+
+/// Where bodies begin of which the rig file says that the record shows it: the mean of the readings at rest of the first sensor
+/// that has any. They begin at the speed of the rig file.
+pub(super) fn positions(rig: &Rig, record: &Record) -> Result<Vec<Shown>, Complaint> {
+    let mut shown = Vec::new();
+    for (index, node) in rig.nodes.iter().enumerate() {
+        let NodeKind::Body { position: None, velocity } = node.kind else { continue };
+        let mut found = None;
+        for (number, sensor) in rig.sensors.iter().enumerate() {
+            if sensor.target == Target::Node(index) && sensor.quantity == Quantity::Position && found.is_none() {
+                let sigma = sensor.variance().sqrt();
+                let gain = rig.parameters[sensor.first_parameter + 1].value;
+                found = at_rest(&rig.sensor_column(record, sensor)?.values, sigma).map(|(value, count)| Shown {
+                    sensor: number,
+                    value,
+                    sigma: sigma / (count as f64).sqrt(),
+                    rate: velocity * gain,
+                });
+            }
+        }
+        shown.push(found.ok_or_else(|| {
+            Complaint::new(
+                Kind::MissingEntry,
+                format!("nothing shows where `{}` begins: its sensor has no value", node.name),
+            )
+            .at(node.place.clone())
+            .at(record.header())
+            .help("write where it begins, such as `position = \"0 mm\"`, or take a record in which its sensor works")
+        })?);
+    }
+    Ok(shown)
+}
 
 /// Mean of the first few readings of each node that starts at what its sensor shows: of several sensors the first that shows
 /// something.
@@ -16,7 +73,7 @@ pub(super) fn readings(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint
         let per_reading = match sensor.quantity {
             Quantity::Pressure => 1.0,
             Quantity::Level => density * GRAVITY,
-            Quantity::Flow | Quantity::Position | Quantity::Velocity => continue,
+            Quantity::Flow | Quantity::Position | Quantity::Velocity | Quantity::State => continue,
         };
         if readings[node].is_some() || !by_record(node) {
             continue;
@@ -36,4 +93,23 @@ pub(super) fn readings(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint
         }
     }
     Ok(readings.into_iter().map(|found| found.unwrap_or(0.0)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_beginning_at_rest_is_averaged_as_long_as_it_rests() {
+        // Noise that alternates, then a run from the 100th reading on.
+        let noise = |row: usize| if row % 2 == 0 { 1.0 } else { -1.0 };
+        let reading = |row: usize| noise(row) + (row as f64 - 100.0).max(0.0);
+        let values: Vec<f64> = (0..300).map(reading).collect();
+        let (mean, count) = at_rest(&values, 1.0).unwrap();
+        assert!((24..=100).contains(&count) && mean.abs() < 0.05, "{count}: {mean}");
+        // What moves at once is read where it begins.
+        let (mean, count) = at_rest(&(0..300).map(f64::from).collect::<Vec<_>>(), 0.1).unwrap();
+        assert_eq!((mean, count), (1.0, READINGS));
+        assert_eq!(at_rest(&[f64::NAN], 1.0), None);
+    }
 }

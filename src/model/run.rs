@@ -51,7 +51,7 @@ impl Model {
         let outputs = self.solve(&self.rig.nominal(), &drive, &record.time).map_err(|error| self.unsolved(&error))?;
         let sensors = self.rig.sensors.iter().zip(outputs.values).map(|(sensor, values)| Reading {
             sensor: sensor.name.clone(),
-            dimension: sensor.quantity.dimension(),
+            dimension: sensor.dimension,
             values,
         });
         Ok(Simulation { time: record.time.clone(), sensors: sensors.collect(), effort: outputs.effort })

@@ -27,7 +27,7 @@ pub fn start<S: Scalar>(
         let Some(state) = *state else { continue };
         match rig.nodes[node].kind {
             NodeKind::Body { position, velocity } => {
-                y[state] = S::constant(position);
+                y[state] = S::constant(position.unwrap_or(0.0));
                 y[state + 1] = S::constant(velocity);
             }
             NodeKind::Volume { initial: InitialPressure::Given(gauge) } => y[state] = S::constant(gauge + ATMOSPHERE),
@@ -82,7 +82,7 @@ fn shown<S: Scalar>(rig: &Rig, layout: &Layout, parameters: &[S], drive: &InputS
                 y[state] = value;
                 y[state + 1] = S::constant(shown.rate) / gain;
             }
-            Quantity::Velocity | Quantity::Flow => {}
+            Quantity::Velocity | Quantity::Flow | Quantity::State => {}
         }
     }
 }

@@ -63,9 +63,9 @@ pub struct ComponentsReport {
     pub components: Vec<ComponentReport>,
 }
 
-/// Every card that a rig file may name without describing it: those built in, then the catalogue.
+/// Every card that a rig file may name without describing it: those built in, then the catalogue, if its files read.
 pub fn cards() -> impl Iterator<Item = &'static Card> {
-    CARDS.iter().copied().chain(catalogue::kinds().iter().map(|kind| kind.card))
+    CARDS.iter().copied().chain(catalogue::kinds().into_iter().flatten().map(|kind| kind.card))
 }
 
 /// The card of a kind; of the catalogue its name alone will do where nothing built in has it.

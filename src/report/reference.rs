@@ -207,8 +207,10 @@ fn quantities_part(out: &mut String) -> fmt::Result {
             Quantity::Position => ("body", "position"),
             Quantity::Velocity => ("body", "velocity"),
             Quantity::Level => ("node with a volume", "height of fluid, `(p - p_atm)/(rho g)`"),
+            Quantity::State => ("`component.state`", "state of a component: spool position, speed of a shaft"),
         };
-        writeln!(out, "| `{name}` | {at} | {reads} | {} |", units(quantity.dimension()))?;
+        let units = quantity.dimension().map_or("those of the state".to_owned(), units);
+        writeln!(out, "| `{name}` | {at} | {reads} | {units} |")?;
     }
     Ok(())
 }

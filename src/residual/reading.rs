@@ -76,6 +76,12 @@ impl Readings {
         Some(self.take(Source::Sensor(sensor), order))
     }
 
+    /// Reading of a state of a component, if a sensor gives it.
+    pub fn state(&mut self, rig: &Rig, component: usize, state: usize) -> Option<usize> {
+        let sensor = rig.sensors.iter().position(|sensor| sensor.target == Target::State(component, state))?;
+        Some(self.take(Source::Sensor(sensor), 0))
+    }
+
     /// Reading of the flow at a port and the sign that makes it positive into the port.
     pub fn port(&mut self, rig: &Rig, component: usize, port: usize) -> Option<(usize, f64)> {
         let sensor = rig

@@ -16,7 +16,7 @@ enum Variable {
     Pressure(usize),
     /// Gauge pressure kept by a parameter.
     Held(usize),
-    /// Position or velocity shown by a reading.
+    /// Position, velocity or state of the component shown by a reading.
     Motion(usize),
     /// A state of the component that nobody measures, taken at rest: lags are short against a window.
     Settled,
@@ -56,12 +56,17 @@ impl View {
         }
         // No residual knows when the record began, nor how warm the fluid is.
         let unknown = this.card.sees_time || (this.card.sees_viscosity && rig.viscosity_varies());
-        // The search below is for states that fall to where they rest.
+        // The search below is for one state that falls to where it rests.
         let unsettled = this.card.own.is_some_and(|own| !own.settles);
-        if this.card.states.len() > 1 || unknown || unsettled {
+        let states = 0..this.card.states.len();
+        let states: Vec<Variable> = states
+            .map(|state| readings.state(rig, component, state).map_or(Variable::Settled, Variable::Motion))
+            .collect();
+        let searched = states.iter().filter(|state| **state == Variable::Settled).count();
+        if searched > 1 || unknown || (unsettled && searched > 0) {
             return None;
         }
-        z.extend(this.card.states.iter().map(|_| Variable::Settled));
+        z.extend(states);
         z.resize(VARIABLES, Variable::Unused);
         let mut u = [None; INPUTS];
         for (slot, &input) in u.iter_mut().zip(&this.inputs) {

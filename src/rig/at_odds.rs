@@ -28,7 +28,7 @@ impl Rig {
             let (column, node, shown) = (&start.channel.name, &start.node.name, said(start.shown));
             format!(
                 "`{column}` begins at {shown}, where the rig file starts `{node}` at {}: write `position = \"{shown}\"` into the \
-                 line of `{node}`, best for a record that begins at rest",
+                 line of `{node}`, or `position = \"record\"` where records begin apart, best for records that begin at rest",
                 said(start.given)
             )
         });
@@ -45,7 +45,7 @@ impl Rig {
         self.sensors.iter().filter(|sensor| sensor.quantity == Quantity::Position).filter_map(|sensor| {
             let Target::Node(node) = sensor.target else { return None };
             let node = &self.nodes[node];
-            let NodeKind::Body { position: given, .. } = node.kind else { return None };
+            let NodeKind::Body { position: Some(given), .. } = node.kind else { return None };
             let channel = self.sensor_column(record, sensor).ok()?;
             let value = |parameter: usize| self.parameters[parameter].value;
             let (offset, gain) = (value(sensor.first_parameter), value(sensor.first_parameter + 1));

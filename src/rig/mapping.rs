@@ -43,7 +43,7 @@ impl Rig {
     /// # Errors
     /// As [`Record::of_dimension`]; the column that may be meant is none that the rig reads for something else.
     pub(crate) fn sensor_column<'a>(&self, record: &'a Record, sensor: &Sensor) -> Result<&'a Channel, Complaint> {
-        let found = record.of_dimension(&sensor.column, sensor.quantity.dimension(), sensor.place.clone());
+        let found = record.of_dimension(&sensor.column, sensor.dimension, sensor.place.clone());
         found.map_err(|complaint| self.advised(record, &sensor.column, complaint))
     }
 
@@ -71,7 +71,7 @@ impl Rig {
     /// right dimension. No column is proposed twice.
     pub(crate) fn proposals(&self, record: &Record) -> Vec<Proposal> {
         let sensors = self.sensors.iter().map(|sensor| {
-            let dimension = sensor.scale.as_ref().map_or(sensor.quantity.dimension(), |scale| scale.raw.dimension);
+            let dimension = sensor.scale.as_ref().map_or(sensor.dimension, |scale| scale.raw.dimension);
             ("sensor", &sensor.column, dimension)
         });
         let inputs = self.inputs.iter().map(|input| {

@@ -2,6 +2,7 @@
 
 mod at_odds;
 mod before;
+mod beside;
 mod calibration;
 mod cycle;
 mod effect;
@@ -30,6 +31,7 @@ use crate::physics::effect::Effect;
 use crate::physics::fluid::Fluid;
 use crate::units::Unit;
 
+pub(crate) use beside::Beside;
 pub use calibration::Calibration;
 pub use cycle::{Cycle, Phase, Profile};
 pub use effect::{EffectInstance, InstalledEffect, Location, ParameterSetting, Readings};
@@ -96,6 +98,8 @@ pub struct Rig {
     /// Parameters of faults with those that hold what they were before: see [`Rig::with_before`].
     #[doc(hidden)]
     pub before: Vec<(usize, usize)>,
+    /// Files beside it that it names, in the order in which they were read.
+    pub(crate) beside: Vec<Beside>,
     /// What computations on it run in; a clone of the rig runs in the same.
     pub(crate) context: Context,
 }
@@ -107,8 +111,8 @@ pub enum NodeKind {
     Volume { initial: InitialPressure },
     /// Hydraulic, its pressure kept by this parameter (gauge).
     Held { parameter: usize },
-    /// A body: position (m) and velocity (m/s) are states.
-    Body { position: f64, velocity: f64 },
+    /// A body: position (m) and velocity (m/s) are states. Without a position it begins where its sensor shows it.
+    Body { position: Option<f64>, velocity: f64 },
 }
 
 /// The pressure of a node before the record begins.

@@ -54,6 +54,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         cycle: None,
         calibration: None,
         before: Vec::new(),
+        beside: Vec::new(),
         context: Context::default(),
     };
     let fluid_table =
@@ -72,7 +73,8 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
             place: value.place(),
         });
     }
-    let kinds = Kinds::of(&source, &root)?;
+    let mut kinds = Kinds::of(&source, &root)?;
+    rig.beside = std::mem::take(&mut kinds.beside);
     let components = root.require("components", "add `[components.NAME]` with a `kind` and its `ports`")?;
     for (name, value) in components.table("`[components]`")?.named_entries()? {
         component::read_component(&mut rig, &kinds, name, &value)?;

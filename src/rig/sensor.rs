@@ -21,6 +21,8 @@ pub enum Quantity {
     Velocity,
     /// Level of the fluid over a node, `(p - p_atm)/(rho g)`.
     Level,
+    /// State of a component, such as the position of a spool or the speed of a shaft.
+    State,
 }
 
 impl Quantity {
@@ -31,14 +33,17 @@ impl Quantity {
         ("position", Quantity::Position),
         ("velocity", Quantity::Velocity),
         ("level", Quantity::Level),
+        ("state", Quantity::State),
     ];
 
-    pub fn dimension(self) -> Dimension {
+    /// That of its values; a state says its own.
+    pub fn dimension(self) -> Option<Dimension> {
         match self {
-            Quantity::Pressure => Dimension::PRESSURE,
-            Quantity::Flow => Dimension::FLOW,
-            Quantity::Position | Quantity::Level => Dimension::LENGTH,
-            Quantity::Velocity => Dimension::VELOCITY,
+            Quantity::Pressure => Some(Dimension::PRESSURE),
+            Quantity::Flow => Some(Dimension::FLOW),
+            Quantity::Position | Quantity::Level => Some(Dimension::LENGTH),
+            Quantity::Velocity => Some(Dimension::VELOCITY),
+            Quantity::State => None,
         }
     }
 }
@@ -49,6 +54,8 @@ pub enum Target {
     Node(usize),
     /// Component and port.
     Port(usize, usize),
+    /// Component and state.
+    State(usize, usize),
 }
 
 /// One measured column of a record.
@@ -57,6 +64,8 @@ pub struct Sensor {
     pub name: String,
     pub column: String,
     pub quantity: Quantity,
+    /// Of what it reads, before any [`scale`](Self::scale).
+    pub dimension: Dimension,
     pub target: Target,
     /// What the column holds in place of the quantity.
     pub scale: Option<Scaling>,

@@ -176,6 +176,7 @@ impl<'a> Table<'a> {
 }
 
 /// A value with its place.
+#[derive(Clone)]
 pub struct Value<'a> {
     source: &'a Source,
     /// How messages call it.
@@ -199,6 +200,11 @@ impl<'a> Value<'a> {
         let value = self.value.span();
         let marks_value = !self.value.get_ref().is_table() && self.source.same_line(self.key.start, value.start);
         self.source.place(if marks_value { value } else { self.key.clone() })
+    }
+
+    /// A file that it names from the folder of its own file.
+    pub fn beside(&self, name: &str) -> PathBuf {
+        self.source.path.parent().unwrap_or(Path::new("")).join(name)
     }
 
     /// Its key.

@@ -1,6 +1,6 @@
 //! What can be wrong with a rig whose every line is right.
 
-use super::{FaultSet, InitialPressure, NodeKind, Quantity, Rig, Target};
+use super::{FaultSet, InitialPressure, NodeKind, Quantity, Rig, Sensor, Target};
 use crate::complaint::{Complaint, Kind};
 use crate::numeric::MOST_STATES;
 use crate::physics::card::{PortKind, Role};
@@ -32,6 +32,15 @@ pub fn validate(rig: &Rig) -> Result<(), Complaint> {
             )
             .at(node.place.clone())
             .help("add `initial = \"0 bar\"` or the pressure that it starts with"));
+        }
+        let follows = |sensor: &Sensor| sensor.target == Target::Node(index) && sensor.quantity == Quantity::Position;
+        if matches!(node.kind, NodeKind::Body { position: None, .. }) && !rig.sensors.iter().any(follows) {
+            return Err(Complaint::new(
+                Kind::MissingEntry,
+                format!("node `{}` begins where a sensor shows it, but no sensor reads its position", node.name),
+            )
+            .at(node.place.clone())
+            .help("write the position that it begins at, such as `position = \"0 mm\"`"));
         }
         if node.kind == (NodeKind::Volume { initial: InitialPressure::Balance }) && !moves_a_body(rig, index) {
             return Err(Complaint::new(

@@ -73,6 +73,7 @@ pub fn from_rig(rig: &Rig) -> Structure {
     // Unknowns and faults of each node's balance.
     let mut balances = vec![(Vec::new(), Vec::new()); rig.nodes.len()];
     let mut flows = Vec::new();
+    let mut states = Vec::new();
     for (index, component) in rig.parts() {
         let name = &component.name;
         let found = probe(rig, component, &asked);
@@ -84,8 +85,10 @@ pub fn from_rig(rig: &Rig) -> Structure {
             }
         }
         let mut rates = Vec::new();
+        let mut own_states = Vec::new();
         for state in component.card.states {
             let value = structure.unknown(format!("{} of {name}", state.name), false);
+            own_states.push(value);
             let rate = structure.unknown(format!("rate of {} of {name}", state.name), false);
             let equation = structure.equation(format!("{} of {name} by time", state.name), &[value, rate], &[]);
             structure.equations[equation].differential = true;
@@ -128,6 +131,7 @@ pub fn from_rig(rig: &Rig) -> Structure {
             law(&mut structure, text, rate, &found.rate[state]);
         }
         flows.push(through);
+        states.push(own_states);
     }
     for ((node, place), (mut unknowns, faults)) in rig.nodes.iter().zip(&places).zip(balances) {
         let (text, rate) = match *place {
@@ -141,6 +145,7 @@ pub fn from_rig(rig: &Rig) -> Structure {
     for sensor in &rig.sensors {
         let shown = match sensor.target {
             Target::Port(component, port) => flows[component][port],
+            Target::State(component, state) => states[component].get(state).copied(),
             Target::Node(node) => match (places[node], sensor.quantity) {
                 (Place::Pressure { value, .. }, _) => Some(value),
                 (Place::Body { velocity, .. }, Quantity::Velocity) => Some(velocity),

@@ -20,8 +20,10 @@ pub(super) const ATOMS: &[Atom] = &[
     atom("-", Dimension::NONE, 1.0),
     atom("%", Dimension::NONE, 1e-2),
     atom("1", Dimension::NONE, 1.0),
-    // One revolution is 1, so that displacement times speed is a flow; hence there is no radian here.
+    // One revolution is 1, so that displacement times speed is a flow.
     atom("rev", Dimension::NONE, 1.0),
+    atom("rad", Dimension::NONE, 0.5 / std::f64::consts::PI),
+    atom("deg", Dimension::NONE, 1.0 / 360.0),
     atom("mm", Dimension::LENGTH, 1e-3),
     atom("um", Dimension::LENGTH, 1e-6),
     atom("cm", Dimension::LENGTH, 1e-2),
@@ -93,6 +95,7 @@ pub(super) const COMPOUNDS: &[&str] = &[
     "cm3/rev",
     "cc/rev",
     "rev/min",
+    "rad/s",
     "1/s",
     "L/min",
     "L/s",

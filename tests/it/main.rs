@@ -28,6 +28,7 @@ mod circuit {
     mod effect_cards;
     mod energy;
     mod onset_slopes;
+    mod other_machines;
     mod own_effects;
     mod plant;
     mod properties;
@@ -128,6 +129,7 @@ mod rig {
     mod expression;
     mod expression_text;
     mod expression_wrong;
+    mod files_beside;
     mod own_components;
     mod structure;
     mod structure_known;

@@ -87,6 +87,6 @@ fn leave(
     }
     let options = calibration::CalibrationOptions::default();
     let calibrated = calibration::calibrate(rig_text, &campaign.rig, &prepared.records, &options)?;
-    let text = calibrated.text.as_bytes();
-    write_atomically(&rig_file, |file| file.write_all(text))
+    let text = campaign.rig.text_at(&calibrated.text, &rig_file)?;
+    write_atomically(&rig_file, |file| file.write_all(text.as_bytes()))
 }

@@ -2,18 +2,21 @@
 
 mod exponent;
 mod line;
+mod sheet;
 mod wrong;
+
+use std::sync::Arc;
 
 use super::check::{self, Part};
 use super::lexer::{self, Token, Word};
 use super::program::{Function, Op, Program};
-use super::{ExpressionError, FUNCTIONS, Literal, MAX_BYTES, MAX_NESTING, MAX_NODES, MAX_WAITING, Name};
+use super::{ExpressionError, FUNCTIONS, Literal, MAX_BYTES, MAX_NESTING, MAX_NODES, MAX_WAITING, Name, Sheet};
 use crate::complaint::help_with_names;
 use crate::units::{Dimension, Unit};
 
 type Parsed<T> = Result<T, ExpressionError>;
 
-pub(super) fn parse(text: &str, names: &[Name]) -> Parsed<(Program, Dimension)> {
+pub(super) fn parse(text: &str, names: &[Name], sheets: &[Arc<Sheet>]) -> Parsed<(Program, Dimension)> {
     names_can_be_written(names)?;
     if let Some((offset, _)) = text.char_indices().filter(|(_, c)| !c.is_whitespace()).find({
         let mut bytes = 0;
@@ -33,7 +36,7 @@ pub(super) fn parse(text: &str, names: &[Name]) -> Parsed<(Program, Dimension)> 
             "write for example `k * dp`; a constant is one too",
         ));
     }
-    let mut reader = Reader { text, names, token, end: 0, program: Program::default(), waiting: 0, nesting: 0 };
+    let mut reader = Reader { text, names, sheets, token, end: 0, program: Program::default(), waiting: 0, nesting: 0 };
     let whole = reader.sum()?;
     match reader.token.word {
         Word::End => Ok((reader.program, whole.dimension)),
@@ -66,6 +69,7 @@ fn names_can_be_written(names: &[Name]) -> Parsed<()> {
 struct Reader<'a> {
     text: &'a str,
     names: &'a [Name],
+    sheets: &'a [Arc<Sheet>],
     /// The next word.
     token: Token<'a>,
     /// Behind the last word that was taken.
@@ -247,6 +251,9 @@ impl<'a> Reader<'a> {
         if matches!(name, "table" | "curve") {
             return self.line(name == "curve", start);
         }
+        if let Some(sheet) = self.sheets.iter().find(|sheet| sheet.name == name) {
+            return self.sheet(&Arc::clone(sheet), start);
+        }
         let Some(function) = Function::find(name) else {
             let known = self.names.iter().any(|known| known.name == name);
             return Err(if known {
@@ -254,7 +261,8 @@ impl<'a> Reader<'a> {
                 ExpressionError::new(start, what, format!("products are written with `*`: `{name} * (...)`"))
             } else {
                 let what = format!("unknown function `{name}`");
-                ExpressionError::new(start, what, help_with_names(name, "functions", FUNCTIONS))
+                let all = FUNCTIONS.iter().copied().chain(self.sheets.iter().map(|sheet| sheet.name.as_str()));
+                ExpressionError::new(start, what, help_with_names(name, "functions", all))
             });
         };
         self.expect('(')?;

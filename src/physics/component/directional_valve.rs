@@ -130,7 +130,7 @@ impl<T: Real> Law<T> for DirectionalValve<T> {
 
     #[inline]
     fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
-        let [p_p, p_t, p_a, p_b, position] = seen.z;
+        let [p_p, p_t, p_a, p_b, position, ..] = seen.z;
         let spool = self.past_dead_band(position);
         let leak_at = self.leak_at * (p_a - p_t);
         let leak_pb = self.leak_pb * (p_p - p_b);

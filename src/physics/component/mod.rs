@@ -12,7 +12,7 @@ use crate::numeric::Real;
 pub mod facts;
 
 /// The largest number of port variables and states that one component may have.
-pub const VARIABLES: usize = 5;
+pub const VARIABLES: usize = 7;
 /// The largest number of ports.
 pub const PORTS: usize = 4;
 /// The largest number of states of one component.

@@ -198,6 +198,13 @@ impl Drawing<'_> {
                 self.text((x, y + 18.0 + 14.0 * line as f64), "start", "wrong", wrong);
             }
         }
+        let mut below = y + 18.0 + 14.0 * wrong.len() as f64;
+        for state in 0..component.card.states.len() {
+            for (text, wrong) in self.sensors(&Target::State(placed.component, state), &[Quantity::State]) {
+                self.text((x + wide + 12.0, below), "start", if wrong { "wrong" } else { "sensor" }, &text);
+                below += 13.0;
+            }
+        }
         for &(port, _, end_x, end_y) in &placed.ends {
             let sensors = self.sensors(&Target::Port(placed.component, port), &[Quantity::Flow]);
             let left = end_x < x;

@@ -121,7 +121,7 @@ fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Compl
         .at(value.place())
         .help(help_with_names(name, "sensors", names.iter().map(String::as_str))));
     };
-    let (dimension, factor) = Scaling::of_column(sensor.scale.as_ref(), sensor.quantity.dimension());
+    let (dimension, factor) = Scaling::of_column(sensor.scale.as_ref(), sensor.dimension);
     if let Some(noise) = table.get("noise") {
         let sigma = difference(&noise, dimension)? * factor;
         if sigma <= 0.0 {

@@ -20,8 +20,10 @@ macro_rules! files {
 }
 
 files! {
+    "closed-loop-pump",
     "compensated-flow-control",
     "counterbalance-valve",
+    "double-rod-cylinder",
     "filter",
     "flow-divider",
     "load-sensing-pump",
@@ -30,12 +32,19 @@ files! {
     "pressure-reducing-valve",
     "quick-exhaust-valve",
     "sequence-valve",
+    "servo-valve",
     "shuttle-valve",
 }
 
+/// Kinds as components name them, each with what its file gave.
+type Catalogue = Vec<(String, Result<OwnKind, Complaint>)>;
+
 /// All of them, read when the first is asked for.
-static KINDS: LazyLock<Vec<OwnKind>> =
-    LazyLock::new(|| FILES.iter().filter_map(|(name, text)| read(name, text).ok()).collect());
+static KINDS: LazyLock<Catalogue> = LazyLock::new(|| read_all(FILES));
+
+fn read_all(files: &[(&str, &str)]) -> Catalogue {
+    files.iter().map(|(name, text)| (format!("{CATALOGUE}{name}"), read(name, text))).collect()
+}
 
 fn read(name: &str, text: &str) -> Result<OwnKind, Complaint> {
     let source = Source::new(format!("catalogue/{name}.toml"), text.to_owned());
@@ -49,13 +58,30 @@ fn read(name: &str, text: &str) -> Result<OwnKind, Complaint> {
 }
 
 /// Every kind of the catalogue, in the order of their names.
-pub(crate) fn kinds() -> &'static [OwnKind] {
-    &KINDS
+///
+/// # Errors
+/// What is wrong with the first file that does not read.
+#[cfg(feature = "cli")]
+pub(crate) fn kinds() -> Result<Vec<&'static OwnKind>, Complaint> {
+    KINDS.iter().map(|(_, kind)| kind.as_ref().map_err(Clone::clone)).collect()
+}
+
+/// What components call the kinds of the catalogue.
+pub(super) fn names() -> impl Iterator<Item = &'static str> {
+    KINDS.iter().map(|(name, _)| name.as_str())
 }
 
 /// The kind of this name; a rig file that names none of the catalogue does not have it read.
-pub(super) fn find(kind: &str) -> Option<&'static OwnKind> {
-    kind.starts_with(CATALOGUE).then(|| kinds().iter().find(|own| own.card.kind == kind))?
+///
+/// # Errors
+/// What is wrong with its file.
+pub(super) fn find(kind: &str) -> Result<Option<&'static OwnKind>, Complaint> {
+    if kind.starts_with(CATALOGUE) { find_in(&KINDS, kind) } else { Ok(None) }
+}
+
+fn find_in<'a>(catalogue: &'a Catalogue, kind: &str) -> Result<Option<&'a OwnKind>, Complaint> {
+    let found = catalogue.iter().find(|(name, _)| name == kind);
+    found.map(|(_, read)| read.as_ref().map_err(Clone::clone)).transpose()
 }
 
 /// The text of the file of a kind, as a rig file names it.
@@ -86,7 +112,18 @@ mod tests {
                 .chain(kind.card.ports.iter().map(|port| port.meaning));
             about.for_each(|meaning| assert!(!meaning.is_empty(), "{name}: a meaning is missing"));
         }
-        assert_eq!(kinds().len(), FILES.len());
+        assert_eq!(KINDS.len(), FILES.len());
         assert!(FILES.is_sorted());
+    }
+
+    #[test]
+    fn a_file_that_does_not_read_is_complained_about_where_it_is_named() {
+        let good = FILES[0];
+        let broken = ("filter", "[own_components.filter]\nports = { in = \"hydraulic\" }\n");
+        let catalogue = read_all(&[good, broken]);
+        assert!(find_in(&catalogue, &format!("catalogue:{}", good.0)).unwrap().is_some());
+        assert!(find_in(&catalogue, "catalogue:none").unwrap().is_none());
+        let complaint = find_in(&catalogue, "catalogue:filter").unwrap_err();
+        assert!(complaint.to_string().contains("catalogue/filter.toml"), "{complaint}");
     }
 }

@@ -9,6 +9,7 @@ use super::own_component::{OwnKind, read_own_component};
 use crate::complaint::{Complaint, Kind, help_with_names};
 use crate::physics::card::Card;
 use crate::physics::component;
+use crate::rig::Beside;
 use crate::rig::source::{Source, Table, Value};
 
 /// How a component names a kind of the rig file's own.
@@ -22,6 +23,8 @@ pub(super) struct Kinds {
     own: Vec<OwnKind>,
     /// Files that were read, each once.
     read: Vec<PathBuf>,
+    /// What they held, in the order in which they were read.
+    pub(super) beside: Vec<Beside>,
 }
 
 /// A kind that a component names.
@@ -64,6 +67,7 @@ impl Kinds {
                     .at(kind.place)
                     .help("take another name for one of them"));
             }
+            self.beside.extend(kind.files.iter().cloned());
             self.own.push(kind);
         }
         Ok(())
@@ -92,6 +96,7 @@ impl Kinds {
             return Ok(());
         }
         let text = crate::files::read_text(&path).map_err(|complaint| complaint.at(file.place()))?;
+        self.beside.push(Beside { path: path.clone(), digest: crate::files::digest(text.as_bytes()) });
         let source = Source::new(path, text);
         let document = DeTable::parse(&source.text).map_err(|error| super::not_toml(&source, &error))?;
         let root = Table::new(&source, "the included file", 0..0, document.get_ref());
@@ -105,7 +110,11 @@ impl Kinds {
     /// The kind that a component names.
     pub fn find(&self, kind: &Value<'_>) -> Result<Found<'_>, Complaint> {
         let name = kind.text()?;
-        let own = self.own.iter().find(|own| own.card.kind == name).or_else(|| catalogue::find(name)).map(Found::Own);
+        let own = match self.own.iter().find(|own| own.card.kind == name) {
+            Some(own) => Some(own),
+            None => catalogue::find(name)?,
+        };
+        let own = own.map(Found::Own);
         own.or_else(|| component::card(name).map(Found::BuiltIn)).ok_or_else(|| {
             Complaint::new(Kind::UnknownName, format!("unknown component kind `{name}`"))
                 .at(kind.place())
@@ -114,9 +123,9 @@ impl Kinds {
     }
 
     /// All kinds that there are.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
-        let own = self.own.iter().chain(catalogue::kinds()).map(|own| own.card.kind);
-        component::CARDS.iter().map(|card| card.kind).chain(own)
+    pub fn names(&self) -> impl Iterator<Item = &'static str> + '_ {
+        let own = self.own.iter().map(|own| own.card.kind);
+        component::CARDS.iter().map(|card| card.kind).chain(own).chain(catalogue::names())
     }
 }
 

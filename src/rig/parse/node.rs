@@ -49,7 +49,11 @@ pub(super) fn resolve_node(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resu
         (PortKind::Mechanical, _) => {
             let read = |key: &str, dimension| table.get(key).map(|value| value.quantity(dimension)).transpose();
             NodeKind::Body {
-                position: read("position", Dimension::LENGTH)?.map_or(0.0, |quantity| quantity.value),
+                position: match table.get("position") {
+                    None => Some(0.0),
+                    Some(value) if value.text().is_ok_and(|text| text == "record") => None,
+                    Some(value) => Some(value.quantity(Dimension::LENGTH)?.value),
+                },
                 velocity: read("velocity", Dimension::VELOCITY)?.map_or(0.0, |quantity| quantity.value),
             }
         }

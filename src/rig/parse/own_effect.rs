@@ -39,7 +39,7 @@ pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> R
     let (key, dimension, what) = match acts {
         Acts::Flow(_) => ("flow", Dimension::FLOW, "a node with a volume"),
         Acts::Force(_) => ("force", Dimension::FORCE, "a body"),
-        Acts::Reading(sensor) => ("reading", rig.sensors[sensor].quantity.dimension(), "a sensor"),
+        Acts::Reading(sensor) => ("reading", rig.sensors[sensor].dimension, "a sensor"),
         Acts::Drop(_) => ("drop", Dimension::PRESSURE, "a component that throttles"),
     };
     let others = ["flow", "force", "reading", "drop"].into_iter().filter(|other| *other != key);

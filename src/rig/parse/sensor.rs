@@ -1,6 +1,6 @@
 //! Sensors: quantity, place, noise.
 
-use super::{difference, named};
+use super::{card_unit, difference, named};
 use crate::complaint::{Complaint, Kind, help_with_names};
 use crate::physics::card::PortKind;
 use crate::physics::card::Role;
@@ -14,8 +14,10 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
     let quantity =
         table.require("quantity", &help_with_names("", "quantities", Quantity::NAMED.iter().map(|(name, _)| *name)))?;
     let quantity = named(&quantity, "quantities", Quantity::NAMED)?;
-    let at = table.require("at", "name the node, or the port as `component.port` for a flow")?;
+    let at = table
+        .require("at", "name the node, the port as `component.port` for a flow, or the state as `component.state`")?;
     let target = target(rig, name, quantity, &at)?;
+    let reads = quantity.dimension().unwrap_or_else(|| dimension_of(rig, target));
     let sign = match table.get("direction") {
         None => 1.0,
         Some(value) if quantity != Quantity::Flow => {
@@ -28,7 +30,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
         }
         Some(value) => named(&value, "directions", &[("in", 1.0), ("out", -1.0)])?,
     };
-    let dimension = quantity.dimension();
+    let dimension = reads;
     let scale = match table.get("scale") {
         None => None,
         Some(value) => Some(Scaling::read(&value, dimension, None)?),
@@ -110,6 +112,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
         name: name.to_owned(),
         column,
         quantity,
+        dimension: reads,
         target,
         scale,
         column_unit,
@@ -133,9 +136,41 @@ fn column_unit(value: &Value<'_>, dimension: Dimension) -> Result<Unit, Complain
         .map_err(|error| Complaint::new(Kind::Unit, error.to_string()).at(value.place()).help(error.help()))
 }
 
-/// The node or port that a sensor sits at.
+/// The dimension of a state.
+fn dimension_of(rig: &Rig, target: Target) -> Dimension {
+    match target {
+        Target::State(component, state) => card_unit(rig.components[component].card.states[state].unit).dimension,
+        Target::Node(_) | Target::Port(..) => Dimension::NONE,
+    }
+}
+
+/// The state of a component that a sensor reads.
+fn state_target(rig: &Rig, name: &str, at: &Value<'_>) -> Result<Target, Complaint> {
+    let wanted = at.text()?;
+    let mut states = Vec::new();
+    for (index, component) in rig.components.iter().enumerate() {
+        for (state, card) in component.card.states.iter().enumerate() {
+            let id = format!("{}.{}", component.name, card.name);
+            if id == wanted {
+                return Ok(Target::State(index, state));
+            }
+            states.push(id);
+        }
+    }
+    let what = format!("sensor `{name}` reads `{wanted}`, which is no state of a component");
+    Err(Complaint::new(Kind::UnknownName, what).at(at.place()).help(help_with_names(
+        wanted,
+        "states",
+        states.iter().map(String::as_str),
+    )))
+}
+
+/// What a sensor reads: a node, a port or a state.
 fn target(rig: &Rig, name: &str, quantity: Quantity, at: &Value<'_>) -> Result<Target, Complaint> {
     let wanted = at.text()?;
+    if quantity == Quantity::State {
+        return state_target(rig, name, at);
+    }
     if quantity == Quantity::Flow {
         let found = wanted.split_once('.').and_then(|(component, port)| {
             let index = rig.components.iter().position(|candidate| candidate.name == component)?;
@@ -176,7 +211,7 @@ fn target(rig: &Rig, name: &str, quantity: Quantity, at: &Value<'_>) -> Result<T
             let what = match quantity {
                 Quantity::Position | Quantity::Velocity => "bodies",
                 Quantity::Level => "nodes with a volume",
-                Quantity::Pressure | Quantity::Flow => "hydraulic nodes",
+                Quantity::Pressure | Quantity::Flow | Quantity::State => "hydraulic nodes",
             };
             Complaint::new(
                 Kind::UnknownName,

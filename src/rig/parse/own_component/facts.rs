@@ -23,6 +23,8 @@ pub(super) const SYMBOLS: &[(&str, Symbol)] = &[
     ("filter", Symbol::Filter),
     ("motor", Symbol::Motor),
     ("accumulator", Symbol::Accumulator),
+    ("cylinder", Symbol::Cylinder),
+    ("directional-valve", Symbol::DirectionalValve),
     ("hidden", Symbol::Hidden),
     ("force", Symbol::Force),
 ];
@@ -44,7 +46,8 @@ pub(super) fn of(
     let hydraulic = ports.iter().all(|port| port.kind == PortKind::Hydraulic);
     // What enters at one of two ports leaves at the other.
     let series = hydraulic && ports.len() == 2 && !stores && !formulas.flows.is_empty();
-    let residuals = match (takes_flow && settles, series) {
+    // States that do not settle have to be measured, which is looked at where the residuals are formed.
+    let residuals = match (takes_flow, series) {
         (false, _) => Residuals::None,
         (true, true) => Residuals::Through,
         (true, false) => Residuals::EachPort,

@@ -3,7 +3,7 @@
 use super::lines::{Change, StateLine};
 use super::names::Names;
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
-use crate::expression::{Expression, Name};
+use crate::expression::Expression;
 use crate::physics::card::{Port, PortKind};
 use crate::physics::own::{Flow, MOST_SIZE, Piston};
 use crate::rig::parse::own_effect::words;
@@ -190,10 +190,10 @@ impl Formulas {
     /// Reads every formula; `names` get the quantities.
     pub fn read(lines: &Lines<'_>, states: &[StateLine<'_>], names: &mut Names) -> Result<Self, Complaint> {
         let (fixed, moving) = quantities(&lines.quantities, names)?;
-        let all = names.all();
-        let one = |line: &Line<'_>, dimension| parse(&line.formula, &all, dimension).map(|read| (line.ports[0], read));
+        let all = &*names;
+        let one = |line: &Line<'_>, dimension| parse(&line.formula, all, dimension).map(|read| (line.ports[0], read));
         let two = |line: &Line<'_>, dimension| {
-            parse(&line.formula, &all, dimension).map(|read| (line.ports[0], line.ports[1], read))
+            parse(&line.formula, all, dimension).map(|read| (line.ports[0], line.ports[1], read))
         };
         let area = Dimension::LENGTH.power(2);
         let volume = Dimension::LENGTH.power(3);
@@ -212,7 +212,7 @@ impl Formulas {
             pistons: each_two(&lines.pistons, area)?,
             volumes: each_one(&lines.volumes, volume)?,
             masses: each_one(&lines.masses, Dimension::MASS)?,
-            rates: states.iter().map(|state| rate(state, &all)).collect::<Result<_, Complaint>>()?,
+            rates: states.iter().map(|state| rate(state, all)).collect::<Result<_, Complaint>>()?,
         })
     }
 
@@ -295,7 +295,7 @@ fn quantities(lines: &[(&str, Value<'_>)], names: &mut Names) -> Result<(Vec<Wri
             };
             return Err(Complaint::new(Kind::Order, what).at(value.place()).help(help));
         }
-        let expression = Expression::parse(text, &names.all()).map_err(|error| wrong(value, &error))?;
+        let expression = names.parse(text).map_err(|error| wrong(value, &error))?;
         names.add(name, expression.dimension(), false, value)?;
         moving.push((expression, value.place()));
     }
@@ -303,7 +303,7 @@ fn quantities(lines: &[(&str, Value<'_>)], names: &mut Names) -> Result<(Vec<Wri
 }
 
 /// The rate of a state.
-fn rate(state: &StateLine<'_>, names: &[Name]) -> Result<Written, Complaint> {
+fn rate(state: &StateLine<'_>, names: &Names) -> Result<Written, Complaint> {
     let dimension = state.unit.dimension;
     match &state.change {
         Change::Rate(value) => parse(value, names, dimension.per(Dimension::TIME)),
@@ -317,14 +317,16 @@ fn rate(state: &StateLine<'_>, names: &[Name]) -> Result<Written, Complaint> {
             }
             parse(value, names, dimension)?;
             let whole = format!("(({text}) - {}) / {lag}", state.name);
-            let expression = Expression::parse(&whole, names).map_err(|error| wrong(value, &error))?;
+            let expression = names.parse(&whole).map_err(|error| wrong(value, &error))?;
             Ok((expression, value.place()))
         }
     }
 }
 
-fn parse(value: &Value<'_>, names: &[Name], dimension: Dimension) -> Result<Written, Complaint> {
-    let expression = Expression::parse_as(value.text()?, names, dimension).map_err(|error| wrong(value, &error))?;
+fn parse(value: &Value<'_>, names: &Names, dimension: Dimension) -> Result<Written, Complaint> {
+    let text = value.text()?;
+    let read = names.parse(text).and_then(|expression| expression.check(text, dimension));
+    let expression = read.map_err(|error| wrong(value, &error))?;
     Ok((expression, value.place()))
 }
 

@@ -180,11 +180,20 @@ pub(super) fn inputs(table: &Table<'_>) -> Result<Vec<Input>, Complaint> {
 }
 
 /// Its states. `parameters` are those of the component; one that is a time constant becomes one by its use.
-pub(super) fn states<'a>(table: &Table<'a>, parameters: &mut [Parameter]) -> Result<Vec<StateLine<'a>>, Complaint> {
+pub(super) fn states<'a>(
+    table: &Table<'a>,
+    ports: &[Port],
+    parameters: &mut [Parameter],
+) -> Result<Vec<StateLine<'a>>, Complaint> {
+    let of_ports: usize = ports.iter().map(|port| port.kind.variables()).sum();
     let mut states = Vec::new();
     for (name, value) in lines(table, "states")? {
         if states.len() == STATES {
             return Err(too_many(&value, "states", STATES, "leave out what is fast beside the pressures"));
+        }
+        if of_ports + states.len() == VARIABLES {
+            let help = "a pressure each, position and speed of a body, and the states: make two components of it";
+            return Err(too_many(&value, "variables of ports and states", VARIABLES, help));
         }
         let line = value.table(format!("state `{name}`"))?;
         let unit = unit(&line)?;

@@ -5,6 +5,7 @@ mod facts;
 mod formulas;
 mod lines;
 mod names;
+mod tables;
 mod worked;
 
 use formulas::{Formulas, Lines};
@@ -17,6 +18,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::physics::card::{Card, Input, Parameter, Port, State};
 use crate::physics::component::INPUTS;
 use crate::physics::own::Own;
+use crate::rig::Beside;
 use crate::rig::source::{Table, Value};
 
 /// A kind of component that formulas describe.
@@ -29,6 +31,8 @@ pub(crate) struct OwnKind {
     places: Vec<Place>,
     /// Where each state starts, SI; `None` at rest.
     pub initial: Vec<Option<f64>>,
+    /// Files that its formulas read tables from.
+    pub files: Vec<Beside>,
     /// Where it begins.
     pub place: Place,
 }
@@ -44,7 +48,8 @@ pub(super) fn read_own_component(kind: &str, value: &Value<'_>) -> Result<OwnKin
     let ports = lines::ports(&table)?;
     let mut parameters = lines::parameters(&table)?;
     let inputs = lines::inputs(&table)?;
-    let states = lines::states(&table, &mut parameters)?;
+    let (sheets, files) = tables::read(&table)?;
+    let states = lines::states(&table, &ports, &mut parameters)?;
     let lines = Lines::read(&table, &ports)?;
     let numbers = table.get("worked");
     table.finish()?;
@@ -59,7 +64,7 @@ pub(super) fn read_own_component(kind: &str, value: &Value<'_>) -> Result<OwnKin
             .at(table.place())
             .help(format!("it may see {INPUTS}, the time `{TIME}` among them")));
     }
-    let mut names = Names::new(&parameters, &ports, &states, &inputs, sees_time);
+    let mut names = Names::new(&parameters, &ports, &states, &inputs, sees_time).with_tables(sheets);
     let formulas = Formulas::read(&lines, &states, &mut names)?;
     formulas.check_size(&table)?;
     let used = Used { formulas: &formulas, names: &names, lines: &lines, table: &table };
@@ -90,7 +95,7 @@ pub(super) fn read_own_component(kind: &str, value: &Value<'_>) -> Result<OwnKin
     };
     let card: &'static Card = Box::leak(Box::new(card));
     let card = Box::leak(Box::new(Card { worked: worked::read(card, numbers)?, ..*card }));
-    Ok(OwnKind { card, own, places, initial, place: value.place() })
+    Ok(OwnKind { card, own, places, initial, files, place: value.place() })
 }
 
 /// The laws as text, one line each.
@@ -139,7 +144,7 @@ fn assemble(
 /// Every name of a line is a word, and none names two things.
 fn check_all_words(table: &Table<'_>, lines: &Lines<'_>) -> Result<(), Complaint> {
     let mut words = Vec::new();
-    for key in ["ports", "parameters", "states", "inputs"] {
+    for key in ["ports", "parameters", "states", "inputs", "tables"] {
         if let Some(value) = table.get(key) {
             words.extend(value.table(key)?.entries());
         }

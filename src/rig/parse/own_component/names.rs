@@ -1,8 +1,10 @@
 //! What the formulas of a component may name, and in which order they are given it.
 
+use std::sync::Arc;
+
 use super::lines::StateLine;
 use crate::complaint::{Complaint, Kind};
-use crate::expression::{Expression, Name};
+use crate::expression::{Expression, ExpressionError, Name, Sheet};
 use crate::physics::card::{Input, Parameter, Port, PortKind};
 use crate::physics::own::MOST_VALUES;
 use crate::rig::parse::card_unit;
@@ -25,6 +27,8 @@ pub(super) struct Names {
     /// The places of variables, states and inputs among those that change.
     pub variables: usize,
     pub states: usize,
+    /// Tables that formulas may call.
+    sheets: Vec<Arc<Sheet>>,
 }
 
 /// The names of the variables of a port.
@@ -58,7 +62,17 @@ impl Names {
         changing.extend(sees_time.then(|| Name::new(TIME, Dimension::TIME)));
         let viscosity = Unit::parse("Pa.s").map_or(cubic_metre, |unit| unit.dimension);
         changing.push(Name::new(VISCOSITY, viscosity));
-        Self { constant, changing, variables, states: states.len() }
+        Self { constant, changing, variables, states: states.len(), sheets: Vec::new() }
+    }
+
+    /// The same with tables.
+    pub fn with_tables(self, sheets: Vec<Arc<Sheet>>) -> Self {
+        Self { sheets, ..self }
+    }
+
+    /// A formula of all names and tables.
+    pub fn parse(&self, text: &str) -> Result<Expression, ExpressionError> {
+        Expression::parse_with(text, &self.all(), &self.sheets)
     }
 
     /// All names.
@@ -78,7 +92,7 @@ impl Names {
 
     /// A formula of what does not change, where it is one.
     pub fn fixed(&self, text: &str) -> Option<Expression> {
-        Expression::parse(text, &self.constant).ok()
+        Expression::parse_with(text, &self.constant, &self.sheets).ok()
     }
 
     /// One more quantity, which others may build on.

@@ -136,7 +136,7 @@ impl Sees {
         };
         let mut names: Vec<Name> = self.nodes.iter().flat_map(of).collect();
         if let Acts::Reading(sensor) = acts {
-            names.push(Name::new(READING.to_owned(), rig.sensors[sensor].quantity.dimension()));
+            names.push(Name::new(READING.to_owned(), rig.sensors[sensor].dimension));
         }
         if let Acts::Drop(_) = acts {
             names.push(Name::new(THROUGH.to_owned(), Dimension::FLOW));
