@@ -49,7 +49,20 @@ fn check(path: &str) -> (String, Vec<String>, Vec<String>) {
     let around = tempfile::tempdir().unwrap();
     // A page may write beside the project.
     let folder = around.path().join("project");
-    for fixtures in ["telescopic", "learning", "press", "two_tanks", "cascaded_tanks", "emps", "eha", "uci"] {
+    for fixtures in [
+        "telescopic",
+        "learning",
+        "press",
+        "two_tanks",
+        "cascaded_tanks",
+        "emps",
+        "eha",
+        "uci",
+        "hydrostatic_drive",
+        "servo_axis",
+        "boom",
+        "accumulator",
+    ] {
         let fixtures = format!("fixtures/{fixtures}");
         copy(Path::new(&fixtures), &folder.join(&fixtures));
     }
@@ -126,6 +139,13 @@ fn the_gallery_prints_what_the_program_prints() {
     holds("docs/gallery/missing-physics.md");
     holds("docs/gallery/the-papers-leakage.md");
     holds("docs/gallery/pages.md");
+}
+
+#[test]
+fn the_gallery_of_other_machines_prints_what_the_program_prints() {
+    for page in ["hydrostatic-drive", "servo-axis", "boom", "accumulator"] {
+        holds(&format!("docs/gallery/{page}.md"));
+    }
 }
 
 mod shared {

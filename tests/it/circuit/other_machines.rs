@@ -1,0 +1,79 @@
+//! Circuits whose records another program made from textbook equations, integrated by SciPy: the model follows them, and the fault
+//! in a record is found with an interval that holds it. Their rig files are in `fixtures/`, a page of the gallery each.
+
+use crate::support::command::borescope;
+
+use std::fs;
+
+/// Columns of a CSV file by their headings without units.
+fn columns(path: &str) -> Vec<(String, Vec<f64>)> {
+    let text = fs::read_to_string(path).unwrap();
+    let mut lines = text.lines();
+    let names = lines.next().unwrap().split(',').map(|name| name.split_whitespace().next().unwrap().to_owned());
+    let mut columns: Vec<(String, Vec<f64>)> = names.map(|name| (name, Vec::new())).collect();
+    for line in lines {
+        for ((_, values), field) in columns.iter_mut().zip(line.split(',')) {
+            values.push(field.parse().unwrap());
+        }
+    }
+    columns
+}
+
+/// The largest root mean square of what model and reference differ by, as a share of the range of the column.
+fn largest_difference(name: &str) -> f64 {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("model.csv");
+    let (rig, reference) = (format!("fixtures/{name}/rig.toml"), format!("fixtures/{name}/reference.csv"));
+    let ran = borescope(["simulate", &rig, "--input", &reference, "-o", model.to_str().unwrap()]);
+    assert_eq!(ran.status, Some(0), "{}", ran.err);
+    let (model, reference) = (columns(model.to_str().unwrap()), columns(&reference));
+    let mut worst = 0.0_f64;
+    for (name, values) in &model {
+        let (_, wanted) = reference.iter().find(|(other, _)| other == name).unwrap();
+        assert_eq!(values.len(), wanted.len());
+        let range = wanted.iter().fold(f64::MIN, |a, b| a.max(*b)) - wanted.iter().fold(f64::MAX, |a, b| a.min(*b));
+        let square: f64 = values.iter().zip(wanted).map(|(a, b)| (a - b).powi(2)).sum();
+        worst = worst.max((square / values.len() as f64).sqrt() / range);
+    }
+    worst
+}
+
+/// That a record has this fault, this one alone, and that its interval holds the truth.
+fn is_found(name: &str, record: &str, fault: &str, truth: f64) {
+    let (rig, record) = (format!("fixtures/{name}/rig.toml"), format!("fixtures/{name}/{record}.csv"));
+    let output = borescope(["diagnose", &rig, &record, "--format", "json"]);
+    let found: serde_json::Value = serde_json::from_str(&output.out).unwrap();
+    assert_eq!(found["verdict"], "faulty", "{record}");
+    let present: Vec<_> = found["faults"].as_array().unwrap().iter().filter(|one| one["present"] == true).collect();
+    assert_eq!(present.len(), 1, "{record}: {present:?}");
+    assert_eq!(present[0]["id"], fault);
+    let ends: Vec<f64> = present[0]["ci95"].as_array().unwrap().iter().map(|end| end.as_f64().unwrap()).collect();
+    assert!(ends[0] < truth && truth < ends[1], "{record}: {ends:?} and {truth}");
+}
+
+// What is asked of a peer is 1 %. Measured: 0.001 % and less, and 0.02 % at the accumulator, whose empty bladder lets go at once.
+const ALIKE: f64 = 1e-3;
+
+#[test]
+fn a_closed_hydrostatic_drive_is_as_scipy_has_it_and_its_relief_valve_is_found() {
+    assert!(largest_difference("hydrostatic_drive") < ALIKE);
+    is_found("hydrostatic_drive", "relief", "relief_A.set_pressure", 150.0);
+}
+
+#[test]
+fn a_servo_axis_is_as_scipy_has_it_and_its_worn_edge_is_found() {
+    assert!(largest_difference("servo_axis") < ALIKE);
+    is_found("servo_axis", "worn_edge", "valve.lap_PA", -3.0);
+}
+
+#[test]
+fn a_boom_on_its_linkage_is_as_scipy_has_it_and_its_leak_is_found_wherever_it_begins() {
+    assert!(largest_difference("boom") < ALIKE);
+    is_found("boom", "leak", "piston_leak.conductance", 0.01);
+}
+
+#[test]
+fn an_accumulator_with_two_consumers_is_as_scipy_has_it_and_its_lost_gas_is_found() {
+    assert!(largest_difference("accumulator") < ALIKE);
+    is_found("accumulator", "precharge", "accumulator.precharge", 60.0);
+}
