@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn a_beginning_at_rest_is_averaged_as_long_as_it_rests() {
         // Noise that alternates, then a run from the 100th reading on.
-        let noise = |row: usize| if row % 2 == 0 { 1.0 } else { -1.0 };
+        let noise = |row: usize| if row.is_multiple_of(2) { 1.0 } else { -1.0 };
         let reading = |row: usize| noise(row) + (row as f64 - 100.0).max(0.0);
         let values: Vec<f64> = (0..300).map(reading).collect();
         let (mean, count) = at_rest(&values, 1.0).unwrap();
