@@ -133,6 +133,14 @@ fn check_time(fields: &csv::StringRecord, row: &Heading<'_>) -> Result<(), Compl
         return Ok(());
     }
     let found = fields.iter().position(is_time);
+    // `Zeit [s]` in front is the time as well, unless another column is called so.
+    let unit = |field: &str| match field.strip_suffix(']').and_then(|rest| rest.rsplit_once('[')) {
+        Some((_, unit)) => Some(unit.trim().to_owned()),
+        None => round_brackets(field).map(|(_, unit)| unit.to_owned()),
+    };
+    if found.is_none() && unit(&tidy(first)).is_some_and(|unit| Unit::parse_as(&unit, Dimension::TIME).is_ok()) {
+        return Ok(());
+    }
     let complaint = if let Some(index) = found {
         Complaint::new(Kind::Order, format!("`time` is column {}, but must be the first", index + 1))
             .help("move the time column to the front")

@@ -37,8 +37,8 @@ const WRONG: &[(&[u8], &str, &str)] = &[
     // The header.
     (b"0.1,5\n0.2,6\n", ":1: the first row holds numbers, not the names of the columns", NAMES),
     (
-        b"t [s],p [bar]\n0,1\n",
-        ":1: the first column is `t [s]`, not the time",
+        b"t [bar],p [bar]\n0,1\n",
+        ":1: the first column is `t [bar]`, not the time",
         "name the first column `time [s]`; lines above the names of the columns begin with `#`",
     ),
     (b"p [bar],time [s]\n1,0\n", ":1: `time` is column 2, but must be the first", "move the time column to the front"),
