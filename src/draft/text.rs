@@ -212,6 +212,19 @@ fn head(record: &Record, name: &str) -> String {
 fn left(record: &Record, roles: &Roles<'_>, out: &mut String) {
     for channel in record.channels.iter().filter(|channel| roles.of_column(&channel.name).is_none()) {
         let _ = writeln!(out, "# column {} [{}]: not used", channel.name, channel.unit);
+        let quantity = if channel.unit.dimension == Dimension::PRESSURE {
+            "pressure"
+        } else if channel.unit.dimension == Dimension::FLOW {
+            "flow"
+        } else {
+            continue;
+        };
+        let at = if quantity == "flow" { "COMPONENT.PORT" } else { "NODE" };
+        let (column, unit) = (quoted(&channel.name), &channel.unit);
+        let _ = writeln!(
+            out,
+            "#   to use it: NAME = {{ quantity = \"{quantity}\", at = \"{at}\", column = {column}, noise = \"... {unit}\" }}"
+        );
     }
 }
 
