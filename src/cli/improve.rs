@@ -34,6 +34,9 @@ pub struct Arguments {
     /// Where the improved rig file is written
     #[arg(short, long, value_name = "NEW.toml")]
     output: PathBuf,
+    /// Reduced chi-square, errors of each sensor, caveats, and what was refused
+    #[arg(long)]
+    all: bool,
     /// How the ledger is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -83,10 +86,14 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         match arguments.format {
             Format::Json => write_json(out, &ledger)?,
             Format::Text => {
-                let mut page = Vec::new();
-                ledger.write_text(&mut page)?;
+                let page = if arguments.all {
+                    let mut page = Vec::new();
+                    ledger.write_text(&mut page)?;
+                    String::from_utf8_lossy(&page).into_owned()
+                } else {
+                    ledger.brief(&arguments.output.display().to_string())
+                };
                 terminal::clear();
-                let page = String::from_utf8_lossy(&page);
                 out.write_all(terminal::verdict(&page, report::learn::tone(ledger.conclusion)).as_bytes())?;
             }
         }

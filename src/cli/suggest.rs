@@ -13,6 +13,7 @@ use crate::learn::result::SuggestionReport;
 use crate::learn::suggest::suggest;
 use crate::report;
 use crate::report::curves::Curves;
+use crate::report::unknown::Rise;
 use crate::rig::Rig;
 
 /// Suggest the physical effect that the model of a rig lacks
@@ -28,6 +29,9 @@ pub struct Arguments {
     /// Another record, to which nothing is fitted: an effect must improve it too
     #[arg(long, value_name = "RECORD")]
     check: Option<PathBuf>,
+    /// Every candidate with its size and caveats, and what the record could have shown
+    #[arg(long)]
+    all: bool,
     /// How the suggestion is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -58,7 +62,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let suggestion = suggest(&rig, &record, check.as_ref())?;
     let shown = SuggestionReport::new(&suggestion, &record, check.as_ref())?;
     if let Some(path) = &arguments.report {
-        let page = report::pages::learn::suggestion(&rig, (&record, check.as_ref()), &suggestion, &shown)?;
+        let page = report::pages::suggestion::suggestion(&rig, (&record, check.as_ref()), &suggestion, &shown)?;
         write_page(path, &page)?;
     }
     if let Some(path) = &arguments.curves {
@@ -69,7 +73,14 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     }
     match arguments.format {
         Format::Text => {
-            let page = report::learn::suggestion(&shown);
+            let page = if arguments.all {
+                report::learn::suggestion(&shown)
+            } else {
+                let best = suggestion.judged.first().into_iter().flat_map(|best| &best.effects);
+                let meaning: Vec<&str> = best.map(|effect| effect.placed.effect.meaning).collect();
+                let rise = suggestion.judged.first().and_then(|best| Rise::of(&best.trial));
+                report::suggestion::brief(&shown, &meaning.join(" "), rise.as_ref())
+            };
             terminal::clear();
             out.write_all(terminal::verdict(&page, report::learn::tone(shown.conclusion)).as_bytes())?;
         }

@@ -1,39 +1,59 @@
 //! The comparison of a model with a record in a few lines: the verdict first, the next command last.
 
+use super::brief::wrapped;
 use super::learn::{named_fault, times};
 use super::table::{Head, aligned};
 use crate::finding::argument;
 use crate::learn::comparison::{ChannelComparison, Comparison, Earlier, MisfitPlace, PresentFault, WithFaults};
 use crate::number::{rounded, text, with_unit};
 
+/// Error from which on a model that is adequate owes a word, times the sensor noise.
+const ABOVE_NOISE: f64 = 1.2;
+
 /// The comparison for people, beside that of an older rig file where there is one.
 pub fn brief(comparison: &Comparison) -> String {
     let before = comparison.before.as_ref();
-    let mut lines = vec![headline(comparison)];
-    if let Some(place) = &comparison.place {
-        lines.extend(located(place));
-    }
+    let mut lines = headline(comparison);
     if let Some(with_faults) = &comparison.with_faults {
         lines.extend(explained_by(with_faults));
     }
+    // Faults that explain the record say more than the place where the model without them is off.
+    let explained = comparison.with_faults.as_ref().is_some_and(|with| with.adequate);
+    if let Some(place) = comparison.place.as_ref().filter(|_| !explained) {
+        lines.extend(located(place));
+    }
     if let Some(before) = before {
-        lines.push(format!("{} before ({}).", times(before.times_noise), before.rig));
+        let with = before.with_faults.as_ref();
+        let with =
+            with.map_or_else(String::new, |with| format!(", with faults {}x", text(rounded(with.times_noise, 2))));
+        lines.extend(wrapped(&format!("Before ({}): {}{with}.", before.rig, times(before.times_noise)), "  "));
     }
     lines.push(String::new());
-    let (heads, rows) = table(comparison, before);
+    let (heads, rows) = table(comparison);
     lines.extend(aligned(&heads, &rows));
     lines.push(String::new());
     lines.push(next(comparison));
+    lines.push("`--all` shows the phases, chi-square and the NRMSE fit of each sensor.".to_owned());
     lines.join("\n") + "\n"
 }
 
-fn headline(comparison: &Comparison) -> String {
+fn headline(comparison: &Comparison) -> Vec<String> {
     let error = times(comparison.times_noise);
-    if comparison.adequate {
-        format!("ADEQUATE: your model explains the record, {error}.")
-    } else {
-        format!("MISFIT: your model does not explain the record, {error}.")
-    }
+    let line = match &comparison.with_faults {
+        _ if comparison.adequate => {
+            let above = if comparison.times_noise > ABOVE_NOISE {
+                " More than 1x is within the tolerance of the rig file, mostly where valves switch."
+            } else {
+                ""
+            };
+            format!("ADEQUATE: your model explains the record, {error}.{above}")
+        }
+        Some(with) if with.adequate => {
+            format!("MISFIT: your model does not explain the record, {error}; with the faults below it does.")
+        }
+        _ => format!("MISFIT: your model does not explain the record, {error}."),
+    };
+    wrapped(&line, "  ")
 }
 
 /// Where the misfit is largest, and what it correlates with.
@@ -49,7 +69,8 @@ fn located(place: &MisfitPlace) -> Vec<String> {
 }
 
 fn explained_by(with_faults: &WithFaults) -> Vec<String> {
-    let mut lines = vec![format!("With the faults that explain it best, {}:", times(with_faults.times_noise))];
+    let enough = if with_faults.adequate { "" } else { ", which is not enough" };
+    let mut lines = vec![format!("With the faults that explain it best, {}{enough}:", times(with_faults.times_noise))];
     lines.extend(with_faults.faults.iter().map(fault));
     lines
 }
@@ -58,22 +79,30 @@ fn fault(fault: &PresentFault) -> String {
     format!("  {} (new: {})", named_fault(fault), with_unit(rounded(fault.healthy, 4), &fault.unit))
 }
 
-fn table(comparison: &Comparison, before: Option<&Earlier>) -> (Vec<Head>, Vec<Vec<String>>) {
+/// Sensor by sensor: your model, with faults, and the same of an older rig file.
+pub(super) fn table(comparison: &Comparison) -> (Vec<Head>, Vec<Vec<String>>) {
     let with_faults = comparison.with_faults.as_ref();
+    let before = comparison.before.as_ref();
+    let before_with = before.and_then(|before| before.with_faults.as_ref());
     let mut heads: Vec<Head> = vec![("sensor", false), ("rms misfit", true), ("unit", false), ("x noise", true)];
     heads.extend(with_faults.map(|_| ("with faults", true)));
     heads.extend(before.map(|_| ("before", true)));
+    heads.extend(before_with.map(|_| ("with faults", true)));
     heads.push(("explained", false));
     let rows = comparison.channels.iter().map(|channel| {
-        let of = |channels: &[ChannelComparison]| {
-            let same = channels.iter().find(|other| other.name == channel.name);
-            same.map_or_else(|| "-".to_owned(), times_noise)
-        };
+        let same = |channels: &[ChannelComparison]| channels.iter().find(|other| other.name == channel.name).cloned();
+        let of =
+            |channels: &[ChannelComparison]| same(channels).map_or_else(|| "-".to_owned(), |one| times_noise(&one));
         let misfit = if channel.samples == 0 { "-".to_owned() } else { text(rounded(channel.rmse, 3)) };
         let mut row = vec![channel.name.clone(), misfit, channel.unit.clone(), times_noise(channel)];
         row.extend(with_faults.map(|with_faults| of(&with_faults.channels)));
         row.extend(before.map(|before| of(&before.channels)));
-        row.push(super::diagnosis::explained(channel.adequate, channel.samples).to_owned());
+        row.extend(before_with.map(|with_faults| of(&with_faults.channels)));
+        let with = with_faults.and_then(|with_faults| same(&with_faults.channels));
+        row.push(match with {
+            Some(with) if with.adequate && !channel.adequate => "with faults".to_owned(),
+            _ => super::diagnosis::explained(channel.adequate, channel.samples).to_owned(),
+        });
         row
     });
     (heads, rows.collect())
@@ -84,10 +113,10 @@ fn times_noise(channel: &ChannelComparison) -> String {
 }
 
 /// The command that leads further.
-fn next(comparison: &Comparison) -> String {
+pub(super) fn next(comparison: &Comparison) -> String {
     let (rig, record) = (argument(&comparison.rig), argument(&comparison.record));
     match &comparison.with_faults {
-        _ if comparison.adequate => format!("Next: borescope check {rig} {record}"),
+        _ if comparison.adequate => format!("Next: borescope diagnose {rig} {record}"),
         Some(with_faults) if with_faults.adequate => format!("Next: borescope diagnose {rig} {record}"),
         _ => format!("Next: borescope suggest {rig} {record} --check ANOTHER_RECORD"),
     }
@@ -96,7 +125,7 @@ fn next(comparison: &Comparison) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
+    
     fn channel(name: &str, times_noise: f64) -> ChannelComparison {
         ChannelComparison {
             name: name.to_owned(),

@@ -66,7 +66,7 @@ fn or_others(missing: &MissingEffect) -> String {
 }
 
 /// What a missing effect makes of the error, and whether that is all.
-fn left_by(missing: &MissingEffect, diagnosis: &Diagnosis) -> String {
+pub(super) fn left_by(missing: &MissingEffect, diagnosis: &Diagnosis) -> String {
     let [with, without] = [diagnosis.times_noise, missing.times_noise_without].map(|error| text(rounded(error, 2)));
     let rest = match missing.explained {
         true => "",

@@ -1,5 +1,6 @@
 //! A diagnosis in a few lines: the verdict first, then each finding, the next command last.
 
+use super::brief::wrapped;
 use super::caveats::{caveats, detected};
 use super::diagnosis::{headline, interval, percent, sized, sizes, tone};
 use super::learn::times;
@@ -8,8 +9,6 @@ use crate::diagnosis::{Diagnosis, FaultReport, Verdict};
 use crate::finding::{Finding, Rival, argument};
 use crate::number::{rounded, text, with_unit};
 
-/// Columns of a terminal of the usual width.
-const WIDTH: usize = 80;
 /// Lines of findings: with verdict, notes and next command a screen of 24 lines is not filled.
 const LINES: usize = 10;
 /// Consequences that are shown of each finding, of few and of many.
@@ -44,7 +43,7 @@ pub fn brief(diagnosis: &Diagnosis, findings: &[Finding], style: Style) -> Strin
 }
 
 /// How far the model with what was found is from the record.
-fn left(diagnosis: &Diagnosis) -> String {
+pub(super) fn left(diagnosis: &Diagnosis) -> String {
     let worst = diagnosis.channels.iter().max_by(|a, b| a.times_noise.total_cmp(&b.times_noise));
     let worst = worst.map_or_else(String::new, |worst| {
         format!(", most in {} ({}x)", worst.name, text(rounded(worst.times_noise, 2)))
@@ -127,52 +126,11 @@ fn instead(rival: &Rival, findings: &[Finding]) -> String {
 }
 
 /// The command that leads further.
-fn next(diagnosis: &Diagnosis, findings: &[Finding]) -> Option<String> {
+pub(super) fn next(diagnosis: &Diagnosis, findings: &[Finding]) -> Option<String> {
     let (rig, record) = (argument(&diagnosis.rig), argument(&diagnosis.record));
     match diagnosis.verdict {
         Verdict::Healthy => Some(format!("borescope isolability {rig} --input {record}")),
         Verdict::Faulty => findings.first().map(|finding| finding.next.command.clone()),
         Verdict::ModelInadequate => Some(format!("borescope suggest {rig} {record} --check ANOTHER_RECORD")),
-    }
-}
-
-/// A text in lines of at most [`WIDTH`] columns, broken at blanks that are not protected; those after the first begin with
-/// `indent`.
-fn wrapped(text: &str, indent: &str) -> Vec<String> {
-    let lead = &text[..text.len() - text.trim_start().len()];
-    let mut lines = vec![lead.to_owned()];
-    let mut empty = true;
-    for word in text.split([' ', '\n']).filter(|word| !word.is_empty()) {
-        let used = lines.last().map_or(0, |line| line.chars().count());
-        if !empty && used + 1 + word.chars().count() > WIDTH {
-            lines.push(indent.to_owned());
-            empty = true;
-        }
-        if let Some(line) = lines.last_mut() {
-            line.push_str(if empty { "" } else { " " });
-            line.push_str(&word.replace('\u{a0}', " "));
-        }
-        empty = false;
-    }
-    lines
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_break_between_words_and_keep_their_indent() {
-        let text = format!("  {}", "abcd ".repeat(40));
-        let lines = wrapped(&text, "    ");
-        assert!(lines.iter().all(|line| line.chars().count() <= WIDTH), "{lines:?}");
-        assert!(
-            lines[0].starts_with("  abcd") && lines[1..].iter().all(|line| line.starts_with("    abcd")),
-            "{lines:?}"
-        );
-        assert_eq!(lines.iter().flat_map(|line| line.split_whitespace()).count(), 40);
-        // A word that is wider than the terminal is not torn.
-        assert_eq!(wrapped(&"x".repeat(100), ""), ["x".repeat(100)]);
-        assert_eq!(wrapped(&format!("{} 5\u{a0}%", "x".repeat(77)), "")[1], "5 %");
     }
 }

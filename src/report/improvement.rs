@@ -5,11 +5,14 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
+use super::brief::{ErrorRow, errors, wrapped};
 use super::digits::plus_minus;
-use super::learn::{PARAMETER_HEADS, at_bounds, experiment, parameter_row, sits};
+use super::learn::{PARAMETER_HEADS, at_bounds, estimate, experiment, parameter_row, sits};
+use super::suggestion::faults;
 use super::table::aligned;
+use super::unknown::Rise;
+use crate::finding::argument;
 use crate::learn::comparison::MisfitPlace;
-use crate::learn::evaluated::Conclusion;
 use crate::learn::improve::{Improvement, ImprovementStep};
 use crate::learn::result::{EffectParameter, parameters};
 use crate::learn::separate::Experiment;
@@ -21,6 +24,10 @@ use crate::rig::Rig;
 const DIGITS: usize = 5;
 /// Characters of the longest bar of the staircase.
 const BAR: f64 = 48.0;
+/// Parameters of an effect up to which they are printed one by one, of all effects together, and caveats, in the short text.
+const SIZES: usize = 6;
+const MOST_SIZES: usize = 8;
+const WARNINGS: usize = 2;
 
 /// The whole result. Outer errors are normalised by sensor noise over all channels, those of channels are in `unit`.
 #[derive(Debug, Clone, Serialize)]
@@ -31,6 +38,12 @@ pub struct Ledger {
     pub check_record: String,
     pub conclusion: Conclusion,
     pub steps: Vec<Row>,
+    /// Faults that are fitted in the model of the first row; named beside it, since without them its error is another.
+    #[serde(skip)]
+    pub first_faults: Vec<String>,
+    /// What a curve without a formula says, and the formula for the rig file.
+    #[serde(skip)]
+    pub rise: Option<Rise>,
     /// What was added, as fitted in the end.
     pub effects: Vec<EffectReport>,
     /// Faults with which the model at the end explains the fit record; they are not in the new rig file.
@@ -110,6 +123,8 @@ impl Ledger {
                 unit: parameter.unit.symbol.clone(),
             }
         };
+        let first_faults =
+            given.set.iter().map(|fault| given.rig.parameters[given.rig.faults[fault].parameter].id.clone());
         let [rig_name, fit_record, check_record] = names;
         Self {
             schema: "borescope.improvement/1",
@@ -117,6 +132,8 @@ impl Ledger {
             fit_record,
             check_record,
             conclusion: improvement.conclusion,
+            first_faults: first_faults.collect(),
+            rise: Rise::of(trial),
             steps: improvement.steps.iter().map(|step| row(rig, step)).collect(),
             effects: added
                 .map(|effect| EffectReport { id: effect.id.clone(), parameters: parameters(trial, &effect.id) })
@@ -170,6 +187,57 @@ impl Ledger {
          record again; `calibrate` writes their values from healthy records, for `simulate`."
     }
 
+    /// The ledger in a few lines, no wider than a terminal: the verdict first, the fall of the error, the next command last.
+    /// `new` is the file that was written.
+    pub fn brief(&self, new: &str) -> String {
+        let mut lines = wrapped(&self.headline(), "  ");
+        lines.push(String::new());
+        let row = |row: &Row| ErrorRow { name: self.name(row), fit: row.fit_rmse, check: Some(row.check_rmse) };
+        lines.extend(errors(&self.steps.iter().map(row).collect::<Vec<_>>()));
+        lines.push(String::new());
+        let all: Vec<&EffectParameter> = self.effects.iter().flat_map(|effect| &effect.parameters).collect();
+        // A curve has twenty values; the page draws it.
+        let few = self.effects.iter().filter(|effect| effect.parameters.len() <= SIZES);
+        lines.extend(few.flat_map(|effect| &effect.parameters).take(MOST_SIZES).flat_map(|one| {
+            let shown = estimate(one);
+            let interval = if one.ci95 == [None, None] { String::new() } else { format!(" ({})", shown.interval()) };
+            wrapped(&format!("{} {}{interval}", one.id, before_unit(shown.value(), &one.unit)), "    ")
+        }));
+        let curves = self.effects.iter().filter(|effect| effect.parameters.len() > SIZES);
+        lines.extend(curves.map(|curve| format!("{}: a curve of {} values", curve.id, curve.parameters.len())));
+        if let Some(rise) = &self.rise {
+            lines.extend(wrapped(&rise.sentence(), "  "));
+            lines.push("As a law, for the rig file; `suggest` judges it like any other effect:".to_owned());
+            lines.extend(rise.formula().lines().map(|line| format!("  {line}")));
+        }
+        let warnings = self.steps.iter().flat_map(|row| &row.warnings).take(WARNINGS);
+        lines.extend(warnings.flat_map(|warning| wrapped(&format!("Caveat: {warning}."), "  ")));
+        lines.extend(self.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));
+        lines.extend(self.remaining.as_ref().map(left).into_iter().flat_map(|words| wrapped(&words, "  ")));
+        let (rig, new, check) = (argument(&self.rig), argument(new), argument(&self.check_record));
+        if all.is_empty() {
+            lines.extend(wrapped(&format!("{new} is a copy of {rig}: no effect was added."), "  "));
+            lines.push(String::new());
+            lines.push(format!("Next: borescope diagnose {rig} {check}"));
+        } else {
+            let kept = format!("{new} has the effects. A fault belongs to its record, and is not in it.");
+            lines.extend(wrapped(&kept, "  "));
+            lines.push(String::new());
+            // A command stays in one line, so that it can be copied.
+            lines.push(format!("Next: borescope compare {new} {check} --before {rig}"));
+        }
+        lines.push("`--all` shows every sensor, chi-square, caveats and what was refused.".to_owned());
+        lines.join("\n") + "\n"
+    }
+
+    /// What the model of a row is called; of the first with the faults that are fitted in it.
+    pub fn name(&self, row: &Row) -> String {
+        match (&row.added, self.first_faults.as_slice()) {
+            (None, [_, ..]) => format!("your model, with {}", faults(&self.first_faults)),
+            _ => row.name(),
+        }
+    }
+
     /// Table and staircase.
     ///
     /// # Errors
@@ -182,7 +250,7 @@ impl Ledger {
             self.rig, self.fit_record, self.check_record
         )?;
         writeln!(out, "Error over all sensors, times the sensor noise")?;
-        let name = Row::name;
+        let name = |row: &Row| self.name(row);
         let width = self.steps.iter().map(|row| name(row).chars().count()).max().unwrap_or(0).max(8);
         writeln!(
             out,

@@ -165,8 +165,21 @@ fn parameter(parameter: &EffectParameter) -> String {
     before_unit(estimate(parameter).value(), &parameter.unit)
 }
 
-/// The conclusion in one sentence.
+/// The conclusion in one sentence, with the values of the effect that was found.
 pub fn conclusion(suggestion: &SuggestionReport) -> String {
+    let short = conclusion_in_short(suggestion);
+    match (suggestion.conclusion, suggestion.candidates.first()) {
+        (Conclusion::EffectFound, Some(best)) => {
+            let values: Vec<String> =
+                best.parameters.iter().map(|one| format!("{} = {}", one.id, parameter(one))).collect();
+            format!("{short} {}.", values.join(", "))
+        }
+        _ => short,
+    }
+}
+
+/// The conclusion in one sentence.
+pub(super) fn conclusion_in_short(suggestion: &SuggestionReport) -> String {
     let best = suggestion.candidates.first();
     let records = if suggestion.check.is_some() { "both records" } else { "the record" };
     match (suggestion.conclusion, best) {
@@ -178,12 +191,9 @@ pub fn conclusion(suggestion: &SuggestionReport) -> String {
             faults_by_name(&suggestion.faults)
         ),
         (Conclusion::EffectFound, Some(best)) => {
-            let values: Vec<String> =
-                best.parameters.iter().map(|one| format!("{} = {}", one.id, parameter(one))).collect();
             format!(
-                "EFFECT FOUND: the model lacks {}. It explains the misfit of {records}, and no other effect does ({}).{}",
+                "EFFECT FOUND: the model lacks {}. It explains the misfit of {records}, and no other effect does.{}",
                 best.effect,
-                values.join(", "),
                 at_bounds(&best.parameters)
             )
         }
@@ -320,7 +330,10 @@ pub fn suggestion(suggestion: &SuggestionReport) -> String {
     lines.push(format!("record  {}", suggestion.record));
     lines.extend(suggestion.check.as_ref().map(|check| format!("check   {check}")));
     if !suggestion.faults.is_empty() {
-        lines.push(format!("faults  {}, with which your model explains the record best", suggestion.faults.join(", ")));
+        lines.push(format!(
+            "faults  {}: fitted in your model, with and without the effect",
+            suggestion.faults.join(", ")
+        ));
     }
     let mut block = |title: &str, heads: &[Head], rows: &[Vec<String>]| {
         lines.extend([String::new(), title.to_owned()]);

@@ -3,6 +3,8 @@
 #[cfg(feature = "cli")]
 pub mod addition;
 #[cfg(feature = "cli")]
+pub mod brief;
+#[cfg(feature = "cli")]
 pub mod campaign;
 pub(crate) mod caveats;
 #[cfg(feature = "cli")]
@@ -42,7 +44,11 @@ mod residuals;
 #[cfg(feature = "cli")]
 pub mod simulation;
 pub mod style;
+#[cfg(feature = "cli")]
+pub mod suggestion;
 pub mod table;
+#[cfg(feature = "cli")]
+pub mod unknown;
 #[cfg(feature = "cli")]
 pub mod windows;
 

@@ -214,6 +214,30 @@ fn a_leak_that_the_model_lacks_is_suggested() {
 }
 
 #[test]
+fn the_short_answers_fit_a_terminal_and_end_with_the_next_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    leaking(folder.path());
+    let (rig, fit, check, new) = (path("rig.toml"), path("fit.csv"), path("check.csv"), path("new.toml"));
+    let suggest = ["suggest", &rig, &fit, "--check", &check];
+    let improve = ["improve", &rig, "--fit", &fit, "--check", &check, "-o", &new];
+    let before = ["compare", &new, &check, "--before", &rig];
+    for (call, verdict, next) in [
+        (&suggest[..], "EFFECT FOUND: ", "Next: borescope add "),
+        (&improve[..], "EFFECT FOUND: ", "Next: borescope compare "),
+        (&before[..], "ADEQUATE: ", "Next: borescope diagnose "),
+    ] {
+        let ran = borescope(call);
+        let lines: Vec<&str> = ran.out.lines().collect();
+        assert!(lines[0].starts_with(verdict) && lines[lines.len() - 2].starts_with(next), "{}", ran.out);
+        // Paths of the folder of a test are long, and a command stays in one line.
+        let wide = |line: &&&str| line.chars().count() > 80 && !line.contains('/');
+        assert_eq!(lines.iter().filter(wide).count(), 0, "{}", ran.out);
+        assert!(lines.len() <= 24, "{} lines: {}", lines.len(), ran.out);
+    }
+}
+
+#[test]
 fn the_library_is_listed_and_shows_its_cards() {
     let library = json(&["effects"], 0);
     assert_eq!(library["schema"], "borescope.effects/1");

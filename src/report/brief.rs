@@ -1,0 +1,86 @@
+//! What the short answers of all verbs share: lines of a terminal, and errors beside each other.
+
+use super::table::{Head, aligned};
+use crate::number::{rounded, text};
+
+/// Columns of a terminal of the usual width.
+pub const WIDTH: usize = 80;
+/// Characters of the longest bar of a fall of the error.
+const BAR: usize = 24;
+
+/// A text in lines of at most [`WIDTH`] columns, broken at blanks that are not protected; those after the first begin with
+/// `indent`.
+pub fn wrapped(text: &str, indent: &str) -> Vec<String> {
+    let lead = &text[..text.len() - text.trim_start().len()];
+    let mut lines = vec![lead.to_owned()];
+    let mut empty = true;
+    for word in text.split([' ', '\n']).filter(|word| !word.is_empty()) {
+        let used = lines.last().map_or(0, |line| line.chars().count());
+        if !empty && used + 1 + word.chars().count() > WIDTH {
+            lines.push(indent.to_owned());
+            empty = true;
+        }
+        if let Some(line) = lines.last_mut() {
+            line.push_str(if empty { "" } else { " " });
+            line.push_str(&word.replace('\u{a0}', " "));
+        }
+        empty = false;
+    }
+    lines
+}
+
+/// A model with its errors, times the sensor noise.
+pub struct ErrorRow {
+    /// What the model is called.
+    pub name: String,
+    /// On the record that is fitted.
+    pub fit: f64,
+    /// On the check record, where there is one.
+    pub check: Option<f64>,
+}
+
+/// Errors model by model, with a bar each; the last record decides how long it is.
+pub fn errors(rows: &[ErrorRow]) -> Vec<String> {
+    let checked = rows.iter().any(|row| row.check.is_some());
+    let last = |row: &ErrorRow| row.check.unwrap_or(row.fit);
+    let most = rows.iter().map(last).fold(1.0, f64::max);
+    let number = |value: f64| format!("{}x", text(rounded(value, 2)));
+    let mut heads: Vec<Head> = vec![("error, times the sensor noise", false)];
+    heads.push(("fit", true));
+    if checked {
+        heads.push(("check", true));
+    }
+    heads.push(("", false));
+    // Bars as long as the longest name leaves room for.
+    let name = rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).max(heads[0].0.len());
+    let bar = WIDTH.saturating_sub(name + 22).clamp(1, BAR) as f64;
+    let cells = rows.iter().map(|row| {
+        let mut cells = vec![row.name.clone(), number(row.fit)];
+        if checked {
+            cells.push(row.check.map_or_else(|| "-".to_owned(), number));
+        }
+        cells.push("#".repeat(((last(row) / most * bar).round() as usize).max(1)));
+        cells
+    });
+    aligned(&heads, &cells.collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_break_between_words_and_keep_their_indent() {
+        let text = format!("  {}", "abcd ".repeat(40));
+        let lines = wrapped(&text, "    ");
+        assert!(lines.iter().all(|line| line.chars().count() <= WIDTH), "{lines:?}");
+        assert!(
+            lines[0].starts_with("  abcd") && lines[1..].iter().all(|line| line.starts_with("    abcd")),
+            "{lines:?}"
+        );
+        assert_eq!(lines.iter().flat_map(|line| line.split_whitespace()).count(), 40);
+        // A word that is wider than the terminal is not torn.
+        assert_eq!(wrapped(&"x".repeat(100), ""), ["x".repeat(100)]);
+        assert_eq!(wrapped(&format!("{} 5\u{a0}%", "x".repeat(77)), "")[1], "5 %");
+    }
+}

@@ -1,0 +1,94 @@
+//! A suggestion in a few lines: the verdict first, the errors with and without the effect, the next command last.
+
+use super::brief::{ErrorRow, errors, wrapped};
+use super::learn::{conclusion_in_short, estimate, experiment, sits};
+use super::unknown::Rise;
+use crate::finding::argument;
+use crate::learn::result::{CandidateReport, SuggestionReport};
+use crate::learn::evaluated::Conclusion;
+use crate::number::before_unit;
+
+/// Candidates that are shown, the best included.
+const SHOWN: usize = 3;
+/// Parameters of the best candidate that are shown: a curve has twenty.
+const SIZES: usize = 4;
+/// Parameters from which on an effect is a curve.
+const CURVE: usize = 12;
+/// Caveats of the best candidate that are shown.
+const CAVEATS: usize = 2;
+
+/// The suggestion for people, no wider than a terminal; `meaning` says in words what the best effect is.
+pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> String {
+    let mut lines = wrapped(&conclusion_in_short(report), "  ");
+    let best = report.candidates.first().filter(|best| best.supported);
+    if let Some(best) = best {
+        if !meaning.is_empty() {
+            lines.extend(wrapped(&format!("  {meaning}"), "  "));
+        }
+        // A curve has twenty values, and says nothing by its first ones.
+        let shown = if best.parameters.len() > CURVE { 0 } else { SIZES };
+        lines.extend(best.parameters.iter().take(shown).flat_map(|one| {
+            let shown = estimate(one);
+            let interval = if one.ci95 == [None, None] { String::new() } else { format!(" ({})", shown.interval()) };
+            let bound = if one.at_bound { ", at the bound of its search" } else { "" };
+            wrapped(&format!("  {} {}{interval}{bound}", one.id, before_unit(shown.value(), &one.unit)), "    ")
+        }));
+        if best.parameters.len() > SIZES {
+            lines.push(format!("  {} values in all", best.parameters.len()));
+        }
+    }
+    lines.extend(rise.into_iter().flat_map(|rise| wrapped(&rise.sentence(), "  ")));
+    lines.extend(report.place.as_ref().map(sits).into_iter().flat_map(|words| wrapped(&words, "  ")));
+    lines.extend(report.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));
+    if let Some(first) = report.candidates.first() {
+        lines.push(String::new());
+        lines.extend(errors(&rows(report, first)));
+    }
+    if let Some(best) = best {
+        lines.extend(best.warnings.iter().take(CAVEATS).flat_map(|one| wrapped(&format!("Caveat: {one}."), "  ")));
+    }
+    lines.push(String::new());
+    // A command stays in one line, so that it can be copied.
+    lines.push(format!("Next: {}", next(report, best)));
+    lines.push("`--all` shows every candidate, and what this record could have shown.".to_owned());
+    lines.join("\n") + "\n"
+}
+
+pub(super) fn rows(report: &SuggestionReport, first: &CandidateReport) -> Vec<ErrorRow> {
+    let with = if report.faults.is_empty() { String::new() } else { format!(", with {}", faults(&report.faults)) };
+    let yours = ErrorRow { name: format!("your model{with}"), fit: first.rmse_before, check: first.check_rmse_before };
+    let shown = report.candidates.iter().take(SHOWN);
+    let each = shown.map(|one| {
+        let rejected = if one.supported { "" } else { " (not supported)" };
+        let name = format!("+ {}{rejected}", one.effect);
+        ErrorRow { name, fit: one.rmse_after, check: one.check_rmse_after }
+    });
+    std::iter::once(yours).chain(each).collect()
+}
+
+/// Faults of a model in a name: one by its id, several by their number.
+pub(super) fn faults<T: AsRef<str>>(ids: &[T]) -> String {
+    match ids {
+        [one] => one.as_ref().to_owned(),
+        several => format!("{} faults", several.len()),
+    }
+}
+
+/// The command that leads further.
+pub(super) fn next(report: &SuggestionReport, best: Option<&CandidateReport>) -> String {
+    let (rig, record) = (argument(&report.rig), argument(&report.record));
+    let Some(check) = report.check.as_deref().map(argument) else {
+        return match report.conclusion {
+            Conclusion::Adequate => format!("borescope diagnose {rig} {record}"),
+            _ => format!("borescope suggest {rig} {record} --check ANOTHER_RECORD"),
+        };
+    };
+    match (report.conclusion, best) {
+        (Conclusion::Adequate, _) => format!("borescope diagnose {rig} {record}"),
+        (Conclusion::Confounded, _) => format!("borescope suggest {rig} {record} --check RECORD_OF_THAT_EXPERIMENT"),
+        (Conclusion::EffectFound, Some(best)) if !best.effect.contains(" + ") => {
+            format!("borescope add {rig} {} --fit {record} -o better.toml", best.effect)
+        }
+        _ => format!("borescope improve {rig} --fit {record} --check {check} -o better.toml"),
+    }
+}

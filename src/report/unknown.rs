@@ -1,0 +1,120 @@
+//! A curve without a formula in words: where it rises, how high and how wide, and a formula of that shape for the rig file.
+
+use crate::learn::fitted_model::FittedModel;
+use crate::number::{in_unit, rounded, text};
+use crate::physics::effect::spline::{Curve, HEIGHTS};
+use crate::rig::InstalledEffect;
+
+/// Places of the curve that are looked at.
+const PLACES: usize = 400;
+/// A rise is told where it is so many times what the curve is elsewhere.
+const RISE: f64 = 3.0;
+/// A bell falls to half its height at this many of its widths `w` of `exp(-((x - x0) / w)^2)`.
+const HALF: f64 = 0.832_554_611_157_697_8;
+
+/// A rise of a curve versus position.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rise {
+    /// What rises, in words: `friction`, `force`.
+    what: &'static str,
+    /// N, mm, mm: height, middle, width `w` of the bell.
+    height: f64,
+    middle: f64,
+    width: f64,
+    /// Node of the body.
+    body: String,
+    /// The whole curve: mm, N.
+    pub points: Vec<(f64, f64)>,
+}
+
+impl Rise {
+    /// The rise that the curves of a fitted model describe; `None` where none is described so.
+    pub fn of(trial: &FittedModel) -> Option<Self> {
+        trial.rig.effects.iter().rev().find_map(|effect| Self::of_effect(trial, effect))
+    }
+
+    fn of_effect(trial: &FittedModel, effect: &InstalledEffect) -> Option<Self> {
+        let rig = &trial.rig;
+        let (kind, place) = effect.id.split_once('@')?;
+        let what = match kind {
+            "empirical-friction" => "friction",
+            "empirical-load" => "force",
+            _ => return None,
+        };
+        let heights: Vec<f64> = effect.parameters.iter().take(HEIGHTS).map(|&index| trial.values[index]).collect();
+        let way = effect.parameters.first()? + HEIGHTS;
+        let way = trial.values.get(way).copied().filter(|way| heights.len() == HEIGHTS && *way > 0.0)?;
+        let cylinder = rig.components.iter().find(|component| component.name == place)?;
+        let rod = cylinder.card.ports.iter().position(|port| port.name == "rod")?;
+        let body = rig.nodes.get(*cylinder.ports.get(rod)?)?.name.clone();
+        let curve = Curve::new(&heights);
+        let all: Vec<f64> = (0..=PLACES).map(|at| curve.at(at as f64 / PLACES as f64)).collect();
+        let mut sorted = all.clone();
+        sorted.sort_by(f64::total_cmp);
+        let base = sorted[PLACES / 2];
+        let above: Vec<f64> = all.iter().map(|one| one - base).collect();
+        let top = (0..=PLACES).max_by(|&a, &b| above[a].abs().total_cmp(&above[b].abs()))?;
+        let size = |at: usize| above[at] * above[top].signum();
+        let height = size(top);
+        let left = (0..top).rev().find(|&at| size(at) < 0.5 * height)?;
+        let right = (top..=PLACES).find(|&at| size(at) < 0.5 * height)?;
+        // What is as high elsewhere is no single rise.
+        let (from, to) = (top.saturating_sub(2 * (top - left)), top + 2 * (right - top));
+        let elsewhere = (0..=PLACES).filter(|at| *at < from || *at > to).map(|at| above[at].abs()).fold(0.0, f64::max);
+        let millimetre = crate::units::Unit::parse("mm").ok()?;
+        let along = |places: f64| in_unit(places / PLACES as f64 * way, &millimetre);
+        (height >= RISE * elsewhere).then(|| Self {
+            what,
+            height: rounded(above[top], 2),
+            middle: rounded(along(top as f64), 3),
+            width: rounded(along((right - left) as f64) / (2.0 * HALF), 2),
+            body,
+            points: all.iter().enumerate().map(|(at, one)| (along(at as f64), rounded(*one, 5))).collect(),
+        })
+    }
+
+    /// What it is, in a sentence.
+    pub fn sentence(&self) -> String {
+        format!(
+            "The curve says: extra {} of {} N around {} mm, {} mm wide.",
+            self.what,
+            text(self.height),
+            text(self.middle),
+            text(self.width)
+        )
+    }
+
+    /// A formula of that shape with first values, for the rig file: the text of `[own_effects]`.
+    pub fn formula(&self) -> String {
+        let Self { what, height, middle, width, body, .. } = self;
+        let motion = if *what == "friction" { format!(" * tanh({body}.v / [1 mm/s])") } else { String::new() };
+        format!(
+            "[own_effects.extra-{what}]\nmeaning = \"Extra {what} at one place of the stroke.\"\nat = \"{body}\"\n\
+             force = \"-F * exp(-(({body}.x - x0) / w)^2){motion}\"\n\
+             parameters.F = {{ neutral = \"0 N\", first = \"{height} N\" }}\n\
+             parameters.x0 = {{ first = \"{middle} mm\", bounds = [\"{} mm\", \"{} mm\"] }}\n\
+             parameters.w = {{ first = \"{width} mm\", bounds = [\"{} mm\", \"{} mm\"] }}\n",
+            text(rounded(middle - 2.0 * width, 3)),
+            text(rounded(middle + 2.0 * width, 3)),
+            text(rounded(width / 5.0, 2)),
+            text(rounded(width * 5.0, 2))
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_formula_is_one_that_a_rig_file_takes() {
+        let (body, points) = ("piston".to_owned(), Vec::new());
+        let rise = Rise { what: "friction", height: 900.0, middle: 100.0, width: 12.0, body, points };
+        assert_eq!(rise.sentence(), "The curve says: extra friction of 900 N around 100 mm, 12 mm wide.");
+        let path = "fixtures/telescopic/rig.toml";
+        let with_formula = std::fs::read_to_string(path).unwrap() + "\n" + &rise.formula();
+        let rig = crate::rig::Rig::parse(std::path::Path::new(path), with_formula).unwrap();
+        let places = rig.effect_places();
+        assert!(places.iter().any(|placed| rig.effect_id(placed) == "extra-friction@piston"));
+    }
+}
