@@ -2,15 +2,15 @@
 
 use serde::Serialize;
 
-use super::state::{Desk, Note, Step};
+use super::state::{Desk, Found, Note, Step};
 use super::task::{Judged, Task};
 use super::trace::Gauges;
 use crate::complaint::Complaint;
 use crate::estimation::profile::QUANTILE;
 use crate::learn::evaluated::Conclusion;
-use crate::learn::result::SuggestionReport;
 use crate::number::rounded;
 use crate::report;
+use crate::report::unknown::Rise;
 use crate::rig::{EffectInstance, Location, Rig, Target};
 use crate::units::Unit;
 
@@ -107,6 +107,15 @@ struct FoundMessage {
     headline: String,
     place: Option<String>,
     candidates: Vec<Candidate>,
+    rise: Option<RiseMessage>,
+}
+
+/// What a curve without a formula says: a sentence, a formula for the rig file, and the curve.
+#[derive(Serialize)]
+struct RiseMessage {
+    sentence: String,
+    formula: String,
+    points: Vec<(f64, f64)>,
 }
 
 #[derive(Serialize)]
@@ -172,7 +181,7 @@ impl Desk {
                 done: running.done,
                 of: running.of,
             }),
-            found: self.found.as_ref().map(|found| found_message(&found.report)),
+            found: self.found.as_ref().map(|found| found_message(found)),
             judged: self.judged.as_ref().map(|judged| JudgedMessage {
                 headlines: std::iter::once(&judged.fit)
                     .chain(&judged.check)
@@ -261,7 +270,10 @@ fn part(rig: &Rig, component: usize) -> Part<'_> {
     }
 }
 
-fn found_message(report: &SuggestionReport) -> FoundMessage {
+fn found_message(found: &Found) -> FoundMessage {
+    let report = &found.report;
+    let best = found.suggestion.judged.first().filter(|best| best.supported);
+    let rise = best.and_then(|best| Rise::of(&best.trial));
     let candidates = report.candidates.iter().map(|one| Candidate {
         effect: one.effect.clone(),
         supported: one.supported,
@@ -276,5 +288,6 @@ fn found_message(report: &SuggestionReport) -> FoundMessage {
         headline: report::learn::conclusion(report),
         place: report.place.as_ref().map(report::learn::sits),
         candidates: candidates.collect(),
+        rise: rise.map(|rise| RiseMessage { sentence: rise.sentence(), formula: rise.formula(), points: rise.points }),
     }
 }

@@ -66,7 +66,7 @@ function stairs() {
   const y = (value) => bottom - (Math.log10(Math.max(1e-3, value)) - low) / (high - low) * (bottom - 16), wide = (width - left - 6) / steps.length;
   pen.fillStyle = color('--soft'); pen.strokeStyle = color('--line'); pen.textAlign = 'right';
   for (const tick of [1, 10, 100, 1000].filter((tick) => Math.log10(tick) <= high)) { pen.beginPath(); pen.moveTo(left, y(tick)); pen.lineTo(width, y(tick)); pen.stroke(); pen.fillText(tick, left - 5, y(tick) + 4); }
-  for (const [key, ink, dash] of [['fit', '--k0', []], ['check', '--k1', [5, 3]]]) {
+  for (const [key, ink, dash] of [['fit', '--k0', []], ['check', '--k4', [5, 3]]]) {
     pen.strokeStyle = color(ink); pen.lineWidth = 2; pen.setLineDash(dash); pen.beginPath(); let last = null;
     steps.forEach((one, at) => { if (one[key] === null) return; const level = y(one[key]); if (last === null) pen.moveTo(left + at * wide, level); else pen.lineTo(left + at * wide, level); pen.lineTo(left + (at + 1) * wide, level); last = level; });
     pen.stroke(); pen.setLineDash([]);
@@ -102,11 +102,12 @@ function ticks(low, high, most) {
 function chart(canvas, sensor, curves) {
   const { pen, width, height } = surface(canvas), [from, to] = span();
   const x = (time) => LEFT + (time - from) / (to - from) * (width - LEFT - RIGHT);
-  const parts = [[20, SPLIT, extent([curves.measured, curves.model], sensor.noise), [['measured', '--k3', 2.6, 0.45], ['model', '--k1', 1.5, 1]]], [SPLIT + 6, height - 16, extent([curves.misfit, [-3, 3]], 0.2), [['misfit', '--k0', 1.2, 1]]]];
+  const parts = [[20, SPLIT, extent([curves.measured, curves.model], sensor.noise), [['measured', '--k3', 2.6, 0.45], ['model', '--k1', 1.5, 1]]], [SPLIT + 6, height - 16, extent([curves.misfit, [-3, 3]], 0.2), [['misfit', '--k1', 1.2, 1]]]];
   for (const [top, bottom, [low, high], lines] of parts) {
     const y = (value) => bottom - (value - low) / (high - low) * (bottom - top);
     pen.save(); pen.strokeStyle = color('--line'); pen.fillStyle = color('--soft'); pen.textAlign = 'right'; pen.lineWidth = 1;
-    for (const tick of ticks(low, high, top < 30 ? 4 : 2)) { pen.beginPath(); pen.moveTo(LEFT, y(tick)); pen.lineTo(width - RIGHT, y(tick)); pen.stroke(); pen.fillText(tick, LEFT - 5, y(tick) + 4); }
+    const unit = top < 30 ? '' : '×';
+    for (const tick of ticks(low, high, top < 30 ? 4 : 3)) { pen.beginPath(); pen.moveTo(LEFT, y(tick)); pen.lineTo(width - RIGHT, y(tick)); pen.stroke(); pen.fillText(tick + unit, LEFT - 5, y(tick) + 4); }
     pen.beginPath(); pen.rect(LEFT, top - 2, width - LEFT - RIGHT, bottom - top + 4); pen.clip(); pen.lineJoin = 'round';
     for (const [key, ink, thick, alpha] of lines) {
       pen.strokeStyle = color(ink); pen.lineWidth = thick; pen.globalAlpha = alpha; pen.beginPath(); let open = false;
@@ -215,6 +216,15 @@ function part() {
 }
 function meaning() { const one = state.library.find((one) => one.id === $('library').value); $('meaning').textContent = one ? one.meaning : ''; }
 
+// The curve that the record asks for, what it says, and a law of its form.
+function rise(one) {
+  const space = 'http://www.w3.org/2000/svg', svg = document.createElementNS(space, 'svg'), line = document.createElementNS(space, 'polyline'), [low, high] = extent([one.points.map((point) => point[1])], 0);
+  const last = one.points[one.points.length - 1][0];
+  svg.setAttribute('viewBox', '0 0 300 90'); svg.setAttribute('role', 'img'); svg.setAttribute('aria-label', one.sentence); svg.setAttribute('class', 'rise');
+  line.setAttribute('points', one.points.map(([x, y]) => `${(x / last * 300).toFixed(1)},${(90 - (y - low) / (high - low) * 90).toFixed(1)}`).join(' ')); svg.append(line);
+  const ends = make('p', `${shown(low)} to ${shown(high)} N, from 0 to ${shown(last)} mm`, 'soft');
+  return [svg, ends, make('p', one.sentence), make('p', 'As a law, for the rig file:', 'soft'), make('pre', one.formula)];
+}
 function found() {
   const box = $('found'), one = state.found; box.hidden = !one; if (!one) return;
   const rows = one.candidates.map((candidate, number) => {
@@ -224,7 +234,7 @@ function found() {
     row.append(head, make('p', `${candidate.supported ? 'Supported' : 'Not supported'}: with the faults fitted along, error ${shown(candidate.before)} → ${shown(candidate.after)} times the noise${check}`, 'soft'), ...candidate.warnings.map((text) => make('p', text, 'soft')));
     return row;
   });
-  box.replaceChildren(make('h2', 'What is missing'), make('p', one.headline), ...(one.place ? [make('p', one.place, 'soft')] : []), ...rows.slice(0, 6));
+  box.replaceChildren(make('h2', 'What is missing'), make('p', one.headline), ...(one.place ? [make('p', one.place, 'soft')] : []), ...(one.rise ? rise(one.rise) : []), ...rows.slice(0, 6));
 }
 function judged() {
   const box = $('judged'), one = state.judged; box.hidden = !one; if (!one) return;
