@@ -66,10 +66,10 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         let curves = Curves { model, found: compared.found.as_ref().unwrap_or(model) };
         write_atomically(path, |file| curves.write_csv(&rig, &record, file))?;
     }
+    compared.comparison.before = before.as_ref().map(Earlier::of);
     if let Some(path) = &arguments.report {
         write_page(path, &report::pages::learn::comparison(&rig, &record, &compared)?)?;
     }
-    compared.comparison.before = before.as_ref().map(Earlier::of);
     let comparison = &compared.comparison;
     match arguments.format {
         Format::Text => {

@@ -152,15 +152,15 @@ fn one_by_one(rig: &Path, arguments: &Arguments, context: &Context, out: &mut dy
                 keeper.keep(&record, &options, &diagnosed.diagnosis)?;
             }
             let record = diagnosed.record(&record);
-            if let Some(report) = &arguments.report {
-                write_page(report, &html(&model.rig, record, &diagnosed)?)?;
-            }
             if let Some(path) = &arguments.curves {
                 let curves = Curves { model: &diagnosed.healthy, found: &diagnosed.model };
                 write_atomically(path, |file| curves.write_csv(&model.rig, record, file))?;
             }
             let found = diagnosed.with_effect.clone().map(Model::new);
             let findings = findings(found.as_ref().unwrap_or(&model), record, &diagnosed.diagnosis)?;
+            if let Some(report) = &arguments.report {
+                write_page(report, &html(&model.rig, record, &diagnosed, &findings)?)?;
+            }
             Ok((diagnosed, findings))
         });
         match one {

@@ -221,7 +221,7 @@ pub fn run_with(model: &Model, record: &Record, drive: &InputSignals, values: &[
 ///
 /// # Errors
 /// As [`run_with`].
-pub(super) fn run_under(
+pub(crate) fn run_under(
     rig: &Rig,
     record: &Record,
     values: &[f64],

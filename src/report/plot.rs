@@ -57,6 +57,10 @@ impl Axis {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     Line,
+    /// A wide, pale line, on which the lines of models stay visible: what was measured.
+    Wide,
+    /// A thin, pale line: samples around their mean.
+    Pale,
     /// Single points, such as measured samples.
     Dots,
 }
@@ -79,6 +83,16 @@ impl Series {
     /// A line through points.
     pub fn line(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
         Self { name: name.into(), points, shape: Shape::Line, colour: None, dash: None }
+    }
+
+    /// What was measured: wide and pale, in the colour that it has on every page.
+    pub fn measured(points: Vec<(f64, f64)>) -> Self {
+        Self { shape: Shape::Wide, ..Self::line("measured", points) }.styled(3, 0)
+    }
+
+    /// A thin, pale line through samples.
+    pub fn pale(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self { shape: Shape::Pale, ..Self::line(name, points) }
     }
 
     /// Single points.

@@ -13,6 +13,8 @@ use crate::cli::{Failure, Format, Overwriting, Status, write_json, write_page};
 use crate::complaint::{Complaint, Kind};
 use crate::diagnosis::Diagnosis;
 use crate::files::write_atomically;
+use crate::finding::findings;
+use crate::model::Model;
 use crate::report;
 
 /// One case alone.
@@ -42,7 +44,9 @@ pub fn run(
         };
         let calibrated = campaign.prepared(replay.row.rig).ok().and_then(|prepared| prepared.model.as_ref().ok());
         let rig = calibrated.map_or(&campaign.rig, |model| &model.rig);
-        write_page(path, &report::pages::diagnosis::html(rig, record, diagnosed)?)?;
+        let model = Model::new(diagnosed.rig(rig).clone());
+        let findings = findings(&model, record, &diagnosed.diagnosis)?;
+        write_page(path, &report::pages::diagnosis::html(rig, record, diagnosed, &findings)?)?;
     }
     let diagnosis = replay.diagnosed.as_ref().map(|diagnosed| &diagnosed.diagnosis);
     match arguments.format {

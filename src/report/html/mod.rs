@@ -1,6 +1,7 @@
 //! A page that needs nothing but itself: no fonts, styles or scripts from elsewhere, fit for a phone, for the dark and for
 //! print. Without its one script everything is seen all the same, only not zoomed.
 
+mod card;
 mod table;
 
 use std::fmt::Write;
@@ -8,11 +9,15 @@ use std::fmt::Write;
 use super::escape;
 use super::plot::{Chart, Live, Map};
 use super::style::Tone;
+use crate::record::Record;
 
+pub use card::Card;
 pub use table::{Cell, Column, Mark, Scale, Table};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
+/// Characters of a digest that tell files apart.
+const DIGEST: usize = 12;
 /// Forbids the page to load anything.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:";
 
@@ -25,6 +30,9 @@ enum Block {
     Preformatted(String),
     Table(Table),
     Subheading(String),
+    Cards(Vec<Card>),
+    /// What is read only when it is asked for, with its title; open from the start or not.
+    Fold(String, bool, Vec<Block>),
     /// Markup that this crate made.
     Made(String),
 }
@@ -34,6 +42,8 @@ enum Block {
 pub struct Section {
     heading: String,
     blocks: Vec<Block>,
+    /// Whether what stands under the heading is shown only when it is asked for.
+    folded: bool,
 }
 
 impl Section {
@@ -72,6 +82,16 @@ impl Section {
         self.add(Block::Subheading(text.into()))
     }
 
+    /// Adds cards that stand beside each other where there is room.
+    pub fn cards(&mut self, cards: Vec<Card>) -> &mut Self {
+        self.add(Block::Cards(cards))
+    }
+
+    /// Adds what another section holds under a title, shown when it is asked for, or from the start.
+    pub fn fold(&mut self, title: impl Into<String>, open: bool, section: Self) -> &mut Self {
+        self.add(Block::Fold(title.into(), open, section.blocks))
+    }
+
     /// Adds a chart that can be zoomed and read.
     pub fn chart(&mut self, chart: &Chart, live: &Live) -> &mut Self {
         self.add(Block::Made(chart.live(live)))
@@ -86,6 +106,12 @@ impl Section {
     /// Adds a map of fields along an axis.
     pub fn map(&mut self, map: &Map, live: &Live) -> &mut Self {
         self.add(Block::Made(map.live(live)))
+    }
+
+    /// Adds maps that stand beside each other where there is room.
+    pub fn maps(&mut self, maps: &[(Map, Live)]) -> &mut Self {
+        let maps: String = maps.iter().map(|(map, live)| map.live(&live.clone().narrow())).collect();
+        self.add(Block::Made(format!("<div class=\"beside two\">\n{maps}</div>\n")))
     }
 
     /// Adds a drawing, an `<svg>` element made by this crate, with a caption.
@@ -109,12 +135,25 @@ pub struct Page {
     title: String,
     lead: String,
     sections: Vec<Section>,
+    /// From what the page was made, in the foot.
+    provenance: Vec<String>,
 }
 
 impl Page {
     /// A page with a title and, under it, one sentence that says what it is about; empty for none.
     pub fn new(title: impl Into<String>, lead: impl Into<String>) -> Self {
-        Self { title: title.into(), lead: lead.into(), sections: Vec::new() }
+        Self { title: title.into(), lead: lead.into(), sections: Vec::new(), provenance: Vec::new() }
+    }
+
+    /// Says in the foot from which files the page was made, the records with the start of their digests.
+    pub fn provenance(&mut self, rig: &str, records: &[&Record]) -> &mut Self {
+        let record = |record: &&Record| match record.origin.digest.get(..DIGEST) {
+            Some(digest) => format!("record {} ({digest})", record.path.display()),
+            None => format!("record {}", record.path.display()),
+        };
+        self.provenance = vec![format!("borescope {}", env!("CARGO_PKG_VERSION")), format!("rig file {rig}")];
+        self.provenance.extend(records.iter().map(record));
+        self
     }
 
     /// Adds a section.
@@ -153,13 +192,29 @@ impl Page {
         out.push_str("<main>\n");
         for (index, section) in self.sections.iter().enumerate() {
             let heading = escape(&section.heading);
-            line(&mut out, format_args!("<section aria-labelledby=\"s{index}\">\n<h2 id=\"s{index}\">{heading}</h2>"));
+            if section.folded {
+                line(
+                    &mut out,
+                    format_args!(
+                        "<section aria-labelledby=\"s{index}\">\n<details class=\"part\">\n<summary><h2 id=\"s{index}\">{heading}</h2></summary>"
+                    ),
+                );
+            } else {
+                line(
+                    &mut out,
+                    format_args!("<section aria-labelledby=\"s{index}\">\n<h2 id=\"s{index}\">{heading}</h2>"),
+                );
+            }
             for block in &section.blocks {
                 block.html(&mut out);
             }
-            out.push_str("</section>\n");
+            out.push_str(if section.folded { "</details>\n</section>\n" } else { "</section>\n" });
         }
-        line(&mut out, format_args!("</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>"));
+        out.push_str("</main>\n");
+        if !self.provenance.is_empty() {
+            line(&mut out, format_args!("<footer>{}</footer>", escape(&self.provenance.join("; "))));
+        }
+        line(&mut out, format_args!("<script>\n{SCRIPT}</script>\n</body>\n</html>"));
         out
     }
 }
@@ -167,7 +222,17 @@ impl Page {
 impl Section {
     /// An empty section.
     pub fn new(heading: impl Into<String>) -> Self {
-        Self { heading: heading.into(), blocks: Vec::new() }
+        Self { heading: heading.into(), blocks: Vec::new(), folded: false }
+    }
+
+    /// An empty section that is shown when it is asked for.
+    pub fn folded(heading: impl Into<String>) -> Self {
+        Self { folded: true, ..Self::new(heading) }
+    }
+
+    /// Whether nothing stands in it.
+    pub fn is_empty(&self) -> bool {
+        self.blocks.is_empty()
     }
 }
 
@@ -198,6 +263,17 @@ impl Block {
             Self::Preformatted(text) => line(out, format_args!("<pre>{}</pre>", escape(text))),
             Self::Table(table) => table.html(out),
             Self::Subheading(text) => line(out, format_args!("<h3>{}</h3>", escape(text))),
+            Self::Cards(cards) => {
+                out.push_str("<div class=\"findings\">\n");
+                cards.iter().for_each(|card| card.html(out));
+                out.push_str("</div>\n");
+            }
+            Self::Fold(title, open, blocks) => {
+                let open = if *open { " open" } else { "" };
+                line(out, format_args!("<details{open}>\n<summary>{}</summary>", escape(title)));
+                blocks.iter().for_each(|block| block.html(out));
+                out.push_str("</details>\n");
+            }
             Self::Made(markup) => out.push_str(markup),
         }
     }

@@ -326,3 +326,19 @@ for (const table of document.querySelectorAll("table[data-choice]")) {
   head.before(bar);
   show();
 }
+// A table that is wider than a phone becomes a card for each row.
+for (const table of document.querySelectorAll(".wide table")) {
+  const heads = [...table.tHead.rows[0].cells].map((head) => head.textContent.trim());
+  if (heads.length < 4 || table.classList.contains("upright") || table.querySelector("td.shade")) continue;
+  table.classList.add("stack");
+  for (const row of table.tBodies[0].rows) [...row.cells].forEach((cell, at) => { cell.dataset.label = heads[at] ?? ""; });
+}
+// What a link or the printer asks for is opened.
+const unfold = (element) => { for (let fold = element?.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true; };
+const wanted = () => unfold(document.getElementById(location.hash.slice(1)));
+addEventListener("hashchange", wanted);
+for (const link of document.querySelectorAll("nav a")) link.addEventListener("click", () => unfold(document.getElementById(link.hash.slice(1))));
+wanted();
+let closed = [];
+addEventListener("beforeprint", () => { closed = [...document.querySelectorAll("details:not([open])")]; closed.forEach((fold) => { fold.open = true; }); });
+addEventListener("afterprint", () => closed.forEach((fold) => { fold.open = false; }));

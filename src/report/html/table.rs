@@ -76,7 +76,7 @@ pub enum Mark {
 }
 
 impl Scale {
-    fn html(&self) -> String {
+    pub(super) fn html(&self) -> String {
         let span = self.to - self.from;
         let at = |value: f64| {
             let share = if span > 0.0 { ((value - self.from) / span).clamp(0.0, 1.0) } else { 0.5 };

@@ -1,19 +1,26 @@
 //! The page of `improve`.
 
+use super::bars::bars;
 use super::channels::Shown;
-use super::learn::{CURVES, named, run_said, staircase};
+use super::learn::{curves, most_missed, named};
+use super::suggestion::said;
 use super::{misfit, missing};
 use crate::complaint::Complaint;
 use crate::learn::improve::Improvement;
 use crate::learn::warning::joined;
 use crate::number::{rounded, text};
 use crate::record::Record;
+use crate::report::brief::ErrorRow;
 use crate::report::html::{Cell, Column, Page, Section, Table};
 use crate::report::improvement::{Ledger, Row, left};
 use crate::report::learn::{PARAMETER_HEADS, experiment, parameter_row};
 use crate::rig::Rig;
 
-/// The page of an improvement: what each addition bought, and where what is left sits.
+/// Rows of parameters up to which they stand under the verdict.
+const SIZES: usize = 8;
+
+/// The page of an improvement: what was added, the fall of the error, its picture, the check record before and after; the rest
+/// is folded.
 ///
 /// # Errors
 /// Columns that are missing.
@@ -23,15 +30,70 @@ pub fn improvement(
     found: &Improvement,
     ledger: &Ledger,
 ) -> Result<String, Complaint> {
-    let lead = format!("Learnt on {}, judged on {}", ledger.fit_record, ledger.check_record);
+    let lead = format!("Fitted to {}, judged on {}", ledger.fit_record, ledger.check_record);
     let mut page = Page::new(format!("Improvement of {}", named(rig)), lead);
+    page.provenance(&ledger.rig, &[fit, check]);
+    page.section(verdict(ledger));
+    let ids: Vec<String> = ledger.effects.iter().map(|effect| effect.id.clone()).collect();
+    let joined = ids.join(" + ");
+    let more = (!ids.is_empty()).then_some((joined.as_str(), &found.trial));
+    if let Some(section) = missing::section(&found.given, fit, more)? {
+        page.section(section);
+    }
+    if let (Some(first), Some(last)) = (found.steps.first(), found.steps.last()) {
+        let name = if ids.len() == 1 { format!("with {joined}") } else { "with the added effects".to_owned() };
+        for (record, group, heading, runs) in [
+            (check, "check", "The check record, to which nothing is fitted", (&first.check, &last.check)),
+            (fit, "time", "The fit record", (&first.fit, &last.fit)),
+        ] {
+            let (before, after) = (runs.0.outputs.as_slice(), runs.1.outputs.as_slice());
+            let shown = Shown::new(rig, record, group, 2)?;
+            let after = (found.steps.len() > 1).then_some((name.as_str(), after));
+            let models = said(before, after);
+            let mut section = match group {
+                "check" => curves(&shown, most_missed(&shown, before), &models, heading),
+                _ => {
+                    let mut section = Section::folded(heading);
+                    shown.charts(&mut section, &models);
+                    section
+                }
+            };
+            match after {
+                None => misfit::add(&mut section, &shown, before),
+                Some((name, after)) => misfit::add_both(&mut section, &shown, (before, after), ("your model", name)),
+            }
+            page.section(section);
+        }
+    }
+    page.section(steps(ledger));
+    Ok(page.html())
+}
+
+/// What was added, with the fall of the error and what is left.
+fn verdict(ledger: &Ledger) -> Section {
     let mut verdict = Section::new("Verdict");
     verdict.notice(crate::report::learn::tone(ledger.conclusion), ledger.headline());
-    let added: Vec<String> = ledger.steps.iter().filter_map(|step| step.added.clone()).collect();
-    if !added.is_empty() {
-        verdict.paragraph(format!("Added: {}. {}", added.join(", then "), ledger.not_written()));
+    let row = |row: &Row| ErrorRow { name: ledger.name(row), fit: row.fit_rmse, check: Some(row.check_rmse) };
+    let rows: Vec<ErrorRow> = ledger.steps.iter().map(row).collect();
+    verdict.table(bars("Error over all sensors, times the sensor noise", &rows));
+    if !ledger.effects.is_empty() {
         let rows = ledger.effects.iter().flat_map(|effect| effect.parameters.iter().map(parameter_row));
-        verdict.table(Table::of("As fitted", &PARAMETER_HEADS, rows.collect()));
+        let table = Table::of("What was added, as fitted", &PARAMETER_HEADS, rows.collect());
+        if table.rows.len() > SIZES {
+            let mut sizes = Section::new("");
+            sizes.table(table);
+            verdict.fold("The values of what was added", false, sizes);
+        } else {
+            verdict.table(table);
+        }
+        verdict.paragraph(ledger.not_written());
+    }
+    if let Some(rise) = &ledger.rise {
+        verdict.paragraph(format!(
+            "{} As a law, put into the rig file, `suggest` judges it like any other effect:",
+            rise.sentence()
+        ));
+        verdict.preformatted(rise.formula());
     }
     if let Some(apart) = &ledger.experiment {
         verdict.paragraph(experiment(apart));
@@ -39,52 +101,17 @@ pub fn improvement(
     if let Some(rest) = &ledger.remaining {
         verdict.paragraph(left(rest));
     }
-    page.section(verdict);
-    page.section(steps(ledger));
-    let more = (found.steps.len() > 1).then_some(("at the end", &found.trial.fit));
-    if let Some(section) = missing::section(&found.given, fit, more)? {
-        page.section(section);
-    }
-    if let (Some(first), Some(last)) = (found.steps.first(), found.steps.last()) {
-        for (record, group, name, check) in
-            [(check, "check", "The check record", true), (fit, "time", "The fit record", false)]
-        {
-            let run = |step: &'_ crate::learn::improve::ImprovementStep| {
-                if check { step.check.clone() } else { step.fit.clone() }
-            };
-            let (before, after) = (run(first), run(last));
-            let shown = Shown::new(rig, record, group, 2)?;
-            let mut section = Section::new(name);
-            section.paragraph(if check {
-                "Nothing is fitted to this record. The map is that of the last model; the charts show the first and the last."
-            } else {
-                CURVES
-            });
-            let last_model = run_said("last model", &after, record, (1, 0));
-            misfit::add(&mut section, &shown, &last_model.misfit);
-            let said = if found.steps.len() > 1 {
-                vec![run_said("your model", &before, record, (2, 1)), last_model]
-            } else {
-                vec![last_model]
-            };
-            shown.charts(&mut section, &said);
-            page.section(section);
-        }
-    }
-    Ok(page.html())
+    verdict
 }
 
-/// The ledger: staircase, table, errors of each channel, warnings, what was refused.
+/// The ledger: table, errors of each channel, warnings, what was refused.
 fn steps(ledger: &Ledger) -> Section {
-    let mut section = Section::new("Improvement per effect");
-    let errors: Vec<(f64, f64)> = ledger.steps.iter().map(|step| (step.fit_rmse, step.check_rmse)).collect();
-    let (chart, live) = staircase(&errors);
-    section.chart(&chart, &live);
+    let mut section = Section::folded("Improvement per effect, in figures");
     let number = |value: f64| Cell::from(text(rounded(value, 4)));
     let row = |(index, step): (usize, &Row)| -> Vec<Cell> {
         vec![
             index.to_string().into(),
-            step.name().into(),
+            ledger.name(step).into(),
             number(step.fit_rmse),
             number(step.check_rmse),
             number(step.chi2_reduced),

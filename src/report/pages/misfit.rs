@@ -1,25 +1,44 @@
 //! The map of misfit: which sensor is missed, when.
 
 use super::channels::Shown;
-use crate::diagnosis::is_there;
 use crate::number::{rounded, text};
 use crate::report::html::{Cell, Column, Section, Table};
-use crate::report::plot::{self, Map};
+use crate::report::plot::{self, Live, Map};
 
-/// Mean size of a weighted misfit if the model is right, and where the map is darkest.
-const RIGHT: f64 = 0.8;
+/// Error of a model that is right, times the noise, and that at which the map is darkest.
+const RIGHT: f64 = 1.0;
 const DARKEST: f64 = 30.0;
 
-/// Adds the map over time, and the same by kind of phase as a table.
-pub(super) fn add(section: &mut Section, shown: &Shown<'_>, misfit: &[&[f64]]) {
+/// Adds the map over time of a model, and the same by kind of phase as a table.
+pub(super) fn add(section: &mut Section, shown: &Shown<'_>, outputs: &[Vec<f64>]) {
+    let misfit = shown.misfits(outputs);
+    let (map, live) = map(shown, &misfit, "Map of misfit: white 1x the noise, darkest 30x and more");
+    section.map(&map, &live);
+    by_phase(section, shown, &misfit);
+}
+
+/// Adds the maps of two models beside each other, and the second by kind of phase as a table.
+pub(super) fn add_both(
+    section: &mut Section,
+    shown: &Shown<'_>,
+    (before, after): (&[Vec<f64>], &[Vec<f64>]),
+    names: (&str, &str),
+) {
+    let (before, after) = (shown.misfits(before), shown.misfits(after));
+    section.paragraph("Each field is the error in one phase: white 1x the noise of the sensor, darkest 30x and more.");
+    section.maps(&[map(shown, &before, names.0), map(shown, &after, names.1)]);
+    by_phase(section, shown, &after);
+}
+
+fn map(shown: &Shown<'_>, misfit: &[Vec<f64>], title: &str) -> (Map, Live) {
     let sensors = &shown.rig.sensors;
     let mut cells = Vec::new();
     for (row, (sensor, misfit)) in sensors.iter().zip(misfit).enumerate() {
         for stretch in &shown.stretches {
-            let Some(size) = mean_size(&misfit[stretch.rows.clone()]) else { continue };
+            let Some(size) = misfit.get(stretch.rows.clone()).and_then(rms) else { continue };
             let (from, to) = shown.ends(stretch);
             let what = format!(
-                "{}, {} from {} to {} s: {} standard deviations",
+                "{}, {} from {} to {} s: {}x the noise",
                 sensor.name,
                 stretch.name,
                 text(rounded(from, 4)),
@@ -30,33 +49,36 @@ pub(super) fn add(section: &mut Section, shown: &Shown<'_>, misfit: &[&[f64]]) {
         }
     }
     let rows = sensors.iter().map(|sensor| sensor.name.clone()).collect();
-    let map = Map { title: "Map of misfit".to_owned(), x: shown.time(), rows, cells };
-    section.map(&map, &shown.live("size of the misfit of each sensor over time".to_owned()));
+    let map = Map { title: title.to_owned(), x: shown.time(), rows, cells };
+    (map, shown.live(format!("{title}: size of the misfit of each sensor over time")))
+}
 
+fn by_phase(section: &mut Section, shown: &Shown<'_>, misfit: &[Vec<f64>]) {
     let mut kinds: Vec<&str> = Vec::new();
     for stretch in &shown.stretches {
         if !kinds.contains(&stretch.name.as_str()) {
             kinds.push(&stretch.name);
         }
     }
-    let row = |(sensor, misfit): (&crate::rig::Sensor, &&[f64])| {
+    let row = |(sensor, misfit): (&crate::rig::Sensor, &Vec<f64>)| {
         let cell = |kind: &&str| {
             let of_kind = shown.stretches.iter().filter(|stretch| stretch.name == *kind);
-            let all: Vec<f64> = of_kind.flat_map(|stretch| misfit[stretch.rows.clone()].iter().copied()).collect();
-            mean_size(&all).map_or(Cell::from("-"), |size| Cell::Shade(text(rounded(size, 3)), share(size)))
+            let parts = of_kind.filter_map(|stretch| misfit.get(stretch.rows.clone()));
+            let all: Vec<f64> = parts.flatten().copied().collect();
+            rms(&all).map_or(Cell::from("-"), |size| Cell::Shade(text(rounded(size, 3)), share(size)))
         };
         std::iter::once(Cell::from(sensor.name.clone())).chain(kinds.iter().map(cell)).collect()
     };
     let columns = std::iter::once(Column::text("sensor")).chain(kinds.iter().map(|kind| Column::text(*kind))).collect();
-    let caption = "Mean size of the misfit in standard deviations of what noise and tolerance allow; 0.8 is right, - has no sample";
-    section.table(Table::new(caption, columns, sensors.iter().zip(misfit).map(row).collect()));
+    let caption = "Misfit by phase, times the sensor noise; 1 is noise, - has no sample";
+    section.table(Table::new(caption, columns, shown.rig.sensors.iter().zip(misfit).map(row).collect()));
 }
 
-/// `None` where the fit has no sample.
-fn mean_size(misfit: &[f64]) -> Option<f64> {
-    let there = misfit.iter().filter(|r| is_there(**r));
+/// Root mean square; `None` where nothing was measured.
+fn rms(misfit: &[f64]) -> Option<f64> {
+    let there = misfit.iter().filter(|size| size.is_finite());
     let count = there.clone().count();
-    (count > 0).then(|| there.map(|r| r.abs()).sum::<f64>() / count as f64)
+    (count > 0).then(|| (there.map(|size| size * size).sum::<f64>() / count as f64).sqrt())
 }
 
 /// How dark a misfit is shown: equal ratios are equal steps.

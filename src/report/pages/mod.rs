@@ -10,7 +10,9 @@ pub mod history;
 pub mod improvement;
 pub mod isolability;
 pub mod learn;
+pub mod suggestion;
 
+mod bars;
 mod channels;
 mod misfit;
 mod missing;

@@ -175,7 +175,9 @@ impl Canvas {
                 let _ = match series.shape {
                     // A line of no length with round ends is a dot, in a fifth of the bytes of a circle.
                     Shape::Dots => write!(path, "M{px:.1} {py:.1}h0"),
-                    Shape::Line => write!(path, "{}{px:.1} {py:.1}", if row == 0 { 'M' } else { 'L' }),
+                    Shape::Line | Shape::Wide | Shape::Pale => {
+                        write!(path, "{}{px:.1} {py:.1}", if row == 0 { 'M' } else { 'L' })
+                    }
                 };
             }
         }

@@ -18,7 +18,7 @@ pub(super) const HIGH: f64 = 5_000.0;
 /// Ticks that an axis aims at.
 const TICKS: (f64, f64) = (super::TICK_COUNT, 4.0);
 /// Ticks of the x axis of a narrow one; `page.js` aims at as many.
-const NARROW: f64 = 4.0;
+pub(super) const NARROW: f64 = 4.0;
 /// Height of a chart that has none of its own, px.
 const HEIGHT: f64 = 200.0;
 
@@ -124,9 +124,12 @@ impl Chart {
         for (index, series) in named {
             let sample = match series.shape {
                 Shape::Dots => format!("<path class=\"dots {}\" d=\"M12 6h0\"/>", colour(series, index)),
-                Shape::Line => {
-                    format!("<path class=\"{}\"{} d=\"M0 6h24\"/>", colour(series, index), dashes(series, index))
-                }
+                Shape::Line | Shape::Wide | Shape::Pale => format!(
+                    "<path class=\"{}{}\"{} d=\"M0 6h24\"/>",
+                    shape(series),
+                    colour(series, index),
+                    dashes(series, index)
+                ),
             };
             put(
                 &mut out,
@@ -192,13 +195,15 @@ impl Chart {
             for piece in pieces(series) {
                 let on_grid: Vec<(f64, f64)> = piece.iter().map(|p| (x.at(p.0), y.at(height(p.1)))).collect();
                 match series.shape {
-                    Shape::Line => line.push_str(&path(&thin(&on_grid, (points / count).max(50), WIDE))),
+                    Shape::Line | Shape::Wide | Shape::Pale => {
+                        line.push_str(&path(&thin(&on_grid, (points / count).max(50), WIDE)))
+                    }
                     Shape::Dots => on_grid.iter().for_each(|(px, py)| {
                         let _ = write!(line, "M{px:.0} {py:.0}h0");
                     }),
                 }
             }
-            let class = if series.shape == Shape::Dots { "dots " } else { "" };
+            let class = shape(series);
             put(
                 out,
                 format_args!(
@@ -330,6 +335,16 @@ fn decades(low: f64, high: f64) -> Vec<(f64, String)> {
 
 fn colour(series: &Series, index: usize) -> String {
     format!("k{}", series.colour.unwrap_or(index) % PALETTE.len())
+}
+
+/// How the style calls the shape.
+fn shape(series: &Series) -> &'static str {
+    match series.shape {
+        Shape::Line => "",
+        Shape::Wide => "wide-line ",
+        Shape::Pale => "pale ",
+        Shape::Dots => "dots ",
+    }
 }
 
 fn dashes(series: &Series, index: usize) -> String {

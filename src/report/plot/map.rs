@@ -1,7 +1,7 @@
 //! A map: rows of fields along one axis, each as dark as what it stands for is large.
 
 use super::axis::Scale;
-use super::live::{self, Live, WIDE, percent, put};
+use super::live::{self, Live, NARROW, WIDE, percent, put};
 use super::{Axis, TICK_COUNT};
 use crate::report::escape;
 
@@ -35,7 +35,7 @@ impl Map {
     /// The map as a `<figure>` of a page; in the group of `live`, zoom and cursor are shared.
     pub fn live(&self, live: &Live) -> String {
         let ends = self.cells.iter().flat_map(|cell| [cell.from, cell.to]);
-        let x = Scale::new(&self.x, ends, (0.0, WIDE), WIDE / TICK_COUNT, false);
+        let x = Scale::new(&self.x, ends, (0.0, WIDE), WIDE / if live.narrow { NARROW } else { TICK_COUNT }, false);
         let count = self.rows.len().max(1) as f64;
         let mut out = String::new();
         live::open(&mut out, &self.title, &Axis::new("", ""), "", live);
@@ -44,11 +44,12 @@ impl Map {
             &mut out,
             format_args!(
                 "<svg class=\"live map\" role=\"img\" tabindex=\"0\" height=\"{:.0}\" data-group=\"{}\" data-x=\"{} {}\" \
-                 data-y=\"0 {count}\" data-fixed data-rows aria-label=\"{}\">\n<g class=\"grid\">",
+                 data-y=\"0 {count}\" data-fixed data-rows{} aria-label=\"{}\">\n<g class=\"grid\">",
                 ROW * count,
                 escape(&live.group),
                 live::short(from),
                 live::short(to),
+                if live.narrow { " data-narrow" } else { "" },
                 escape(&live.description)
             ),
         );

@@ -42,7 +42,9 @@ impl Room {
         for series in &chart.series {
             for piece in pieces(series) {
                 match series.shape {
-                    Shape::Line => drawn.extend(piece.windows(2).map(|pair| [on_grid(&pair[0]), on_grid(&pair[1])])),
+                    Shape::Line | Shape::Wide | Shape::Pale => {
+                        drawn.extend(piece.windows(2).map(|pair| [on_grid(&pair[0]), on_grid(&pair[1])]))
+                    }
                     Shape::Dots => drawn.extend(piece.iter().map(|point| [on_grid(point); 2])),
                 }
             }

@@ -154,6 +154,95 @@ fn every_page_is_whole_alone_and_small() {
     }
 }
 
+/// Ends of the axes of a chart of a page, and the points of one of its curves in the units of these.
+fn curve(html: &str, chart: &str, curve: usize) -> ((f64, f64), (f64, f64), Vec<(f64, f64)>) {
+    let figure = html
+        .split("<figure class=\"chart\"")
+        .find(|part| part.starts_with(&format!(" data-name=\"{chart}\"")))
+        .unwrap();
+    let ends = |name: &str| {
+        let text = figure.split(&format!("{name}=\"")).nth(1).unwrap().split('"').next().unwrap();
+        let ends: Vec<f64> = text.split(' ').map(|number| number.parse().unwrap()).collect();
+        (ends[0], ends[1])
+    };
+    let (x, y) = (ends(" data-x"), ends("data-y"));
+    let path = figure.split("<path ").find(|path| path.contains(&format!("data-curve=\"{curve}\" d="))).unwrap();
+    let path = path.split(" d=\"").nth(1).unwrap().split('"').next().unwrap();
+    let mut points = Vec::new();
+    for piece in path.split('M').filter(|piece| !piece.is_empty()) {
+        // Differences stand without a blank before a minus.
+        let spaced = piece.replace('l', " ").replace('-', " -");
+        let numbers: Vec<f64> = spaced.split_whitespace().map(|number| number.parse().unwrap()).collect();
+        let mut at = (0.0, 0.0);
+        for pair in numbers.chunks(2) {
+            at = (at.0 + pair[0], at.1 + pair[1]);
+            points.push((x.0 + at.0 / 1e4 * (x.1 - x.0), y.1 - at.1 / 5e3 * (y.1 - y.0)));
+        }
+    }
+    (x, y, points)
+}
+
+#[test]
+fn the_misfit_that_is_drawn_is_measured_minus_model_over_the_noise() {
+    let folder = tempfile::tempdir().unwrap();
+    let curves = folder.path().join("curves.csv");
+    ran(&words(&format!("compare {RIG} {LONG} --curves {}", text(&curves))));
+    let rows = fs::read_to_string(&curves).unwrap();
+    let mut rows = rows.lines();
+    let heads: Vec<&str> = rows.next().unwrap().split(',').collect();
+    let rows: Vec<Vec<f64>> =
+        rows.map(|row| row.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect()).collect();
+    let column = |name: &str| heads.iter().position(|head| head.starts_with(name)).unwrap();
+    let html = fs::read_to_string(&pages().paths["compare"]).unwrap();
+    for (sensor, noise) in [("p_P", 0.25), ("q_A", 0.03), ("x", 0.03)] {
+        let measured = column(&format!("{sensor}.measured"));
+        for (drawn, model) in ["model", "found"].into_iter().enumerate() {
+            let model = column(&format!("{sensor}.{model}"));
+            let samples: Vec<(f64, f64)> =
+                rows.iter().map(|row| (row[0], (row[measured] - row[model]) / noise)).collect();
+            let (x, y, points) = curve(&html, &format!("misfit of {sensor}"), drawn);
+            assert!(points.len() > 400, "{sensor}: {} points", points.len());
+            // A place of the grid to each side.
+            let grid = (1.01e-4 * (x.1 - x.0), 2.02e-4 * (y.1 - y.0));
+            for (time, misfit) in points {
+                let near = samples.iter().filter(|sample| (sample.0 - time).abs() <= grid.0);
+                assert!(
+                    near.clone().any(|sample| (sample.1 - misfit).abs() <= grid.1),
+                    "{sensor} at {time} s: {misfit} drawn, {:?}",
+                    near.collect::<Vec<_>>()
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_first_picture_of_what_is_missing_is_at_the_place_of_the_verdict() {
+    for verb in ["suggest", "improve"] {
+        let html = fs::read_to_string(&pages().paths[verb]).unwrap();
+        let section = html.split(">What is missing</h2>").nth(1).unwrap();
+        let first = section.split("data-name=\"").nth(1).unwrap();
+        assert!(first.starts_with("flow to the tank at A\""), "{verb}: {}", &first[..40]);
+    }
+    let html = fs::read_to_string(&pages().paths["suggest"]).unwrap();
+    // The law is a line through the origin, and the record asks for it.
+    let (_, y, law) = curve(&html, "flow to the tank at A", 1);
+    let (_, _, asked) = curve(&html, "flow to the tank at A", 0);
+    let middle = |points: &[(f64, f64)]| points[points.len() / 2];
+    let (law, asked) = (middle(&law), middle(&asked));
+    assert!(law.1 > 0.0 && (law.1 - asked.1).abs() < 0.1 * (y.1 - y.0), "{law:?} {asked:?}");
+}
+
+#[test]
+fn what_was_found_stands_before_the_circuit_and_the_circuit_before_the_curves() {
+    let html = fs::read_to_string(&pages().paths["diagnose"]).unwrap();
+    let place = |part: &str| html.find(part).unwrap_or_else(|| panic!("{part}"));
+    let order = ["<article class=\"finding alert\">", ">Circuit</h2>", "data-name=\"p_A\"", "<details"];
+    assert!(order.windows(2).all(|pair| place(pair[0]) < place(pair[1])), "{order:?}");
+    assert_eq!(html.matches("<article class=\"finding").count(), 3);
+    assert!(html.contains("<footer>borescope "));
+}
+
 #[test]
 fn a_page_is_the_same_every_time() {
     let folder = tempfile::tempdir().unwrap();

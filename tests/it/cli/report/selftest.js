@@ -50,6 +50,7 @@ const work = (svg) => {
 };
 
 addEventListener("load", () => {
+  document.querySelectorAll("details").forEach((fold) => { fold.open = true; });
   const live = [...document.querySelectorAll("svg.live")];
   live.forEach(work);
   told.drawings = document.querySelectorAll(".drawing > svg").length;
