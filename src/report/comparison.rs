@@ -4,7 +4,7 @@ use super::brief::wrapped;
 use super::learn::{named_fault, times};
 use super::table::{Head, aligned};
 use crate::finding::argument;
-use crate::learn::comparison::{ChannelComparison, Comparison, Earlier, MisfitPlace, PresentFault, WithFaults};
+use crate::learn::comparison::{ChannelComparison, Comparison, MisfitPlace, PresentFault, WithFaults};
 use crate::number::{rounded, text, with_unit};
 
 /// Error from which on a model that is adequate owes a word, times the sensor noise.
@@ -125,7 +125,7 @@ pub(super) fn next(comparison: &Comparison) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    
+
     fn channel(name: &str, times_noise: f64) -> ChannelComparison {
         ChannelComparison {
             name: name.to_owned(),

@@ -13,6 +13,7 @@ use super::table::aligned;
 use super::unknown::Rise;
 use crate::finding::argument;
 use crate::learn::comparison::MisfitPlace;
+use crate::learn::evaluated::Conclusion;
 use crate::learn::improve::{Improvement, ImprovementStep};
 use crate::learn::result::{EffectParameter, parameters};
 use crate::learn::separate::Experiment;

@@ -4,8 +4,8 @@ use super::brief::{ErrorRow, errors, wrapped};
 use super::learn::{conclusion_in_short, estimate, experiment, sits};
 use super::unknown::Rise;
 use crate::finding::argument;
-use crate::learn::result::{CandidateReport, SuggestionReport};
 use crate::learn::evaluated::Conclusion;
+use crate::learn::result::{CandidateReport, SuggestionReport};
 use crate::number::before_unit;
 
 /// Candidates that are shown, the best included.
