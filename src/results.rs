@@ -9,7 +9,8 @@ pub use crate::check::{
 };
 pub use crate::diagnosis::watch::{Episode, WatchedVerdict};
 pub use crate::diagnosis::{
-    ChannelReport, CommonCause, FaultReport, FitReport, Hypothesis, MissingEffect, UncertainReport,
+    ChannelReport, CommonCause, FaultReport, FitReport, FittedReport, Hypothesis, MissingEffect, ProfileReport,
+    UncertainReport,
 };
 pub use crate::estimation::Identifiable;
 #[cfg(feature = "store")]

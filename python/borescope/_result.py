@@ -180,6 +180,30 @@ class Diagnosis(Result):
         """The faults that are there."""
         return [fault for fault in self["faults"] if fault["present"]]
 
+    @property
+    def params(self) -> Table:
+        """What was fitted, by name: ``params["cylinder.clearance"].value``, ``.standard_error``, ``.unit``, ``.fault``."""
+        return Table(self._data["fit"]["parameters"])
+
+    @property
+    def correl(self) -> list[list[float]]:
+        """Correlation of ``params``, row by row in their order."""
+        return [list(row) for row in self._data["fit"]["correlation"]]
+
+    @property
+    def covar(self) -> list[list[float]]:
+        """Covariance of ``params``, row by row in their order and units."""
+        errors = [one["standard_error"] for one in self._data["fit"]["parameters"]]
+        return [
+            [share * errors[i] * errors[j] for j, share in enumerate(row)]
+            for i, row in enumerate(self._data["fit"]["correlation"])
+        ]
+
+    @property
+    def profiles(self) -> dict[str, list[tuple[float, float]]]:
+        """Of each fault that is present: values, and the rise of chi-square where it is held there."""
+        return {one["id"]: [(value, rise) for value, rise in one["points"]] for one in self._data["fit"]["profiles"]}
+
     def to_pandas(self) -> Any:
         """Every fault of the rig with ``fault``, ``value``, ``low``, ``high``, ``unit``, ``probability`` and more."""
         return self["faults"].to_pandas().rename(columns={"id": "fault"})

@@ -40,6 +40,12 @@ def test_a_diagnosis_is_that_of_the_command(tanks):
     ran = command("diagnose", TELESCOPIC, LEAK, "--format", "json")
     assert ran.returncode == 0, ran.stderr
     diagnosis = bs.Rig(TELESCOPIC).diagnose(LEAK)
+    clearance = diagnosis.params["cylinder.clearance"]
+    assert clearance.fault and abs(clearance.value - diagnosis.faults["cylinder.clearance"].value) < 1e-3
+    at = diagnosis.params.names().index("cylinder.clearance")
+    assert abs(diagnosis.covar[at][at] - clearance.standard_error**2) <= 1e-9 * clearance.standard_error**2
+    assert all(abs(row[i] - 1) < 1e-6 for i, row in enumerate(diagnosis.correl))
+    assert min(rise for _, rise in diagnosis.profiles["cylinder.clearance"]) == 0
     assert diagnosis.json == ran.stdout
     clearance = diagnosis.faults["cylinder.clearance"]
     assert diagnosis.verdict == "faulty" and clearance.present

@@ -1,6 +1,7 @@
 //! What is in a rig file and in a record, as the program understands them, and what is doubtful in the record.
 
 mod record;
+mod sense;
 
 use std::path::Path;
 

@@ -11,6 +11,7 @@ mod doubtful;
 pub mod estimate;
 pub(crate) mod events;
 pub mod expected;
+mod fitted;
 pub mod hypotheses;
 pub mod interval;
 pub mod noise;
@@ -33,6 +34,7 @@ use crate::residual::{self, Detection};
 use crate::rig::Rig;
 pub use common_cause::CommonCause;
 use estimate::Estimate;
+pub use fitted::{FittedReport, ProfileReport};
 pub use hypotheses::Hypothesis;
 use problem::over_sensors;
 pub use result::{ChannelReport, Diagnosis, FaultReport, FitReport, MissingEffect, SCHEMA, UncertainReport, Verdict};
@@ -216,6 +218,7 @@ pub fn diagnose_from(
     let id = |fault: usize| rig.fault_id(fault).to_owned();
     let measured = channels.iter().map(|channel| (channel.samples > 0).then_some(channel.times_noise));
     let groups = hypotheses::ambiguity(isolation, case.faults());
+    let (parameters, correlation) = fitted::fitted(&estimate);
     let diagnosis = Diagnosis {
         schema: SCHEMA,
         rig: rig.path.display().to_string(),
@@ -234,6 +237,9 @@ pub fn diagnose_from(
             iterations: isolation.rounds,
             solves: case.full.solves(),
             stopped_because: isolation.stopped.to_string(),
+            parameters,
+            correlation,
+            profiles: fitted::profiles(&estimate, &faults, &intervals),
         },
         channels,
         uncertain: summary::uncertain(&estimate),

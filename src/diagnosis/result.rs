@@ -1,5 +1,6 @@
 //! The diagnosis as programs read it (`borescope.diagnosis/1`) and writers print it.
 
+use super::fitted::{FittedReport, ProfileReport};
 use serde::{Serialize, Serializer};
 
 use super::common_cause::CommonCause;
@@ -142,6 +143,12 @@ pub struct FitReport {
     pub solves: u64,
     /// What ended the search, in words.
     pub stopped_because: String,
+    /// Present faults and uncertain parameters, as fitted, in the order of `correlation`.
+    pub parameters: Vec<FittedReport>,
+    /// Correlation of `parameters`, row by row.
+    pub correlation: Vec<Vec<f64>>,
+    /// Profile likelihood of each fault that is present.
+    pub profiles: Vec<ProfileReport>,
 }
 
 /// Physics that the model lacks, beside which the faults of a diagnosis were found.

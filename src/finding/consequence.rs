@@ -189,6 +189,9 @@ impl Runs<'_> {
         let start = time[rows.start];
         let change = time[a] - time[b];
         let when = if change > 0.0 { "later" } else { "earlier" };
+        // Which of the two ends: of one stroke it may be late, of the other early.
+        let unit = self.rig.sensor_unit(sensor);
+        let end = with_unit(rounded(in_unit(without[rows.end - 1], &unit), 3), &unit.symbol);
         Some(Consequence {
             sensor: sensor.name.clone(),
             measure: Measure::TravelTime,
@@ -199,7 +202,7 @@ impl Runs<'_> {
             from_s: rounded(start, DIGITS),
             to_s: rounded(time[rows.end - 1], DIGITS),
             times_noise: rounded(gap / sensor.noise, DIGITS),
-            text: format!("{} reaches its end position {} s {when}", sensor.name, figure(change)),
+            text: format!("{} reaches {end} {} s {when}", sensor.name, figure(change)),
         })
     }
 }

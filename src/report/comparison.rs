@@ -174,20 +174,26 @@ mod tests {
         let before = Some(Earlier::of(&comparison(51.2)));
         let page = brief(&Comparison { with_faults: Some(with_faults), before, ..comparison(44.7) });
         let lines: Vec<&str> = page.lines().collect();
-        assert_eq!(lines[0], "MISFIT: your model does not explain the record, 45x the sensor noise.");
-        assert_eq!(lines[1], "With the faults that explain it best, 1x the sensor noise:");
-        assert_eq!(lines[2], "  cylinder.clearance 0.2003 mm (new: 0 mm)");
-        assert_eq!(lines[3], "51x the sensor noise before (rig.toml).");
-        assert_eq!(lines[6].split_whitespace().collect::<Vec<_>>(), ["p_A", "11.2", "bar", "45", "1", "51", "NO"]);
-        assert_eq!(lines[8], "Next: borescope diagnose rig.toml record.csv");
+        assert_eq!(lines[0], "MISFIT: your model does not explain the record, 45x the sensor noise; with the");
+        assert_eq!(lines[1], "  faults below it does.");
+        assert_eq!(lines[2], "With the faults that explain it best, 1x the sensor noise:");
+        assert_eq!(lines[3], "  cylinder.clearance 0.2003 mm (new: 0 mm)");
+        assert_eq!(lines[4], "Before (rig.toml): 51x the sensor noise.");
+        let row: Vec<&str> = lines[7].split_whitespace().collect();
+        assert_eq!(row, ["p_A", "11.2", "bar", "45", "1", "51", "with", "faults"]);
+        assert_eq!(lines[9], "Next: borescope diagnose rig.toml record.csv");
         assert!(lines.iter().all(|line| line.len() <= 80), "{page}");
     }
 
     #[test]
     fn what_no_fault_explains_leads_to_the_missing_effect() {
         assert!(
-            brief(&comparison(3.0)).ends_with("Next: borescope suggest rig.toml record.csv --check ANOTHER_RECORD\n")
+            brief(&comparison(3.0)).contains("\nNext: borescope suggest rig.toml record.csv --check ANOTHER_RECORD\n")
         );
+        // More than the noise and yet adequate: the reader is told why.
+        let above = brief(&Comparison { adequate: true, ..comparison(2.1) });
+        let above = above.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(above.contains("2.1x the sensor noise. More than 1x is within"), "{above}");
         assert!(brief(&comparison(1.0)).starts_with("ADEQUATE: your model explains the record, 1x the sensor noise."));
     }
 }

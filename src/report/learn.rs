@@ -82,9 +82,9 @@ pub(crate) fn times(times_noise: f64) -> String {
 /// The comparison in one line: the faults that explain a record, or where its misfit is.
 pub(crate) fn comparison_headline(comparison: &Comparison) -> String {
     let Some(place) = &comparison.place else {
-        return "ADEQUATE: the healthy model explains the record within noise and tolerance.".to_owned();
+        return "ADEQUATE: your model explains the record within noise and tolerance.".to_owned();
     };
-    let misfit = format!("MISFIT: the healthy model does not explain the record, {}", times(comparison.times_noise));
+    let misfit = format!("MISFIT: your model does not explain the record, {}", times(comparison.times_noise));
     match comparison.with_faults.as_ref().filter(|with| with.adequate) {
         None => format!("{misfit}. {}", sits(place)),
         Some(with) => {

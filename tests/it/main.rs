@@ -44,6 +44,7 @@ mod cli {
     mod damaged_inputs;
     mod desk;
     mod diagnose;
+    mod fitted;
     mod fleet;
     #[cfg(unix)]
     mod interrupt;

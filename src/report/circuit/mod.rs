@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn every_rig_is_drawn_with_nothing_upon_another() {
-        for name in ["telescopic", "press", "two_tanks", "cascaded_tanks"] {
+        for name in ["telescopic", "press", "two_tanks", "cascaded_tanks", "own_filter"] {
             let rig = Rig::read(format!("fixtures/{name}/rig.toml")).unwrap();
             let layout = layout(&rig, &|component| rig.components[component].name.len());
             let shown = rig.components.iter().filter(|component| symbol::of(component.card).has_place()).count();
@@ -276,6 +276,21 @@ mod tests {
                 assert!(drawn.contains(&format!(">{}</text>", sensor.name)), "{name}: {}", sensor.name);
             }
             assert_eq!(drawn, svg(&rig, &[]));
+        }
+    }
+
+    #[test]
+    fn a_long_name_does_not_reach_the_next_symbol() {
+        let mut rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
+        rig.give_effect(&rig.placed("external-leakage@A").unwrap(), &[]).unwrap();
+        let layout = layout(&rig, &|component| rig.components[component].name.len());
+        for a in layout.placed.iter().filter(|placed| placed.symbol != Symbol::Cylinder) {
+            let end = a.x + a.symbol.half_width() + 12.0 + 7.0 * rig.components[a.component].name.len() as f64;
+            let next = layout.placed.iter().filter(|b| b.y == a.y && b.x > a.x);
+            for b in next {
+                let name = &rig.components[a.component].name;
+                assert!(end <= b.x - b.symbol.left(), "{name}: {end}, next symbol at {}", b.x);
+            }
         }
     }
 

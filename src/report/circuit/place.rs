@@ -16,6 +16,9 @@ const COLUMN: f64 = 150.0;
 /// Width of a letter of a name, and what stands between a name and the next symbol, px.
 const LETTER: f64 = 7.2;
 const BESIDE: f64 = 60.0;
+/// What stands between a symbol and its name, and between a name and the next symbol, px.
+const NAME: f64 = 12.0;
+const GAP: f64 = 14.0;
 /// Distance of cylinders.
 const APART: f64 = 380.0;
 /// How far nodes of one level keep apart.
@@ -80,22 +83,44 @@ pub(super) fn layout(rig: &Rig, letters: &dyn Fn(usize) -> usize) -> Layout {
             symbol::of(component.card).half_width().max(25.0) + (name + BESIDE).max(COLUMN - 25.0)
         });
         let lying = spine.iter().all(|&one| symbol::of(rig.components[one].card) == Symbol::Cylinder);
+        // A name stands to the right of its symbol, so a long one takes more than a column.
+        let step = |from: usize, to: usize| {
+            let (from_symbol, to_symbol) = (symbol::of(rig.components[from].card), symbol::of(rig.components[to].card));
+            let name = LETTER * letters(from) as f64;
+            (from_symbol.half_width() + NAME + name + GAP + to_symbol.left()).max(COLUMN)
+        };
+        let mut x = 0.0;
         for (number, &component) in spine.iter().enumerate() {
-            let x = match number {
+            x = match number {
                 _ if lying => APART * number as f64,
                 0 => 0.0,
-                _ => first + COLUMN * (number - 1) as f64,
+                1 => first.max(step(spine[0], component)),
+                _ => x + step(spine[number - 1], component),
             };
             placed.push(plan.placed(component, x, y));
         }
-        let beside = spine.len().saturating_sub(1) as f64 * COLUMN;
+        let mut before = spine.last().copied();
+        let mut x = if spine.len() > 1 { x } else { 0.0 };
         for (number, &component) in right.iter().enumerate() {
-            placed.push(plan.placed(component, first + beside + COLUMN * number as f64, y));
+            x = match before {
+                _ if number == 0 && lying => first,
+                Some(before) if number > 0 || spine.len() > 1 => x + step(before, component),
+                Some(before) => first.max(step(before, component)),
+                None => first,
+            };
+            before = Some(component);
+            placed.push(plan.placed(component, x, y));
         }
+        let mut x = 0.0;
         for (number, &component) in left.iter().enumerate() {
-            placed.push(plan.placed(component, -first - COLUMN * number as f64, y));
+            x = match number {
+                0 => -spine.first().map_or(first, |&spine| first.max(step(component, spine))),
+                _ => x - step(component, left[number - 1]),
+            };
+            placed.push(plan.placed(component, x, y));
         }
     }
+    let lines = plan.apart(&placed, lines);
     Layout { placed, lines }
 }
 
@@ -175,6 +200,28 @@ impl<'a> Plan<'a> {
                 .filter(|other| self.levels[other] == level && self.sides[other] == self.sides[&node])
                 .count();
             lines.insert(node, self.level(level) + ASIDE * alike as f64);
+        }
+        lines
+    }
+
+    /// Heights at which no two lines of a level lie upon another, once it is known how far each reaches.
+    fn apart(&self, placed: &[Placed], mut lines: BTreeMap<usize, f64>) -> BTreeMap<usize, f64> {
+        let reach = |node: usize| {
+            let ends = placed.iter().flat_map(|one| &one.ends).filter(|end| end.1 == node).map(|end| end.2);
+            ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+        };
+        let mut taken: Vec<(f64, (f64, f64))> = Vec::new();
+        for (&node, height) in &mut lines {
+            let own = reach(node);
+            let meets = |height: f64, taken: &[(f64, (f64, f64))]| {
+                taken.iter().any(|(other, ends)| {
+                    (other - height).abs() < 0.5 * ASIDE && ends.0 <= own.1 + 1.0 && own.0 <= ends.1 + 1.0
+                })
+            };
+            while meets(*height, &taken) {
+                *height += ASIDE;
+            }
+            taken.push((*height, own));
         }
         lines
     }

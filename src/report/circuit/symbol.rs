@@ -55,6 +55,8 @@ impl Symbol {
             Self::PilotCheckValve => &[(0.0, 30.0), (0.0, -30.0), (-24.0, 0.0)],
             Self::DirectionalValve => &[(-10.0, 30.0), (10.0, 30.0), (-10.0, -30.0), (10.0, -30.0)],
             Self::Cylinder => &[(-48.0, 30.0), (48.0, 30.0)],
+            // The case drains beside the circle.
+            Self::Motor => &[(0.0, 30.0), (0.0, -30.0), (-40.0, 10.0)],
             Self::Vessel => &[(0.0, 34.0)],
             Self::Accumulator => &[(0.0, 30.0)],
             // Those that formulas add to two stand at the sides.
@@ -113,7 +115,7 @@ impl Symbol {
                     + "<circle cx=\"20\" cy=\"-2\" r=\"6\"/>"
             }
             Self::Filter => line("M0-18L18 0 0 18-18 0zM0-18V-30M0 18V30") + "<path class=\"pilot\" d=\"M-18 0H18\"/>",
-            Self::Motor => "<circle r=\"22\"/>".to_owned() + &line("M0-22V-30M0 22V30M22-3H34M22 3H34") + &full("M0 8L-8 21H8z"),
+            Self::Motor => "<circle r=\"22\"/>".to_owned() + &line("M0-22V-30M0 22V30M22-3H34M22 3H34M-20 10H-40") + &full("M0 8L-8 21H8z"),
             Self::Orifice => line(THROUGH) + &line("M-13-9L-3 0-13 9M13-9L3 0 13 9"),
             Self::FreeOutlet => line("M0 30V-8") + &line("M-13-9L-3 0-13 9M13-9L3 0 13 9") + "<path class=\"pilot\" d=\"M0-8V-30\"/>",
             Self::Cylinder => {

@@ -43,30 +43,33 @@ pub(super) fn section(
         found.rig.effects.iter().filter(|effect| base.rig.effects.iter().all(|old| old.id != effect.id)).collect();
     // A model that cannot be solved without the effect has no picture.
     let Ok(without) = taken_out(base, found, &new, record) else { return Ok(None) };
-    let all = match weakened(found, &new, record) {
+    let weaker = weakened(found, &new, record);
+    let weak = weaker.is_some();
+    let all = match weaker {
         // The curve of the record is what the law was weakened by, and what the record asks for beside it.
-        Some(weak) => missing(&weak, record, Some(&found.fit))?.into_iter().map(whole).collect(),
+        Some(weak) => missing(&weak, record, Some(&found.fit))?.into_iter().map(whole).collect::<Vec<_>>(),
         None => missing(&without, record, Some(&found.fit))?,
     };
-    let mut section = Section::new("What is missing");
-    section.paragraph(format!(
-        "The model that was found, with {name} taken out of it and everything else as it was fitted: what the record asks for in its \
-         place. Line and 95 % band: from the record, as a curve without a formula. Dashed: the law that was found."
-    ));
     let is_of_verdict = |one: &&Missing| new.iter().any(|effect| is_at(effect, one));
     let first: Vec<&Missing> = all.iter().filter(is_of_verdict).filter(|one| one.curve.len() > 1).collect();
     let most = first.iter().map(|one| one.explains).fold(0.0, f64::max);
     let first: Vec<&Missing> = first.into_iter().filter(|one| one.explains >= 0.5 * most).take(MOST).collect();
-    let charts: Vec<(Chart, Live)> = first.iter().map(|one| chart(one, Some(name))).collect();
+    let charts: Vec<(Chart, Live)> = first.iter().map(|one| chart(one, Some(name), weak)).collect();
     // A law that no curve stands for is shown by what it changes.
     let law = if charts.is_empty() { law(&without, found, record) } else { None };
     if charts.is_empty() && law.is_none() {
         return Ok(None);
     }
+    let mut section = Section::new("What is missing");
+    section.paragraph(format!(
+        "The model that was found, with {name} taken out of it and everything else as it was fitted: what the record asks for in its \
+         place. {}",
+        if charts.is_empty() { CHANGES } else { CURVES }
+    ));
     let charts: Vec<(Chart, Live)> = charts.into_iter().chain(law).collect();
     section.side_by_side(&charts);
     let others = all.iter().filter(|one| !is_of_verdict(one) && one.explains >= LEAST && one.curve.len() > 1);
-    let others: Vec<(Chart, Live)> = others.take(MOST).map(|one| chart(one, Some(name))).collect();
+    let others: Vec<(Chart, Live)> = others.take(MOST).map(|one| chart(one, Some(name), weak)).collect();
     if !others.is_empty() {
         let mut elsewhere = Section::new("");
         elsewhere.paragraph("Flows and forces at other places may explain a part of the same misfit.");
@@ -90,7 +93,7 @@ fn without_effect(base: &FittedModel, record: &Record) -> Result<Option<Section>
          estimated to first order beside everything that is fitted, with its 95 % band. A straight line through the origin is a resistance, \
          a step at standstill friction; zero all along is nothing missing. What fitted faults stand in for is not in it: look at the form.",
     );
-    let charts: Vec<(Chart, Live)> = shown.into_iter().map(|one| chart(one, None)).collect();
+    let charts: Vec<(Chart, Live)> = shown.into_iter().map(|one| chart(one, None, false)).collect();
     section.side_by_side(&charts);
     Ok(Some(section))
 }
@@ -146,6 +149,11 @@ fn whole(mut one: Missing) -> Missing {
     one
 }
 
+/// What two kinds of pictures show.
+const CURVES: &str =
+    "Line and 95 % band: from the record, as a curve without a formula. Dashed: the law that was found.";
+const CHANGES: &str = "No curve stands for such a law, so the picture shows what it changes, versus the reading on which the change depends most.";
+
 /// Whether a curve without a formula could take the place of an effect: what it does, at its place.
 fn is_at(effect: &InstalledEffect, missing: &Missing) -> bool {
     let (kind, place) = effect.id.split_once('@').unwrap_or((&effect.id, ""));
@@ -168,8 +176,10 @@ fn law(without: &FittedModel, found: &FittedModel, record: &Record) -> Option<(C
     let sensors = 0..before.len().min(after.len()).min(rig.sensors.len());
     let index = sensors.clone().max_by(|&a, &b| size(a).total_cmp(&size(b)))?;
     let changed = change(index);
+    // A single sensor is shown versus itself.
     let over = sensors
-        .filter(|&other| other != index)
+        .clone()
+        .filter(|&other| other != index || sensors.len() == 1)
         .max_by(|&a, &b| determined(&after[a], &changed).total_cmp(&determined(&after[b], &changed)))?;
     let (sensor, state) = (&rig.sensors[index], &rig.sensors[over]);
     let (unit, x_unit) = (rig.sensor_unit(sensor), rig.sensor_unit(state));
@@ -213,14 +223,12 @@ fn determined(state: &[f64], change: &[f64]) -> f64 {
     if all > 0.0 { 1.0 - within / all } else { 0.0 }
 }
 
-fn chart(one: &Missing, found: Option<&str>) -> (Chart, Live) {
-    let share = text(rounded(100.0 * one.explains, 2));
+fn chart(one: &Missing, found: Option<&str>, weak: bool) -> (Chart, Live) {
+    // Beside most of the law its share says nothing.
+    let share = if weak { String::new() } else { format!(", explains {} %", text(rounded(100.0 * one.explains, 2))) };
     let mut series = vec![
-        Series::line(
-            format!("asked for by the record, explains {share} %"),
-            one.curve.iter().map(|at| (at.0, at.1)).collect(),
-        )
-        .styled(YOURS.0, 0),
+        Series::line(format!("asked for by the record{share}"), one.curve.iter().map(|at| (at.0, at.1)).collect())
+            .styled(YOURS.0, 0),
     ];
     series.extend(
         found
@@ -233,6 +241,6 @@ fn chart(one: &Missing, found: Option<&str>) -> (Chart, Live) {
     let points = one.curve.iter().map(|&(x, y, half)| (x, y - half, y + half)).collect();
     chart.envelopes.push(Envelope { name: "95 %".to_owned(), points, colour: YOURS.0 });
     chart.rules.push(Rule::Horizontal { y: 0.0, label: String::new() });
-    let told = format!("{title} versus {}: explains {share} % of the misfit", one.over.name);
+    let told = format!("{title} versus {}{share}", one.over.name);
     (chart, Live::new("", told))
 }

@@ -147,8 +147,7 @@ fn old_and_new_stand_side_by_side_and_curves_hold_what_was_said() {
     let text = borescope(["compare", &new, &record, "--before", &old]);
     assert!(text.out.starts_with("ADEQUATE: your model explains the record"), "{}", text.out);
     assert!(
-        text.out.contains("x the sensor noise before")
-            && text.out.lines().all(|line| line.len() <= 80 || line.contains('/')),
+        text.out.contains("Before (") && text.out.lines().all(|line| line.len() <= 80 || line.contains('/')),
         "{}",
         text.out
     );

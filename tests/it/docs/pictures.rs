@@ -41,14 +41,8 @@ const PICTURES: [Picture; 8] = [
     Picture { file: "report-profiles.png", page: "diagnose", size: (1200, 820), dark: false, shown: "only('.beside')" },
     Picture { file: "report-zoom.png", page: "diagnose", size: (1000, 800), dark: false, shown: "zoomed()" },
     Picture { file: "report-phone.png", page: "diagnose", size: (400, 900), dark: true, shown: "zoomed()" },
-    Picture {
-        file: "report-compare.png",
-        page: "compare",
-        size: (1000, 340),
-        dark: false,
-        shown: "only(figure('Map of misfit'))",
-    },
-    Picture { file: "report-missing.png", page: "suggest", size: (1200, 420), dark: false, shown: "only('.beside')" },
+    Picture { file: "report-compare.png", page: "compare", size: (1200, 330), dark: false, shown: "only('.beside')" },
+    Picture { file: "report-missing.png", page: "suggest", size: (1200, 330), dark: false, shown: "only('.beside')" },
     Picture { file: "report-history.png", page: "history", size: (1240, 770), dark: false, shown: "only('main')" },
     Picture { file: "report-campaign.png", page: "campaign", size: (1220, 1060), dark: false, shown: "" },
 ];

@@ -1,0 +1,78 @@
+//! Readings that the machine cannot give: more travel than the stroke, less pressure than vacuum.
+
+use crate::number::{difference_in_unit, in_unit, rounded, with_unit};
+use crate::record::Record;
+use crate::rig::{Quantity, Rig, Sensor, Target};
+
+/// Share of the stroke by which the travel may exceed it: offset and gain of a sensor are not yet fitted.
+const TRAVEL: f64 = 1.1;
+/// Gauge pressure of vacuum, Pa.
+const VACUUM: f64 = -101_325.0;
+/// Share of the samples that may lie below: a shock reads as anything.
+const SHOCKS: f64 = 0.01;
+/// Standard deviations of the noise that a reading may be off.
+const OFF: f64 = 6.0;
+
+/// What no sensor of this machine can read, each in words with what it may be.
+pub(super) fn senseless(rig: &Rig, record: &Record) -> Vec<String> {
+    rig.sensors.iter().filter_map(|sensor| beyond(rig, record, sensor)).collect()
+}
+
+fn beyond(rig: &Rig, record: &Record, sensor: &Sensor) -> Option<String> {
+    let channel = rig.sensor_column(record, sensor).ok()?;
+    let mut values: Vec<f64> = channel.values.iter().copied().filter(|value| value.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    let (low, high) = (values.first()?, values.last()?);
+    let unit = rig.sensor_unit(sensor);
+    match (sensor.quantity, sensor.target) {
+        (Quantity::Position, Target::Node(node)) => {
+            let cylinder =
+                rig.components.iter().find(|one| one.card.kind == "cylinder" && one.ports.contains(&node))?;
+            let stroke = rig.parameters[rig.parameter(&format!("{}.stroke", cylinder.name))?].value;
+            let said = |si: f64| with_unit(rounded(difference_in_unit(si, &unit), 4), &unit.symbol);
+            (high - low > TRAVEL * stroke + 2.0 * OFF * sensor.noise).then(|| {
+                format!(
+                    "`{}` moves by {}, where `{}` has a stroke of {}: is it another column, unit or `scale`?",
+                    sensor.column,
+                    said(high - low),
+                    cylinder.name,
+                    said(stroke)
+                )
+            })
+        }
+        (Quantity::Pressure, _) => {
+            let usual = *values.get((SHOCKS * values.len() as f64) as usize)?;
+            (usual < VACUUM - OFF * sensor.noise).then(|| {
+                format!(
+                    "`{}` falls to {}, below vacuum (-1.013 bar over the atmosphere): is it another column, or does its zero need a `scale`?",
+                    sensor.column,
+                    with_unit(rounded(in_unit(usual, &unit), 3), &unit.symbol)
+                )
+            })
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_that_were_mixed_up_are_told() {
+        let rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
+        let record = rig.record("fixtures/telescopic/healthy_1.csv").unwrap();
+        assert_eq!(senseless(&rig, &record), [""; 0]);
+        let mut wrong = record.clone();
+        for channel in &mut wrong.channels {
+            match channel.name.as_str() {
+                "x" => channel.values.iter_mut().for_each(|value| *value *= 10.0),
+                "p_A" => channel.values.iter_mut().for_each(|value| *value -= 60e5),
+                _ => {}
+            }
+        }
+        let told = senseless(&rig, &wrong);
+        assert_eq!(told.len(), 2, "{told:?}");
+        assert!(told[0].starts_with("`p_A` falls to -") && told[1].ends_with("is it another column, unit or `scale`?"));
+    }
+}
