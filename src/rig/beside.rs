@@ -1,12 +1,19 @@
 //! Files that a rig file names by their path from its own folder: what they held, and how they are named from another folder.
 
+#[cfg(feature = "cli")]
 use std::fs;
-use std::path::{Component, Path, PathBuf};
+use std::path::PathBuf;
+#[cfg(feature = "cli")]
+use std::path::{Component, Path};
 
+#[cfg(feature = "cli")]
 use toml_edit::{Item, Value};
 
+#[cfg(feature = "cli")]
 use super::{Rig, document};
+#[cfg(feature = "cli")]
 use crate::complaint::{Complaint, Kind, Place};
+#[cfg(feature = "cli")]
 use crate::files;
 
 /// A file beside the rig file that was read with it.
@@ -18,9 +25,9 @@ pub(crate) struct Beside {
     pub digest: String,
 }
 
+#[cfg(feature = "cli")]
 impl Rig {
     /// What tells this rig file from others: the digest of its own text, and where it names other files, of these too.
-    #[cfg(feature = "cli")]
     pub(crate) fn digest(&self, own: String) -> String {
         if self.beside.is_empty() {
             return own;
@@ -74,12 +81,14 @@ impl Rig {
     }
 }
 
+#[cfg(feature = "cli")]
 fn folder(path: &Path) -> &Path {
     let folder = path.parent().unwrap_or(Path::new(""));
     if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }
 
 /// How a file that `from` names is named from the folder `to`; both folders without links.
+#[cfg(feature = "cli")]
 fn between(to: &Path, from: &Path, name: &Path) -> Option<String> {
     // The folder of a file that is named may be behind a link, which `..` would not come back over.
     let whole = from.join(name);
@@ -98,7 +107,7 @@ fn between(to: &Path, from: &Path, name: &Path) -> Option<String> {
     parts.map(|parts| parts.join("/"))
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "cli"))]
 mod tests {
     use super::*;
 
