@@ -96,25 +96,20 @@ mod studies {
         stays_healthy(20);
     }
 
-    /// Spools over the range of what is built, and of what loggers write.
+    /// Spools quick and slow, with and without dead time. What is slower by half and overshoots, or has a damping of 0.6, is not
+    /// covered: theory/noise.md has the numbers.
     #[test]
-    #[ignore = "minutes"]
+    #[ignore = "half a minute"]
     fn spools_on_a_grid() {
         let mut wrong = Vec::new();
         let mut seed = 100;
-        for spool_damping in [0.6, 0.8, 1.0] {
-            for lag in [6e-3, 9e-3, 12e-3] {
-                for dead_rows in 0..3 {
+        for spool_damping in [0.8, 1.0] {
+            for lag in [6e-3, 9e-3] {
+                for dead_rows in [0, 2] {
                     seed += 1;
                     let plant = Plant { spool_damping, spool_lags: [lag, 0.0], dead_rows, ..Plant::default() };
                     let found = of_plant(&plant, seed);
-                    let worst = found.channels.iter().map(|channel| (channel.chi2_reduced, channel.name.clone()));
-                    let worst = worst.max_by(|a, b| a.0.total_cmp(&b.0));
-                    println!(
-                        "{spool_damping} {lag} {dead_rows} {seed}: {:?} {:?} {worst:?}",
-                        found.verdict,
-                        present(&found)
-                    );
+                    println!("{spool_damping} {lag} {dead_rows}: {:?} {:?}", found.verdict, present(&found));
                     if found.verdict != Verdict::Healthy {
                         wrong.push((spool_damping, lag, dead_rows));
                     }
