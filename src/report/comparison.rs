@@ -69,7 +69,7 @@ fn located(place: &MisfitPlace) -> Vec<String> {
 }
 
 fn explained_by(with_faults: &WithFaults) -> Vec<String> {
-    let enough = if with_faults.adequate { "" } else { ", which is not enough" };
+    let enough = if with_faults.adequate { "" } else { "; not enough" };
     let mut lines = vec![format!("With the faults that explain it best, {}{enough}:", times(with_faults.times_noise))];
     lines.extend(with_faults.faults.iter().map(fault));
     lines
