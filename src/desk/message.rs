@@ -181,7 +181,7 @@ impl Desk {
                 done: running.done,
                 of: running.of,
             }),
-            found: self.found.as_ref().map(|found| found_message(found)),
+            found: self.found.as_ref().map(found_message),
             judged: self.judged.as_ref().map(|judged| JudgedMessage {
                 headlines: std::iter::once(&judged.fit)
                     .chain(&judged.check)

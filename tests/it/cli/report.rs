@@ -154,8 +154,11 @@ fn every_page_is_whole_alone_and_small() {
     }
 }
 
+/// Ends of an axis.
+type Ends = (f64, f64);
+
 /// Ends of the axes of a chart of a page, and the points of one of its curves in the units of these.
-fn curve(html: &str, chart: &str, curve: usize) -> ((f64, f64), (f64, f64), Vec<(f64, f64)>) {
+fn curve(html: &str, chart: &str, curve: usize) -> ([Ends; 2], Vec<(f64, f64)>) {
     let figure = html
         .split("<figure class=\"chart\"")
         .find(|part| part.starts_with(&format!(" data-name=\"{chart}\"")))
@@ -179,7 +182,7 @@ fn curve(html: &str, chart: &str, curve: usize) -> ((f64, f64), (f64, f64), Vec<
             points.push((x.0 + at.0 / 1e4 * (x.1 - x.0), y.1 - at.1 / 5e3 * (y.1 - y.0)));
         }
     }
-    (x, y, points)
+    ([x, y], points)
 }
 
 #[test]
@@ -200,7 +203,7 @@ fn the_misfit_that_is_drawn_is_measured_minus_model_over_the_noise() {
             let model = column(&format!("{sensor}.{model}"));
             let samples: Vec<(f64, f64)> =
                 rows.iter().map(|row| (row[0], (row[measured] - row[model]) / noise)).collect();
-            let (x, y, points) = curve(&html, &format!("misfit of {sensor}"), drawn);
+            let ([x, y], points) = curve(&html, &format!("misfit of {sensor}"), drawn);
             assert!(points.len() > 400, "{sensor}: {} points", points.len());
             // A place of the grid to each side.
             let grid = (1.01e-4 * (x.1 - x.0), 2.02e-4 * (y.1 - y.0));
@@ -226,8 +229,8 @@ fn the_first_picture_of_what_is_missing_is_at_the_place_of_the_verdict() {
     }
     let html = fs::read_to_string(&pages().paths["suggest"]).unwrap();
     // The law is a line through the origin, and the record asks for it.
-    let (_, y, law) = curve(&html, "flow to the tank at A", 1);
-    let (_, _, asked) = curve(&html, "flow to the tank at A", 0);
+    let ([_, y], law) = curve(&html, "flow to the tank at A", 1);
+    let (_, asked) = curve(&html, "flow to the tank at A", 0);
     let middle = |points: &[(f64, f64)]| points[points.len() / 2];
     let (law, asked) = (middle(&law), middle(&asked));
     assert!(law.1 > 0.0 && (law.1 - asked.1).abs() < 0.1 * (y.1 - y.0), "{law:?} {asked:?}");
