@@ -125,6 +125,7 @@ pub(super) fn next(comparison: &Comparison) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::learn::comparison::Earlier;
 
     fn channel(name: &str, times_noise: f64) -> ChannelComparison {
         ChannelComparison {

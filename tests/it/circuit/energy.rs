@@ -93,7 +93,7 @@ fn taken(card: &Card, seen: &PortVariables<f64>, answers: &PortFlows<f64>) -> (f
 /// Power that the end stops of a cylinder store as springs, W.
 fn stored_in_stops(card: &Card, parameters: &[f64], seen: &PortVariables<f64>) -> f64 {
     let (stroke, stiffness) = (parameters[named(card, "stroke")], parameters[named(card, "stop_stiffness")]);
-    let [.., position, speed, _] = seen.z;
+    let [_, _, position, speed, ..] = seen.z;
     stiffness * ((position - stroke).max(0.0) + position.min(0.0)) * speed
 }
 

@@ -21,7 +21,7 @@ fn case(what: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Case {
 /// The small record with one text in the place of another.
 fn texts() -> Vec<Case> {
     let replaced: &[(&str, &str)] = &[
-        ("time [s]", "t [s]"),
+        ("time [s]", "t [bar]"),
         ("time [s]", "time"),
         ("time [s]", "time [bar]"),
         ("time [s]", "time []"),
