@@ -147,13 +147,14 @@ pub(super) fn isolate_from(
         };
         let gained = case.cost(set, &local.misfit, &local.theta) - best.cost;
         let stays = set == centre && gained < SETTLED;
-        if stays && rounds < most_rounds {
-            if let Some((set, point)) = overtaking(case, around, &mut weighed, reached) {
-                damping = point.damping;
-                local = case.local_model(&point.theta)?;
-                centre = set;
-                continue;
-            }
+        if stays
+            && rounds < most_rounds
+            && let Some((set, point)) = overtaking(case, around, &mut weighed, reached)
+        {
+            damping = point.damping;
+            local = case.local_model(&point.theta)?;
+            centre = set;
+            continue;
         }
         if stays || rounds >= most_rounds {
             let stopped = if stays { Stopped::Settled } else { Stopped::Rounds };
