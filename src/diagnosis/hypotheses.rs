@@ -147,21 +147,17 @@ pub(super) fn isolate_from(
         };
         let gained = case.cost(set, &local.misfit, &local.theta) - best.cost;
         let stays = set == centre && gained < SETTLED;
-        if stays
-            && rounds < most_rounds
-            && let Some((set, point)) = overtaking(case, around, &mut weighed, reached)
-        {
-            damping = point.damping;
-            local = case.local_model(&point.theta)?;
-            centre = set;
-            continue;
-        }
-        if stays || rounds >= most_rounds {
+        let further = match stays {
+            _ if rounds >= most_rounds => None,
+            true => overtaking(case, around, &mut weighed, reached),
+            false => Some((set, best.clone())),
+        };
+        let Some((set, point)) = further else {
             let stopped = if stays { Stopped::Settled } else { Stopped::Rounds };
             return Ok(Isolation { weighed, best, local, schur, inflation, rounds, stopped });
-        }
-        damping = best.damping;
-        local = case.local_model(&best.theta)?;
+        };
+        damping = point.damping;
+        local = case.local_model(&point.theta)?;
         centre = set;
     }
 }

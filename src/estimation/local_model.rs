@@ -76,11 +76,6 @@ impl LocalModel {
         self.jacobian.tr_mul(&pull)
     }
 
-    /// Half the derivative of the cost along something that moves the misfits so, at those here.
-    pub fn pull(&self, influence: &DVector<f64>) -> f64 {
-        influence.iter().zip(&self.misfit).map(|(by, &r)| by * r * self.loss.weight(r)).sum()
-    }
-
     /// The same of a problem, with what its prior says at `theta`.
     pub fn gradient_of<P: Problem>(&self, problem: &P, theta: &[f64], misfit: &[f64]) -> DVector<f64> {
         let mut gradient = self.gradient(misfit);
@@ -89,6 +84,11 @@ impl LocalModel {
             gradient += own.component_mul(&DVector::from_column_slice(&self.scale));
         }
         gradient
+    }
+
+    /// Half the derivative of the cost along something that moves the misfits so, at those here.
+    pub fn pull(&self, influence: &DVector<f64>) -> f64 {
+        influence.iter().zip(&self.misfit).map(|(by, &r)| by * r * self.loss.weight(r)).sum()
     }
 
     /// Record and prior of a problem over some parameters, as one triangle per scale. Its right-hand side holds where

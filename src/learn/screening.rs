@@ -289,14 +289,14 @@ impl Screening<'_> {
         let best = judged.iter().min_by(|a, b| a.trial.fit.chi2.total_cmp(&b.trial.fit.chi2));
         let Some(best) = best else { return Ok(()) };
         let judge = Judge::of(&best.trial, &best.trial.fit, record)?;
-        let on_check = match (self.check, best.check.as_ref(), self.base_check) {
+        let of_check = match (self.check, best.check.as_ref(), self.base_check) {
             (Some(record), Some(run), Some(before)) => Some((record, before, Judge::of(&best.trial, run, record)?)),
             _ => None,
         };
         for one in judged.iter_mut() {
             one.delta_bic = one.trial.gain_over(base, record, &judge)?;
             one.evidence = one.delta_bic;
-            if let (Some((record, before, judge)), Some(after)) = (&on_check, &one.check) {
+            if let (Some((record, before, judge)), Some(after)) = (&of_check, &one.check) {
                 one.evidence += judge.fall(record, (base, before), (&one.trial, after))?;
             }
             let on_check = match (self.base_check, &one.check) {

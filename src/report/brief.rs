@@ -1,7 +1,7 @@
 //! What the short answers of all verbs share: lines of a terminal, and errors beside each other.
 
+use super::learn::multiple;
 use super::table::{Head, aligned};
-use crate::number::{rounded, text};
 
 /// Columns of a terminal of the usual width.
 pub const WIDTH: usize = 80;
@@ -44,7 +44,6 @@ pub fn errors(rows: &[ErrorRow]) -> Vec<String> {
     let checked = rows.iter().any(|row| row.check.is_some());
     let last = |row: &ErrorRow| row.check.unwrap_or(row.fit);
     let most = rows.iter().map(last).fold(1.0, f64::max);
-    let number = |value: f64| format!("{}x", text(rounded(value, 2)));
     let mut heads: Vec<Head> = vec![("error, times the sensor noise", false)];
     heads.push(("fit", true));
     if checked {
@@ -55,9 +54,9 @@ pub fn errors(rows: &[ErrorRow]) -> Vec<String> {
     let name = rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).max(heads[0].0.len());
     let bar = WIDTH.saturating_sub(name + 22).clamp(1, BAR) as f64;
     let cells = rows.iter().map(|row| {
-        let mut cells = vec![row.name.clone(), number(row.fit)];
+        let mut cells = vec![row.name.clone(), multiple(row.fit)];
         if checked {
-            cells.push(row.check.map_or_else(|| "-".to_owned(), number));
+            cells.push(row.check.map_or_else(|| "-".to_owned(), multiple));
         }
         cells.push("#".repeat(((last(row) / most * bar).round() as usize).max(1)));
         cells

@@ -1,7 +1,7 @@
 //! The comparison of a model with a record in a few lines: the verdict first, the next command last.
 
 use super::brief::wrapped;
-use super::learn::{named_fault, times};
+use super::learn::{multiple, named_fault, times};
 use super::table::{Head, aligned};
 use crate::finding::argument;
 use crate::learn::comparison::{ChannelComparison, Comparison, MisfitPlace, PresentFault, WithFaults};
@@ -24,8 +24,7 @@ pub fn brief(comparison: &Comparison) -> String {
     }
     if let Some(before) = before {
         let with = before.with_faults.as_ref();
-        let with =
-            with.map_or_else(String::new, |with| format!(", with faults {}x", text(rounded(with.times_noise, 2))));
+        let with = with.map_or_else(String::new, |with| format!(", with faults {}", multiple(with.times_noise)));
         lines.extend(wrapped(&format!("Before ({}): {}{with}.", before.rig, times(before.times_noise)), "  "));
     }
     lines.push(String::new());

@@ -3,11 +3,11 @@
 use super::brief::wrapped;
 use super::caveats::{caveats, detected};
 use super::diagnosis::{headline, interval, percent, sized, sizes, tone};
-use super::learn::times;
+use super::learn::{multiple, times};
 use super::style::Style;
 use crate::diagnosis::{Diagnosis, FaultReport, Verdict};
 use crate::finding::{Finding, Rival, argument};
-use crate::number::{rounded, text, with_unit};
+use crate::number::with_unit;
 
 /// Lines of findings: with verdict, notes and next command a screen of 24 lines is not filled.
 const LINES: usize = 10;
@@ -45,9 +45,8 @@ pub fn brief(diagnosis: &Diagnosis, findings: &[Finding], style: Style) -> Strin
 /// How far the model with what was found is from the record.
 pub(super) fn left(diagnosis: &Diagnosis) -> String {
     let worst = diagnosis.channels.iter().max_by(|a, b| a.times_noise.total_cmp(&b.times_noise));
-    let worst = worst.map_or_else(String::new, |worst| {
-        format!(", most in {} ({}x)", worst.name, text(rounded(worst.times_noise, 2)))
-    });
+    let worst =
+        worst.map_or_else(String::new, |worst| format!(", most in {} ({})", worst.name, multiple(worst.times_noise)));
     format!("Error left: {}{worst}.", times(diagnosis.times_noise))
 }
 

@@ -74,9 +74,14 @@ pub(super) fn named_fault(fault: &PresentFault) -> String {
     format!("{} {}", fault.id, with_unit(rounded(fault.value, 4), &fault.unit))
 }
 
+/// An error as a multiple of the sensor noise: `6.3x`.
+pub(super) fn multiple(times_noise: f64) -> String {
+    format!("{}x", text(rounded(times_noise, 2)))
+}
+
 /// An error as people read it: a multiple of the sensor noise.
 pub(crate) fn times(times_noise: f64) -> String {
-    format!("{}x the sensor noise", text(rounded(times_noise, 2)))
+    format!("{} the sensor noise", multiple(times_noise))
 }
 
 /// The comparison in one line: the faults that explain a record, or where its misfit is.

@@ -47,15 +47,15 @@ impl Kinds {
     /// The kinds of a rig file, and of the files that it includes.
     pub fn of(source: &Source, root: &Table<'_>) -> Result<Self, Complaint> {
         let mut kinds = Self::default();
-        kinds.read_file(source, root, &mut vec![canonical(&source.path)])?;
+        kinds.read_file(root, &mut vec![canonical(&source.path)])?;
         Ok(kinds)
     }
 
     /// `within` are the files that include this one, itself the last.
-    fn read_file(&mut self, source: &Source, root: &Table<'_>, within: &mut Vec<PathBuf>) -> Result<(), Complaint> {
+    fn read_file(&mut self, root: &Table<'_>, within: &mut Vec<PathBuf>) -> Result<(), Complaint> {
         if let Some(files) = root.get("include") {
             for file in files.one_or_more()? {
-                self.include(source, &file, within)?;
+                self.include(&file, within)?;
             }
         }
         let Some(own) = root.get("own_components") else { return Ok(()) };
@@ -73,14 +73,14 @@ impl Kinds {
         Ok(())
     }
 
-    fn include(&mut self, source: &Source, file: &Value<'_>, within: &mut Vec<PathBuf>) -> Result<(), Complaint> {
+    fn include(&mut self, file: &Value<'_>, within: &mut Vec<PathBuf>) -> Result<(), Complaint> {
         let name = Path::new(file.text()?);
         if name.is_absolute() {
             return Err(Complaint::new(Kind::Contradiction, "a rig file includes what stands beside it")
                 .at(file.place())
                 .help("write the path from the folder of this file, such as `include = [\"valves.toml\"]`"));
         }
-        let path = source.path.parent().unwrap_or(Path::new("")).join(name);
+        let path = file.beside(file.text()?);
         let whole = canonical(&path);
         if within.contains(&whole) {
             return Err(Complaint::new(Kind::Contradiction, format!("`{}` includes itself", name.display()))
@@ -101,7 +101,7 @@ impl Kinds {
         let document = DeTable::parse(&source.text).map_err(|error| super::not_toml(&source, &error))?;
         let root = Table::new(&source, "the included file", 0..0, document.get_ref());
         within.push(whole.clone());
-        self.read_file(&source, &root, within)?;
+        self.read_file(&root, within)?;
         within.pop();
         self.read.push(whole);
         root.finish()
