@@ -9,7 +9,7 @@ pub use crate::check::{
 };
 pub use crate::diagnosis::watch::{Episode, WatchedVerdict};
 pub use crate::diagnosis::{
-    ChannelReport, CommonCause, FaultReport, FitReport, FittedReport, Hypothesis, MissingEffect, ProfileReport,
+    ChannelReport, CommonCause, DynamicsReport, FaultReport, FitReport, FittedReport, Hypothesis, MissingEffect, ProfileReport,
     UncertainReport,
 };
 pub use crate::estimation::Identifiable;

@@ -156,7 +156,7 @@ fn one_by_one(rig: &Path, arguments: &Arguments, context: &Context, out: &mut dy
                 let curves = Curves { model: &diagnosed.healthy, found: &diagnosed.model };
                 write_atomically(path, |file| curves.write_csv(&model.rig, record, file))?;
             }
-            let found = diagnosed.with_effect.clone().map(Model::new);
+            let found = diagnosed.other_rig.clone().map(Model::new);
             let findings = findings(found.as_ref().unwrap_or(&model), record, &diagnosed.diagnosis)?;
             if let Some(report) = &arguments.report {
                 write_page(report, &html(&model.rig, record, &diagnosed, &findings)?)?;

@@ -7,6 +7,7 @@ use super::events::{weights, weights_along};
 use super::hypotheses::{Isolation, MOST_ROUNDS, Stopped, held, isolate, isolate_from};
 use super::noise::{self, Weights};
 use super::search;
+use super::{adequate, mean_squares};
 use super::unseen::{in_step, simpler, unseen};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::estimation::criteria::bic;
@@ -327,6 +328,12 @@ impl Estimate<'_> {
 
     fn held_at(&self, start: (&[f64], FaultSet), forms: usize) -> Result<Self, Complaint> {
         held_at(self.case.full.model, self.case.record, self.case.full.drive, start, forms)
+    }
+
+    /// Whether the model explains every sensor within noise and tolerance.
+    pub fn explains(&self) -> bool {
+        let squares = mean_squares(&self.case.full.weights, &self.isolation.best.misfit);
+        squares.into_iter().all(|(square, samples)| adequate(square, samples))
     }
 
     /// Whether it leaves more than noise unexplained.

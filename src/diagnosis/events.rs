@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::noise::{self, Weights};
 use super::problem::RecordProblem;
 use super::starts;
-use crate::model::{InputSignals, Late, Model, Sensitivities, SimulationError};
+use crate::model::{Following, InputSignals, Late, Model, Sensitivities, SimulationError};
 use crate::record::Record;
 
 /// Weights of a record for all parameters of a rig, SI, and what the sensors read with them, `[sensor][row]`, SI.
@@ -93,9 +93,9 @@ fn events_along(
     Ok((Events { variance, phases, changes }, Sensitivities { outputs: run, derivatives }))
 }
 
-/// Dampings of a spool with mass. Between 0.6, whose step response overshoots by 9.5 %, and 1 lies what is built. How far a spool passes
-/// the centre decides which edges open, so the readings do not grow straight with its mass: two dampings and none span a parabola.
-const DAMPINGS: [f64; 2] = [0.6, 0.8];
+/// What else the mass of a spool may be, as `T/tau`: none, and dampings of 0.8 and 0.6, whose step response overshoots by 9.5 %. How far
+/// a spool passes the centre decides which edges open, so the readings do not grow straight with its mass: three points span a parabola.
+const INERTIA_TIMES: [f64; 3] = [0.0, 0.5 / 0.8, 0.5 / 0.6];
 
 /// What may have driven the rig instead of what the record says, by one standard deviation each: measured inputs that acted
 /// later, commands that acted later, and spools that follow their command with mass, not with a lag alone.
@@ -111,9 +111,14 @@ fn driven_otherwise(problem: &RecordProblem<'_>, record: &Record, parameters: &[
             None => drive,
         })
     });
-    let reshaped = rig
-        .lagged_inputs(parameters)
-        .flat_map(|(input, lag)| DAMPINGS.map(|damping| problem.drive.as_with_mass(input, lag, damping)));
+    let followings = Following::of(rig, parameters);
+    let others = (0..followings.len()).flat_map(|one| INERTIA_TIMES.map(|share| (one, share * followings[one].lag)));
+    let others = others.filter(|&(one, inertia_time)| inertia_time != followings[one].inertia_time);
+    let reshaped = others.map(|(one, inertia_time)| {
+        let mut followings = followings.clone();
+        followings[one].inertia_time = inertia_time;
+        problem.drive.clone().followed(rig, &followings)
+    });
     late.chain(reshaped).collect()
 }
 

@@ -21,6 +21,7 @@ mod result;
 pub(crate) mod search;
 mod starts;
 pub(crate) mod summary;
+pub(crate) mod switching;
 mod unseen;
 pub mod watch;
 mod weighing;
@@ -34,6 +35,7 @@ use crate::residual::{self, Detection};
 use crate::rig::Rig;
 pub use common_cause::CommonCause;
 use estimate::Estimate;
+pub use switching::DynamicsReport;
 pub use fitted::{FittedReport, ProfileReport};
 pub use hypotheses::Hypothesis;
 use problem::over_sensors;
@@ -65,8 +67,8 @@ pub struct Diagnosed {
     pub(crate) intervals: Vec<Option<Interval>>,
     /// The record without the mistake that [`Diagnosis::common_cause`] names.
     pub corrected: Option<Record>,
-    /// The rig with what [`Diagnosis::missing_effect`] names.
-    pub with_effect: Option<Rig>,
+    /// The rig with what [`Diagnosis::missing_effect`] and [`Diagnosis::dynamics`] name.
+    pub other_rig: Option<Rig>,
     /// Logarithm of the evidence of the fault combination, up to what is the same for all of the record.
     evidence: f64,
 }
@@ -77,9 +79,10 @@ impl Diagnosed {
         self.corrected.as_ref().unwrap_or(original)
     }
 
-    /// The rig that explains the record with the faults found, where `given` was given: with the effect that it lacked.
+    /// The rig that explains the record with the faults found, where `given` was given: with the effect that it lacked, and with
+    /// spools that follow as the record shows it.
     pub fn rig<'a>(&'a self, given: &'a Rig) -> &'a Rig {
-        self.with_effect.as_ref().unwrap_or(given)
+        self.other_rig.as_ref().unwrap_or(given)
     }
 }
 
@@ -99,6 +102,9 @@ pub(crate) const PRESENT: f64 = 0.5;
 const DIGITS: usize = 7;
 /// So many faults at once are believed only where fewer, looked for from afar, explain the record less well.
 const SEVERAL: usize = 3;
+/// How often spools are found to follow otherwise than the rig file has it: the second time from an explanation that the first one
+/// has led to.
+const MOST_FOUND: usize = 2;
 /// How often a better optimum, found on a profile, restarts the fit.
 const RESTARTS: usize = 3;
 /// A restart that lowers the cost by less is the last one.
@@ -133,9 +139,23 @@ fn diagnose_with_causes(model: &Model, record: &Record, options: &DiagnosisOptio
 pub fn diagnose_from(
     model: &Model,
     record: &Record,
-    (shown, begun): (&[Shown], Option<f64>),
+    start: (&[Shown], Option<f64>),
     options: &DiagnosisOptions,
 ) -> Result<Diagnosed, Complaint> {
+    let plain = diagnose_anew(model, record, start, options, 0)?;
+    plain.ok_or_else(|| Complaint::new(Kind::Computation, "no explanation was kept").at(Place::file(&record.path)))
+}
+
+/// The same, spools having been found to follow otherwise so many times; `None` where they have and the record still is not
+/// explained.
+fn diagnose_anew(
+    model: &Model,
+    record: &Record,
+    (shown, begun): (&[Shown], Option<f64>),
+    options: &DiagnosisOptions,
+    found: usize,
+) -> Result<Option<Diagnosed>, Complaint> {
+    let start = (shown, begun);
     let rig = &model.rig;
     if rig.sensors.is_empty() {
         return Err(Complaint::new(Kind::MissingEntry, "the rig has no sensors, so a record shows nothing of it")
@@ -173,6 +193,20 @@ pub fn diagnose_from(
         }
         None => (&drive, first),
     };
+    let explains = estimate.explains();
+    if found < MOST_FOUND && !(explains && estimate.isolation.set().is_empty()) {
+        if let Some(other) = switching::found(&estimate) {
+            let other = Model::new(other).with_tolerance(model.tolerance);
+            if let Some(mut anew) = diagnose_anew(&other, record, start, options, found + 1)? {
+                let found = anew.other_rig.get_or_insert(other.rig);
+                anew.diagnosis.dynamics = switching::report(rig, found);
+                return Ok(Some(anew));
+            }
+        }
+    }
+    if found > 0 && !explains {
+        return Ok(None);
+    }
     let mut restarts = 0;
     let intervals = loop {
         let intervals = interval::intervals(&estimate.case, &estimate.isolation);
@@ -226,6 +260,7 @@ pub fn diagnose_from(
         verdict,
         common_cause: None,
         missing_effect: None,
+        dynamics: Vec::new(),
         times_noise: rounded(over_sensors(measured), DIGITS),
         detected_at_s,
         onset_s: begun.as_ref().map(|begun| rounded(begun.time, DIGITS)),
@@ -248,7 +283,7 @@ pub fn diagnose_from(
     };
     let weights = case.full.weights.clone();
     let evidence = isolation.evidence(case);
-    Ok(Diagnosed {
+    Ok(Some(Diagnosed {
         diagnosis,
         model: outputs,
         healthy,
@@ -256,9 +291,9 @@ pub fn diagnose_from(
         weights,
         intervals,
         corrected: None,
-        with_effect: None,
+        other_rig: None,
         evidence,
-    })
+    }))
 }
 
 /// When fitted and healthy model part, s: where the running sum of the log likelihood ratio between them, started anew at

@@ -5,6 +5,7 @@ use serde::{Serialize, Serializer};
 
 use super::common_cause::CommonCause;
 use super::hypotheses::Hypothesis;
+use super::switching::DynamicsReport;
 use crate::estimation::Identifiable;
 use crate::estimation::profile::QUANTILE;
 use crate::record::survey::Finding;
@@ -181,6 +182,9 @@ pub struct Diagnosis {
     pub common_cause: Option<CommonCause>,
     /// An effect that the model lacks; faults, hypotheses and sensors are those of the model with it.
     pub missing_effect: Option<MissingEffect>,
+    /// How spools follow their commands, where the record asks for other than the rig file has; all else is said of the model with
+    /// it.
+    pub dynamics: Vec<DynamicsReport>,
     /// Root mean square of measured minus the model with the faults found, over the noise of the sensor, over all sensors.
     pub times_noise: f64,
     /// End of the window in which the first residual fired, s; where none did, when fitted and healthy model part.

@@ -86,6 +86,7 @@ fn joined(given: Diagnosed, mut beside: Diagnosed, best: &EvaluatedModel, rig: R
         uncertain,
         ..beside.diagnosis
     };
-    (beside.healthy, beside.corrected, beside.with_effect) = (given.healthy, given.corrected, Some(rig));
+    (beside.healthy, beside.corrected) = (given.healthy, given.corrected);
+    beside.other_rig.get_or_insert(rig);
     beside
 }

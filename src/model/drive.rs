@@ -1,6 +1,7 @@
 //! What drives the circuit: the recorded commands and loads as pieces between which nothing jumps.
 
 use super::readings::{positions, readings};
+use super::reshaped::Following;
 use super::stretch::{Stretch, broken_line, fit_line};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::record::{Channel, Record, Sampling};
@@ -27,6 +28,8 @@ pub struct Piece {
 pub struct InputSignals {
     /// In the order of time.
     pub pieces: Vec<Piece>,
+    /// What was commanded, where that acts on parts with mass or after a dead time: `pieces` are then reshaped.
+    pub commanded: Option<Vec<Piece>>,
     /// First readings of the nodes' gauge pressures, Pa; 0 where nothing measures.
     pub readings: Vec<f64>,
     /// What is added to the pressure that each node starts with, Pa: zeros, but for asking what another start would do.
@@ -129,14 +132,16 @@ impl InputSignals {
         let start = if before { first - interval } else { first };
         // 0.004 - 0.004 is 0, whatever the rounding of the intervals says.
         let start = if start.abs() < 1e-6 * interval { 0.0 } else { start };
-        Ok(Self {
+        let drive = Self {
             pieces: merge(&lines, rig.inputs.len(), start, last),
+            commanded: None,
             begun: start,
             readings: vec![0.0; rig.nodes.len()],
             nudges: vec![0.0; rig.nodes.len()],
             onset: None,
             shown: Vec::new(),
-        })
+        };
+        Ok(drive.followed(rig, &Following::of(rig, &rig.nominal())))
     }
 
     /// From the cycle of a rig file.
@@ -152,14 +157,16 @@ impl InputSignals {
             pieces.push(Piece { start, end, from, to, jump });
             start = end;
         }
-        Self {
+        let drive = Self {
             begun: 0.0,
             pieces,
+            commanded: None,
             readings: vec![0.0; rig.nodes.len()],
             nudges: vec![0.0; rig.nodes.len()],
             onset: None,
             shown: Vec::new(),
-        }
+        };
+        drive.followed(rig, &Following::of(rig, &rig.nominal()))
     }
 
     /// Parameters (all of the rig's, SI) as they are until the moment at which some change, and that moment; they never
@@ -181,14 +188,9 @@ impl InputSignals {
     pub fn with_onset(mut self, mut onset: Onset) -> Self {
         let (Some(first), Some(last)) = (self.pieces.first(), self.pieces.last()) else { return self };
         onset.time = onset.time.clamp(first.start, last.end);
-        let within = self.pieces.iter().position(|piece| piece.start < onset.time && onset.time < piece.end);
-        if let Some(index) = within {
-            let inputs = 0..self.pieces[index].from.len();
-            let middle: Vec<f64> = inputs.map(|input| self.value(input, onset.time)).collect();
-            let (early, late) = (&self.pieces[index], &self.pieces[index]);
-            let late = Piece { start: onset.time, from: middle.clone(), jump: true, ..late.clone() };
-            let early = Piece { end: onset.time, to: middle, ..early.clone() };
-            self.pieces.splice(index..=index, [early, late]);
+        split(&mut self.pieces, onset.time);
+        if let Some(commanded) = &mut self.commanded {
+            split(commanded, onset.time);
         }
         self.onset = Some(onset);
         self
@@ -199,13 +201,28 @@ impl InputSignals {
         self.shown.iter().find(|shown| rig.sensors[shown.sensor].target == Target::Node(node))
     }
 
-    /// Value of an input at a time, SI; at a jump the value before it.
+    /// Value of an input at a time, SI, as it was commanded; at a jump the value before it.
     pub fn value(&self, input: usize, t: f64) -> f64 {
-        let index = self.pieces.partition_point(|piece| piece.end < t).min(self.pieces.len().saturating_sub(1));
-        let Some(piece) = self.pieces.get(index) else { return 0.0 };
-        let share = ((t - piece.start) / (piece.end - piece.start)).clamp(0.0, 1.0);
-        piece.from[input] + share * (piece.to[input] - piece.from[input])
+        value(self.commanded.as_ref().unwrap_or(&self.pieces), input, t)
     }
+}
+
+/// Cuts the piece that a time lies within, as if something jumped there.
+fn split(pieces: &mut Vec<Piece>, time: f64) {
+    let Some(index) = pieces.iter().position(|piece| piece.start < time && time < piece.end) else { return };
+    let whole = &pieces[index];
+    let middle: Vec<f64> = (0..whole.from.len()).map(|input| value(pieces, input, time)).collect();
+    let late = Piece { start: time, from: middle.clone(), jump: true, ..whole.clone() };
+    let early = Piece { end: time, to: middle, ..whole.clone() };
+    pieces.splice(index..=index, [early, late]);
+}
+
+/// Value of an input at a time, SI; at a jump the value before it.
+fn value(pieces: &[Piece], input: usize, t: f64) -> f64 {
+    let index = pieces.partition_point(|piece| piece.end < t).min(pieces.len().saturating_sub(1));
+    let Some(piece) = pieces.get(index) else { return 0.0 };
+    let share = ((t - piece.start) / (piece.end - piece.start)).clamp(0.0, 1.0);
+    piece.from[input] + share * (piece.to[input] - piece.from[input])
 }
 
 /// How much warmer the fluid is than its temperature of reference, K; not at all in a record that does not say.
@@ -231,7 +248,7 @@ fn present(time: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
 
 /// Joins the broken lines of all inputs into pieces that end wherever one of them bends or jumps.
 /// Only what the first `inputs` of them leap by is a jump.
-fn merge(lines: &[Vec<Stretch>], inputs: usize, start: f64, end: f64) -> Vec<Piece> {
+pub(super) fn merge(lines: &[Vec<Stretch>], inputs: usize, start: f64, end: f64) -> Vec<Piece> {
     let mut knots: Vec<f64> = lines.iter().flatten().map(|stretch| stretch.start).collect();
     knots.push(start);
     knots.push(end);

@@ -1,15 +1,44 @@
-//! A drive whose command is reshaped, so that a lag of first order behind it answers as a spool with mass would.
+//! A drive whose commands are reshaped, so that a lag of first order behind them answers as a spool with mass and dead time would.
 //!
-//! A spool of second order follows `T² s'' + tau s' + s = u`. A lag of first order that is driven by `v = s + tau s'` gives the same
-//! `s`, since `tau s' + s = v`. So another dynamic of the spool needs no other model, only another command.
+//! A spool of second order follows `T² s'' + tau s' + s = u(t - t_d)`. A lag of first order that is driven by `v = s + tau s'` gives
+//! the same `s`, since `tau s' + s = v`. So another dynamic of the spool needs no other model, only another command.
 
 use super::InputSignals;
-use super::drive::Piece;
+use super::drive::{Piece, merge};
+use super::stretch::Stretch;
+use crate::rig::Rig;
 
 /// Steps of the fourth order in each time constant of the spool: errors of 1e-4 of a stroke.
 const STEPS: f64 = 16.0;
 /// Distance from the command at which the spool has arrived, as a share of the span of the command.
 const ARRIVED: f64 = 1e-4;
+
+/// How a part follows an input, where the model behind it has a lag of first order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Following {
+    /// Index among the inputs.
+    pub input: usize,
+    /// `tau` of the model, s.
+    pub lag: f64,
+    /// `T`, s; 0 without mass.
+    pub inertia_time: f64,
+    /// `t_d`, s.
+    pub dead_time: f64,
+}
+
+impl Following {
+    /// How the parts of a rig follow their inputs by the values of all its parameters, SI.
+    pub fn of(rig: &Rig, parameters: &[f64]) -> Vec<Self> {
+        let value = |index: Option<usize>| index.map_or(0.0, |index| parameters[index]);
+        let one = |follower: crate::rig::Follower| Self {
+            input: follower.input,
+            lag: parameters[follower.lag],
+            inertia_time: value(follower.inertia_time),
+            dead_time: value(follower.dead_time),
+        };
+        rig.followers().map(one).collect()
+    }
+}
 
 /// A spool with mass.
 #[derive(Clone, Copy)]
@@ -23,9 +52,9 @@ struct Spool {
 }
 
 impl Spool {
-    /// At rest where it is commanded to; `damping` is `tau/(2 T)`.
-    fn at_rest(lag: f64, damping: f64, position: f64) -> Self {
-        Self { lag, inertia: (lag / (2.0 * damping)).powi(2), position, velocity: 0.0 }
+    /// At rest where it is commanded to.
+    fn at_rest(following: &Following, position: f64) -> Self {
+        Self { lag: following.lag, inertia: following.inertia_time.powi(2), position, velocity: 0.0 }
     }
 
     /// The command that a lag of first order has to be given.
@@ -56,22 +85,62 @@ impl Spool {
 }
 
 impl InputSignals {
-    /// The same drive as if the part behind `input` had mass, and not only the lag of first order `lag` (s) of the model: with
-    /// `damping` below 1 it overshoots.
+    /// The same commands, had the parts behind the inputs of a rig followed them like this.
     #[must_use]
-    pub fn as_with_mass(&self, input: usize, lag: f64, damping: f64) -> Self {
-        let ends = self.pieces.iter().flat_map(|piece| [piece.from[input], piece.to[input]]);
-        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), u| (low.min(u), high.max(u)));
-        let span = high - low;
-        let Some(first) = self.pieces.first().filter(|_| span > 0.0 && lag > 0.0) else { return self.clone() };
-        // The run begins with the spool where the command has it.
-        let mut spool = Spool::at_rest(lag, damping, first.from[input]);
-        let mut pieces = Vec::new();
-        for piece in &self.pieces {
-            reshape(piece, input, &mut spool, span, &mut pieces);
+    pub(crate) fn followed(mut self, rig: &Rig, followings: &[Following]) -> Self {
+        if let Some(commanded) = self.commanded.take() {
+            self.pieces = commanded;
         }
-        Self { pieces, ..self.clone() }
+        for following in followings {
+            let later = (following.dead_time > 0.0).then(|| delayed(&self.pieces, rig.inputs.len(), following));
+            let acting = with_mass(later.as_deref().unwrap_or(&self.pieces), following).or(later);
+            if let Some(acting) = acting {
+                let commanded = std::mem::replace(&mut self.pieces, acting);
+                self.commanded.get_or_insert(commanded);
+            }
+        }
+        self
     }
+}
+
+/// Pieces in which an input acts later by the dead time of what follows it; of `inputs` inputs leaps are jumps.
+fn delayed(pieces: &[Piece], inputs: usize, following: &Following) -> Vec<Piece> {
+    let columns = pieces.first().map_or(0, |piece| piece.from.len());
+    let line = |column: usize| {
+        let later = if column == following.input { following.dead_time } else { 0.0 };
+        let stretch = |piece: &Piece| Stretch {
+            start: piece.start + later,
+            end: piece.end + later,
+            from: piece.from[column],
+            to: piece.to[column],
+        };
+        pieces.iter().map(stretch).collect::<Vec<_>>()
+    };
+    let lines: Vec<Vec<Stretch>> = (0..columns).map(line).collect();
+    let (start, end) = pieces.first().zip(pieces.last()).map_or((0.0, 0.0), |(first, last)| (first.start, last.end));
+    let mut merged = merge(&lines, inputs, start, end);
+    // Where parameters change, a piece begins with a jump although no input leaps.
+    let changes = pieces.windows(2).filter(|pair| pair[1].jump && pair[0].to == pair[1].from).map(|pair| pair[1].start);
+    for change in changes {
+        merged.iter_mut().filter(|piece| piece.start == change).for_each(|piece| piece.jump = true);
+    }
+    merged
+}
+
+/// Pieces in which an input acts as what follows it with mass needs it; `None` where nothing moves or has mass.
+fn with_mass(pieces: &[Piece], following: &Following) -> Option<Vec<Piece>> {
+    let input = following.input;
+    let ends = pieces.iter().flat_map(|piece| [piece.from[input], piece.to[input]]);
+    let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), u| (low.min(u), high.max(u)));
+    let span = high - low;
+    let first = pieces.first().filter(|_| span > 0.0 && following.lag > 0.0 && following.inertia_time > 0.0)?;
+    // The run begins with the spool where the command has it.
+    let mut spool = Spool::at_rest(following, first.from[input]);
+    let mut reshaped = Vec::new();
+    for piece in pieces {
+        reshape(piece, input, &mut spool, span, &mut reshaped);
+    }
+    Some(reshaped)
 }
 
 /// Writes a piece with its command reshaped: cut into short ones until the spool has arrived, the rest as it is.
@@ -112,17 +181,21 @@ mod tests {
     use super::*;
 
     /// One step of the command at 0.1 s, then standing.
-    fn step_up() -> InputSignals {
+    fn step_up() -> Vec<Piece> {
         let piece =
             |start: f64, end: f64, value: f64| Piece { start, end, from: vec![value], to: vec![value], jump: true };
-        let pieces = vec![piece(0.0, 0.1, 0.0), piece(0.1, 0.3, 1.0)];
-        InputSignals { pieces, readings: Vec::new(), nudges: Vec::new(), onset: None, shown: Vec::new(), begun: 0.0 }
+        vec![piece(0.0, 0.1, 0.0), piece(0.1, 0.3, 1.0)]
+    }
+
+    /// Of a lag, s, and a damping.
+    fn following(lag: f64, damping: f64) -> Following {
+        Following { input: 0, lag, inertia_time: lag / (2.0 * damping), dead_time: 0.0 }
     }
 
     /// What a lag of first order makes of a drive at a time, exactly for straight pieces.
-    fn lagged(drive: &InputSignals, lag: f64, until: f64) -> f64 {
-        let mut s = drive.pieces[0].from[0];
-        for piece in drive.pieces.iter().take_while(|piece| piece.start < until) {
+    fn lagged(pieces: &[Piece], lag: f64, until: f64) -> f64 {
+        let mut s = pieces[0].from[0];
+        for piece in pieces.iter().take_while(|piece| piece.start < until) {
             let length = until.min(piece.end) - piece.start;
             let slope = (piece.to[0] - piece.from[0]) / (piece.end - piece.start);
             // s' = (a + b t - s)/lag: particular solution a + b (t - lag), the rest decays.
@@ -135,26 +208,45 @@ mod tests {
     #[test]
     fn a_lag_behind_it_answers_as_a_spool_with_mass() {
         let (lag, damping) = (8e-3, 0.7);
-        let drive = step_up().as_with_mass(0, lag, damping);
+        let pieces = with_mass(&step_up(), &following(lag, damping)).unwrap();
         // Step response of the second order, damping 0.7: ISO 2041's damped oscillator.
         let omega = 2.0 * damping / lag;
         let damped = omega * (1.0 - damping * damping).sqrt();
         for t in [2e-3, 5e-3, 0.01, 0.02, 0.035, 0.06] {
             let wave = (damped * t).cos() + damping * omega / damped * (damped * t).sin();
             let exact = 1.0 - (-damping * omega * t).exp() * wave;
-            approx::assert_abs_diff_eq!(lagged(&drive, lag, 0.1 + t), exact, epsilon = 2e-3);
+            approx::assert_abs_diff_eq!(lagged(&pieces, lag, 0.1 + t), exact, epsilon = 2e-3);
         }
-        let peak = (0..200).map(|k| lagged(&drive, lag, 0.1 + 5e-4 * f64::from(k))).fold(0.0, f64::max);
+        let peak = (0..200).map(|k| lagged(&pieces, lag, 0.1 + 5e-4 * f64::from(k))).fold(0.0, f64::max);
         // Overshoot exp(-pi zeta/sqrt(1 - zeta²)) = 4.6 %.
         approx::assert_abs_diff_eq!(peak, 1.046, epsilon = 2e-3);
     }
 
     #[test]
     fn pieces_follow_each_other_and_end_where_they_ended() {
-        let drive = step_up().as_with_mass(0, 8e-3, 0.7);
-        assert!(drive.pieces.windows(2).all(|pair| pair[0].end == pair[1].start && pair[0].start < pair[0].end));
-        assert_eq!((drive.pieces[0].start, drive.pieces[drive.pieces.len() - 1].end), (0.0, 0.3));
+        let pieces = with_mass(&step_up(), &following(8e-3, 0.7)).unwrap();
+        assert!(pieces.windows(2).all(|pair| pair[0].end == pair[1].start && pair[0].start < pair[0].end));
+        assert_eq!((pieces[0].start, pieces[pieces.len() - 1].end), (0.0, 0.3));
         // Where nothing moves nothing is cut.
-        assert!(drive.pieces.iter().filter(|piece| piece.end <= 0.1).count() == 1 && drive.pieces.len() < 400);
+        assert!(pieces.iter().filter(|piece| piece.end <= 0.1).count() == 1 && pieces.len() < 400);
+    }
+
+    #[test]
+    fn a_dead_time_moves_one_input_and_leaves_the_others() {
+        let piece = |start: f64, end: f64, inputs: [f64; 2], jump| Piece {
+            start,
+            end,
+            from: inputs.to_vec(),
+            to: inputs.to_vec(),
+            jump,
+        };
+        let both = [piece(0.0, 0.1, [0.0, 5.0], true), piece(0.1, 0.3, [1.0, 6.0], true)];
+        let late = Following { dead_time: 0.02, ..following(8e-3, 1.0) };
+        let expected = [
+            piece(0.0, 0.1, [0.0, 5.0], true),
+            piece(0.1, 0.12, [0.0, 6.0], true),
+            piece(0.12, 0.3, [1.0, 6.0], true),
+        ];
+        assert_eq!(delayed(&both, 2, &late), expected);
     }
 }

@@ -99,6 +99,10 @@ pub enum Role {
     Plain,
     /// A time constant: what it belongs to settles with it after a jump of an input.
     Lag,
+    /// `T` of a part with mass that follows its input by `T² s'' + tau s' + s = u`, beside its [`Role::Lag`] `tau`; 0 without mass.
+    InertiaTime,
+    /// How much later than it is given an input acts on a part that follows it.
+    DeadTime,
     /// A width over which a law is smooth; known to a factor, not to a share.
     Smoothing,
     /// A moving mass.
@@ -231,6 +235,25 @@ pub struct Card {
     /// Whether one flow passes from port 0 to port 1, which a difference of their pressures drives: pressure may be lost ahead
     /// of it.
     pub throttles: bool,
+}
+
+/// Square root of the mass of a spool over the stiffness that centres it: no data sheet states it, Bode plots show it.
+pub(crate) const INERTIA_TIME: Parameter =
+    Parameter::required("inertia_time", "T", "ms", "time constant of the spool's mass: its damping is tau/(2 T)")
+        .is(Role::InertiaTime)
+        .or(0.0);
+
+/// What solenoid, pilot and electronics take until a spool begins to move.
+pub(crate) const DEAD_TIME: Parameter =
+    Parameter::required("dead_time", "t_d", "ms", "time between the command and the first movement of the spool")
+        .is(Role::DeadTime)
+        .or(0.0);
+
+impl Role {
+    /// Whether the parameter changes what drives the law and not the law, so that no sensitivity shows what it does.
+    pub const fn is_of_the_drive(self) -> bool {
+        matches!(self, Self::InertiaTime | Self::DeadTime)
+    }
 }
 
 impl Card {

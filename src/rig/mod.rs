@@ -227,6 +227,18 @@ pub struct Fault {
     pub place: Place,
 }
 
+/// A part that follows an input through a lag of first order, such as a spool its command: indices among the parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Follower {
+    /// Index among the inputs.
+    pub input: usize,
+    pub lag: usize,
+    /// [`Role::InertiaTime`]; `None` where the card does not know it.
+    pub inertia_time: Option<usize>,
+    /// [`Role::DeadTime`]; `None` where the card does not know it.
+    pub dead_time: Option<usize>,
+}
+
 impl Rig {
     /// Reads and checks a rig file.
     ///
@@ -312,13 +324,20 @@ impl Rig {
         self.parameters.get(sensor.first_parameter).map_or_else(Unit::dimensionless, |offset| offset.unit.clone())
     }
 
-    /// Inputs that a part follows with a lag of first order, each with that lag, s, by the values of all parameters, SI.
-    pub(crate) fn lagged_inputs<'a>(&'a self, parameters: &'a [f64]) -> impl Iterator<Item = (usize, f64)> + 'a {
-        self.components.iter().flat_map(move |component| {
+    /// Parts that follow an input through a lag of first order, with what else their cards know of how they follow.
+    pub(crate) fn followers(&self) -> impl Iterator<Item = Follower> + '_ {
+        self.components.iter().flat_map(|component| {
             let inputs = component.inputs.iter().zip(component.card.inputs);
-            inputs.filter_map(move |(&input, card)| {
-                let lag = component.card.parameters.iter().position(|parameter| Some(parameter.name) == card.lag)?;
-                Some((input, parameters[component.first_parameter + lag]))
+            inputs.filter_map(|(&input, card)| {
+                let own = component.card.parameters;
+                let index = |found: Option<usize>| found.map(|own| component.first_parameter + own);
+                let role = |role: Role| index(own.iter().position(|parameter| parameter.role == role));
+                Some(Follower {
+                    input,
+                    lag: index(own.iter().position(|parameter| Some(parameter.name) == card.lag))?,
+                    inertia_time: role(Role::InertiaTime),
+                    dead_time: role(Role::DeadTime),
+                })
             })
         })
     }

@@ -4,7 +4,7 @@ use super::orifice::TRANSITION;
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::{PortFlows, Law, PortVariables};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Input, Parameter, Port, State, Worked, Role};
+use crate::physics::card::{Answer, Card, DEAD_TIME, INERTIA_TIME, Input, Parameter, Port, State, Worked, Role};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::root;
 
@@ -27,7 +27,7 @@ pub const CARD: Card = Card {
     kind: "directional-valve",
     meaning: "4/3 directional control valve, closed centre, with both internal leaks.",
     law: "q_edge = alpha alpha_edge |s|^n_edge q_r/sqrt(dp_r) root(dp);  s > 0: P-A, B-T;  s < 0: P-B, A-T;\n\
-          leaks G_AT (p_A - p_T), G_PB (p_P - p_B);  tau s' = u - s",
+          leaks G_AT (p_A - p_T), G_PB (p_P - p_B);  T² s'' + tau s' + s = u(t - t_d)",
     source: "paper, equations (11) to (19); (13) with the bracket under the root",
     validity: "Zero lap, equal edges; leaks laminar. The opening coefficient is common or per path.",
     parameters: &[
@@ -51,6 +51,8 @@ pub const CARD: Card = Card {
         progression("progression_AT", "n_AT", "exponent of the opening area of A to T over the spool position"),
         progression("progression_BT", "n_BT", "exponent of the opening area of B to T over the spool position"),
         Parameter::required("dead_band", "d", "-", "share of its way that the spool moves before an edge opens").or(0.0).within(0.0, 0.9),
+        INERTIA_TIME,
+        DEAD_TIME,
     ],
     ports: &[
         Port::hydraulic("P", "pressure"),

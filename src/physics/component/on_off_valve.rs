@@ -4,7 +4,7 @@ use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::orifice::TRANSITION;
 use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Input, Parameter, Port, Role, State, Worked};
+use crate::physics::card::{Answer, Card, DEAD_TIME, INERTIA_TIME, Input, Parameter, Port, Role, State, Worked};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::root;
 
@@ -14,7 +14,7 @@ pub const FACTS: Facts =
 pub const CARD: Card = Card {
     kind: "on-off-valve",
     meaning: "2/2 directional valve: open at a command of 1, shut at 0.",
-    law: "q = alpha s q_r root(dp)/sqrt(dp_r) + G dp;  tau s' = u - s",
+    law: "q = alpha s q_r root(dp)/sqrt(dp_r) + G dp;  T² s'' + tau s' + s = u(t - t_d)",
     source: "orifice law, paper equation (6), through one rated point",
     validity: "The area grows straight with the way of the spool; the same both ways; leakage laminar.",
     parameters: &[
@@ -28,6 +28,8 @@ pub const CARD: Card = Card {
             .or(10.0)
             .uncertain_per_event(0.25),
         TRANSITION,
+        INERTIA_TIME,
+        DEAD_TIME,
     ],
     ports: &[Port::hydraulic("in", "inlet"), Port::hydraulic("out", "outlet")],
     states: &[State { name: "spool", unit: "-", initial: 0.0, scale: 1.0, meaning: "share of the way that is open" }],

@@ -1,0 +1,184 @@
+//! How spools follow their commands, as a record shows it: lag, mass and dead time, which no data sheet states.
+//!
+//! A spool that overshoots opens the wrong edges for a moment, and trapped oil remembers it: readings far from straight in the
+//! spool's mass, which the weights of events span near the rig file's values only ([`super::events`]). Where faults are found or none
+//! explain a record, other dynamics of the spools are therefore asked for at the explanation at hand: by how much the cost would
+//! fall with each, everything estimated following ([`crate::estimation::Score`]). The record is then explained anew with those found.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::case::Case;
+use super::estimate::Estimate;
+use crate::estimation::ScoreTest;
+use crate::estimation::criteria::bic;
+use crate::model::InputSignals;
+use crate::number::rounded;
+use crate::rig::{Follower, Rig};
+
+/// What is searched of a spool: logarithm of its lag over the stated one, `(T/tau)²`, and dead time over the stated lag.
+type Dynamics = [f64; 3];
+/// From half to twice the stated lag; to a damping of 0.4, whose overshoot is a quarter of the stroke; dead times to three lags.
+const BOUNDS: [(f64, f64); 3] = [(-std::f64::consts::LN_2, std::f64::consts::LN_2), (0.0, 1.5625), (0.0, 3.0)];
+/// Where the search begins: lags two thirds of the stated one, as stated and half as long again, and dampings of 0.8 and 0.6, beside
+/// none. Between them a search by small steps finds its way.
+const LAGS: [f64; 3] = [-0.4, 0.0, 0.4];
+const SHARES: [f64; 3] = [0.0, 0.39, 0.69];
+/// First steps of the search, and how often they are halved: to an eighth, a hundredth of the lag and of the damping.
+const STEPS: Dynamics = [0.2, 0.15, 0.25];
+const HALVED: usize = 4;
+/// Most rounds of the search.
+const ROUNDS: usize = 40;
+/// Digits of a reported time constant.
+const DIGITS: usize = 4;
+
+/// A parameter of how a spool follows its command, where the record asks for another value than the rig file's. Numbers in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DynamicsReport {
+    /// Such as `valve.inertia_time`.
+    pub id: String,
+    /// With which the record is explained.
+    pub value: f64,
+    /// As the rig file has it.
+    pub unit: String,
+    /// By the rig file.
+    pub nominal: f64,
+}
+
+/// The rig whose spools follow as the record shows it; `None` where nothing speaks against the rig file.
+pub(super) fn found(near: &Estimate<'_>) -> Option<Rig> {
+    let (case, best) = (&near.case, &near.isolation.best);
+    let rig = case.rig();
+    let samples = case.full.weights.all_samples() as f64;
+    let parameters = case.full.parameters(&best.theta);
+    let plain = case.full.model.solve(&parameters, case.full.drive, case.full.times).ok()?.values;
+    let test = near.isolation.local.score_test(&case.problem(near.isolation.set()), &best.theta, &best.misfit).ok()?;
+    let asked = Asked { case, parameters, plain, test };
+    let (mut other, mut reached, mut count) = (rig.clone(), 0.0, 0);
+    for follower in rig.followers().filter(|follower| is_alone(rig, follower)) {
+        let searched = Searched { asked: &asked, rig: &other, follower };
+        let Some((dynamics, fall)) = searched.best() else { continue };
+        if bic(-(fall - reached), dynamics.len(), samples) < 0.0 {
+            (other, reached, count) = (searched.with(dynamics)?, fall, count + 1);
+        }
+    }
+    (count > 0).then_some(other)
+}
+
+/// What of its spools a rig has otherwise than the rig file.
+pub(super) fn report(stated: &Rig, found: &Rig) -> Vec<DynamicsReport> {
+    let of = |follower: Follower| [Some(follower.lag), follower.inertia_time, follower.dead_time].into_iter().flatten();
+    let changed = stated.followers().flat_map(of).filter(|&own| stated.parameters[own].value != found.parameters[own].value);
+    let report = |own: usize| {
+        let parameter = &stated.parameters[own];
+        let shown = |si: f64| rounded(parameter.unit.difference_from_si(si), DIGITS);
+        DynamicsReport {
+            id: parameter.id.clone(),
+            value: shown(found.parameters[own].value),
+            unit: parameter.unit.to_string(),
+            nominal: shown(parameter.value),
+        }
+    };
+    changed.map(report).collect()
+}
+
+/// Whether nothing else has the input, which reshaped drives one part only.
+fn is_alone(rig: &Rig, follower: &Follower) -> bool {
+    rig.components.iter().flat_map(|component| &component.inputs).filter(|&&input| input == follower.input).count() == 1
+}
+
+/// An explanation at which other dynamics are asked for.
+struct Asked<'e, 'a> {
+    case: &'e Case<'a>,
+    /// All of the rig's, SI.
+    parameters: Vec<f64>,
+    /// What its sensors read, `[sensor][row]`, SI.
+    plain: Vec<Vec<f64>>,
+    test: ScoreTest<'e>,
+}
+
+impl Asked<'_, '_> {
+    /// By how much the cost would fall with the spools of another rig.
+    fn fall(&self, other: &Rig) -> Option<f64> {
+        let full = &self.case.full;
+        let drive = InputSignals::from_record(other, self.case.record).ok()?;
+        let asked = full.drive;
+        let drive = InputSignals { shown: asked.shown.clone(), begun: asked.begun, ..drive };
+        let drive = match &asked.onset {
+            Some(onset) => drive.with_onset(onset.clone()),
+            None => drive,
+        };
+        let mut parameters = self.parameters.clone();
+        for lag in other.followers().map(|follower| follower.lag).filter(|&lag| !self.case.rig().is_fault(lag)) {
+            parameters[lag] = other.parameters[lag].value;
+        }
+        let with = full.model.solve(&parameters, &drive, full.times).ok()?.values;
+        let pairs = with.iter().flatten().zip(self.plain.iter().flatten());
+        let mut change: Vec<f64> = pairs.map(|(with, plain)| with - plain).collect();
+        full.weights.apply(&mut change);
+        let fall = self.test.of(&change).fall_at(1.0);
+        fall.is_finite().then_some(fall)
+    }
+}
+
+/// The search for how one part follows, the others as a rig has them.
+struct Searched<'s, 'e, 'a> {
+    asked: &'s Asked<'e, 'a>,
+    rig: &'s Rig,
+    follower: Follower,
+}
+
+impl Searched<'_, '_, '_> {
+    /// The rig with other dynamics of this part; `None` where its card does not know them.
+    fn with(&self, [lag, share, dead]: Dynamics) -> Option<Rig> {
+        let mut other = self.rig.clone();
+        let stated = self.rig.parameters[self.follower.lag].value;
+        other.parameters[self.follower.lag].value = stated * lag.exp();
+        other.parameters[self.follower.inertia_time?].value = stated * lag.exp() * share.sqrt();
+        other.parameters[self.follower.dead_time?].value = stated * dead;
+        Some(other)
+    }
+
+    /// Whether the lag may be another than stated: it is neither exact nor one of the faults.
+    fn is_lag_open(&self) -> bool {
+        self.rig.parameters[self.follower.lag].sigma > 0.0 && !self.rig.is_fault(self.follower.lag)
+    }
+
+    /// The dynamics with which the cost falls most, and by how much; `None` where nothing is worth a search.
+    fn best(&self) -> Option<(Dynamics, f64)> {
+        let lags: &[f64] = if self.is_lag_open() { &LAGS } else { &[0.0] };
+        let grid = lags.iter().flat_map(|&lag| SHARES.map(|share| [lag, share, 0.0]));
+        let mut best = self.best_of(grid.collect())?;
+        let samples = self.asked.case.full.weights.all_samples() as f64;
+        // What is not promising on the grid is not searched for.
+        if bic(-best.1, 1, samples) >= 0.0 {
+            return None;
+        }
+        let (mut steps, mut halved) = (STEPS, 0);
+        let first = usize::from(!self.is_lag_open());
+        for _ in 0..ROUNDS {
+            let around = (first..steps.len()).flat_map(|one| {
+                [-1.0, 1.0_f64].map(|way| {
+                    let mut dynamics = best.0;
+                    dynamics[one] = (way.mul_add(steps[one], dynamics[one])).clamp(BOUNDS[one].0, BOUNDS[one].1);
+                    dynamics
+                })
+            });
+            match self.best_of(around.collect()).filter(|next| next.1 > best.1) {
+                Some(next) => best = next,
+                None if halved == HALVED => break,
+                None => {
+                    steps = steps.map(|step| 0.5 * step);
+                    halved += 1;
+                }
+            }
+        }
+        Some(best)
+    }
+
+    fn best_of(&self, candidates: Vec<Dynamics>) -> Option<(Dynamics, f64)> {
+        let falls = candidates.into_par_iter().filter_map(|one| Some((one, self.asked.fall(&self.with(one)?)?)));
+        let falls: Vec<(Dynamics, f64)> = falls.collect();
+        falls.into_iter().reduce(|best, next| if next.1 > best.1 { next } else { best })
+    }
+}
