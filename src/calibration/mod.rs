@@ -15,6 +15,7 @@ mod noise;
 mod principal;
 mod report;
 mod result;
+mod switching;
 mod tolerance;
 mod write;
 
@@ -111,10 +112,23 @@ pub fn calibrate_rig(
     records: &[Record],
     options: &CalibrationOptions,
 ) -> Result<(Rig, CalibrationReport), Complaint> {
-    rig.context().run(|| fit_all(rig, records, options))
+    rig.context().run(|| fit_all(rig, records, options, None))
 }
 
-fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Result<(Rig, CalibrationReport), Complaint> {
+/// Errors of the model as stated, root mean squares `[record][sensor]`, SI, and the parameters of how spools follow that the records
+/// have shown to be others.
+struct Otherwise {
+    before: Vec<Vec<f64>>,
+    dynamics: Vec<usize>,
+}
+
+fn fit_all(
+    rig: &Rig,
+    records: &[Record],
+    options: &CalibrationOptions,
+    otherwise: Option<Otherwise>,
+) -> Result<(Rig, CalibrationReport), Complaint> {
+    let stated = rig;
     let lacks = |what: &str, help: &str| Complaint::new(Kind::MissingEntry, what).at(Place::file(&rig.path)).help(help);
     if records.is_empty() {
         return Err(lacks("there are no records to calibrate on", "give at least one record of the healthy rig"));
@@ -158,7 +172,11 @@ fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Resul
     let prior = prior(&model.rig, &open);
     let solutions = Solutions::new(&model, &taken, open);
     // The first fit starts here, so this costs no further simulation.
-    let before = solutions.errors(&prior.mean).map_err(unsolved)?;
+    let errors = solutions.errors(&prior.mean).map_err(unsolved)?;
+    let (before, dynamics) = match otherwise {
+        Some(Otherwise { before, dynamics }) => (before, Some(dynamics)),
+        None => (errors, None),
+    };
     let noises = vec![None; rig.sensors.len()];
     let mut rounds = Rounds { rig: model.rig.clone(), noises, solutions, prior: &prior, before };
     let rough: Vec<Weights> = taken.iter().map(|one| rough(&model.rig, one)).collect();
@@ -175,6 +193,12 @@ fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Resul
         if gained.abs() < NEAR * cost {
             break;
         }
+    }
+    if dynamics.is_none()
+        && let Some(found) = switching::found(&rounds.solutions, stated, &theta)
+    {
+        let dynamics = crate::diagnosis::switching::changed(stated, &found);
+        return fit_all(&found, records, options, Some(Otherwise { before: rounds.before, dynamics }));
     }
     let mut round = 0;
     let count = rig.context().count("rounds of noise, tolerance and fit, at most", options.rounds);
@@ -198,7 +222,8 @@ fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Resul
             break (fit, weights, settled);
         }
     };
-    rounds.finish((rig, margins), records, fit, weights, (round, settled)).map_err(failed)
+    let given = Given { margins, dynamics: dynamics.unwrap_or_default() };
+    rounds.finish((rig, given), records, fit, weights, (round, settled)).map_err(failed)
 }
 
 fn ends() -> Steps {
@@ -259,6 +284,13 @@ fn unsettled(rig: &Rig, one: &Healthy<'_>, variance: &mut [Vec<f64>]) {
         let to = time.partition_point(|&t| t <= jump.start + settling);
         variance.iter_mut().for_each(|sensor| sensor[from..to].iter_mut().for_each(|variance| *variance *= NOTHING));
     }
+}
+
+/// What a calibration says beside values, their correlation and the sensors.
+struct Given {
+    margins: Vec<String>,
+    /// Parameters of how spools follow.
+    dynamics: Vec<usize>,
 }
 
 /// What changes from round to round.

@@ -6,7 +6,7 @@ use super::clusters;
 use super::joint::Joint;
 use super::principal::{self, Sources};
 use super::report::{CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit, SCHEMA};
-use super::{Noise, ROBUST, Rounds};
+use super::{Given, Noise, ROBUST, Rounds};
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::count_there;
 use crate::diagnosis::{adequate, tame_squares};
@@ -49,7 +49,7 @@ impl Rounds<'_> {
     /// The calibrated rig and the report. `sheet` is the rig as given.
     pub fn finish(
         self,
-        (sheet, margins): (&Rig, Vec<String>),
+        (sheet, given): (&Rig, Given),
         records: &[Record],
         mut fit: Fit,
         weights: Vec<Weights>,
@@ -92,8 +92,9 @@ impl Rounds<'_> {
             (sensor.noise, sensor.stated_noise, sensor.tolerance) = (found.noise, found.noise, found.tolerance);
         }
         let names = records.iter().map(|record| record.path.display().to_string()).collect();
-        rig.calibration =
-            Some(Calibration { records: names, margins, parameters, correlation: correlation(&covariance) });
+        let Given { margins, dynamics } = given;
+        let correlation = correlation(&covariance);
+        rig.calibration = Some(Calibration { records: names, margins, dynamics, parameters, correlation });
         let mut report = self.report(sheet, &rig, &fit, &joint);
         (report.rounds, report.settled) = (rounds, settled);
         Ok((rig, report))

@@ -50,6 +50,13 @@ fn write_section(out: &mut String, rig: &Rig, report: &CalibrationReport) -> std
         let remark = if told.informed { "" } else { "  # the records say little of it" };
         writeln!(out, "{} = {}{remark}", quoted(&parameter.id), quoted(&stated))?;
     }
+    if !calibration.dynamics.is_empty() {
+        writeln!(out, "\n# How spools follow their commands.\n[calibration.dynamics]")?;
+    }
+    for parameter in calibration.dynamics.iter().map(|&own| &rig.parameters[own]) {
+        let value = written(parameter.unit.from_si(parameter.value), DIGITS.0, &parameter.unit);
+        writeln!(out, "{} = {}", quoted(&parameter.id), quoted(&value))?;
+    }
     for sensor in &rig.sensors {
         let unit = rig.sensor_unit(sensor);
         let shown = |si| quoted(&written(unit.difference_from_si(si), DIGITS.1, &unit));

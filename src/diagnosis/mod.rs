@@ -195,7 +195,7 @@ fn diagnose_anew(
     };
     let explains = estimate.explains();
     if found < MOST_FOUND && !(explains && estimate.isolation.set().is_empty()) {
-        if let Some(other) = switching::found(&estimate) {
+        if let Some(other) = switching::found(&[&estimate]) {
             let other = Model::new(other).with_tolerance(model.tolerance);
             if let Some(mut anew) = diagnose_anew(&other, record, start, options, found + 1)? {
                 let found = anew.other_rig.get_or_insert(other.rig);

@@ -103,14 +103,21 @@ impl<'a> RecordProblem<'a> {
         self.solves.load(Ordering::Relaxed)
     }
 
+    /// What the sensors read with all parameters of the rig and a drive, `[sensor][row]`, SI.
+    ///
+    /// # Errors
+    /// The model cannot be solved.
+    pub fn outputs(&self, parameters: &[f64], drive: &InputSignals) -> Result<Vec<Vec<f64>>, SimulationError> {
+        self.solves.fetch_add(1, Ordering::Relaxed);
+        Ok(self.model.solve(parameters, drive, self.times)?.values)
+    }
+
     /// Misfits, had something else driven the rig.
     ///
     /// # Errors
     /// The model cannot be solved.
     pub fn misfit_with(&self, drive: &InputSignals, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
-        self.solves.fetch_add(1, Ordering::Relaxed);
-        let outputs = self.model.solve(&self.parameters(theta), drive, self.times)?;
-        Ok(self.weigh(&outputs.values))
+        Ok(self.weigh(&self.outputs(&self.parameters(theta), drive)?))
     }
 
     /// The parts of the misfit vector that are time series, one per sensor.

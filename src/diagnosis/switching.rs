@@ -45,18 +45,15 @@ pub struct DynamicsReport {
     pub nominal: f64,
 }
 
-/// The rig whose spools follow as the record shows it; `None` where nothing speaks against the rig file.
-pub(super) fn found(near: &Estimate<'_>) -> Option<Rig> {
-    let (case, best) = (&near.case, &near.isolation.best);
-    let rig = case.rig();
-    let samples = case.full.weights.all_samples() as f64;
-    let parameters = case.full.parameters(&best.theta);
-    let plain = case.full.model.solve(&parameters, case.full.drive, case.full.times).ok()?.values;
-    let test = near.isolation.local.score_test(&case.problem(near.isolation.set()), &best.theta, &best.misfit).ok()?;
-    let asked = Asked { case, parameters, plain, test };
+/// The rig whose spools follow as records of it show, each explained as one of `near` has it; `None` where nothing speaks against
+/// the rig file.
+pub(crate) fn found(near: &[&Estimate<'_>]) -> Option<Rig> {
+    let rig = near.first()?.case.rig();
+    let asked: Vec<Asked<'_, '_>> = near.iter().map(|near| Asked::of(near)).collect::<Option<_>>()?;
+    let samples = asked.iter().map(|asked| asked.case.full.weights.all_samples() as f64).sum();
     let (mut other, mut reached, mut count) = (rig.clone(), 0.0, 0);
     for follower in rig.followers().filter(|follower| is_alone(rig, follower)) {
-        let searched = Searched { asked: &asked, rig: &other, follower };
+        let searched = Searched { asked: &asked, samples, rig: &other, follower };
         let Some((dynamics, fall)) = searched.best() else { continue };
         if bic(-(fall - reached), dynamics.len(), samples) < 0.0 {
             (other, reached, count) = (searched.with(dynamics)?, fall, count + 1);
@@ -65,10 +62,15 @@ pub(super) fn found(near: &Estimate<'_>) -> Option<Rig> {
     (count > 0).then_some(other)
 }
 
+/// Parameters of how spools follow that a rig has otherwise than as stated.
+pub(crate) fn changed(stated: &Rig, found: &Rig) -> Vec<usize> {
+    let of = |follower: Follower| [Some(follower.lag), follower.inertia_time, follower.dead_time].into_iter().flatten();
+    let all = stated.followers().flat_map(of);
+    all.filter(|&own| stated.parameters[own].value != found.parameters[own].value).collect()
+}
+
 /// What of its spools a rig has otherwise than the rig file.
 pub(super) fn report(stated: &Rig, found: &Rig) -> Vec<DynamicsReport> {
-    let of = |follower: Follower| [Some(follower.lag), follower.inertia_time, follower.dead_time].into_iter().flatten();
-    let changed = stated.followers().flat_map(of).filter(|&own| stated.parameters[own].value != found.parameters[own].value);
     let report = |own: usize| {
         let parameter = &stated.parameters[own];
         let shown = |si: f64| rounded(parameter.unit.difference_from_si(si), DIGITS);
@@ -79,7 +81,7 @@ pub(super) fn report(stated: &Rig, found: &Rig) -> Vec<DynamicsReport> {
             nominal: shown(parameter.value),
         }
     };
-    changed.map(report).collect()
+    changed(stated, found).into_iter().map(report).collect()
 }
 
 /// Whether nothing else has the input, which reshaped drives one part only.
@@ -97,7 +99,17 @@ struct Asked<'e, 'a> {
     test: ScoreTest<'e>,
 }
 
-impl Asked<'_, '_> {
+impl<'e, 'a> Asked<'e, 'a> {
+    /// At an explanation; `None` where the model cannot be solved there.
+    fn of(near: &'e Estimate<'a>) -> Option<Self> {
+        let (case, isolation) = (&near.case, &near.isolation);
+        let best = &isolation.best;
+        let parameters = case.full.parameters(&best.theta);
+        let plain = case.full.outputs(&parameters, case.full.drive).ok()?;
+        let test = isolation.local.score_test(&case.problem(isolation.set()), &best.theta, &best.misfit).ok()?;
+        Some(Self { case, parameters, plain, test })
+    }
+
     /// By how much the cost would fall with the spools of another rig.
     fn fall(&self, other: &Rig) -> Option<f64> {
         let full = &self.case.full;
@@ -112,7 +124,7 @@ impl Asked<'_, '_> {
         for lag in other.followers().map(|follower| follower.lag).filter(|&lag| !self.case.rig().is_fault(lag)) {
             parameters[lag] = other.parameters[lag].value;
         }
-        let with = full.model.solve(&parameters, &drive, full.times).ok()?.values;
+        let with = full.outputs(&parameters, &drive).ok()?;
         let pairs = with.iter().flatten().zip(self.plain.iter().flatten());
         let mut change: Vec<f64> = pairs.map(|(with, plain)| with - plain).collect();
         full.weights.apply(&mut change);
@@ -123,7 +135,9 @@ impl Asked<'_, '_> {
 
 /// The search for how one part follows, the others as a rig has them.
 struct Searched<'s, 'e, 'a> {
-    asked: &'s Asked<'e, 'a>,
+    asked: &'s [Asked<'e, 'a>],
+    /// Of all records.
+    samples: f64,
     rig: &'s Rig,
     follower: Follower,
 }
@@ -149,9 +163,8 @@ impl Searched<'_, '_, '_> {
         let lags: &[f64] = if self.is_lag_open() { &LAGS } else { &[0.0] };
         let grid = lags.iter().flat_map(|&lag| SHARES.map(|share| [lag, share, 0.0]));
         let mut best = self.best_of(grid.collect())?;
-        let samples = self.asked.case.full.weights.all_samples() as f64;
         // What is not promising on the grid is not searched for.
-        if bic(-best.1, 1, samples) >= 0.0 {
+        if bic(-best.1, 1, self.samples) >= 0.0 {
             return None;
         }
         let (mut steps, mut halved) = (STEPS, 0);
@@ -177,7 +190,11 @@ impl Searched<'_, '_, '_> {
     }
 
     fn best_of(&self, candidates: Vec<Dynamics>) -> Option<(Dynamics, f64)> {
-        let falls = candidates.into_par_iter().filter_map(|one| Some((one, self.asked.fall(&self.with(one)?)?)));
+        let fall = |dynamics: Dynamics| {
+            let other = self.with(dynamics)?;
+            self.asked.iter().map(|asked| asked.fall(&other)).sum::<Option<f64>>()
+        };
+        let falls = candidates.into_par_iter().filter_map(|one| Some((one, fall(one)?)));
         let falls: Vec<(Dynamics, f64)> = falls.collect();
         falls.into_iter().reduce(|best, next| if next.1 > best.1 { next } else { best })
     }

@@ -1,6 +1,6 @@
 //! What one has to know with a verdict: what the record does not say, and what else the verdict may come from.
 
-use crate::diagnosis::{Diagnosis, Verdict};
+use crate::diagnosis::{Diagnosis, DynamicsReport, Verdict};
 use crate::estimation::Identifiable;
 use crate::learn::phase::SWITCH;
 use crate::number::{rounded, text};
@@ -21,6 +21,11 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
             some => format!("it would take {}", some.join(", ")),
         };
         told.push(format!("Check how the record was taken: if it is not so that {}, {without}.", cause.clause));
+    }
+    if !diagnosis.dynamics.is_empty() {
+        let other = |one: &DynamicsReport| format!("{} {} {} ({} stated)", one.id, text(one.value), one.unit, text(one.nominal));
+        let others: Vec<String> = diagnosis.dynamics.iter().map(other).collect();
+        told.push(format!("The record shows that spools follow otherwise than stated: {}.", others.join(", ")));
     }
     if !open.is_empty() {
         told.push(format!("The record does not determine {}.", open.join(", ")));

@@ -33,6 +33,12 @@ pub(super) fn read_calibration(rig: &mut Rig, value: &Value<'_>) -> Result<(), C
             parameters.push(read_value(rig, id, &value)?);
         }
     }
+    let mut dynamics = Vec::new();
+    if let Some(values) = table.get("dynamics") {
+        for (id, value) in values.table("`[calibration.dynamics]`")?.entries() {
+            dynamics.push(read_value(rig, id, &value)?);
+        }
+    }
     let correlation = read_correlation(&table, parameters.len())?;
     if let Some(sensors) = table.get("sensors") {
         for (name, value) in sensors.table("`[calibration.sensors]`")?.entries() {
@@ -40,7 +46,7 @@ pub(super) fn read_calibration(rig: &mut Rig, value: &Value<'_>) -> Result<(), C
         }
     }
     table.finish()?;
-    rig.calibration = Some(Calibration { records, margins, parameters, correlation });
+    rig.calibration = Some(Calibration { records, margins, dynamics, parameters, correlation });
     Ok(())
 }
 
