@@ -20,10 +20,11 @@ use crate::rig::{Follower, Rig};
 type Dynamics = [f64; 3];
 /// From half to twice the stated lag; to a damping of 0.4, whose overshoot is a quarter of the stroke; dead times to three lags.
 const BOUNDS: [(f64, f64); 3] = [(-std::f64::consts::LN_2, std::f64::consts::LN_2), (0.0, 1.5625), (0.0, 3.0)];
-/// Where the search begins: lags two thirds of the stated one, as stated and half as long again, and dampings of 0.8 and 0.6, beside
-/// none. Between them a search by small steps finds its way.
+/// Where the search begins: lags two thirds of the stated one, as stated and half as long again; no mass, and dampings of 0.8 and 0.6;
+/// no dead time, and half a lag. Between them a search by small steps finds its way.
 const LAGS: [f64; 3] = [-0.4, 0.0, 0.4];
 const SHARES: [f64; 3] = [0.0, 0.39, 0.69];
+const DEAD_TIMES: [f64; 2] = [0.0, 0.5];
 /// First steps of the search, and how often they are halved: to an eighth, a hundredth of the lag and of the damping.
 const STEPS: Dynamics = [0.2, 0.15, 0.25];
 const HALVED: usize = 4;
@@ -161,12 +162,9 @@ impl Searched<'_, '_, '_> {
     /// The dynamics with which the cost falls most, and by how much; `None` where nothing is worth a search.
     fn best(&self) -> Option<(Dynamics, f64)> {
         let lags: &[f64] = if self.is_lag_open() { &LAGS } else { &[0.0] };
-        let grid = lags.iter().flat_map(|&lag| SHARES.map(|share| [lag, share, 0.0]));
-        let mut best = self.best_of(grid.collect())?;
-        // What is not promising on the grid is not searched for.
-        if bic(-best.1, 1, self.samples) >= 0.0 {
-            return None;
-        }
+        let grid = lags.iter().flat_map(|&lag| SHARES.map(|share| DEAD_TIMES.map(|dead| [lag, share, dead])));
+        // Where nothing around does better, the search has nowhere to go.
+        let mut best = self.best_of(grid.flatten().collect()).filter(|best| best.1 > 0.0)?;
         let (mut steps, mut halved) = (STEPS, 0);
         let first = usize::from(!self.is_lag_open());
         for _ in 0..ROUNDS {
