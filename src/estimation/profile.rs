@@ -12,7 +12,7 @@ use std::fmt;
 
 use nalgebra::DVector;
 
-use super::{Fit, Held, LocalModel, Options, Problem, fit_along};
+use super::{Fit, Held, LocalModel, Options, Problem, StoppedBecause, fit_along};
 
 /// Rise of `2 F` that ends a 95 % interval: quantile of chi-square with one degree of freedom.
 pub const RISE: f64 = 3.841_459;
@@ -28,7 +28,10 @@ const BETTER: f64 = 0.25;
 /// A promise left beyond this share of the threshold asks for a relinearisation: ends then lie within half a hundredth of their
 /// distance from where the cost is exact.
 const STALE: f64 = 0.01;
-/// Most relinearisations for one end.
+/// Share of what a fit leaves undone that a relinearisation may leave where it converges: half the length of the step (natural
+/// monotonicity test; Deuflhard, *Newton Methods for Nonlinear Problems*, section 3.3).
+const CONTRACTS: f64 = 0.25;
+/// Most relinearisations for one end, those of fits that do not settle left out.
 const MOST_RELINEARISATIONS: usize = 6;
 /// Steps of the fit at each value, and of one that has been relinearised.
 const STEPS: (u64, u64) = (2, 3);
@@ -180,14 +183,19 @@ impl<P: Problem> Search<'_, P> {
         let mut from = self.best.clone();
         let (mut turns, mut last_side) = (0, None);
         let mut at = inside(value + reach);
+        // How far from a value below the next may lie: a stride that has failed is halved, and doubled again from where it holds.
+        let mut stride = f64::INFINITY;
         for _ in 0..MOST_VALUES {
-            let Some(point) = self.held_at(near, &mut fresh, &from, at, &mut left) else {
-                // The model fails there: nearer, if there is a nearer one.
-                if (at - below.0).abs() < 1e-3 * reach.abs() {
-                    return Side { end: None, why: End::ModelFails, rise: below.1 * below.1 };
+            let point = match self.held_at(near, &mut fresh, &from, at, &mut left) {
+                Ok(point) => point,
+                Err(why) => {
+                    if (at - below.0).abs() < 1e-3 * reach.abs() {
+                        return Side { end: None, why, rise: below.1 * below.1 };
+                    }
+                    stride = 0.5 * (at - below.0).abs();
+                    at = f64::midpoint(at, below.0);
+                    continue;
                 }
-                at = f64::midpoint(at, below.0);
-                continue;
             };
             // What a further step promises is taken as done.
             let rise = point.cost - point.promised.max(0.0) - self.best.cost;
@@ -206,6 +214,7 @@ impl<P: Problem> Search<'_, P> {
             turns = if last_side == Some(inner) { turns + 1 } else { 0 };
             last_side = Some(inner);
             if inner {
+                stride *= 2.0;
                 below = (at, root);
                 from = point;
                 if at == bound {
@@ -229,11 +238,13 @@ impl<P: Problem> Search<'_, P> {
                     inside(if reach < 0.0 { further.max(most) } else { further.min(most) })
                 }
             };
+            at = at.clamp(below.0 - stride, below.0 + stride);
         }
         Side { end: None, why: End::GaveUp, rise: below.1 * below.1 }
     }
 
-    /// The best fit with the parameter held, from another one; relinearised where much is still promised.
+    /// The best fit with the parameter held, from another one; relinearised where much is still promised. Why there is none, where
+    /// the model fails, or the fit does not settle: from where it was led, the best is not near.
     fn held_at(
         &self,
         near: &LocalModel,
@@ -241,24 +252,37 @@ impl<P: Problem> Search<'_, P> {
         from: &Fit,
         at: f64,
         left: &mut usize,
-    ) -> Option<Fit> {
+    ) -> Result<Fit, End> {
         let enough = 0.5 * STALE * self.threshold;
         let held = Held::new(self.problem, self.parameter, at);
         let (model, direction) =
             fresh.as_ref().map_or((near, &self.direction), |fresh| (&fresh.model, &fresh.direction));
         let start = self.follow(model, direction, from, at);
-        let mut point = fit_along(&held, model, &start, Options::steps(STEPS.0, enough)).ok()?;
-        while point.promised > STALE * self.threshold && *left > 0 {
-            *left -= 1;
+        let mut point =
+            fit_along(&held, model, &start, Options::steps(STEPS.0, enough)).map_err(|_| End::ModelFails)?;
+        let better = |point: &Fit| point.cost < self.best.cost - BETTER * self.threshold;
+        let (mut taken, mut retaken) = (0, None);
+        while undone(&point) > STALE * self.threshold && taken < *left {
+            let before = undone(&point);
             let Ok(model) = LocalModel::at(&held, &point.theta, near.loss) else { break };
             let Ok(further) = fit_along(&held, &model, &point.theta, Options::steps(STEPS.1, enough)) else { break };
             point = further;
-            let direction = model.information(self.problem).ok().and_then(|known| known.direction(self.parameter));
-            if let Some(direction) = direction {
-                *fresh = Some(Fresh { model, direction });
+            if undone(&point) > CONTRACTS * before && !better(&point) {
+                return Err(End::GaveUp);
             }
+            taken += 1;
+            let direction = model.information(self.problem).ok().and_then(|known| known.direction(self.parameter));
+            retaken = direction.map(|direction| Fresh { model, direction }).or(retaken);
         }
-        Some(point)
+        // A rise that is off by more than two values may be apart says nothing.
+        if undone(&point) > CLOSE * self.threshold && !better(&point) {
+            return Err(End::GaveUp);
+        }
+        *left -= taken;
+        if retaken.is_some() {
+            *fresh = retaken;
+        }
+        Ok(point)
     }
 
     /// Everything as a local model expects it with the parameter held at a value.
@@ -287,6 +311,14 @@ impl<P: Problem> Search<'_, P> {
         // A parabola that has turned back says nothing.
         let near_chord = (at - straight).abs() <= 0.25 * (straight - inner).abs() && at.is_finite();
         if near_chord { at } else { straight }
+    }
+}
+
+/// Decrease of `2 F` that a fit could still make by its local model, whether or not a step could be found that makes it.
+fn undone(fit: &Fit) -> f64 {
+    match fit.stopped {
+        StoppedBecause::NoFurtherDecrease { promised, .. } => promised * fit.cost,
+        _ => fit.promised,
     }
 }
 

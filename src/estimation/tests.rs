@@ -195,6 +195,41 @@ fn the_interval_of_a_line_is_its_normal_interval() {
     }
 }
 
+/// `a` and `10 atan(b - 20 a^2)`: whatever `a` is, some `b` leaves nothing of the second, so that the profile of `a` is `a^2`. Far from
+/// there the second is all but flat, and no step along its slope comes back.
+struct Parabola;
+
+impl Problem for Parabola {
+    type Error = Infallible;
+    fn bounds(&self) -> &[(f64, f64)] {
+        &[(-10.0, 10.0), (-1e9, 1e9)]
+    }
+    fn misfit(&self, theta: &[f64]) -> Result<Vec<f64>, Infallible> {
+        Ok(vec![theta[0], 10.0 * (theta[1] - 20.0 * theta[0] * theta[0]).atan()])
+    }
+    fn linearise(&self, theta: &[f64]) -> Result<Linearised, Infallible> {
+        let away = theta[1] - 20.0 * theta[0] * theta[0];
+        let slope = 10.0 / (1.0 + away * away);
+        let jacobian = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, -40.0 * theta[0] * slope, slope]);
+        Ok(Linearised { misfit: self.misfit(theta)?, jacobian })
+    }
+    fn scale(&self) -> Vec<f64> {
+        vec![1.0; 2]
+    }
+}
+
+#[test]
+fn an_interval_is_found_in_shorter_strides_where_a_long_one_leaves_the_basin() {
+    let fitted = fit(&Parabola, &[0.0; 2], Loss::None, Options::tight()).unwrap();
+    let near = fitted.model.as_ref().unwrap();
+    let direction = near.information(&Parabola).unwrap().direction(0).unwrap();
+    let interval = interval(&Parabola, near, &fitted, 0, direction, 1.0);
+    for (side, end) in [(interval.lower, -profile::QUANTILE), (interval.upper, profile::QUANTILE)] {
+        assert_eq!(side.why, profile::End::Crossed);
+        approx::assert_relative_eq!(side.end.unwrap(), end, max_relative = 0.01);
+    }
+}
+
 #[test]
 fn inflation_of_a_series_of_first_order_is_its_closed_form() {
     // The variance of the mean of an AR(1) series is (1 + rho) / (1 - rho) times that of white noise.
