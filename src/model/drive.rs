@@ -1,8 +1,9 @@
 //! What drives the circuit: the recorded commands and loads as pieces between which nothing jumps.
 
 use super::readings::{positions, readings};
+use super::recording::cycle_times;
 use super::reshaped::Following;
-use super::stretch::{Stretch, broken_line, fit_line};
+use super::stretch::{Stretch, broken_line, fit_line, through};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::record::{Channel, Record, Sampling};
 use crate::rig::{Cycle, Hold, Rig, Target, Temperature};
@@ -21,6 +22,13 @@ pub struct Piece {
     pub to: Vec<f64>,
     /// Whether an input jumps at the start.
     pub jump: bool,
+}
+
+impl Piece {
+    /// One input over the piece.
+    fn stretch(&self, input: usize) -> Stretch {
+        Stretch { start: self.start, end: self.end, from: self.from[input], to: self.to[input] }
+    }
 }
 
 /// The pieces of a whole record, one after the other without gap.
@@ -144,7 +152,8 @@ impl InputSignals {
         Ok(drive.followed(rig, &Following::of(rig, &rig.nominal())))
     }
 
-    /// From the cycle of a rig file.
+    /// From the cycle of a rig file. A jump of an input that runs straight from row to row takes the time between two rows, as
+    /// its column says.
     pub fn from_cycle(rig: &Rig, cycle: &Cycle) -> Self {
         let mut start = 0.0;
         let mut pieces: Vec<Piece> = Vec::new();
@@ -157,7 +166,7 @@ impl InputSignals {
             pieces.push(Piece { start, end, from, to, jump });
             start = end;
         }
-        let drive = Self {
+        let phases = Self {
             begun: 0.0,
             pieces,
             commanded: None,
@@ -166,7 +175,23 @@ impl InputSignals {
             onset: None,
             shown: Vec::new(),
         };
-        drive.followed(rig, &Following::of(rig, &rig.nominal()))
+        phases.as_written(rig, cycle).followed(rig, &Following::of(rig, &rig.nominal()))
+    }
+
+    /// A drive of a cycle whose straight inputs run from row to row, as their columns have them.
+    fn as_written(self, rig: &Rig, cycle: &Cycle) -> Self {
+        if rig.inputs.iter().all(|input| input.hold != Hold::Linear) {
+            return self;
+        }
+        let times = cycle_times(rig, cycle);
+        let inputs = rig.inputs.len() + usize::from(rig.temperature.is_some());
+        let line = |input: usize| match rig.inputs.get(input).map(|input| input.hold) {
+            Some(Hold::Linear) if times.len() > 1 => through(&times, |time| self.value(input, time)),
+            _ => self.pieces.iter().map(|piece| piece.stretch(input)).collect(),
+        };
+        let lines: Vec<Vec<Stretch>> = (0..inputs).map(line).collect();
+        let end = self.pieces.last().map_or(0.0, |piece| piece.end);
+        Self { pieces: merge(&lines, rig.inputs.len(), 0.0, end), ..self }
     }
 
     /// Parameters (all of the rig's, SI) as they are until the moment at which some change, and that moment; they never

@@ -11,6 +11,14 @@ pub(super) struct Stretch {
     pub to: f64,
 }
 
+impl Stretch {
+    /// Whether a later point lies on its line.
+    fn goes_through(&self, time: f64, value: f64) -> bool {
+        let there = self.from + (time - self.start) / (self.end - self.start) * (self.to - self.from);
+        (there - value).abs() <= STRAIGHT * there.abs().max(self.from.abs()).max(self.to.abs())
+    }
+}
+
 /// A jump between neighbouring rows is one of more than this many standard deviations of their difference:
 /// one false jump in 10^9 rows.
 const JUMP: f64 = 6.0;
@@ -37,6 +45,23 @@ pub(super) fn broken_line(input: &Input, time: &[f64], values: &[f64], interval:
         };
         match line.last_mut() {
             Some(last) if last.from == last.to && last.to == from && from == to => last.end = end,
+            _ => line.push(Stretch { start, end, from, to }),
+        }
+    }
+    line
+}
+
+/// Change of slope, relative to the value, that is rounding.
+const STRAIGHT: f64 = 1e-9;
+
+/// The broken line through what a curve is at some times, with corners only where it bends.
+pub(super) fn through(times: &[f64], value: impl Fn(f64) -> f64) -> Vec<Stretch> {
+    let mut line: Vec<Stretch> = Vec::new();
+    for pair in times.windows(2) {
+        let (start, end) = (pair[0], pair[1]);
+        let (from, to) = (value(start), value(end));
+        match line.last_mut() {
+            Some(last) if last.goes_through(end, to) => (last.end, last.to) = (end, to),
             _ => line.push(Stretch { start, end, from, to }),
         }
     }

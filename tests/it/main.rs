@@ -27,6 +27,7 @@ mod circuit {
     mod component_cards;
     mod effect_cards;
     mod energy;
+    mod inputs;
     mod onset_slopes;
     mod other_machines;
     mod own_effects;
