@@ -28,6 +28,7 @@ mod circuit {
     mod effect_cards;
     mod energy;
     mod inputs;
+    mod kinks;
     mod onset_slopes;
     mod other_machines;
     mod own_effects;

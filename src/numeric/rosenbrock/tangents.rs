@@ -43,6 +43,8 @@ type Block<const N: usize> = [Row; N];
 const STAGES: usize = 3;
 /// Stage times, as fractions of the step.
 const C: [f64; STAGES] = [0.155_051_025_721_682_2, 0.644_948_974_278_317_8, 1.0];
+/// Weights of the stages.
+const B: [f64; STAGES] = [0.376_403_062_700_467_3, 0.512_485_826_188_421_6, 0.111_111_111_111_111_1];
 /// The inverse of the method's matrix.
 const A: [[f64; STAGES]; STAGES] = [
     [3.224_744_871_391_589, 1.167_840_084_690_405_5, -0.253_197_264_742_180_8],
@@ -54,6 +56,9 @@ const A: [[f64; STAGES]; STAGES] = [
 ///
 /// The method is Radau IIA with three stages: order 5, stiffly accurate and L-stable, dense output of order 3. Its error is
 /// not controlled: steps that follow the solution to a tolerance follow its derivatives about as well.
+///
+/// Where a law has a kink within a step, such as a valve that leans on its seat, stages on both sides of it would feed each other
+/// and grow from step to step without bound. There all stages have the mean Jacobian, of which the method is L-stable.
 ///
 /// Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd ed., Springer 1996, table IV.5.6.
 #[derive(Clone, Debug)]
@@ -84,6 +89,31 @@ type Matrix<const N: usize> = [[f64; N]; N];
 /// Matrices of the equations of the stages, `(A/h - J) Z = right`, with one stage eliminated after the other: the inverses of what is
 /// left of each diagonal block, and what is left of the blocks right of the second and below it.
 const ELIMINATED: usize = STAGES + 2;
+
+/// An entry of the Jacobian that falls to this share of what it is at another stage, or turns its sign, has met a kink.
+const VANISHED: f64 = 0.1;
+
+/// Whether the Jacobian has a kink within a step of length `h` that matters: to an entry that acts within the step.
+fn kinked<const N: usize>(h: f64, j: &[Matrix<N>], scale: &[f64; N], n: usize) -> bool {
+    (0..n).any(|row| {
+        (0..n).any(|column| {
+            let at = |stage: usize| j[stage][row][column];
+            let (low, high) = (at(0).min(at(1)).min(at(2)), at(0).max(at(1)).max(at(2)));
+            let (least, most) = if low.abs() < high.abs() { (low, high) } else { (high, low) };
+            least / most < VANISHED && h * (most - least).abs() * scale[column] > scale[row]
+        })
+    })
+}
+
+/// Gives all stages the mean Jacobian of the step.
+fn level<const N: usize>(j: &mut [Matrix<N>], n: usize) {
+    for row in 0..n {
+        for column in 0..n {
+            let mean: f64 = B.iter().zip(j.iter()).map(|(weight, j)| weight * j[row][column]).sum();
+            j.iter_mut().for_each(|j| j[row][column] = mean);
+        }
+    }
+}
 
 wide! {
     /// Eliminates stage by stage; false if that is singular. `j[stage][row][column]`.
@@ -222,6 +252,9 @@ impl<const N: usize> Tangents<N> {
             };
             by.clear();
             system.slopes(t, &y, j, by);
+        }
+        if kinked(step.h, j, &self.scale, n) {
+            level(j, n);
         }
         std::mem::swap(&mut self.before, &mut self.blocks);
         let regular = eliminate(step.h, j, &self.scale, n, eliminated);
