@@ -10,7 +10,7 @@ use borescope::internals::campaign::disturb::disturb;
 use borescope::internals::campaign::random::{Purpose, Stream};
 use borescope::internals::campaign::score::Scores;
 use borescope::internals::campaign::statistics::{found_in_most, quantile, upper};
-use borescope::internals::campaign::{FaultRow, Outcome, Row, draw};
+use borescope::internals::campaign::{Campaign, CampaignOptions, FaultRow, Outcome, Row, draw};
 use command::borescope;
 use serde_json::Value;
 
@@ -386,4 +386,14 @@ fn statistics_are_the_known_ones() {
     assert!(found_in_most(&sure).is_none_or(|found| found.size.is_finite()));
     let never: Vec<(f64, bool)> = (1..=20).map(|size| (f64::from(size), size < 10)).collect();
     assert_eq!(found_in_most(&never), None);
+}
+
+#[test]
+fn drawn_rigs_are_calibrated_to_models_that_explain_them() {
+    // Commands that jump although they run straight from row to row; a valve that leans on its seat over a trapped volume.
+    for path in ["fixtures/servo_axis/rig.toml", "fixtures/accumulator/rig.toml"] {
+        let rig = Rig::read(path).unwrap();
+        let campaign = Campaign::new(rig, CampaignOptions { seed: 1, rigs: 1, ..CampaignOptions::new(1) }).unwrap();
+        assert_eq!(campaign.prepared(0).unwrap().adequate, Some(true), "{path}");
+    }
 }
