@@ -246,7 +246,7 @@ fn diagnose_anew(
     let alarms = residuals.iter().filter_map(|residual| residual.alarm_at_s);
     let detected_at_s = match verdict {
         Verdict::Healthy => None,
-        _ => alarms.reduce(f64::min).or_else(|| parted_at(&estimate, &healthy, &misfit, &options.detection)),
+        _ => alarms.reduce(f64::min).or_else(|| parted_at(&estimate, &options.detection)),
     };
     let samples = case.full.weights.all_samples().saturating_sub(rig.faults.len()).max(1) as f64;
     let id = |fault: usize| rig.fault_id(fault).to_owned();
@@ -296,22 +296,27 @@ fn diagnose_anew(
     }))
 }
 
-/// When fitted and healthy model part, s: where the running sum of the log likelihood ratio between them, started anew at
-/// every minimum, passes the logarithm of the number of rows between false alarms. For a likelihood ratio that is Lorden's
-/// bound (Annals of Mathematical Statistics 42 (1971), theorem 2). Used where the rig has no residual that fires.
-fn parted_at(estimate: &Estimate<'_>, healthy: &[Vec<f64>], misfit: &[Vec<f64>], detection: &Detection) -> Option<f64> {
-    let problem = &estimate.case.full;
-    let mut column = problem::away(healthy, &problem.measured);
-    problem.weights.apply(&mut column);
+/// When the record begins to show the faults found, s: where the running sum of the log likelihood ratio between the fitted model with
+/// and without them, started anew at every minimum, passes the logarithm of the number of rows between false alarms. For a likelihood
+/// ratio that is Lorden's bound (Annals of Mathematical Statistics 42 (1971), theorem 2). Used where the rig has no residual that fires.
+fn parted_at(estimate: &Estimate<'_>, detection: &Detection) -> Option<f64> {
+    let Estimate { case, isolation } = estimate;
+    let problem = &case.full;
+    // Everything uncertain as fitted: what it differs by from what was known before is there from the first row on.
+    let (set, mut theta) = (isolation.set(), isolation.best.theta.clone());
+    if set.is_empty() {
+        theta.clone_from(&case.mean);
+    }
+    set.iter().for_each(|fault| theta[fault] = case.mean[fault]);
+    let [without, with] = [&theta, &isolation.best.theta].map(|theta| onset::by_sample(case, problem.drive, theta));
+    let (without, with) = (without?, with?);
     let rows = problem.times.len();
     let span = problem.times.last()? - problem.times.first()?;
     let between = detection.hours_between_false_alarms * 3600.0 * rows as f64 / span;
     let mut sum = 0.0_f64;
     let alarm = (0..rows).find(|&row| {
-        let gain = |(k, fitted): (usize, &Vec<f64>)| {
-            0.5 * (summary::tame(column[k * rows + row]) - summary::tame(fitted[row]))
-        };
-        let gain: f64 = misfit.iter().enumerate().map(gain).sum();
+        let samples = problem.series().into_iter().map(|range| range.start + row);
+        let gain: f64 = samples.map(|at| 0.5 * (summary::tame(without[at]) - summary::tame(with[at]))).sum();
         sum = (sum + gain).max(0.0);
         sum > between.ln()
     })?;

@@ -136,7 +136,7 @@ fn parting(case: &Case<'_>, isolation: &Isolation, plain: &InputSignals, worth: 
 
 /// Misfits of all samples, each on its own: what those of a phase have in common would smear a beginning over all of it.
 /// `None` where the model cannot be solved.
-fn by_sample(case: &Case<'_>, drive: &InputSignals, theta: &[f64]) -> Option<Vec<f64>> {
+pub(super) fn by_sample(case: &Case<'_>, drive: &InputSignals, theta: &[f64]) -> Option<Vec<f64>> {
     let full = &case.full;
     let outputs = full.model.solve(&full.parameters(theta), drive, full.times).ok()?;
     let mut misfit = away(&outputs.values, &full.measured);
