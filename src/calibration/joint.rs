@@ -7,10 +7,7 @@ use rayon::prelude::*;
 
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::{Estimated, away, root_mean_square};
-use crate::estimation::local_model::Evaluated;
-use crate::estimation::{
-    Fit, FitError, Gaussian, Linearised, LocalModel, Loss, Options, Problem, StoppedBecause, fit_along,
-};
+use crate::estimation::{Fit, FitError, Gaussian, Linearised, LocalModel, Loss, Options, Problem, fit_along};
 use crate::model::{InputSignals, Model, SimulationError};
 use crate::record::Record;
 
@@ -54,10 +51,6 @@ pub(super) struct Solutions<'a> {
 /// Derivatives are taken anew where a parameter has moved by more than this share of what was known of it before: laws bend
 /// over such a distance by less than a hundredth, which moves the optimum by less than a hundredth of a standard error.
 const BENT: f64 = 0.25;
-
-/// Derivatives that foresaw a step but for this share of its squared change end a tenth of the step beside the optimum; those that missed
-/// so much of chi-square, less than a third of a standard error.
-const FORESEEN: (f64, f64) = (0.01, 0.1);
 
 impl<'a> Solutions<'a> {
     pub fn new(model: &'a Model, records: &'a [Healthy<'a>], estimated: Vec<Estimated>) -> Self {
@@ -137,16 +130,6 @@ impl<'a> Solutions<'a> {
         known.sensitivities += self.records.len() as u64;
         known.slopes = Some(slopes.clone());
         Ok(slopes)
-    }
-
-    /// Whether the derivatives at hand were taken exactly there.
-    fn slopes_are_of(&self, theta: &[f64]) -> bool {
-        let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        known.slopes.as_ref().is_some_and(|slopes| slopes.at == theta)
-    }
-
-    fn forget_slopes(&self) {
-        self.known.lock().unwrap_or_else(PoisonError::into_inner).slopes = None;
     }
 
     /// Model minus measurement of one record, SI, one sensor after the other.
@@ -273,24 +256,10 @@ impl<'a> Joint<'a> {
         Ok(local)
     }
 
-    /// Fits from `start` along the derivatives from near there, and whether they foresaw where that led. Where they did not, the
-    /// next fit takes them again.
-    pub fn fit(&self, start: &[f64], options: Options) -> Result<(Fit, bool), FitError> {
+    /// Fits from `start` along the derivatives from there.
+    pub fn fit(&self, start: &[f64], options: Options) -> Result<Fit, FitError> {
         let local = self.local_model(start)?;
-        let fit = fit_along(self, &local, start, options)?;
-        let foreseen = if fit.theta == start && matches!(fit.stopped, StoppedBecause::NoFurtherDecrease { .. }) {
-            // No step along them lowers the cost: derivatives of here would not say so, but for rounding.
-            self.solutions.slopes_are_of(start)
-        } else {
-            let at = |theta, misfit| Evaluated { theta, misfit };
-            let (before, after) = (at(start, &local.misfit), at(&fit.theta, &fit.misfit));
-            let (missed, change) = local.unforeseen(before, after);
-            missed <= (FORESEEN.0 * change).max(FORESEEN.1)
-        };
-        if !foreseen {
-            self.solutions.forget_slopes();
-        }
-        Ok((fit, foreseen))
+        fit_along(self, &local, start, options)
     }
 
     /// Whether no parameter has moved by more than so many standard errors (for white misfits).

@@ -186,11 +186,11 @@ fn fit_all(
     for reach in FIRST {
         let mut joint = rounds.joint(rough.clone(), &theta, Loss::SoftL1 { k: FAR }).map_err(unsolved)?;
         joint.confine(reach);
-        let (fit, foreseen) = joint.fit(&theta, ends()).map_err(failed)?;
+        let fit = joint.fit(&theta, ends()).map_err(failed)?;
         count.one();
         let gained = cost - fit.cost;
         (theta, cost) = (fit.theta, fit.cost);
-        if foreseen && gained.abs() < NEAR * cost {
+        if gained.abs() < NEAR * cost {
             break;
         }
     }
@@ -214,9 +214,8 @@ fn fit_all(
             weights = Rounds::weights(&rounds.rig, &rounds.events(&rounds.rig, &theta).map_err(unsolved)?);
         }
         let joint = rounds.joint(weights.clone(), &theta, Loss::Huber { k: ROBUST }).map_err(unsolved)?;
-        let (fit, foreseen) = joint.fit(&theta, ends()).map_err(failed)?;
-        let settled =
-            foreseen && joint.within(&fit.theta, &theta, SETTLED.2).map_err(failed)? && alike(&before, &rounds.rig);
+        let fit = joint.fit(&theta, ends()).map_err(failed)?;
+        let settled = joint.within(&fit.theta, &theta, SETTLED.2).map_err(failed)? && alike(&before, &rounds.rig);
         theta.clone_from(&fit.theta);
         count.one();
         if settled || round >= options.rounds.max(1) {

@@ -146,12 +146,6 @@ impl LocalModel {
     /// Whether the Jacobian foresees what moving from one point to another does to the misfits, up to a share of the squared
     /// change.
     pub fn foresees(&self, before: Evaluated<'_>, after: Evaluated<'_>, share: f64) -> bool {
-        let (missed, change) = self.unforeseen(before, after);
-        missed <= share * change
-    }
-
-    /// Sum of squares of what the Jacobian does not foresee of the change of the misfits from one point to another, and of the change.
-    pub fn unforeseen(&self, before: Evaluated<'_>, after: Evaluated<'_>) -> (f64, f64) {
         let step = DVector::from_fn(self.count(), |i, _| (after.theta[i] - before.theta[i]) / self.scale[i]);
         let expected = &self.jacobian * step;
         let (mut missed, mut change) = (0.0, 0.0);
@@ -160,7 +154,7 @@ impl LocalModel {
             missed += (moved - expected).powi(2);
             change += moved * moved;
         }
-        (missed, change)
+        missed <= share * change
     }
 
     /// Variance inflation by autocorrelation of an estimate: the variance of its scores over that of white misfits, at least 1.
