@@ -58,7 +58,7 @@ const A: [[f64; STAGES]; STAGES] = [
 /// not controlled: steps that follow the solution to a tolerance follow its derivatives about as well.
 ///
 /// Where a law has a kink within a step, such as a valve that leans on its seat, stages on both sides of it would feed each other
-/// and grow from step to step without bound. There all stages have the mean Jacobian, of which the method is L-stable.
+/// and grow. There all stages have the mean Jacobian, of which the method is L-stable. Steps that lie on one side each may still grow.
 ///
 /// Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd ed., Springer 1996, table IV.5.6.
 #[derive(Clone, Debug)]
@@ -93,14 +93,20 @@ const ELIMINATED: usize = STAGES + 2;
 /// An entry of the Jacobian that falls to this share of what it is at another stage, or turns its sign, has met a kink.
 const VANISHED: f64 = 0.1;
 
-/// Whether the Jacobian has a kink within a step of length `h` that matters: to an entry that acts within the step.
+/// Whether the Jacobian has a kink within a step of length `h` that matters: to an entry that acts within the step, by the sizes of
+/// its states, or in a loop of two states whatever their sizes.
 fn kinked<const N: usize>(h: f64, j: &[Matrix<N>], scale: &[f64; N], n: usize) -> bool {
+    let ends = |row: usize, column: usize| {
+        let at = |stage: usize| j[stage][row][column];
+        let (low, high) = (at(0).min(at(1)).min(at(2)), at(0).max(at(1)).max(at(2)));
+        if low.abs() < high.abs() { (low, high) } else { (high, low) }
+    };
     (0..n).any(|row| {
         (0..n).any(|column| {
-            let at = |stage: usize| j[stage][row][column];
-            let (low, high) = (at(0).min(at(1)).min(at(2)), at(0).max(at(1)).max(at(2)));
-            let (least, most) = if low.abs() < high.abs() { (low, high) } else { (high, low) };
-            least / most < VANISHED && h * (most - least).abs() * scale[column] > scale[row]
+            let (least, most) = ends(row, column);
+            let change = h * (most - least).abs();
+            let back = || if row == column { 1.0 } else { h * ends(column, row).1.abs() };
+            least / most < VANISHED && (change * scale[column] > scale[row] || change * back() > 1.0)
         })
     })
 }
