@@ -36,16 +36,17 @@ pub(super) fn broken_line(input: &Input, time: &[f64], values: &[f64], interval:
     if input.noise > 0.0 {
         return smooth(input, time, values, holds);
     }
+    if input.hold == Hold::Linear {
+        // The last row holds as long as any.
+        let end = time.last().zip(values.last()).map(|(time, value)| (time + interval, *value));
+        return through(time.iter().copied().zip(values.iter().copied()).chain(end));
+    }
     let mut line: Vec<Stretch> = Vec::new();
-    for row in 0..values.len() {
+    for (row, &value) in values.iter().enumerate() {
         let (start, end) = holds(row);
-        let (from, to) = match input.hold {
-            Hold::Linear => (values[row], values.get(row + 1).copied().unwrap_or(values[row])),
-            Hold::Before | Hold::After => (values[row], values[row]),
-        };
         match line.last_mut() {
-            Some(last) if last.from == last.to && last.to == from && from == to => last.end = end,
-            _ => line.push(Stretch { start, end, from, to }),
+            Some(last) if last.to == value => last.end = end,
+            _ => line.push(Stretch { start, end, from: value, to: value }),
         }
     }
     line
@@ -54,12 +55,12 @@ pub(super) fn broken_line(input: &Input, time: &[f64], values: &[f64], interval:
 /// Change of slope, relative to the value, that is rounding.
 const STRAIGHT: f64 = 1e-9;
 
-/// The broken line through what a curve is at some times, with corners only where it bends.
-pub(super) fn through(times: &[f64], value: impl Fn(f64) -> f64) -> Vec<Stretch> {
+/// The broken line through points, time before value, with corners only where it bends: the solver stops at each.
+pub(super) fn through(points: impl Iterator<Item = (f64, f64)>) -> Vec<Stretch> {
     let mut line: Vec<Stretch> = Vec::new();
-    for pair in times.windows(2) {
-        let (start, end) = (pair[0], pair[1]);
-        let (from, to) = (value(start), value(end));
+    let mut before = None;
+    for (end, to) in points {
+        let Some((start, from)) = before.replace((end, to)) else { continue };
         match line.last_mut() {
             Some(last) if last.goes_through(end, to) => (last.end, last.to) = (end, to),
             _ => line.push(Stretch { start, end, from, to }),
