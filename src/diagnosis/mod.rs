@@ -193,18 +193,22 @@ fn diagnose_anew(
         }
         None => (&drive, first),
     };
-    let explains = estimate.explains();
-    if found < MOST_FOUND && !(explains && estimate.isolation.set().is_empty()) {
-        if let Some(other) = switching::found(&[&estimate]) {
-            let other = Model::new(other).with_tolerance(model.tolerance);
-            if let Some(mut anew) = diagnose_anew(&other, record, start, options, found + 1)? {
-                let found = anew.other_rig.get_or_insert(other.rig);
-                anew.diagnosis.dynamics = switching::report(rig, found);
-                return Ok(Some(anew));
-            }
-        }
+    let anew = |estimate: &Estimate<'_>| -> Result<Option<Diagnosed>, Complaint> {
+        let doubtful = found < MOST_FOUND && !(estimate.explains() && estimate.isolation.set().is_empty());
+        let Some(other) = doubtful.then(|| switching::found(&[estimate])).flatten() else { return Ok(None) };
+        let other = Model::new(other).with_tolerance(model.tolerance);
+        let anew = diagnose_anew(&other, record, start, options, found + 1)?;
+        Ok(anew.map(|mut anew| {
+            let found = anew.other_rig.get_or_insert(other.rig);
+            anew.diagnosis.dynamics = switching::report(rig, found);
+            anew
+        }))
+    };
+    if let Some(anew) = anew(&estimate)? {
+        return Ok(Some(anew));
     }
-    if found > 0 && !explains {
+    let without_faults = estimate.isolation.set().is_empty();
+    if found > 0 && !estimate.explains() {
         return Ok(None);
     }
     let mut restarts = 0;
@@ -224,6 +228,12 @@ fn diagnose_anew(
             _ => break intervals,
         }
     };
+    // A profile may have led to faults where there were none.
+    if without_faults
+        && let Some(anew) = anew(&estimate)?
+    {
+        return Ok(Some(anew));
+    }
     let (case, isolation) = (&estimate.case, &estimate.isolation);
     let outputs = case
         .full

@@ -54,7 +54,7 @@ pub(crate) fn found(near: &[&Estimate<'_>]) -> Option<Rig> {
     let samples = asked.iter().map(|asked| asked.case.full.weights.all_samples() as f64).sum();
     let (mut other, mut reached, mut count) = (rig.clone(), 0.0, 0);
     for follower in rig.followers().filter(|follower| is_alone(rig, follower)) {
-        let searched = Searched { asked: &asked, samples, rig: &other, follower };
+        let searched = Searched { asked: &asked, rig: &other, follower };
         let Some((dynamics, fall)) = searched.best() else { continue };
         if bic(-(fall - reached), dynamics.len(), samples) < 0.0 {
             (other, reached, count) = (searched.with(dynamics)?, fall, count + 1);
@@ -137,8 +137,6 @@ impl<'e, 'a> Asked<'e, 'a> {
 /// The search for how one part follows, the others as a rig has them.
 struct Searched<'s, 'e, 'a> {
     asked: &'s [Asked<'e, 'a>],
-    /// Of all records.
-    samples: f64,
     rig: &'s Rig,
     follower: Follower,
 }
