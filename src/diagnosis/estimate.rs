@@ -156,7 +156,20 @@ pub fn held_at<'a>(
     forms: usize,
 ) -> Result<Estimate<'a>, Complaint> {
     let theta = quick(&model.clone().with_tolerance(search::ROUGH), record, drive, (start, set), forms)?.theta;
-    let (case, form) = case_at(model, record, drive, &theta)?;
+    held_near(model, record, drive, (&theta, set))
+}
+
+/// The same from values that are near already, with one linearisation.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved there.
+pub fn held_near<'a>(
+    model: &'a Model,
+    record: &'a Record,
+    drive: &'a InputSignals,
+    (theta, set): (&[f64], FaultSet),
+) -> Result<Estimate<'a>, Complaint> {
+    let (case, form) = case_at(model, record, drive, theta)?;
     let isolation = held(&case, form, set).map_err(|error| unsolvable(model, record, error))?;
     Ok(Estimate { case, isolation })
 }

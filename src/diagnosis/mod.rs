@@ -39,7 +39,9 @@ pub use switching::DynamicsReport;
 pub use fitted::{FittedReport, ProfileReport};
 pub use hypotheses::Hypothesis;
 use problem::over_sensors;
-pub use result::{ChannelReport, Diagnosis, FaultReport, FitReport, MissingEffect, SCHEMA, UncertainReport, Verdict};
+pub use result::{
+    ChannelReport, Diagnosis, FaultReport, FitReport, MissingEffect, RivalEffect, SCHEMA, UncertainReport, Verdict,
+};
 pub(crate) use summary::{is_there, mean_squares, tame_squares};
 
 /// What the user may choose.
@@ -271,6 +273,7 @@ fn diagnose_anew(
         common_cause: None,
         missing_effect: None,
         dynamics: Vec::new(),
+        rival_effects: Vec::new(),
         times_noise: rounded(over_sensors(measured), DIGITS),
         detected_at_s,
         onset_s: begun.as_ref().map(|begun| rounded(begun.time, DIGITS)),

@@ -10,6 +10,7 @@ use crate::estimation::Identifiable;
 use crate::estimation::profile::QUANTILE;
 use crate::record::survey::Finding;
 use crate::residual::ResidualReport;
+use crate::rig::Rig;
 
 /// Name and version of the JSON schema.
 pub const SCHEMA: &str = "borescope.diagnosis/1";
@@ -167,6 +168,21 @@ pub struct MissingEffect {
     pub times_noise_without: f64,
 }
 
+/// An effect that explains the record in place of a fault: the model need not have that fault if it lacks the effect.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RivalEffect {
+    /// The fault that is then absent.
+    pub fault: String,
+    /// Such as `pump-leakage@pump`.
+    pub effect: String,
+    /// Its size as estimated, beside the other faults and all else.
+    pub value: f64,
+    /// Of `value`.
+    pub unit: String,
+    /// Fall of the information criterion from the faults found to the effect: positive where the effect explains more.
+    pub delta_bic: f64,
+}
+
 /// The diagnosis of one record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diagnosis {
@@ -185,6 +201,8 @@ pub struct Diagnosis {
     /// How spools follow their commands, where the record asks for other than the rig file has; all else is said of the model with
     /// it.
     pub dynamics: Vec<DynamicsReport>,
+    /// Effects that explain the record as well as a fault does that is present.
+    pub rival_effects: Vec<RivalEffect>,
     /// Root mean square of measured minus the model with the faults found, over the noise of the sensor, over all sensors.
     pub times_noise: f64,
     /// End of the window in which the first residual fired, s; where none did, when fitted and healthy model part.
@@ -213,5 +231,19 @@ impl Diagnosis {
     /// The faults that are present.
     pub fn present(&self) -> impl Iterator<Item = &FaultReport> {
         self.faults.iter().filter(|fault| fault.present)
+    }
+
+    /// All parameters of a rig, SI, as the diagnosis found them: present faults and uncertain parameters as estimated, other faults
+    /// healthy.
+    pub(crate) fn found(&self, rig: &Rig) -> Vec<f64> {
+        let mut parameters = rig.healthy();
+        let faults = self.present().map(|fault| (&fault.id, fault.value));
+        let uncertain = self.uncertain.iter().map(|parameter| (&parameter.id, parameter.value));
+        for (id, value) in faults.chain(uncertain) {
+            if let Some(index) = rig.parameter(id) {
+                parameters[index] = rig.parameters[index].unit.to_si(value);
+            }
+        }
+        parameters
     }
 }

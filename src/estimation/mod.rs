@@ -49,7 +49,7 @@ pub use prior::Gaussian;
 pub use problem::{Held, Linearised, Problem};
 pub use profile::{End, Identifiable, Interval, ProfilePoint, Side, interval};
 pub use schur::SchurComplement;
-pub use score::{Score, ScoreTest};
+pub use score::{EstimatedAt, Score, ScoreTest};
 pub use stopped::StoppedBecause;
 pub(crate) use triangle::dot;
 #[cfg(feature = "internals")]

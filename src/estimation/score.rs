@@ -17,12 +17,51 @@ pub struct Score {
     pub own: f64,
     /// The estimated parameter that takes over most of it.
     pub absorbed_by: Option<usize>,
+    /// By how much each free parameter, per scale, falls for a factor of 1, everything estimated following.
+    follow: DVector<f64>,
+    /// The free parameters.
+    free: Vec<usize>,
+}
+
+/// A parameter that might stand at another value if the model had a change: how far it is off now, and how surely.
+#[derive(Debug, Clone, Copy)]
+pub struct EstimatedAt {
+    /// Its index among all parameters.
+    pub parameter: usize,
+    /// Estimate less the other value, per scale.
+    pub off: f64,
+    /// Variance of the estimate, per scale, the change not in the model.
+    pub variance: f64,
+    /// Variance of the other value, per scale; 0 where it is exact.
+    pub other_variance: f64,
+}
+
+impl EstimatedAt {
+    /// Rise of the cost with the parameter at the other value, the change not in the model.
+    pub fn rise(&self) -> f64 {
+        self.off * self.off / (self.variance + self.other_variance)
+    }
 }
 
 impl Score {
     /// Fall of the cost at a factor on the change, everything estimated following.
     pub fn fall_at(&self, factor: f64) -> f64 {
         self.information * factor * (2.0 * self.factor - factor)
+    }
+
+    /// Rise of the cost where the change is in the model and a free parameter stands at another value, all else following; and
+    /// the factor on the change at which it is least. Of two quantities that are normal together the one conditioned on the other.
+    pub fn in_place_of(&self, estimated: EstimatedAt) -> Option<(f64, f64)> {
+        let place = self.free.iter().position(|&free| free == estimated.parameter)?;
+        if self.information <= 0.0 {
+            return None;
+        }
+        let follow = self.follow[place];
+        let off = estimated.off - follow * self.factor;
+        let variance = estimated.variance + follow * follow / self.information + estimated.other_variance;
+        let factor = self.factor + follow / self.information / variance * off;
+        let rise = off * off / variance - self.information * self.factor * self.factor;
+        Some((rise, factor))
     }
 }
 
@@ -62,6 +101,31 @@ impl<'a> ScoreTest<'a> {
             information,
             own: if total > 0.0 { (information / total).sqrt() } else { 0.0 },
             absorbed_by: most.map(|a| self.information.free()[a]),
+            free: self.information.free().to_vec(),
+            follow,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A score of a change that moves the misfits exactly as a parameter of variance 1 does, with a share of its own.
+    fn score(information: f64) -> Score {
+        let follow = DVector::from_element(1, 1.0);
+        Score { factor: 0.0, information, own: 0.0, absorbed_by: None, follow, free: vec![0] }
+    }
+
+    #[test]
+    fn a_change_that_does_the_same_takes_the_place_of_a_parameter_for_nothing() {
+        let estimated = EstimatedAt { parameter: 0, off: 30.0, variance: 1.0, other_variance: 0.0 };
+        assert_eq!(estimated.rise(), 900.0);
+        let (rise, factor) = score(1e-9).in_place_of(estimated).unwrap();
+        assert!(rise < 1e-5 && (factor - 30.0).abs() < 1e-6, "{rise}, {factor}");
+        // Half of its length is its own: with a change of the misfits by s = (1, 1) and J = (1, 0) cost is (p + e)^2 + e^2, p = -30.
+        let (rise, factor) = score(1.0).in_place_of(estimated).unwrap();
+        assert_eq!((rise, factor), (450.0, 15.0));
+        assert!(score(1.0).in_place_of(EstimatedAt { parameter: 1, ..estimated }).is_none());
     }
 }

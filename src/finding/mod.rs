@@ -9,7 +9,7 @@ pub use consequence::Consequence;
 use consequence::Runs;
 
 use crate::complaint::Complaint;
-use crate::diagnosis::{Diagnosis, FaultReport};
+use crate::diagnosis::{Diagnosis, FaultReport, RivalEffect};
 use crate::model::{InputSignals, Model, SimulationError};
 use crate::number::rounded;
 use crate::record::Record;
@@ -18,12 +18,14 @@ use crate::rig::Rig;
 /// Probability below which a rival is not named: a report prints it as `< 0.1 %`.
 const NAMED: f64 = 0.001;
 
-/// Another fault combination that may explain the record, without the fault of the finding.
+/// Another explanation of the record, without the fault of the finding.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rival {
-    /// Ids; none is the healthy circuit.
+    /// Ids; none is the circuit without faults.
     pub faults: Vec<String>,
-    /// `None` where the record cannot isolate the fault from these.
+    /// An effect that the model lacks, which stands in place of the fault.
+    pub effect: Option<RivalEffect>,
+    /// `None` where the record cannot isolate the fault from these, and of an effect, which is no fault of the rig file.
     pub probability: Option<f64>,
 }
 
@@ -86,7 +88,7 @@ pub fn findings(model: &Model, record: &Record, diagnosis: &Diagnosis) -> Result
         return Ok(Vec::new());
     }
     let drive = InputSignals::from_record(&model.rig, record)?;
-    let parameters = found(&model.rig, diagnosis);
+    let parameters = diagnosis.found(&model.rig);
     let solve = |parameters: &[f64]| match model.solve(parameters, &drive, &record.time) {
         Ok(outputs) => Ok(Some(outputs.values)),
         Err(error @ SimulationError::Interrupted) => Err(model.unsolved(&error)),
@@ -114,28 +116,16 @@ pub fn findings(model: &Model, record: &Record, diagnosis: &Diagnosis) -> Result
     present.into_iter().map(one).collect()
 }
 
-/// The parameters of the model that was found, SI: present faults and nuisance parameters as estimated, other faults healthy.
-fn found(rig: &Rig, diagnosis: &Diagnosis) -> Vec<f64> {
-    let mut parameters = rig.healthy();
-    let faults = diagnosis.present().map(|fault| (&fault.id, fault.value));
-    let uncertain = diagnosis.uncertain.iter().map(|parameter| (&parameter.id, parameter.value));
-    for (id, value) in faults.chain(uncertain) {
-        if let Some(index) = rig.parameter(id) {
-            parameters[index] = rig.parameters[index].unit.to_si(value);
-        }
-    }
-    parameters
-}
-
 fn finding(rig: &Rig, diagnosis: &Diagnosis, fault: &FaultReport, consequences: Vec<Consequence>) -> Finding {
     let rivals = rivals(diagnosis, &fault.id);
     let check = consequences.first().map(|first| {
         format!("look at {} from {} s to {} s", first.sensor, rounded(first.from_s, 4), rounded(first.to_s, 4))
     });
     let (rig_file, record) = (argument(&diagnosis.rig), argument(&diagnosis.record));
-    let command = match rivals.as_slice() {
-        [] => format!("borescope diagnose {rig_file} {record} --report diagnosis.html"),
-        _ => format!("borescope isolability {rig_file} --input {record}"),
+    let command = match rivals.first() {
+        None => format!("borescope diagnose {rig_file} {record} --report diagnosis.html"),
+        Some(Rival { effect: Some(_), .. }) => format!("borescope suggest {rig_file} {record} --check ANOTHER_RECORD"),
+        Some(_) => format!("borescope isolability {rig_file} --input {record}"),
     };
     Finding {
         id: fault.id.clone(),
@@ -153,18 +143,23 @@ fn finding(rig: &Rig, diagnosis: &Diagnosis, fault: &FaultReport, consequences: 
     }
 }
 
-/// Fault combinations that may stand in place of one that holds a fault.
+/// What may stand in place of a fault: first other faults that the record cannot isolate from it, then effects, then fault
+/// combinations that are less probable.
 fn rivals(diagnosis: &Diagnosis, id: &str) -> Vec<Rival> {
     let groups = diagnosis.ambiguity.iter().filter(|group| group.iter().any(|one| one == id));
     let group = |group: &Vec<String>| Rival {
         faults: group.iter().filter(|one| *one != id).cloned().collect(),
+        effect: None,
         probability: None,
     };
+    let beside = || diagnosis.present().map(|fault| fault.id.clone()).filter(|one| one != id).collect();
+    let effects = diagnosis.rival_effects.iter().filter(|one| one.fault == id);
+    let effects = effects.map(|one| Rival { faults: beside(), effect: Some(one.clone()), probability: None });
     let lacking =
         |one: &&crate::diagnosis::Hypothesis| one.probability >= NAMED && !one.faults.iter().any(|fault| fault == id);
     let other = diagnosis.hypotheses.iter().filter(lacking);
-    let other = other.map(|one| Rival { faults: one.faults.clone(), probability: Some(one.probability) });
-    groups.map(group).chain(other).collect()
+    let other = other.map(|one| Rival { faults: one.faults.clone(), effect: None, probability: Some(one.probability) });
+    groups.map(group).chain(effects).chain(other).collect()
 }
 
 /// The part that a parameter belongs to, in words: its name, and what kind of component it is where the name does not say so.

@@ -3,10 +3,11 @@
 //! A model that lacks an effect is bent towards the record by whatever may move, faults first: friction that nobody wrote down
 //! becomes a narrow opening with an interval as small as if it were the truth. So where faults are found and yet do not explain
 //! the record, effects compete with them under the one criterion of [`suggest`], and the faults are isolated again beside the
-//! effect that wins.
+//! effect that wins. Where they do explain it, effects that would explain it as well are named beside them ([`super::rivals`]).
 
 use super::evaluated::EvaluatedModel;
 use super::fitted_model::FittedModel;
+use super::rivals::rival_effects;
 use super::suggest::suggest;
 use crate::complaint::Complaint;
 use crate::diagnosis::{self, Diagnosed, DiagnosisOptions, MissingEffect, Verdict};
@@ -21,7 +22,13 @@ use crate::rig::Rig;
 /// # Errors
 /// Columns that are missing, a model that cannot be solved, or a [context](crate::Context) that was cancelled.
 pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
-    let given = diagnosis::diagnose(model, record, options)?;
+    let mut given = diagnosis::diagnose(model, record, options)?;
+    // A fault that began within the record is told from an effect by its beginning.
+    if given.diagnosis.verdict == Verdict::Faulty && given.diagnosis.onset_s.is_none() {
+        let record = given.record(record);
+        given.diagnosis.rival_effects = rival_effects(&model.rig, record, &given.diagnosis)?;
+        return Ok(given);
+    }
     let bent = given.diagnosis.verdict == Verdict::ModelInadequate && given.diagnosis.present().next().is_some();
     // A column in another unit is a mistake in the record, which no physics should be fitted to.
     let misread = given.diagnosis.channels.iter().any(|channel| channel.ratio_to_healthy.is_some());

@@ -70,15 +70,7 @@ pub fn tolerated(samples: f64) -> f64 {
 /// the fall of chi-square that says nothing.
 pub fn candidates(estimate: &Estimate<'_>, base_point: usize, tolerance: f64) -> Vec<Candidate> {
     let rig = estimate.case.rig();
-    let places: Vec<EffectInstance> = rig
-        .effect_places()
-        .into_iter()
-        .filter(|placed| rig.effects.iter().all(|present| present.id != rig.effect_id(placed)))
-        .filter(|placed| !placed.effect.empirical)
-        // What is a fault of the rig competes as one.
-        .filter(|placed| !(matches!(placed.effect.form, Form::ParameterChange) && bends_a_fault(rig, placed)))
-        .filter(|placed| !is_stated_as_exact(rig, placed))
-        .collect();
+    let places = places(rig);
     let count = rig.context().count("candidates screened", places.len());
     let Some(here) = ScoreContext::of(estimate, worth(places.len(), tolerance)) else { return Vec::new() };
     let one = |placed: &EffectInstance| {
@@ -93,6 +85,18 @@ pub fn candidates(estimate: &Estimate<'_>, base_point: usize, tolerance: f64) ->
     }
     all.sort_by(|a, b| b.score.total_cmp(&a.score));
     all
+}
+
+/// Effects that the rig may have and does not, each at its place; curves without a formula are none.
+pub(super) fn places(rig: &Rig) -> Vec<EffectInstance> {
+    rig.effect_places()
+        .into_iter()
+        .filter(|placed| rig.effects.iter().all(|present| present.id != rig.effect_id(placed)))
+        .filter(|placed| !placed.effect.empirical)
+        // What is a fault of the rig competes as one.
+        .filter(|placed| !(matches!(placed.effect.form, Form::ParameterChange) && bends_a_fault(rig, placed)))
+        .filter(|placed| !is_stated_as_exact(rig, placed))
+        .collect()
 }
 
 /// One effect at its place, scored; a curve without a formula as it is tried.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::candidate::empirical;
 use super::fitted_model::{FittedModel, Run};
-use super::trial_steps::highest_at;
+use super::highest::highest_at;
 use crate::complaint::Complaint;
 use crate::diagnosis::{estimate, is_there};
 use crate::estimation::profile::QUANTILE;

@@ -20,6 +20,7 @@
 //! | [`addition`] | what was added, as programs read it |
 //! | `revise` | effects of a rig file set, taken out or refitted by hand |
 //! | [`behind`] | which faults are there beside an effect that the model lacks |
+//! | `rivals` | which effects explain a record as well as a fault does |
 //! | [`improve`] | the whole loop with its ledger |
 
 pub mod add;
@@ -31,6 +32,7 @@ pub mod compare;
 pub mod comparison;
 pub mod evaluated;
 pub mod fitted_model;
+mod highest;
 pub mod improve;
 mod lack_of_fit;
 #[cfg(feature = "cli")]
@@ -40,6 +42,7 @@ mod refit;
 pub mod result;
 #[cfg(feature = "cli")]
 pub mod revise;
+mod rivals;
 mod screening;
 pub mod separate;
 pub mod suggest;

@@ -1,12 +1,13 @@
 //! Sizes and levels at which an effect is tried, and what the score test says of each.
 
 use super::candidate::Candidate;
+use super::highest::highest;
 use crate::diagnosis::estimate::Estimate;
 use crate::diagnosis::search::ROUGH;
 use crate::estimation::ScoreTest;
 use crate::model::{InputSignals, Model};
 use crate::physics::effect::{self, Form, FreeParameter, InitialGuess};
-use crate::rig::{EffectInstance, Location, NodeKind, ParameterSetting, Quantity, Rig, Sensor, Target};
+use crate::rig::{EffectInstance, Location, ParameterSetting, Quantity, Rig};
 
 /// Change of the weighted misfits below which a candidate is not excited, root sum of squares.
 const EXCITED: f64 = 0.1;
@@ -40,8 +41,8 @@ const BEYOND: f64 = 1.5;
 
 /// Where candidates are scored.
 pub(super) struct ScoreContext<'a, 'e> {
-    estimate: &'a Estimate<'e>,
-    scoring: ScoreTest<'a>,
+    pub estimate: &'a Estimate<'e>,
+    pub scoring: ScoreTest<'a>,
     /// What the sensors show there, `[sensor][row]`, SI, solved as roughly as what it is compared with.
     plain: Vec<Vec<f64>>,
     /// Fall of chi-square from which on an effect is looked at.
@@ -63,6 +64,19 @@ impl<'a, 'e> ScoreContext<'a, 'e> {
     fn is_hopeless(&self, tried: &TrialStep) -> bool {
         tried.information > HOPELESS * HOPELESS * self.estimate.isolation.best.cost
     }
+}
+
+/// An effect as it may be tried in small, with what each try changes in the weighted misfits: a tenth of its typical size, where it is
+/// straight, and that. One with a level that has to be searched has none.
+pub(super) fn small_tries(here: &ScoreContext<'_, '_>, placed: &EffectInstance) -> Vec<(Candidate, Vec<f64>)> {
+    if levels(placed).is_some() {
+        return Vec::new();
+    }
+    let begins = placed.effect.parameters.iter().any(|free| matches!(free.first, InitialGuess::Onset(_)));
+    let top = if begins { highest(here.estimate, placed.spot, Quantity::Pressure) } else { 0.0 };
+    let onsets: Vec<f64> = if begins { ONSETS.iter().map(|share| share * top).collect() } else { vec![0.0] };
+    let steps = onsets.iter().flat_map(|&onset| SIZES[..=TYPICAL].iter().map(move |&step| (step, onset)));
+    steps.filter_map(|step| TrialStep::at(here, placed, step, None)).map(|one| (one.candidate, one.change)).collect()
 }
 
 /// The try of an effect that promises most.
@@ -262,41 +276,6 @@ fn attempt(estimate: &Estimate<'_>, placed: &EffectInstance, (step, onset): (f64
 
 fn ends(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
-}
-
-/// The highest level, m, or pressure, Pa, at the node of the first port of a component, in the fitted model.
-fn highest(estimate: &Estimate<'_>, spot: Location, quantity: Quantity) -> f64 {
-    let Location::Component(component) = spot else { return 0.0 };
-    let full = &estimate.case.full;
-    let (rig, values) = (&full.model.rig, full.parameters(&estimate.isolation.best.theta));
-    highest_at(rig, &values, (full.drive, full.times), rig.components[component].ports[0], quantity)
-}
-
-/// The same at a node of a rig with values of all of its parameters, SI; 0 where it has none.
-pub(super) fn highest_at(
-    rig: &Rig,
-    values: &[f64],
-    (drive, times): (&InputSignals, &[f64]),
-    node: usize,
-    quantity: Quantity,
-) -> f64 {
-    if !matches!(rig.nodes[node].kind, NodeKind::Volume { .. }) {
-        return 0.0;
-    }
-    // A sensor of the mind.
-    let mut rig = rig.clone();
-    let Some(template) = rig.sensors.first().cloned() else { return 0.0 };
-    let first_parameter = rig.parameters.len();
-    for value in [0.0, 1.0] {
-        let mut parameter = rig.parameters[template.first_parameter].clone();
-        (parameter.value, parameter.sigma) = (value, 0.0);
-        rig.parameters.push(parameter);
-    }
-    let dimension = quantity.dimension().unwrap_or(template.dimension);
-    rig.sensors.push(Sensor { quantity, dimension, target: Target::Node(node), lag: 0.0, first_parameter, ..template });
-    let values = [values, &[0.0, 1.0]].concat();
-    let shown = Model::new(rig).solve(&values, drive, times).map(|mut outputs| outputs.values.pop());
-    shown.ok().flatten().map_or(0.0, |shown| ends(&shown).1)
 }
 
 /// By how much a try changes the weighted misfits; `None` where the model cannot be solved with it.

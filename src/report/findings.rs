@@ -5,8 +5,9 @@ use super::caveats::{caveats, detected};
 use super::diagnosis::{headline, interval, percent, sized, sizes, tone};
 use super::learn::{multiple, times};
 use super::style::Style;
-use crate::diagnosis::{Diagnosis, FaultReport, Verdict};
+use crate::diagnosis::{Diagnosis, FaultReport, RivalEffect, Verdict};
 use crate::finding::{Finding, Rival, argument};
+use crate::learn::evaluated::RIVAL;
 use crate::number::with_unit;
 
 /// Lines of findings: with verdict, notes and next command a screen of 24 lines is not filled.
@@ -14,6 +15,8 @@ const LINES: usize = 10;
 /// Consequences that are shown of each finding, of few and of many.
 const CHANGES: [usize; 2] = [2, 1];
 const FEW: usize = 2;
+/// Findings of which another explanation is named.
+const RIVALS: usize = 2;
 /// Faults of a model that explains nothing well that are named.
 const ATTEMPTED: usize = 4;
 
@@ -91,10 +94,12 @@ fn found(diagnosis: &Diagnosis, findings: &[Finding]) -> Vec<String> {
     if !rest.is_empty() {
         lines.extend(wrapped(&format!("and {}", rest.join(", ")), "  "));
     }
-    let rivals = findings.first().map_or(&[][..], |first| first.rivals.as_slice());
-    lines.extend(
-        rivals.first().map(|rival| instead(rival, findings)).into_iter().flat_map(|words| wrapped(&words, "  ")),
-    );
+    let rivals = findings.iter().enumerate().filter_map(|(place, finding)| {
+        let rival = finding.rivals.first()?;
+        // Physics that the rig file lacks counts for every finding, other faults for the first one: they are the same for all.
+        (place == 0 || rival.effect.is_some()).then(|| instead(rival, finding))
+    });
+    lines.extend(rivals.take(RIVALS).flat_map(|words| wrapped(&words, "  ")));
     lines
 }
 
@@ -114,14 +119,26 @@ fn block(finding: &Finding, fault: &FaultReport, changes: usize) -> Vec<String> 
     [wrapped(&size, "  "), wrapped(&deviation, "    ")].concat()
 }
 
-/// The likeliest fault combination without the first finding.
-fn instead(rival: &Rival, findings: &[Finding]) -> String {
-    let first = findings.first().map_or("", |finding| finding.id.as_str());
-    let faults = if rival.faults.is_empty() { "nothing".to_owned() } else { rival.faults.join(" + ") };
-    match rival.probability {
-        None => format!("This record cannot isolate {first} from {faults}."),
-        Some(probability) => format!("Instead of {first}: {faults}, {}.", percent(probability)),
+/// The likeliest explanation without a finding.
+fn instead(rival: &Rival, finding: &Finding) -> String {
+    let id = &finding.id;
+    match (&rival.effect, rival.probability) {
+        (Some(effect), _) => format!("Instead of {id}: the effect {}.", in_place(effect)),
+        (None, None) => format!("This record cannot isolate {id} from {}.", faults_of(rival)),
+        (None, Some(probability)) => format!("Instead of {id}: {}, {}.", faults_of(rival), percent(probability)),
     }
+}
+
+/// The faults of a rival in words.
+pub(super) fn faults_of(rival: &Rival) -> String {
+    if rival.faults.is_empty() { "nothing".to_owned() } else { rival.faults.join(" + ") }
+}
+
+/// An effect in place of a fault, with its size and how well it explains the record.
+pub(super) fn in_place(rival: &RivalEffect) -> String {
+    let size = with_unit(rival.value, &rival.unit);
+    let well = if rival.delta_bic > RIVAL { "better" } else { "as well" };
+    format!("{} ({size}), which explains the record {well}", rival.effect)
 }
 
 /// The command that leads further.
@@ -129,7 +146,11 @@ pub(super) fn next(diagnosis: &Diagnosis, findings: &[Finding]) -> Option<String
     let (rig, record) = (argument(&diagnosis.rig), argument(&diagnosis.record));
     match diagnosis.verdict {
         Verdict::Healthy => Some(format!("borescope isolability {rig} --input {record}")),
-        Verdict::Faulty => findings.first().map(|finding| finding.next.command.clone()),
+        // Physics that may be missing is asked of a second record first.
+        Verdict::Faulty => {
+            let by_effect = |finding: &&Finding| finding.rivals.first().is_some_and(|rival| rival.effect.is_some());
+            findings.iter().find(by_effect).or(findings.first()).map(|finding| finding.next.command.clone())
+        }
         Verdict::ModelInadequate => Some(format!("borescope suggest {rig} {record} --check ANOTHER_RECORD")),
     }
 }

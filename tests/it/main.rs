@@ -101,6 +101,7 @@ mod fit {
 mod learn {
     mod open_rigs;
     mod rates;
+    mod rivals;
 }
 
 mod numeric {

@@ -146,12 +146,10 @@ fn card(rig: &Rig, finding: &Finding, fault: &FaultReport) -> Card {
         let texts: Vec<&str> = finding.consequences.iter().map(|one| one.text.as_str()).collect();
         facts.push(("consequence".to_owned(), texts.join("; ")));
     }
-    let rivals = finding.rivals.iter().take(2).map(|rival| {
-        let faults = if rival.faults.is_empty() { "nothing".to_owned() } else { rival.faults.join(" + ") };
-        match rival.probability {
-            None => format!("{faults}, which this record cannot isolate from it"),
-            Some(probability) => format!("{faults}, {}", words::percent(probability)),
-        }
+    let rivals = finding.rivals.iter().take(2).map(|rival| match (&rival.effect, rival.probability) {
+        (Some(effect), _) => format!("the effect {}", findings::in_place(effect)),
+        (None, None) => format!("{}, which this record cannot isolate from it", findings::faults_of(rival)),
+        (None, Some(probability)) => format!("{}, {}", findings::faults_of(rival), words::percent(probability)),
     });
     let rivals: Vec<String> = rivals.collect();
     if !rivals.is_empty() {

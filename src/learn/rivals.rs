@@ -1,0 +1,148 @@
+//! Effects that explain a record as well as one of its faults does.
+//!
+//! A fault that explains a record within noise and tolerance need not be the only thing that does: slip of a pump that nobody wrote
+//! down takes flow as a worn pump does. So the local model of the fit is asked what the record would cost with each effect of the
+//! library in place of each fault that is present. Those that promise to cost little more are fitted, and one that ends within
+//! [`RIVAL`] of the fault, by the information criterion, is its rival. A try of an effect is simulated once for all faults.
+
+use rayon::prelude::*;
+
+use super::candidate::{Candidate, places};
+use super::evaluated::RIVAL;
+use super::fitted_model::{FittedModel, Judge};
+use super::refit::{BasePoint, FORMS, quick, refitted};
+use super::trial_steps::{ScoreContext, small_tries};
+use super::verdict::warnings;
+use super::warning::Warning;
+use crate::complaint::Complaint;
+use crate::diagnosis::estimate::{self, Estimate, HOPE};
+use crate::diagnosis::search::ROUGH;
+use crate::diagnosis::{Diagnosis, RivalEffect};
+use crate::estimation::EstimatedAt;
+use crate::model::{InputSignals, Model};
+use crate::number::rounded;
+use crate::record::Record;
+use crate::rig::{FaultSet, Rig};
+
+/// Share of what a fault explains that an effect in its place has to keep, in the local model, to be fitted. What bends keeps less than
+/// it promises to a straight line: at a correlation of 0.9 of both changes, 0.8 is kept.
+const KEPT: f64 = 0.8;
+/// Effects that are fitted in place of each fault.
+const FITTED: usize = 2;
+/// Digits of a size.
+const DIGITS: usize = 4;
+
+/// Effects that explain a record as well as a fault of its diagnosis does, for each fault the best first.
+///
+/// # Errors
+/// Columns that are missing, or a [context](crate::Context) that was cancelled.
+pub(super) fn rival_effects(rig: &Rig, record: &Record, diagnosis: &Diagnosis) -> Result<Vec<RivalEffect>, Complaint> {
+    let present = |fault: &usize| diagnosis.present().any(|one| one.id == rig.fault_id(*fault));
+    let set: FaultSet = (0..rig.faults.len()).filter(present).collect();
+    let model = Model::new(rig.clone());
+    let drive = InputSignals::from_record(&model.rig, record)?;
+    let theta = estimate::picked(rig, &diagnosis.found(rig));
+    let estimate = estimate::held_near(&model, record, &drive, (&theta, set))?;
+    let base = FittedModel::of(&estimate)?;
+    let judge = Judge::of(&base, &base.fit, record)?;
+    rig.context().stage("effects in place of faults");
+    let promising = promising(&estimate);
+    let one = |(fault, effect)| InPlace { record, base: &base, judge: &judge, fault }.of(effect);
+    let mut rivals: Vec<RivalEffect> = promising.into_par_iter().filter_map(one).collect();
+    let order = |rival: &RivalEffect| diagnosis.present().position(|fault| fault.id == rival.fault);
+    rivals.sort_by(|a, b| order(a).cmp(&order(b)).then(b.delta_bic.total_cmp(&a.delta_bic)));
+    Ok(rivals)
+}
+
+/// Effects that promise to keep, in place of a fault, what it explains: each with its fault and the size that it would have.
+fn promising(estimate: &Estimate<'_>) -> Vec<(usize, Candidate)> {
+    let (case, isolation) = (&estimate.case, &estimate.isolation);
+    let (local, best) = (&isolation.local, &isolation.best);
+    let Some(here) = ScoreContext::of(estimate, 0.0) else { return Vec::new() };
+    let Ok(information) = case.information(local, isolation.set()) else { return Vec::new() };
+    let tries =
+        |placed| small_tries(&here, placed).into_iter().map(|(tried, change)| (tried, here.scoring.of(&change)));
+    let places = places(case.rig());
+    let scored: Vec<_> = places.par_iter().flat_map_iter(tries).filter(|(tried, _)| tried.excited).collect();
+    let of_fault = |fault: usize| {
+        let variance = information.direction(fault).map_or(0.0, |direction| direction[fault]);
+        let scale = local.scale[fault];
+        let healthy = case.rig().parameters[case.rig().faults[fault].parameter].sigma;
+        let estimated = EstimatedAt {
+            parameter: fault,
+            off: (best.theta[fault] - case.mean[fault]) / scale,
+            variance,
+            other_variance: (healthy / scale).powi(2),
+        };
+        let mut kept: Vec<(f64, Candidate)> = Vec::new();
+        for (tried, score) in &scored {
+            let Some((rise, factor)) = score.in_place_of(estimated) else { continue };
+            let share = 1.0 - rise / estimated.rise();
+            if share < KEPT || !sign_fits(tried, factor) {
+                continue;
+            }
+            // Of several tries of an effect the one that keeps most.
+            let place = kept.iter().position(|(_, other)| other.id == tried.id).unwrap_or(kept.len());
+            let one = (share, Candidate { factor, ..tried.clone() });
+            match kept.get_mut(place) {
+                Some(other) if other.0 < share => *other = one,
+                Some(_) => {}
+                None => kept.push(one),
+            }
+        }
+        kept.sort_by(|a, b| b.0.total_cmp(&a.0));
+        kept.into_iter().take(FITTED).map(move |(_, effect)| (fault, effect))
+    };
+    isolation.set().iter().flat_map(of_fault).collect()
+}
+
+/// Whether an effect may have a size of this sign.
+fn sign_fits(tried: &Candidate, factor: f64) -> bool {
+    let one_sided = |low: f64, neutral: Option<f64>| low >= neutral.unwrap_or(0.0);
+    let first = tried.placed.effect.parameters.first();
+    factor > 0.0 || first.is_some_and(|free| !one_sided(free.plausible.0, free.neutral))
+}
+
+/// A fault that an effect is to take the place of.
+struct InPlace<'a> {
+    record: &'a Record,
+    /// The model with all faults found.
+    base: &'a FittedModel,
+    judge: &'a Judge,
+    fault: usize,
+}
+
+impl InPlace<'_> {
+    /// The effect fitted in place of the fault, where it explains the record as well and has sense.
+    fn of(&self, effect: Candidate) -> Option<RivalEffect> {
+        let Self { record, base, judge, fault } = *self;
+        let rig = &base.rig;
+        let mut values = base.values.clone();
+        values[rig.faults[fault].parameter] = rig.faults[fault].healthy;
+        let set: FaultSet = base.set.iter().filter(|&other| other != fault).collect();
+        let start = [BasePoint { values, set, cost: f64::INFINITY }];
+        let effect = Candidate { base_point: Some(0), ..effect };
+        let first = refitted(base, &start, &[], record, std::slice::from_ref(&effect))?;
+        let trial = FittedModel::at(&first.rig, record, &first.values, (first.set, first.cost), None).ok()?;
+        let delta_bic = trial.gain_over(base, record, judge).ok()?;
+        if delta_bic + HOPE * first.gained < -RIVAL {
+            return None;
+        }
+        let end = quick(&first.rig, record, &first.values, (first.set, FORMS), Some(ROUGH)).unwrap_or(first);
+        let trial = FittedModel::at(&end.rig, record, &end.values, (end.set, end.cost), None).ok()?;
+        let delta_bic = trial.gain_over(base, record, judge).ok()?;
+        if delta_bic < -RIVAL || warnings(&trial, base).iter().any(Warning::is_senseless) {
+            return None;
+        }
+        let added = trial.rig.effects.iter().find(|one| one.id == effect.id)?;
+        let size = *added.parameters.first()?;
+        let parameter = &trial.rig.parameters[size];
+        Some(RivalEffect {
+            fault: rig.fault_id(fault).to_owned(),
+            effect: effect.id,
+            value: rounded(parameter.unit.from_si(trial.values[size]), DIGITS),
+            unit: parameter.unit.symbol.clone(),
+            delta_bic: rounded(delta_bic, DIGITS),
+        })
+    }
+}
