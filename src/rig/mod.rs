@@ -279,7 +279,9 @@ impl Rig {
     /// Help for an id that is no parameter: the near miss; else those of the component that it names; else whose there are.
     pub(crate) fn help_with_parameters(&self, id: &str) -> String {
         let ids = || self.parameters.iter().map(|parameter| parameter.id.as_str());
-        if let Some(near) = did_you_mean(id, ids()) {
+        // `p_A.offset` is meant to be `sensor.p_A.offset`.
+        let in_full = || ids().find(|full| full.strip_suffix(id).is_some_and(|front| front.ends_with('.')));
+        if let Some(near) = did_you_mean(id, ids()).or_else(in_full) {
             return format!("did you mean `{near}`?");
         }
         let owner = |id: &'_ str| id.rsplit_once('.').map_or("", |(owner, _)| owner).to_owned();
