@@ -4,7 +4,7 @@
                      [--machine SEED] [--seed SEED] [--clean]
 
 Pump, relief valve, proportional 4/3 valve, one-way throttle in the line of the rod side, cylinder with mass and friction, a load. The spool is a mass: second order, with
-dead time. `--machine` draws what a data sheet does not say: every machine is another one. OUT.csv is the record, OUT.json what is true of it. numba, where installed, makes it tenfold faster.
+dead time. `--machine` draws what a data sheet does not say: every machine is another one. OUT.csv is the record, OUT.json what is true of it, press.toml the rig file. numba, where installed, makes it tenfold faster.
 
 Sources: Merritt, Hydraulic Control Systems (1967), chapters 3, 5, 6; Wu, Burton, Schoenau, International Journal of Fluid Power 3 (2002), for orifices down to no flow;
 Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994), for friction; Nykaenen, Esque, Ellman, PTMC (2000), for air.
