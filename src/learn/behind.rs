@@ -26,7 +26,8 @@ pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> R
     // A fault that began within the record is told from an effect by its beginning.
     if given.diagnosis.verdict == Verdict::Faulty && given.diagnosis.onset_s.is_none() {
         let record = given.record(record);
-        given.diagnosis.rival_effects = rival_effects(&model.rig, record, &given.diagnosis)?;
+        let rivals = rival_effects(given.rig(&model.rig), record, &given.diagnosis)?;
+        given.diagnosis.rival_effects = rivals;
         return Ok(given);
     }
     let bent = given.diagnosis.verdict == Verdict::ModelInadequate && given.diagnosis.present().next().is_some();
