@@ -129,7 +129,11 @@ impl InPlace<'_> {
             return None;
         }
         let end = quick(&first.rig, record, &first.values, (first.set, FORMS), Some(ROUGH)).unwrap_or(first);
-        let trial = FittedModel::at(&end.rig, record, &end.values, (end.set, end.cost), None).ok()?;
+        // A solution as rough as on the way is off by many standard errors of a large fault.
+        let model = Model::new(end.rig.clone());
+        let drive = InputSignals::from_record(&model.rig, record).ok()?;
+        let theta = estimate::picked(&model.rig, &end.values);
+        let trial = FittedModel::of(&estimate::held_near(&model, record, &drive, (&theta, end.set)).ok()?).ok()?;
         let delta_bic = trial.gain_over(base, record, judge).ok()?;
         if delta_bic < -RIVAL || warnings(&trial, base).iter().any(Warning::is_senseless) {
             return None;
