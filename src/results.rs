@@ -9,8 +9,8 @@ pub use crate::check::{
 };
 pub use crate::diagnosis::watch::{Episode, WatchedVerdict};
 pub use crate::diagnosis::{
-    ChannelReport, CommonCause, DynamicsReport, FaultReport, FitReport, FittedReport, Hypothesis, MissingEffect, ProfileReport,
-    RivalEffect, UncertainReport,
+    ChannelReport, CommonCause, DynamicsReport, FaultReport, FitReport, FittedReport, Hypothesis, MissingEffect,
+    ProfileReport, RivalEffect, UncertainReport,
 };
 pub use crate::estimation::Identifiable;
 #[cfg(feature = "store")]

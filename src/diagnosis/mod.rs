@@ -35,7 +35,6 @@ use crate::residual::{self, Detection};
 use crate::rig::Rig;
 pub use common_cause::CommonCause;
 use estimate::Estimate;
-pub use switching::DynamicsReport;
 pub use fitted::{FittedReport, ProfileReport};
 pub use hypotheses::Hypothesis;
 use problem::over_sensors;
@@ -43,6 +42,7 @@ pub use result::{
     ChannelReport, Diagnosis, FaultReport, FitReport, MissingEffect, RivalEffect, SCHEMA, UncertainReport, Verdict,
 };
 pub(crate) use summary::{is_there, mean_squares, tame_squares};
+pub use switching::DynamicsReport;
 
 /// What the user may choose.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -231,9 +231,7 @@ fn diagnose_anew(
         }
     };
     // A profile may have led to faults where there were none.
-    if without_faults
-        && let Some(anew) = anew(&estimate)?
-    {
+    if without_faults && let Some(anew) = anew(&estimate)? {
         return Ok(Some(anew));
     }
     let (case, isolation) = (&estimate.case, &estimate.isolation);

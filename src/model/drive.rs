@@ -186,9 +186,7 @@ impl InputSignals {
         let times = cycle_times(rig, cycle);
         let inputs = rig.inputs.len() + usize::from(rig.temperature.is_some());
         let line = |input: usize| match rig.inputs.get(input).map(|input| input.hold) {
-            Some(Hold::Linear) if times.len() > 1 => {
-                through(times.iter().map(|&time| (time, self.value(input, time))))
-            }
+            Some(Hold::Linear) if times.len() > 1 => through(times.iter().map(|&time| (time, self.value(input, time)))),
             _ => self.pieces.iter().map(|piece| piece.stretch(input)).collect(),
         };
         let lines: Vec<Vec<Stretch>> = (0..inputs).map(line).collect();

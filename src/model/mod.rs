@@ -21,7 +21,7 @@ mod wiring;
 pub(crate) use assembly::level_per_pressure;
 pub use drive::{Before, InputSignals, Late, Onset, Piece, Shown};
 pub use outcome::{Outputs, Sensitivities, SimulationError, SolverEffort, Tolerance};
-pub(crate) use reshaped::Following;
 pub use recording::{cycle_times, decimals_of, input_columns, recording};
+pub(crate) use reshaped::Following;
 pub use run::{Reading, Simulation};
 pub use simulate::Model;

@@ -247,11 +247,8 @@ mod tests {
         };
         let both = [piece(0.0, 0.1, [0.0, 5.0], true), piece(0.1, 0.3, [1.0, 6.0], true)];
         let late = Following { dead_time: 0.02, ..following(8e-3, 1.0) };
-        let expected = [
-            piece(0.0, 0.1, [0.0, 5.0], true),
-            piece(0.1, 0.12, [0.0, 6.0], true),
-            piece(0.12, 0.3, [1.0, 6.0], true),
-        ];
+        let expected =
+            [piece(0.0, 0.1, [0.0, 5.0], true), piece(0.1, 0.12, [0.0, 6.0], true), piece(0.12, 0.3, [1.0, 6.0], true)];
         assert_eq!(delayed(&both, 2, &late), expected);
     }
 }

@@ -23,7 +23,9 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
         told.push(format!("Check how the record was taken: if it is not so that {}, {without}.", cause.clause));
     }
     if !diagnosis.dynamics.is_empty() {
-        let other = |one: &DynamicsReport| format!("{} {} {} ({} stated)", one.id, text(one.value), one.unit, text(one.nominal));
+        let other = |one: &DynamicsReport| {
+            format!("{} {} {} ({} stated)", one.id, text(one.value), one.unit, text(one.nominal))
+        };
         let others: Vec<String> = diagnosis.dynamics.iter().map(other).collect();
         told.push(format!("The record shows that spools follow otherwise than stated: {}.", others.join(", ")));
     }

@@ -12,9 +12,12 @@ pub(super) fn read_fault(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<(
             .help(rig.help_with_parameters(id)));
     };
     if rig.parameters[parameter].role.is_of_the_drive() {
-        return Err(Complaint::new(Kind::Contradiction, format!("`{id}` cannot be a fault: no sensitivity shows what it does"))
-            .at(value.place())
-            .help("`diagnose` finds how a spool follows its command by itself; as a fault take its `lag`"));
+        return Err(Complaint::new(
+            Kind::Contradiction,
+            format!("`{id}` cannot be a fault: no sensitivity shows what it does"),
+        )
+        .at(value.place())
+        .help("`diagnose` finds how a spool follows its command by itself; as a fault take its `lag`"));
     }
     let (dimension, limits) = (rig.parameters[parameter].unit.dimension, rig.parameters[parameter].bounds);
     let table = value.table(format!("fault `{id}`"))?;
