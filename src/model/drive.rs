@@ -175,11 +175,11 @@ impl InputSignals {
             onset: None,
             shown: Vec::new(),
         };
-        phases.as_written(rig, cycle).followed(rig, &Following::of(rig, &rig.nominal()))
+        phases.with_rows(rig, cycle).followed(rig, &Following::of(rig, &rig.nominal()))
     }
 
     /// A drive of a cycle whose straight inputs run from row to row, as their columns have them.
-    fn as_written(self, rig: &Rig, cycle: &Cycle) -> Self {
+    fn with_rows(self, rig: &Rig, cycle: &Cycle) -> Self {
         if rig.inputs.iter().all(|input| input.hold != Hold::Linear) {
             return self;
         }
