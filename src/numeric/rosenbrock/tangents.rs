@@ -93,22 +93,21 @@ const ELIMINATED: usize = STAGES + 2;
 /// An entry of the Jacobian that falls to this share of what it is at another stage, or turns its sign, has met a kink.
 const VANISHED: f64 = 0.1;
 
-/// Whether the Jacobian has a kink within a step of length `h` that matters: to an entry that acts within the step, by the sizes of
-/// its states, or in a loop of two states whatever their sizes.
-fn kinked<const N: usize>(h: f64, j: &[Matrix<N>], scale: &[f64; N], n: usize) -> bool {
+/// Whether the Jacobian has a kink within a step of length `h` that opens or shuts a loop of two states, one that is answered within
+/// the step. A state that acts on itself alone cannot grow: where it is stiff it stays small, and at the other stages it is the
+/// method's own.
+fn kinked<const N: usize>(h: f64, j: &[Matrix<N>], n: usize) -> bool {
     let ends = |row: usize, column: usize| {
         let at = |stage: usize| j[stage][row][column];
         let (low, high) = (at(0).min(at(1)).min(at(2)), at(0).max(at(1)).max(at(2)));
         if low.abs() < high.abs() { (low, high) } else { (high, low) }
     };
-    (0..n).any(|row| {
-        (0..n).any(|column| {
-            let (least, most) = ends(row, column);
-            let change = h * (most - least).abs();
-            let back = || if row == column { 1.0 } else { h * ends(column, row).1.abs() };
-            least / most < VANISHED && (change * scale[column] > scale[row] || change * back() > 1.0)
-        })
-    })
+    let opens = |row: usize, column: usize| {
+        let (least, most) = ends(row, column);
+        let back = ends(column, row).1;
+        row != column && least / most < VANISHED && h * h * ((most - least) * back).abs() > 1.0
+    };
+    (0..n).any(|row| (0..n).any(|column| opens(row, column)))
 }
 
 /// Gives all stages the mean Jacobian of the step.
@@ -259,7 +258,7 @@ impl<const N: usize> Tangents<N> {
             by.clear();
             system.slopes(t, &y, j, by);
         }
-        if kinked(step.h, j, &self.scale, n) {
+        if kinked(step.h, j, n) {
             level(j, n);
         }
         std::mem::swap(&mut self.before, &mut self.blocks);
