@@ -240,7 +240,7 @@ fn the_first_picture_of_what_is_missing_is_at_the_place_of_the_verdict() {
 fn what_was_found_stands_before_the_circuit_and_the_circuit_before_the_curves() {
     let html = fs::read_to_string(&pages().paths["diagnose"]).unwrap();
     let place = |part: &str| html.find(part).unwrap_or_else(|| panic!("{part}"));
-    let order = ["<article class=\"finding alert\">", ">Circuit</h2>", "data-name=\"p_B\"", "<details"];
+    let order = ["<article class=\"finding alert\">", ">Circuit</h2>", "data-name=\"p_A\"", "<details"];
     assert!(order.windows(2).all(|pair| place(pair[0]) < place(pair[1])), "{order:?}");
     assert_eq!(html.matches("<article class=\"finding").count(), 3);
     assert!(html.contains("<footer>borescope "));
