@@ -195,10 +195,11 @@ fn fit_all(
         }
     }
     if dynamics.is_none()
-        && let Some(found) = switching::found(&rounds.solutions, stated, &theta)
+        && let Some(found) = switching::found(&rounds.solutions, &theta)
     {
-        let dynamics = crate::diagnosis::switching::changed(stated, &found);
-        return fit_all(&found, records, options, Some(Otherwise { before: rounds.before, dynamics }));
+        let dynamics = found.iter().map(|&(own, _)| own).collect();
+        let other = crate::diagnosis::switching::applied(stated, &found);
+        return fit_all(&other, records, options, Some(Otherwise { before: rounds.before, dynamics }));
     }
     let mut round = 0;
     let count = rig.context().count("rounds of noise, tolerance and fit, at most", options.rounds);

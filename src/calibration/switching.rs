@@ -5,14 +5,14 @@ use rayon::prelude::*;
 use super::joint::{Healthy, Solutions};
 use crate::diagnosis::{estimate, switching};
 use crate::model::Model;
-use crate::rig::{FaultSet, Rig};
+use crate::rig::FaultSet;
 
 /// Linearisations with which each record is fitted on its own before its switchings are looked at.
 const FORMS: usize = 1;
 
-/// The rig as stated but for spools that follow as the records show it, the model at `theta`; `None` where nothing speaks against the
-/// rig file, or the model cannot be solved there.
-pub(super) fn found(solutions: &Solutions<'_>, stated: &Rig, theta: &[f64]) -> Option<Rig> {
+/// Parameters of how spools follow, by index with their values, SI, as the records show them, the model at `theta`; `None` where
+/// nothing speaks against the rig file, or the model cannot be solved there.
+pub(super) fn found(solutions: &Solutions<'_>, theta: &[f64]) -> Option<Vec<(usize, f64)>> {
     let mut fitted = solutions.model.rig.clone();
     for (parameter, value) in fitted.parameters.iter_mut().zip(solutions.parameters(theta)) {
         parameter.value = value;
@@ -26,10 +26,5 @@ pub(super) fn found(solutions: &Solutions<'_>, stated: &Rig, theta: &[f64]) -> O
         estimate::held_at(&model, one.record, &one.drive, (&start, FaultSet::EMPTY), FORMS).ok()
     });
     let near: Vec<_> = near.collect::<Option<_>>()?;
-    let found = switching::found(&near.iter().collect::<Vec<_>>())?;
-    let mut other = stated.clone();
-    for own in switching::changed(stated, &found) {
-        other.parameters[own].value = found.parameters[own].value;
-    }
-    Some(other)
+    switching::found(&near.iter().collect::<Vec<_>>())
 }

@@ -197,8 +197,8 @@ fn diagnose_anew(
     };
     let anew = |estimate: &Estimate<'_>| -> Result<Option<Diagnosed>, Complaint> {
         let doubtful = found < MOST_FOUND && !(estimate.explains() && estimate.isolation.set().is_empty());
-        let Some(other) = doubtful.then(|| switching::found(&[estimate])).flatten() else { return Ok(None) };
-        let other = Model::new(other).with_tolerance(model.tolerance);
+        let Some(dynamics) = doubtful.then(|| switching::found(&[estimate])).flatten() else { return Ok(None) };
+        let other = Model::new(switching::applied(rig, &dynamics)).with_tolerance(model.tolerance);
         let anew = diagnose_anew(&other, record, start, options, found + 1)?;
         Ok(anew.map(|mut anew| {
             let found = anew.other_rig.get_or_insert(other.rig);

@@ -46,25 +46,34 @@ pub struct DynamicsReport {
     pub nominal: f64,
 }
 
-/// The rig whose spools follow as records of it show, each explained as one of `near` has it; `None` where nothing speaks against
-/// the rig file.
-pub(crate) fn found(near: &[&Estimate<'_>]) -> Option<Rig> {
+/// How spools follow as records of a rig show, each explained as one of `near` has it: parameters by index with their values, SI.
+/// `None` where nothing speaks against the rig file.
+pub(crate) fn found(near: &[&Estimate<'_>]) -> Option<Vec<(usize, f64)>> {
     let rig = near.first()?.case.rig();
     let asked: Vec<Asked<'_, '_>> = near.iter().map(|near| Asked::of(near)).collect::<Option<_>>()?;
     let samples = asked.iter().map(|asked| asked.case.full.weights.all_samples() as f64).sum();
-    let (mut other, mut reached, mut count) = (rig.clone(), 0.0, 0);
+    let (mut other, mut reached) = (rig.clone(), 0.0);
     for follower in rig.followers().filter(|follower| is_alone(rig, follower)) {
         let searched = Searched { asked: &asked, rig: &other, follower };
         let Some((dynamics, fall)) = searched.best() else { continue };
         if bic(-(fall - reached), dynamics.len(), samples) < 0.0 {
-            (other, reached, count) = (searched.with(dynamics)?, fall, count + 1);
+            (other, reached) = (searched.with(dynamics)?, fall);
         }
     }
-    (count > 0).then_some(other)
+    let found = changed(rig, &other).into_iter().map(|own| (own, other.parameters[own].value)).collect::<Vec<_>>();
+    (!found.is_empty()).then_some(found)
+}
+
+/// A rig whose spools follow as found. What `found` has been asked with may have further parameters behind those of the rig, such as
+/// what faults were before they began.
+pub(crate) fn applied(rig: &Rig, found: &[(usize, f64)]) -> Rig {
+    let mut other = rig.clone();
+    found.iter().for_each(|&(own, value)| other.parameters[own].value = value);
+    other
 }
 
 /// Parameters of how spools follow that a rig has otherwise than as stated.
-pub(crate) fn changed(stated: &Rig, found: &Rig) -> Vec<usize> {
+fn changed(stated: &Rig, found: &Rig) -> Vec<usize> {
     let of = |follower: Follower| [Some(follower.lag), follower.inertia_time, follower.dead_time].into_iter().flatten();
     let all = stated.followers().flat_map(of);
     all.filter(|&own| stated.parameters[own].value != found.parameters[own].value).collect()

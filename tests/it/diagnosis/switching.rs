@@ -1,5 +1,6 @@
 //! Spools with mass and dead time, which no data sheet states, make neither faults nor a misfit; nor does a slow logger.
 
+use crate::support::cycle::Run;
 use crate::support::plant;
 
 use borescope::Model;
@@ -71,6 +72,26 @@ fn the_spool_of_the_record_is_told() {
     approx::assert_relative_eq!(of("directional_valve.lag"), 12.0, max_relative = 0.1);
     approx::assert_relative_eq!(of("directional_valve.inertia_time"), 12.0 / 1.2, max_relative = 0.1);
     approx::assert_abs_diff_eq!(of("directional_valve.dead_time"), 8.0, epsilon = 4.0);
+}
+
+/// A leak that begins within the record, behind a spool far from the rig file: the rig that explains the record is the given one with
+/// another spool, not the one in which faults also have a value before they began.
+#[test]
+fn a_fault_that_begins_behind_another_spool_leaves_the_rig_its_parameters() {
+    let rig = Rig::read(RIG).unwrap();
+    let mut truth = rig.clone();
+    for (id, value) in [("directional_valve.lag", 12e-3), ("directional_valve.inertia_time", 10e-3)] {
+        let index = truth.parameter(id).unwrap();
+        truth.parameters[index].value = value;
+    }
+    let truth = Model::new(truth);
+    let record = Run::of(&truth).with_quantities(&[("cylinder.clearance", "0.2 mm")]).since(4.0).record("later");
+    let found = diagnose(&Model::new(rig.clone()), &record, &DiagnosisOptions::default()).unwrap();
+    assert_eq!((found.diagnosis.verdict, present(&found.diagnosis)), (Verdict::Faulty, vec!["cylinder.clearance"]));
+    approx::assert_abs_diff_eq!(found.diagnosis.onset_s.unwrap(), 4.0, epsilon = 0.5);
+    let ids = |rig: &Rig| rig.parameters.iter().map(|parameter| parameter.id.clone()).collect::<Vec<_>>();
+    assert_eq!(ids(found.rig(&rig)), ids(&rig));
+    assert_eq!(found.diagnosis.dynamics.len(), 3);
 }
 
 /// No sensitivity shows what mass and dead time of a spool do, so neither is a fault or uncertain.
