@@ -103,14 +103,9 @@ fn driven_otherwise(problem: &RecordProblem<'_>, record: &Record, parameters: &[
     let rig = &problem.model.rig;
     let Late { measured, commanded } = noise::input_timing(rig, record);
     let lates = [Late { measured, commanded: 0.0 }, Late { measured: 0.0, commanded }];
-    let late = lates.into_iter().filter(|late| *late != Late::default()).filter_map(|late| {
-        let drive = InputSignals::from_late_record(rig, record, late).ok()?;
-        let drive = InputSignals { shown: problem.drive.shown.clone(), begun: problem.drive.begun, ..drive };
-        Some(match &problem.drive.onset {
-            Some(onset) => drive.with_onset(onset.clone()),
-            None => drive,
-        })
-    });
+    let late = lates.into_iter().filter(|late| *late != Late::default());
+    let late =
+        late.filter_map(|late| Some(InputSignals::from_late_record(rig, record, late).ok()?.in_run_of(problem.drive)));
     let followings = Following::of(rig, parameters);
     let others = (0..followings.len()).flat_map(|one| INERTIA_TIMES.map(|share| (one, share * followings[one].lag)));
     let others = others.filter(|&(one, inertia_time)| inertia_time != followings[one].inertia_time);

@@ -144,13 +144,13 @@ pub fn diagnose_from(
     start: (&[Shown], Option<f64>),
     options: &DiagnosisOptions,
 ) -> Result<Diagnosed, Complaint> {
-    let plain = diagnose_anew(model, record, start, options, 0)?;
+    let plain = diagnose_again(model, record, start, options, 0)?;
     plain.ok_or_else(|| Complaint::new(Kind::Computation, "no explanation was kept").at(Place::file(&record.path)))
 }
 
 /// The same, spools having been found to follow otherwise so many times; `None` where they have and the record still is not
 /// explained.
-fn diagnose_anew(
+fn diagnose_again(
     model: &Model,
     record: &Record,
     (shown, begun): (&[Shown], Option<f64>),
@@ -195,19 +195,19 @@ fn diagnose_anew(
         }
         None => (&drive, first),
     };
-    let anew = |estimate: &Estimate<'_>| -> Result<Option<Diagnosed>, Complaint> {
+    let with_other_spools = |estimate: &Estimate<'_>| -> Result<Option<Diagnosed>, Complaint> {
         let doubtful = found < MOST_FOUND && !(estimate.explains() && estimate.isolation.set().is_empty());
         let Some(dynamics) = doubtful.then(|| switching::found(&[estimate])).flatten() else { return Ok(None) };
         let other = Model::new(switching::applied(rig, &dynamics)).with_tolerance(model.tolerance);
-        let anew = diagnose_anew(&other, record, start, options, found + 1)?;
-        Ok(anew.map(|mut anew| {
-            let found = anew.other_rig.get_or_insert(other.rig);
-            anew.diagnosis.dynamics = switching::report(rig, found);
-            anew
+        let again = diagnose_again(&other, record, start, options, found + 1)?;
+        Ok(again.map(|mut again| {
+            let found = again.other_rig.get_or_insert(other.rig);
+            again.diagnosis.dynamics = switching::report(rig, found);
+            again
         }))
     };
-    if let Some(anew) = anew(&estimate)? {
-        return Ok(Some(anew));
+    if let Some(again) = with_other_spools(&estimate)? {
+        return Ok(Some(again));
     }
     let without_faults = estimate.isolation.set().is_empty();
     if found > 0 && !estimate.explains() {
@@ -231,8 +231,8 @@ fn diagnose_anew(
         }
     };
     // A profile may have led to faults where there were none.
-    if without_faults && let Some(anew) = anew(&estimate)? {
-        return Ok(Some(anew));
+    if without_faults && let Some(again) = with_other_spools(&estimate)? {
+        return Ok(Some(again));
     }
     let (case, isolation) = (&estimate.case, &estimate.isolation);
     let outputs = case
@@ -308,7 +308,7 @@ fn diagnose_anew(
 }
 
 /// When the record begins to show the faults found, s: where the running sum of the log likelihood ratio between the fitted model with
-/// and without them, started anew at every minimum, passes the logarithm of the number of rows between false alarms. For a likelihood
+/// and without them, started again at every minimum, passes the logarithm of the number of rows between false alarms. For a likelihood
 /// ratio that is Lorden's bound (Annals of Mathematical Statistics 42 (1971), theorem 2). Used where the rig has no residual that fires.
 fn parted_at(estimate: &Estimate<'_>, detection: &Detection) -> Option<f64> {
     let Estimate { case, isolation } = estimate;

@@ -7,12 +7,12 @@
 
 use rayon::prelude::*;
 
+use super::SEVERAL;
 use super::case::Case;
 use super::estimate::{self, Estimate};
 use super::hypotheses::Isolation;
 use super::problem::away;
-use super::summary::{mean_squares, tame};
-use super::{SEVERAL, adequate};
+use super::summary::tame;
 use crate::estimation::Problem;
 use crate::model::{Before, InputSignals, Model, Onset};
 use crate::record::Record;
@@ -48,7 +48,7 @@ pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estima
     let worth = WORTH + (record.time.len() as f64).ln();
     let shaken = plain.pieces.iter().skip(1).find(|piece| piece.jump).map_or(f64::INFINITY, |piece| piece.start);
     // Several faults, or what does not explain the record, may all stand in for one that is not there.
-    let explained = !first.missed() && first.isolation.set().len() < SEVERAL && explains(first);
+    let explained = !first.missed() && first.isolation.set().len() < SEVERAL && first.explains();
     let row = if explained { parting(&first.case, &first.isolation, plain, worth) } else { left(&first.case) };
     let old = [record.time.first().copied()?, shaken];
     let mut row = row.filter(|&row| old.iter().all(|old| (record.time[row] - old).abs() > CLEAR))?;
@@ -82,12 +82,6 @@ pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estima
 fn begun(model: &Model, plain: &InputSignals, time: f64) -> InputSignals {
     let before = model.rig.before.iter().map(|&(fault, before)| (fault, Before::Like(before))).collect();
     plain.clone().with_onset(Onset { time, before })
-}
-
-/// Whether every channel is within noise and tolerance.
-fn explains(estimate: &Estimate<'_>) -> bool {
-    let squares = mean_squares(&estimate.case.full.weights, &estimate.isolation.best.misfit);
-    squares.into_iter().all(|(square, samples)| adequate(square, samples))
 }
 
 /// The row from which on the healthy rig misses the record, whatever explains it: where the running sum of its squared

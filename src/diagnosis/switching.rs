@@ -3,7 +3,7 @@
 //! A spool that overshoots opens the wrong edges for a moment, and trapped oil remembers it: readings far from straight in the
 //! spool's mass, which the weights of events span near the rig file's values only ([`super::events`]). Where faults are found or none
 //! explain a record, other dynamics of the spools are therefore asked for at the explanation at hand: by how much the cost would
-//! fall with each, everything estimated following ([`crate::estimation::Score`]). The record is then explained anew with those found.
+//! fall with each, everything estimated following ([`crate::estimation::Score`]). The record is then explained again with those found.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -25,7 +25,7 @@ const BOUNDS: [(f64, f64); 3] = [(-std::f64::consts::LN_2, std::f64::consts::LN_
 const LAGS: [f64; 3] = [-0.4, 0.0, 0.4];
 const SHARES: [f64; 3] = [0.0, 0.39, 0.69];
 const DEAD_TIMES: [f64; 2] = [0.0, 0.5];
-/// First steps of the search, and how often they are halved: to an eighth, a hundredth of the lag and of the damping.
+/// First steps of the search, and how often they are halved: to a sixteenth, a hundredth of the lag and of the damping.
 const STEPS: Dynamics = [0.2, 0.15, 0.25];
 const HALVED: usize = 4;
 /// Most rounds of the search.
@@ -123,13 +123,7 @@ impl<'e, 'a> Asked<'e, 'a> {
     /// By how much the cost would fall with the spools of another rig.
     fn fall(&self, other: &Rig) -> Option<f64> {
         let full = &self.case.full;
-        let drive = InputSignals::from_record(other, self.case.record).ok()?;
-        let asked = full.drive;
-        let drive = InputSignals { shown: asked.shown.clone(), begun: asked.begun, ..drive };
-        let drive = match &asked.onset {
-            Some(onset) => drive.with_onset(onset.clone()),
-            None => drive,
-        };
+        let drive = InputSignals::from_record(other, self.case.record).ok()?.in_run_of(full.drive);
         let mut parameters = self.parameters.clone();
         for lag in other.followers().map(|follower| follower.lag).filter(|&lag| !self.case.rig().is_fault(lag)) {
             parameters[lag] = other.parameters[lag].value;

@@ -11,7 +11,7 @@ use super::candidate::{Candidate, places};
 use super::evaluated::RIVAL;
 use super::fitted_model::{FittedModel, Judge};
 use super::refit::{BasePoint, FORMS, quick, refitted};
-use super::trial_steps::{ScoreContext, small_tries};
+use super::trial_steps::{ScoreContext, sign_fits, small_tries};
 use super::verdict::warnings;
 use super::warning::Warning;
 use crate::complaint::Complaint;
@@ -78,7 +78,7 @@ fn promising(estimate: &Estimate<'_>) -> Vec<(usize, Candidate)> {
         for (tried, score) in &scored {
             let Some((rise, factor)) = score.in_place_of(estimated) else { continue };
             let share = 1.0 - rise / estimated.rise();
-            if share < KEPT || !sign_fits(tried, factor) {
+            if share < KEPT || !sign_fits(&tried.placed, factor) {
                 continue;
             }
             // Of several tries of an effect the one that keeps most.
@@ -94,13 +94,6 @@ fn promising(estimate: &Estimate<'_>) -> Vec<(usize, Candidate)> {
         kept.into_iter().take(FITTED).map(move |(_, effect)| (fault, effect))
     };
     isolation.set().iter().flat_map(of_fault).collect()
-}
-
-/// Whether an effect may have a size of this sign.
-fn sign_fits(tried: &Candidate, factor: f64) -> bool {
-    let one_sided = |low: f64, neutral: Option<f64>| low >= neutral.unwrap_or(0.0);
-    let first = tried.placed.effect.parameters.first();
-    factor > 0.0 || first.is_some_and(|free| !one_sided(free.plausible.0, free.neutral))
 }
 
 /// A fault that an effect is to take the place of.

@@ -348,11 +348,15 @@ fn scored(
         });
     }
     // A size of the wrong sign has no sense, one far beyond what was tried no straight line to it.
-    let one_sided = placed.effect.parameters.first().is_none_or(|free| free.plausible.0 >= free.neutral.unwrap_or(0.0));
-    let sign_fits = score.factor > 0.0 || !one_sided;
     candidate.factor = reach.map_or(1.0, |reach| score.factor.clamp(-reach, reach));
-    candidate.score = if sign_fits { score.fall_at(candidate.factor) } else { 0.0 };
+    candidate.score = if sign_fits(placed, score.factor) { score.fall_at(candidate.factor) } else { 0.0 };
     (candidate, score.information)
+}
+
+/// Whether an effect may have a size of the sign of this factor on a try.
+pub(super) fn sign_fits(placed: &EffectInstance, factor: f64) -> bool {
+    let two_sided = |free: &FreeParameter| free.plausible.0 < free.neutral.unwrap_or(0.0);
+    factor > 0.0 || placed.effect.parameters.first().is_some_and(two_sided)
 }
 
 #[cfg(test)]

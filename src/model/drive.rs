@@ -26,7 +26,7 @@ pub struct Piece {
 
 impl Piece {
     /// One input over the piece.
-    fn stretch(&self, input: usize) -> Stretch {
+    pub(super) fn stretch(&self, input: usize) -> Stretch {
         Stretch { start: self.start, end: self.end, from: self.from[input], to: self.to[input] }
     }
 }
@@ -192,6 +192,16 @@ impl InputSignals {
         let lines: Vec<Vec<Stretch>> = (0..inputs).map(line).collect();
         let end = self.pieces.last().map_or(0.0, |piece| piece.end);
         Self { pieces: merge(&lines, rig.inputs.len(), 0.0, end), ..self }
+    }
+
+    /// The same inputs in the run of another drive: from its beginning, from what its sensors show there, and with its onset.
+    #[must_use]
+    pub(crate) fn in_run_of(self, other: &Self) -> Self {
+        let drive = Self { shown: other.shown.clone(), begun: other.begun, ..self };
+        match &other.onset {
+            Some(onset) => drive.with_onset(onset.clone()),
+            None => drive,
+        }
     }
 
     /// Parameters (all of the rig's, SI) as they are until the moment at which some change, and that moment; they never

@@ -112,13 +112,9 @@ fn delayed(pieces: &[Piece], inputs: usize, following: &Following) -> Vec<Piece>
     let columns = pieces.first().map_or(0, |piece| piece.from.len());
     let line = |column: usize| {
         let later = if column == following.input { following.dead_time } else { 0.0 };
-        let stretch = |piece: &Piece| Stretch {
-            start: piece.start + later,
-            end: piece.end + later,
-            from: piece.from[column],
-            to: piece.to[column],
-        };
-        pieces.iter().map(stretch).collect::<Vec<_>>()
+        let stretches = pieces.iter().map(|piece| piece.stretch(column));
+        let later = stretches.map(|one| Stretch { start: one.start + later, end: one.end + later, ..one });
+        later.collect::<Vec<_>>()
     };
     let lines: Vec<Vec<Stretch>> = (0..columns).map(line).collect();
     let (start, end) = pieces.first().zip(pieces.last()).map_or((0.0, 0.0), |(first, last)| (first.start, last.end));

@@ -57,7 +57,7 @@ const A: [[f64; STAGES]; STAGES] = [
 /// The method is Radau IIA with three stages: order 5, stiffly accurate and L-stable, dense output of order 3. Its error is
 /// not controlled: steps that follow the solution to a tolerance follow its derivatives about as well.
 ///
-/// Where a law has a kink within a step, such as a valve that leans on its seat, stages on both sides of it would feed each other
+/// Where a kink within a step opens or shuts a loop of two states, such as a valve that leans on its seat, stages on both sides of it would feed each other
 /// and grow. There all stages have the mean Jacobian, of which the method is L-stable. Steps that lie on one side each may still grow.
 ///
 /// Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd ed., Springer 1996, table IV.5.6.
