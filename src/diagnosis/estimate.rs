@@ -2,16 +2,17 @@
 
 use rayon::prelude::*;
 
-use super::case::{Case, ROBUST, ROUGH};
+use super::case::{Case, ROBUST};
 use super::events::{weights, weights_along};
 use super::hypotheses::{Isolation, MOST_ROUNDS, Stopped, held, isolate, isolate_from};
 use super::noise::{self, Weights};
+use super::preliminary::{FIRST_FORMS, quick};
 use super::search;
 use super::unseen::{in_step, simpler, unseen};
 use super::{adequate, mean_squares};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::estimation::criteria::bic;
-use crate::estimation::{FitError, LocalModel, Options};
+use crate::estimation::{FitError, LocalModel};
 use crate::model::{InputSignals, Model};
 use crate::record::{Channel, Record};
 use crate::rig::FaultSet;
@@ -24,12 +25,6 @@ const POOR: f64 = 1.0;
 const MOST_RENEWALS: usize = 3;
 /// Rounds of isolation from the healthy rig: what it takes where the faults are small or those of sensors.
 pub const FROM_HEALTHY: u64 = 2;
-/// What a fit may still fall by, in falls of its last form: the next ones would have to lose no more than a sixth each.
-pub(crate) const HOPE: f64 = 5.0;
-/// Forms of a first fit of each of several starts.
-pub(crate) const FIRST_FORMS: usize = 2;
-/// Steps along one form where only a neighbourhood is looked for.
-const QUICK: u64 = 4;
 /// A round that leaves this share of a cost that is far too large is the last.
 const STUCK: f64 = 0.5;
 /// Standard errors by which no fault moves any more when the rounds end.
@@ -110,7 +105,7 @@ fn unweighed<'a>(model: &'a Model, record: &'a Record, drive: &'a InputSignals) 
 }
 
 /// A record and a rig, weighted by where the model has its events at `theta`, and the form there.
-fn case_at<'a>(
+pub(super) fn case_at<'a>(
     model: &'a Model,
     record: &'a Record,
     drive: &'a InputSignals,
@@ -172,71 +167,6 @@ pub fn held_near<'a>(
     let (case, form) = case_at(model, record, drive, theta)?;
     let isolation = held(&case, form, set).map_err(|error| unsolvable(model, record, error))?;
     Ok(Estimate { case, isolation })
-}
-
-/// A fit that did not have to go to its end.
-pub struct PreliminaryFit {
-    /// All estimated parameters, SI.
-    pub theta: Vec<f64>,
-    /// `2 F` of record and prior.
-    pub cost: f64,
-    /// By how much the last local model lowered it.
-    pub gained: f64,
-}
-
-/// Fits a record with the faults of `set` present, from values of all estimated parameters.
-/// Weights are those of the start; the form is taken so many times, and as often again from what is expected of everything
-/// uncertain where the fit is to go to its end.
-///
-/// # Errors
-/// A model that cannot be solved there.
-pub fn quick(
-    model: &Model,
-    record: &Record,
-    drive: &InputSignals,
-    (start, set): (&[f64], FaultSet),
-    forms: usize,
-) -> Result<PreliminaryFit, Complaint> {
-    let (case, form) = case_at(model, record, drive, start)?;
-    let fit = walked(&case, form, (start, set), forms).map_err(|error| unsolvable(model, record, error))?;
-    if forms <= FIRST_FORMS {
-        return Ok(fit);
-    }
-    let expected = case.as_expected(&fit.theta);
-    if expected == start {
-        return Ok(fit);
-    }
-    let again = |start: &[f64], forms: usize| {
-        case.local_model(start).and_then(|form| walked(&case, form, (start, set), forms)).ok()
-    };
-    let near = |again: &PreliminaryFit| again.cost - HOPE * again.gained < fit.cost;
-    let fresh = again(&expected, FIRST_FORMS).filter(near);
-    let further = fresh.and_then(|fresh| again(&fresh.theta, forms - FIRST_FORMS));
-    Ok(further.filter(|further| further.cost < fit.cost).unwrap_or(fit))
-}
-
-/// A fit from a form and where it was taken, the form taken so many times.
-fn walked(
-    case: &Case<'_>,
-    mut form: LocalModel,
-    (start, set): (&[f64], FaultSet),
-    forms: usize,
-) -> Result<PreliminaryFit, FitError> {
-    let mut fit = PreliminaryFit { theta: start.to_vec(), cost: f64::INFINITY, gained: f64::INFINITY };
-    let mut damping = 0.0;
-    for left in (0..forms).rev() {
-        let steps = Options::steps(QUICK, ROUGH).damped(damping);
-        let Ok(point) = case.fit(&form, set, &fit.theta, steps) else { break };
-        let before = if fit.cost.is_finite() { fit.cost } else { case.cost(set, &form.misfit, &form.theta) };
-        damping = point.damping;
-        fit = PreliminaryFit { theta: point.theta, cost: point.cost, gained: before - point.cost };
-        let again = left + 1 < forms;
-        if left == 0 || (again && fit.gained < 1e-3 * fit.cost) {
-            break;
-        }
-        form = case.local_model(&fit.theta)?;
-    }
-    Ok(fit)
 }
 
 /// The complaint about a model that cannot be solved on a record.

@@ -16,6 +16,7 @@ pub mod hypotheses;
 pub mod interval;
 pub mod noise;
 pub mod onset;
+pub(crate) mod preliminary;
 pub mod problem;
 mod result;
 pub(crate) mod search;

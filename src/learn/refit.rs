@@ -4,7 +4,8 @@ use super::candidate::Candidate;
 use super::evaluated::EvaluatedModel;
 use super::fitted_model::FittedModel;
 use crate::complaint::Complaint;
-use crate::diagnosis::estimate::{self, FIRST_FORMS, PreliminaryFit};
+use crate::diagnosis::estimate;
+use crate::diagnosis::preliminary::{self, FIRST_FORMS, PreliminaryFit};
 use crate::diagnosis::search::ROUGH;
 use crate::estimation::criteria::bic;
 use crate::model::{InputSignals, Model, Tolerance};
@@ -199,7 +200,7 @@ pub(super) fn fitted(
     (set, forms): (FaultSet, usize),
 ) -> Result<(Vec<f64>, PreliminaryFit), Complaint> {
     let start = estimate::picked(&model.rig, values);
-    let fit = estimate::quick(model, record, drive, (&start, set), forms)?;
+    let fit = preliminary::quick(model, record, drive, (&start, set), forms)?;
     let mut values = values.to_vec();
     for (parameter, value) in estimate::estimated_parameters(&model.rig).into_iter().zip(&fit.theta) {
         values[parameter] = *value;

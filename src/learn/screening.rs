@@ -8,8 +8,8 @@ use super::fitted_model::{FittedModel, Judge, Run, run_under};
 use super::refit::{BasePoint, FORMS, PreliminaryModel, charged, effect_parameters, quick, refitted};
 use super::verdict::{is_among, warnings};
 use crate::complaint::Complaint;
-use crate::diagnosis::estimate::HOPE;
 use crate::diagnosis::noise::Weights;
+use crate::diagnosis::preliminary::HOPE;
 use crate::diagnosis::search::ROUGH;
 use crate::record::Record;
 
