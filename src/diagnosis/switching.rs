@@ -53,7 +53,7 @@ pub(crate) fn found(near: &[&Estimate<'_>]) -> Option<Vec<(usize, f64)>> {
     let asked: Vec<Asked<'_, '_>> = near.iter().map(|near| Asked::of(near)).collect::<Option<_>>()?;
     let samples = asked.iter().map(|asked| asked.case.full.weights.all_samples() as f64).sum();
     let (mut other, mut reached) = (rig.clone(), 0.0);
-    for follower in rig.followers().filter(|follower| is_alone(rig, follower)) {
+    for follower in rig.followers().filter(|follower| rig.is_alone(follower)) {
         let searched = Searched { asked: &asked, rig: &other, follower };
         let Some((dynamics, fall)) = searched.best() else { continue };
         if bic(-(fall - reached), dynamics.len(), samples) < 0.0 {
@@ -92,11 +92,6 @@ pub(super) fn report(stated: &Rig, found: &Rig) -> Vec<DynamicsReport> {
         }
     };
     changed(stated, found).into_iter().map(report).collect()
-}
-
-/// Whether nothing else has the input, which reshaped drives one part only.
-fn is_alone(rig: &Rig, follower: &Follower) -> bool {
-    rig.components.iter().flat_map(|component| &component.inputs).filter(|&&input| input == follower.input).count() == 1
 }
 
 /// An explanation at which other dynamics are asked for.

@@ -113,8 +113,13 @@ fn delayed(pieces: &[Piece], inputs: usize, following: &Following) -> Vec<Piece>
     let line = |column: usize| {
         let later = if column == following.input { following.dead_time } else { 0.0 };
         let stretches = pieces.iter().map(|piece| piece.stretch(column));
-        let later = stretches.map(|one| Stretch { start: one.start + later, end: one.end + later, ..one });
-        later.collect::<Vec<_>>()
+        let mut late: Vec<Stretch> =
+            stretches.map(|one| Stretch { start: one.start + later, end: one.end + later, ..one }).collect();
+        // What acted before the first piece is what it began with.
+        if let Some(first) = late.first_mut() {
+            first.start -= later;
+        }
+        late
     };
     let lines: Vec<Vec<Stretch>> = (0..columns).map(line).collect();
     let (start, end) = pieces.first().zip(pieces.last()).map_or((0.0, 0.0), |(first, last)| (first.start, last.end));

@@ -344,6 +344,12 @@ impl Rig {
         })
     }
 
+    /// Whether nothing else has the input of a follower: reshaped for one part, it drives no other.
+    pub(crate) fn is_alone(&self, follower: &Follower) -> bool {
+        let inputs = self.components.iter().flat_map(|component| &component.inputs);
+        inputs.filter(|&&input| input == follower.input).count() == 1
+    }
+
     /// The unit in which a record holds a sensor's column: of a scaled one, that of the quantity behind it.
     pub(crate) fn column_unit(&self, sensor: &Sensor) -> Unit {
         sensor.scale.as_ref().map_or_else(|| self.sensor_unit(sensor), |scale| scale.unit.clone())

@@ -62,6 +62,17 @@ pub fn validate(rig: &Rig) -> Result<(), Complaint> {
             .at(fault.place.clone())
             .help("no record can isolate so many; keep those that can happen"));
     }
+    for follower in rig.followers().filter(|follower| !rig.is_alone(follower)) {
+        let own = [follower.inertia_time, follower.dead_time].into_iter().flatten().map(|own| &rig.parameters[own]);
+        if let Some(stated) = own.into_iter().find(|own| own.value > 0.0) {
+            let input = &rig.inputs[follower.input];
+            let what = format!("`{}` on an input that other parts have too, `{}`", stated.id, input.name);
+            return Err(Complaint::new(Kind::Contradiction, what)
+                .at(stated.place.clone())
+                .at(input.place.clone())
+                .help("leave it out: mass and dead time are those of a part that has its command alone"));
+        }
+    }
     columns(rig)
 }
 

@@ -108,6 +108,28 @@ fn mass_and_dead_time_are_found_and_not_estimated() {
     assert!(fault.contains("`directional_valve.inertia_time` cannot be a fault"), "{fault}");
 }
 
+/// Mass and dead time reshape a command, which then cannot drive another part.
+#[test]
+fn mass_behind_a_shared_command_is_refused() {
+    let valve = |name: &str, inertia_time: &str| {
+        format!(
+            "[components.{name}]\nkind = \"on-off-valve\"\nports = {{ in = \"pump_line\", out = \"tank\" }}\ncommand = \"valve_command\"\n\
+             rated_flow = \"1 L/min\"\nrated_drop = \"10 bar\"\n{inertia_time}\n"
+        )
+    };
+    let text = std::fs::read_to_string(RIG).unwrap();
+    let with = |inertia_time: &str| {
+        let valves = valve("first", inertia_time) + &valve("second", "");
+        Rig::parse(
+            RIG,
+            text.replacen("[components.directional_valve]", &(valves + "[components.directional_valve]"), 1),
+        )
+    };
+    with("").unwrap();
+    let told = with("inertia_time = \"5 ms\"").unwrap_err().to_string();
+    assert!(told.contains("`first.inertia_time` on an input that other parts have too, `valve_command`"), "{told}");
+}
+
 /// A record as a logger of so many rows less would have written it.
 fn thinned(record: &Record, every: usize) -> Record {
     let rows = |values: &[f64]| values.iter().skip(every - 1).step_by(every).copied().collect::<Vec<f64>>();
