@@ -150,7 +150,7 @@ pub fn held_at<'a>(
     (start, set): (&[f64], FaultSet),
     forms: usize,
 ) -> Result<Estimate<'a>, Complaint> {
-    let theta = quick(&model.clone().with_tolerance(search::ROUGH), record, drive, (start, set), forms)?.theta;
+    let theta = quick(&roughly(model), record, drive, (start, set), forms)?.theta;
     held_near(model, record, drive, (&theta, set))
 }
 
@@ -169,6 +169,11 @@ pub fn held_near<'a>(
     Ok(Estimate { case, isolation })
 }
 
+/// A model, solved as roughly as fits on the way need it.
+pub fn roughly(model: &Model) -> Model {
+    model.clone().with_tolerance(search::ROUGH)
+}
+
 /// The complaint about a model that cannot be solved on a record.
 pub(crate) fn unsolvable(model: &Model, record: &Record, error: impl Into<FitError>) -> Complaint {
     let error = error.into();
@@ -178,7 +183,7 @@ pub(crate) fn unsolvable(model: &Model, record: &Record, error: impl Into<FitErr
         .help("check values and units of the rig with `borescope check`")
 }
 
-impl Estimate<'_> {
+impl<'a> Estimate<'a> {
     /// Places that few faults explain best, the record weighed as before any model has followed it.
     pub fn places(&mut self) -> Vec<search::Place> {
         let case = &mut self.case;
@@ -219,6 +224,20 @@ impl Estimate<'_> {
         self
     }
 
+    /// The same explanation with a model that is solved to another tolerance.
+    ///
+    /// # Errors
+    /// The model cannot be solved there.
+    pub fn with_model(mut self, model: &'a Model) -> Result<Self, Complaint> {
+        let (set, theta) = (self.isolation.set(), self.isolation.best.theta);
+        self.case.full.model = model;
+        let record = self.case.record;
+        let isolation = renewed(&mut self.case, &theta)
+            .and_then(|form| isolate_from(&self.case, form, set, MOST_ROUNDS))
+            .map_err(|error| unsolvable(model, record, error))?;
+        Ok(Self { case: self.case, isolation })
+    }
+
     /// Goes on from other values of the estimated parameters, SI; stays where that cannot be solved.
     #[must_use]
     pub fn resumed(mut self, theta: &[f64]) -> Self {
@@ -235,7 +254,8 @@ impl Estimate<'_> {
     /// # Errors
     /// The model cannot be solved at any of them.
     pub fn by_components_alone(&self, depth: search::Depth, forms: usize) -> Result<Self, Complaint> {
-        let (Case { full, record, mean, .. }, roughly) = (&self.case, self.roughly());
+        let Case { full, record, mean, .. } = &self.case;
+        let roughly = roughly(full.model);
         let of_components = |&fault: &usize| !self.case.is_of_sensor(fault);
         let set: FaultSet = self.isolation.set().iter().filter(of_components).collect();
         let found = self.case.without_others(&self.isolation.best.theta, set);
@@ -264,10 +284,6 @@ impl Estimate<'_> {
         self.held_at((&self.case.mean, FaultSet::EMPTY), forms)
     }
 
-    /// The model, solved as roughly as fits on the way need it.
-    fn roughly(&self) -> Model {
-        self.case.full.model.clone().with_tolerance(search::ROUGH)
-    }
 
     fn held_at(&self, start: (&[f64], FaultSet), forms: usize) -> Result<Self, Complaint> {
         held_at(self.case.full.model, self.case.record, self.case.full.drive, start, forms)

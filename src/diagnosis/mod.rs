@@ -173,28 +173,30 @@ fn diagnose_again(
     estimate::measured(rig, record)?;
     rig.context().stage("residuals and fit");
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;
-    let mut first = estimate::near(model, record, &drive, None, estimate::FROM_HEALTHY)?;
-    let before = Model::new(rig.with_before()).with_tolerance(model.tolerance);
+    // The way is gone roughly; where it ends is walked over once more, exactly.
+    let (roughly, before) = (estimate::roughly(model), Model::new(rig.with_before()).with_tolerance(model.tolerance));
+    let before_roughly = estimate::roughly(&before);
+    let mut first = estimate::near(&roughly, record, &drive, None, estimate::FROM_HEALTHY)?;
     let mut begun = None;
     if first.missed() || first.isolation.set().len() >= SEVERAL {
         let places = first.places();
         // Faults as old as the record that leave nothing need no beginning.
         if first.missed() && !places.iter().any(search::Place::leaves_nothing) {
-            begun = onset::find(&before, record, &drive, &first);
+            begun = onset::find(&before_roughly, record, &drive, &first);
         }
         if begun.is_none() {
             first = first.best_from_places(&places, hypotheses::MOST_ROUNDS);
         }
     }
     if begun.is_none() && !first.missed() {
-        begun = onset::find(&before, record, &drive, &first);
+        begun = onset::find(&before_roughly, record, &drive, &first);
     }
-    let (drive, mut estimate) = match &begun {
+    let (drive, exact, estimate) = match &begun {
         Some(begun) => {
             let guess = Some((&begun.theta[..], begun.set));
-            (&begun.drive, estimate::estimate(&before, record, &begun.drive, guess)?)
+            (&begun.drive, &before, estimate::estimate(&before_roughly, record, &begun.drive, guess)?)
         }
-        None => (&drive, first),
+        None => (&drive, model, first),
     };
     let with_other_spools = |estimate: &Estimate<'_>| -> Result<Option<Diagnosed>, Complaint> {
         let doubtful = found < MOST_FOUND && !(estimate.explains() && estimate.isolation.set().is_empty());
@@ -210,6 +212,7 @@ fn diagnose_again(
     if let Some(again) = with_other_spools(&estimate)? {
         return Ok(Some(again));
     }
+    let mut estimate = estimate.with_model(exact)?;
     let without_faults = estimate.isolation.set().is_empty();
     if found > 0 && !estimate.explains() {
         return Ok(None);

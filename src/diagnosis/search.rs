@@ -46,8 +46,6 @@ const ITERATIONS: u64 = 12;
 /// How far a search goes.
 #[derive(Debug, Clone, Copy)]
 pub struct Depth {
-    /// Whether pairs are simulated too.
-    paired: bool,
     /// How many of what is simulated are fitted.
     fitted: usize,
     /// How many of the fitted ones are grown.
@@ -55,9 +53,9 @@ pub struct Depth {
 }
 
 /// Single faults, as far as they go.
-pub const SINGLE: Depth = Depth { paired: false, fitted: 2, grown: 0 };
-/// Several faults at once, where they are not found from the healthy rig.
-pub const SEVERAL: Depth = Depth { paired: true, fitted: 6, grown: 2 };
+pub const SINGLE: Depth = Depth { fitted: 2, grown: 0 };
+/// Several faults at once, where neither the healthy rig nor one fault leads to them.
+pub const SEVERAL: Depth = Depth { fitted: 6, grown: 2 };
 
 /// Few faults of components with their values, SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,25 +90,29 @@ impl Place {
 /// Places that few faults explain best, the best first.
 pub fn places(case: &Case<'_>, depth: Depth) -> Vec<Place> {
     let search = Search { case, model: case.full.model.clone().with_tolerance(ROUGH) };
-    let sparse = search.sparse(depth.paired);
-    let mut screened: Vec<Place> = sparse.into_par_iter().filter_map(|faults| search.simulated(faults)).collect();
+    let mut screened = search.screened(search.singles());
+    // Of each fault its best level: several of one would take the place of others.
+    let mut singles: Vec<Place> = Vec::new();
+    for place in &screened {
+        if singles.len() < SINGLE.fitted && !singles.iter().any(|known| known.set() == place.set()) {
+            singles.push(place.clone());
+        }
+    }
+    let singles = search.all_fitted(&singles);
+    if depth.grown == 0 {
+        return singles;
+    }
+    // One fault that leaves nothing needs no others beside it.
+    if let Some(mut one) = singles.into_iter().next() {
+        one.left = search.left(&one);
+        if one.leaves_nothing() {
+            return vec![one];
+        }
+    }
+    screened.extend(search.screened(search.pairs()));
     sort(&mut screened);
-    if depth.grown == 0 {
-        // Of each fault its best level: where nothing is grown, several of one would take the place of others.
-        let mut known: Vec<FaultSet> = Vec::new();
-        screened.retain(|place| {
-            !known.contains(&place.set()) && {
-                known.push(place.set());
-                true
-            }
-        });
-    }
     screened.truncate(depth.fitted);
-    let mut fitted: Vec<Place> = screened.par_iter().filter_map(|place| search.fitted(&place.faults)).collect();
-    sort(&mut fitted);
-    if depth.grown == 0 {
-        return fitted;
-    }
+    let fitted = search.all_fitted(&screened);
     let mut grown: Vec<Place> = Vec::new();
     for place in fitted.into_iter().take(depth.grown) {
         let place = search.grown(place);
@@ -208,9 +210,7 @@ impl Search<'_> {
             let mut next: Vec<Place> = tried.into_par_iter().filter_map(at_its_best_level).collect();
             sort(&mut next);
             next.truncate(TRIED);
-            let mut next: Vec<Place> = next.par_iter().filter_map(|next| self.fitted(&next.faults)).collect();
-            sort(&mut next);
-            match next.into_iter().next() {
+            match self.all_fitted(&next).into_iter().next() {
                 Some(next) if next.cost < (1.0 - GROWTH) * place.cost => place = next,
                 _ => break,
             }
@@ -222,21 +222,45 @@ impl Search<'_> {
     /// Faults of components that a place does not have.
     fn others(&self, place: &Place) -> Vec<usize> {
         let set = place.set();
-        (0..self.case.faults()).filter(|&fault| !set.contains(fault) && !self.case.is_of_sensor(fault)).collect()
+        self.components().into_iter().filter(|&fault| !set.contains(fault)).collect()
     }
 
-    /// Nothing, single faults and, if asked for, pairs, each at a few levels towards each of its bounds.
-    fn sparse(&self, paired: bool) -> Vec<Vec<(usize, f64)>> {
-        let components: Vec<usize> = (0..self.case.faults()).filter(|&fault| !self.case.is_of_sensor(fault)).collect();
-        let mut all = vec![Vec::new()];
+    /// Faults of components.
+    fn components(&self) -> Vec<usize> {
+        (0..self.case.faults()).filter(|&fault| !self.case.is_of_sensor(fault)).collect()
+    }
+
+    /// Nothing, and single faults at a few levels towards each of their bounds.
+    fn singles(&self) -> Vec<Vec<(usize, f64)>> {
+        let one = |fault| self.case.levels(fault, &LEVELS).map(move |at| vec![(fault, at)]);
+        std::iter::once(Vec::new()).chain(self.components().into_iter().flat_map(one)).collect()
+    }
+
+    /// The same of pairs.
+    fn pairs(&self) -> Vec<Vec<(usize, f64)>> {
+        let components = self.components();
+        let mut all = Vec::new();
         for (place, &a) in components.iter().enumerate() {
-            all.extend(self.case.levels(a, &LEVELS).map(|at| vec![(a, at)]));
-            for at in self.case.levels(a, &PAIRED).filter(|_| paired) {
+            for at in self.case.levels(a, &PAIRED) {
                 for &b in &components[..place] {
                     all.extend(self.case.levels(b, &PAIRED).map(|other| vec![(a, at), (b, other)]));
                 }
             }
         }
         all
+    }
+
+    /// All of them simulated, the best first.
+    fn screened(&self, all: Vec<Vec<(usize, f64)>>) -> Vec<Place> {
+        let mut screened: Vec<Place> = all.into_par_iter().filter_map(|faults| self.simulated(faults)).collect();
+        sort(&mut screened);
+        screened
+    }
+
+    /// All of them fitted, the best first.
+    fn all_fitted(&self, places: &[Place]) -> Vec<Place> {
+        let mut fitted: Vec<Place> = places.par_iter().filter_map(|place| self.fitted(&place.faults)).collect();
+        sort(&mut fitted);
+        fitted
     }
 }

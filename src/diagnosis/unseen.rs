@@ -109,26 +109,26 @@ pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)>
     let odds = prior_odds(case.faults());
     let Isolation { local, schur, best: point, inflation, .. } = isolation;
     let set = isolation.set();
-    let mut best: Option<(f64, FaultSet, Fit)> = None;
-    for fault in (0..case.faults()).filter(|&fault| !set.contains(fault) && !case.is_of_sensor(fault)) {
-        for value in case.levels(fault, &PROBES) {
-            let mut theta = point.theta.clone();
-            theta[fault] = value;
-            let Ok(misfit) = case.full.misfit(&theta) else { continue };
-            if local.foresees(at(&point.theta, &point.misfit), at(&theta, &misfit), UNSEEN) {
-                continue;
-            }
-            let more = set.with(fault);
-            let held = Holding { parameter: fault, value };
-            let Ok(near) = case.fit_held(local, more, held, &theta, Options::steps(1, ROUGH)) else { continue };
-            // The best value along the way is not known yet, so what the fault costs is taken at its cheapest.
-            let gain = 0.5 * (point.cost - near.cost + near.promised) / inflation[fault] + odds;
-            let price = schur.occam([fault].into_iter(), 1.0).min(0.0);
-            if gain + price.max(-3.0) > 0.0 && best.as_ref().is_none_or(|(before, ..)| gain > *before) {
-                best = Some((gain, more, near));
-            }
+    let others = (0..case.faults()).filter(|&fault| !set.contains(fault) && !case.is_of_sensor(fault));
+    let probes = others.flat_map(|fault| case.levels(fault, &PROBES).map(move |value| (fault, value)));
+    let gain = |(fault, value): (usize, f64)| {
+        let mut theta = point.theta.clone();
+        theta[fault] = value;
+        let misfit = case.full.misfit(&theta).ok()?;
+        if local.foresees(at(&point.theta, &point.misfit), at(&theta, &misfit), UNSEEN) {
+            return None;
         }
-    }
+        let more = set.with(fault);
+        let held = Holding { parameter: fault, value };
+        let near = case.fit_held(local, more, held, &theta, Options::steps(1, ROUGH)).ok()?;
+        // The best value along the way is not known yet, so what the fault costs is taken at its cheapest.
+        let gain = 0.5 * (point.cost - near.cost + near.promised) / inflation[fault] + odds;
+        let price = schur.occam([fault].into_iter(), 1.0).min(0.0);
+        (gain + price.max(-3.0) > 0.0).then_some((gain, more, near))
+    };
+    let gains: Vec<(f64, FaultSet, Fit)> =
+        probes.collect::<Vec<_>>().into_par_iter().filter_map(gain).collect();
+    let best = gains.into_iter().reduce(|best, next| if next.0 > best.0 { next } else { best });
     best.map(|(_, set, point)| (set, point))
 }
 

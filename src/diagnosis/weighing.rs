@@ -1,6 +1,7 @@
 //! Sets of faults weighed in the local quadratic model, the best of them fitted to the record.
 
 use nalgebra::DVector;
+use rayon::prelude::*;
 
 use super::candidates::candidates;
 use super::case::{Case, EXACT, ROBUST, ROUGH};
@@ -95,13 +96,14 @@ pub(super) fn weigh(case: &Case<'_>, around: Around<'_>) -> Weighing {
     let far = local.misfit.len() as f64 * FAR < 2.0 * ROBUST.cost(&local.misfit);
     let most = if far { MOST_FITS_FAR } else { MOST_FITS };
     let mut fitted = 0;
-    for (place, (set, deviation)) in weighed.iter_mut().enumerate() {
-        let questioned = place == 0 || set.score > top - IN_QUESTION;
+    let mut in_question: Vec<(usize, &mut (Weighed, Vec<f64>))> = weighed.iter_mut().enumerate().collect();
+    in_question.retain(|(place, (set, _))| {
+        let fit = set.set == centre || ((*place == 0 || set.score > top - IN_QUESTION) && fitted < most);
+        fitted += usize::from(fit);
+        fit
+    });
+    in_question.into_par_iter().for_each(|(place, (set, deviation))| {
         let stay = set.set == centre;
-        if !stay && (!questioned || fitted >= most) {
-            continue;
-        }
-        fitted += 1;
         let mut start = local.theta.clone();
         // The set at hand goes on from where it is, so that no round ends worse than it began.
         if !stay {
@@ -112,7 +114,7 @@ pub(super) fn weigh(case: &Case<'_>, around: Around<'_>) -> Weighing {
         }
         let enough = if place == 0 || stay { EXACT } else { ROUGH };
         set.point = case.fit(local, set.set, &start, Options::steps(STEPS, enough).damped(damping)).ok();
-    }
+    });
     // Fitted sets are compared by what they reach; the others keep what the form promises, from the same reference.
     let stays = weighed.iter().find(|(set, _)| set.set == centre).and_then(|(set, _)| set.point.as_ref());
     let (reached, promised) = stays.map_or((reference, 0.0), |point| (point.cost, point.promised.max(0.0)));
@@ -198,5 +200,5 @@ pub(super) fn inflations(case: &Case<'_>, local: &LocalModel, schur: &SchurCompl
         let left: Vec<f64> = local.misfit.iter().zip(influence.iter()).map(|(r, by)| r + share * by).collect();
         local.inflation(&influence, &left, own, &series)
     };
-    (0..case.faults()).map(one).collect()
+    (0..case.faults()).into_par_iter().map(one).collect()
 }

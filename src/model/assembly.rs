@@ -131,23 +131,34 @@ impl<'a, S: Scalar> Assembly<'a, S> {
         fluidity
     }
 
-    fn evaluate(&mut self, t: f64, y: &[S]) {
-        let fluidity = self.fluidity(t);
+    /// Fills the row that components read.
+    #[inline]
+    fn gather(&mut self, t: f64, y: &[S]) {
         let states = self.layout.states;
         self.row[..states].copy_from_slice(&y[..states]);
         let count = self.inputs.from.len();
         for (input, value) in self.row[self.wiring.first_input..].iter_mut().take(count).enumerate() {
             *value = S::constant(self.inputs.at(input, t));
         }
+    }
+
+    fn evaluate(&mut self, t: f64, y: &[S]) {
+        let fluidity = self.fluidity(t);
+        self.gather(t, y);
         let (row, laws) = (&self.row[..], self.laws.iter());
         for ((sources, law), answers) in self.wiring.sources.iter().zip(laws).zip(&mut self.answers) {
-            let seen = PortVariables {
-                z: sources.variables.map(|index| row[usize::from(index)]),
-                u: sources.inputs.map(|index| row[usize::from(index)]),
-                fluidity,
-            };
             // A law answers the same entries every time, so what it leaves stays zero from the start.
-            law.evaluate(&seen, answers);
+            law.evaluate(&sources.seen(row, fluidity), answers);
+        }
+    }
+
+    /// The same for the components of which sensors without a lag read a flow.
+    fn evaluate_shown(&mut self, t: f64, y: &[S]) {
+        let fluidity = self.fluidity(t);
+        self.gather(t, y);
+        for &component in &self.layout.shown {
+            let seen = self.wiring.sources[component].seen(&self.row, fluidity);
+            self.laws[component].evaluate(&seen, &mut self.answers[component]);
         }
     }
 
@@ -210,8 +221,8 @@ impl<'a, S: Scalar> Assembly<'a, S> {
 
     /// Raw values of the sensors at `t`, SI, into `raw`.
     pub fn raw_values(&mut self, t: f64, y: &[S], raw: &mut [S]) {
-        if self.layout.shows_flows {
-            self.evaluate(t, y);
+        if !self.layout.shown.is_empty() {
+            self.evaluate_shown(t, y);
         }
         for (sensor, value) in raw.iter_mut().enumerate() {
             *value = match self.layout.filtered[sensor] {

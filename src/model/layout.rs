@@ -25,6 +25,16 @@ pub struct Slot {
     pub states: usize,
 }
 
+impl Slot {
+    /// States that the component sees, its own included.
+    pub fn states_seen(&self) -> impl Iterator<Item = usize> + '_ {
+        self.variables.iter().filter_map(|variable| match variable {
+            Variable::State(state) => Some(*state),
+            Variable::Unused | Variable::Held(_) => None,
+        })
+    }
+}
+
 /// One balance: `rate of state = sign * sum of through / sum of capacity`.
 #[derive(Debug, Clone, Copy)]
 pub struct Balance {
@@ -73,8 +83,8 @@ pub struct Layout {
     pub clock: usize,
     /// State that each sensor reads, where it has a lag.
     pub filtered: Vec<Option<usize>>,
-    /// Whether a sensor without a lag reads a flow.
-    pub shows_flows: bool,
+    /// Components of which a sensor without a lag reads a flow.
+    pub shown: Vec<usize>,
     pub wiring: Wiring,
 }
 
@@ -100,7 +110,7 @@ impl Layout {
             temperature: rig.temperature.as_ref().map(|_| rig.inputs.len()),
             clock: rig.inputs.len() + usize::from(rig.temperature.is_some()),
             filtered: Vec::new(),
-            shows_flows: false,
+            shown: Vec::new(),
             wiring: Wiring::default(),
         };
         let mut node_balance = Vec::new();
@@ -170,7 +180,11 @@ impl Layout {
                 layout.filters.push(Filter { state, sensor: index, lag: sensor.lag });
                 state
             });
-            layout.shows_flows |= state.is_none() && matches!(raw, Raw::Flow(..));
+            if let (None, Raw::Flow(component, ..)) = (state, raw)
+                && !layout.shown.contains(&component)
+            {
+                layout.shown.push(component);
+            }
             layout.filtered.push(state);
         }
         layout.wiring = Wiring::of(&layout);

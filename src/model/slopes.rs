@@ -92,8 +92,8 @@ impl<'a> Slopes<'a> {
         }
     }
 
-    fn evaluate(&mut self, t: f64, y: &[f64]) {
-        for pass in &mut self.passes {
+    fn evaluate(&mut self, t: f64, y: &[f64], wanted: impl Fn(usize) -> bool) {
+        for pass in self.passes.iter_mut().filter(|pass| wanted(pass.component)) {
             let slot = &self.layout.slots[pass.component];
             let fluidity = self.inputs.fluidity(&pass.fluid, self.layout, t);
             let mut seen = PortVariables { fluidity, ..PortVariables::default() };
@@ -127,7 +127,7 @@ impl<'a> Slopes<'a> {
                 }
             }
             (None, Raw::Flow(component, port, sign)) => {
-                self.evaluate(t, y);
+                self.evaluate(t, y, |one| one == component);
                 for pass in self.passes.iter().filter(|pass| pass.component == component) {
                     for (lane, value) in pass.lanes.iter().zip(&pass.answers.through[port].eps) {
                         match lane {
@@ -247,7 +247,7 @@ impl<const N: usize> Curved<N> for Slopes<'_> {
     }
 
     fn slopes(&mut self, t: f64, y: &[f64; N], j: &mut [[f64; N]; N], by: &mut Vec<Entry>) {
-        self.evaluate(t, y);
+        self.evaluate(t, y, |_| true);
         let mut sums = [Sum::default(); N];
         for pass in self.passes.iter().filter(|pass| pass.first) {
             let slot = &self.layout.slots[pass.component];

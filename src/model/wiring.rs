@@ -1,13 +1,26 @@
 //! The layout as indices into one row of numbers, so that the innermost loop asks nothing.
 
 use super::layout::{Layout, Slot, Variable};
-use crate::physics::component::{INPUTS, VARIABLES};
+use crate::numeric::Real;
+use crate::physics::component::{INPUTS, PortVariables, VARIABLES};
 
 /// Where a component's values stand in the row: its variables, then its inputs.
 #[derive(Debug, Clone, Copy)]
 pub struct Sources {
     pub variables: [u16; VARIABLES],
     pub inputs: [u16; INPUTS],
+}
+
+impl Sources {
+    /// What the component sees in a row.
+    #[inline]
+    pub fn seen<T: Real>(&self, row: &[T], fluidity: T) -> PortVariables<T> {
+        PortVariables {
+            z: self.variables.map(|index| row[usize::from(index)]),
+            u: self.inputs.map(|index| row[usize::from(index)]),
+            fluidity,
+        }
+    }
 }
 
 /// An answer of a component that a sum or a state takes.

@@ -66,7 +66,7 @@ impl Model {
         let layout = &self.layout;
         let read = layout.raw.iter().zip(&layout.filtered).flat_map(|(raw, filtered)| match (raw, filtered) {
             (_, Some(state)) | (Raw::Pressure(state) | Raw::Level(state) | Raw::State(state), None) => vec![*state],
-            (Raw::Flow(..), None) => (0..layout.states).collect(),
+            (Raw::Flow(component, ..), None) => layout.slots[*component].states_seen().collect(),
             (Raw::HeldPressure(_), None) => Vec::new(),
         });
         let mut read: Vec<usize> = read.collect();
@@ -187,9 +187,7 @@ impl<const N: usize> Watch<N> for Derivatives<'_, N> {
     }
 
     fn sample(&mut self, step: &Step<'_, f64, N>, row: usize, t: f64, y: &[f64; N]) {
-        for &state in &self.read {
-            self.tangents.interpolate(step, t, state, &mut self.states[state]);
-        }
+        self.tangents.interpolate(step, t, &self.read, &mut self.states);
         self.read(row, t, y);
     }
 

@@ -279,9 +279,9 @@ impl<const N: usize> Tangents<N> {
         self.blocks.iter().flat_map(move |block| block[state])
     }
 
-    /// Derivatives of `state` by each parameter at time `t` (s) within the last step, which is `step`, into `out`.
+    /// Derivatives of some states by each parameter at time `t` (s) within the last step, which is `step`, into `out[state]`.
     #[inline]
-    pub fn interpolate(&self, step: &Step<'_, f64, N>, t: f64, state: usize, out: &mut [f64]) {
+    pub fn interpolate(&self, step: &Step<'_, f64, N>, t: f64, states: &[usize], out: &mut [Vec<f64>]) {
         let s = (t - step.t) / step.h;
         // The polynomial through the start and the stages.
         let weights: [f64; STAGES] = std::array::from_fn(|k| {
@@ -289,13 +289,16 @@ impl<const N: usize> Tangents<N> {
             others.map(|other| (s - C[other]) / (C[k] - C[other])).product::<f64>() * s / C[k]
         });
         let at_start = C.iter().map(|c| (c - s) / c).product::<f64>();
-        for ((before, stages), out) in self.before.iter().zip(&self.stages).zip(out.chunks_mut(WIDTH)) {
-            let mut sum = [0.0; WIDTH];
-            axpy(&mut sum, at_start, &before[state]);
-            for (weight, stage) in weights.iter().zip(stages) {
-                axpy(&mut sum, *weight, &stage[state]);
+        for &state in states {
+            let parts = out[state].chunks_mut(WIDTH);
+            for ((before, stages), out) in self.before.iter().zip(&self.stages).zip(parts) {
+                let mut sum = [0.0; WIDTH];
+                axpy(&mut sum, at_start, &before[state]);
+                for (weight, stage) in weights.iter().zip(stages) {
+                    axpy(&mut sum, *weight, &stage[state]);
+                }
+                out.copy_from_slice(&sum[..out.len()]);
             }
-            out.copy_from_slice(&sum[..out.len()]);
         }
     }
 }
