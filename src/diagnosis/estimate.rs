@@ -232,9 +232,8 @@ impl<'a> Estimate<'a> {
         let (set, theta) = (self.isolation.set(), self.isolation.best.theta);
         self.case.full.model = model;
         let record = self.case.record;
-        let isolation = renewed(&mut self.case, &theta)
-            .and_then(|form| isolate_from(&self.case, form, set, MOST_ROUNDS))
-            .map_err(|error| unsolvable(model, record, error))?;
+        let isolation =
+            isolate(&self.case, &theta, set, MOST_ROUNDS).map_err(|error| unsolvable(model, record, error))?;
         Ok(Self { case: self.case, isolation })
     }
 
@@ -283,7 +282,6 @@ impl<'a> Estimate<'a> {
     pub fn without_faults(&self, forms: usize) -> Result<Self, Complaint> {
         self.held_at((&self.case.mean, FaultSet::EMPTY), forms)
     }
-
 
     fn held_at(&self, start: (&[f64], FaultSet), forms: usize) -> Result<Self, Complaint> {
         held_at(self.case.full.model, self.case.record, self.case.full.drive, start, forms)

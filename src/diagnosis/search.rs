@@ -5,10 +5,13 @@
 //! single faults and pairs are simulated at a few levels, the best are fitted, and the best of those takes one fault more at a
 //! time.
 
+use argmin::core::{CostFunction, Error, Executor};
+use argmin::solver::brent::BrentOpt;
 use rayon::prelude::*;
 
 use super::case::{Case, ROBUST};
 use super::events::weights;
+use super::noise::{self, Weights};
 use super::problem::RecordProblem;
 use crate::estimation::{self, Loss, Options, Problem};
 use crate::model::{Model, Tolerance};
@@ -26,6 +29,9 @@ const WITHIN: f64 = 0.75;
 const EXPLAINED: (f64, f64) = (20.0, 2.0);
 /// Cost per sample, after, up to which nothing further is looked for.
 const NOTHING_LEFT: f64 = 0.8;
+/// Simulations of a single fault between two of its levels, and the share of their distance to which its best value is found.
+const SECTIONS: u64 = 10;
+const BRACKET: f64 = 0.005;
 /// Shares of the way to a bound at which single faults are simulated before any is fitted.
 const LEVELS: [f64; 3] = [0.2, 0.5, 0.75];
 /// The same for each of a pair.
@@ -41,7 +47,9 @@ pub(crate) const ROUGH: Tolerance = Tolerance { relative: 1e-5, absolute: 1e-5 }
 /// Relative decrease of the cost that ends a fit.
 const NEIGHBOURHOOD: f64 = 1e-2;
 /// Iterations after which a fit that has not found a neighbourhood is given up.
-const ITERATIONS: u64 = 12;
+const ITERATIONS: u64 = 4;
+/// Rounds of a fit, each with the tolerance of the events where it begins.
+const ROUNDS: usize = 4;
 
 /// How far a search goes.
 #[derive(Debug, Clone, Copy)]
@@ -98,7 +106,8 @@ pub fn places(case: &Case<'_>, depth: Depth) -> Vec<Place> {
             singles.push(place.clone());
         }
     }
-    let singles = search.all_fitted(&singles);
+    let bracketed: Vec<Place> = singles.into_par_iter().map(|place| search.bracketed(place)).collect();
+    let singles = search.all_fitted(&bracketed);
     if depth.grown == 0 {
         return singles;
     }
@@ -110,6 +119,7 @@ pub fn places(case: &Case<'_>, depth: Depth) -> Vec<Place> {
         }
     }
     screened.extend(search.screened(search.pairs()));
+    screened.extend(bracketed);
     sort(&mut screened);
     screened.truncate(depth.fitted);
     let fitted = search.all_fitted(&screened);
@@ -136,6 +146,31 @@ struct Search<'a> {
     model: Model,
 }
 
+/// A fault alone between two values, SI.
+struct Along<'s, 'a> {
+    search: &'s Search<'a>,
+    fault: usize,
+    from: f64,
+    to: f64,
+}
+
+impl Along<'_, '_> {
+    fn value(&self, share: f64) -> f64 {
+        self.from + share * (self.to - self.from)
+    }
+}
+
+impl CostFunction for &Along<'_, '_> {
+    type Param = f64;
+    type Output = f64;
+
+    fn cost(&self, share: &f64) -> Result<f64, Error> {
+        let place = self.search.simulated(vec![(self.fault, self.value(*share))]);
+        // Where the model cannot be solved no minimum is; finite, since Brent draws parabolas.
+        Ok(place.map_or(f64::MAX.sqrt(), |place| place.cost))
+    }
+}
+
 impl Search<'_> {
     /// The problem of these faults alone.
     fn problem(&self, faults: &[(usize, f64)]) -> RecordProblem<'_> {
@@ -153,20 +188,69 @@ impl Search<'_> {
         Some(Place { faults, cost, left: f64::INFINITY })
     }
 
+    /// A single fault where it explains most between the levels beside its best one. From there a fit is near: from further away
+    /// events of the model and of the record lie apart, and its steps are as short as an event is.
+    fn bracketed(&self, place: Place) -> Place {
+        let [(fault, best)] = place.faults[..] else { return place };
+        let (low, high) = self.case.rig().faults[fault].bounds;
+        let ends: Vec<f64> =
+            [low, high, self.case.mean[fault]].into_iter().chain(self.case.levels(fault, &LEVELS)).collect();
+        let beside = |is_beyond: fn(f64, f64) -> bool, nearest: fn(f64, f64) -> f64| {
+            ends.iter().copied().filter(|&end| is_beyond(end, best)).reduce(nearest).unwrap_or(best)
+        };
+        let along = Along {
+            search: self,
+            fault,
+            from: beside(|end, best| end < best, f64::max),
+            to: beside(|end, best| end > best, f64::min),
+        };
+        let solver = BrentOpt::new(0.0, 1.0).set_tolerance(0.0, BRACKET);
+        let found = Executor::new(&along, solver).configure(|state| state.max_iters(SECTIONS)).run();
+        let share = found.ok().and_then(|found| found.state.best_param);
+        let found = share.and_then(|share| self.simulated(vec![(fault, along.value(share))]));
+        found.filter(|found| found.cost < place.cost).unwrap_or(place)
+    }
+
     /// The best values of the same faults from these; `None` where the model cannot be solved.
+    ///
+    /// Where the model has an event its derivatives are as steep as the event, and a fit that saw them at full weight would step no
+    /// further than events last. So each round gives the model's own events their tolerance, as the record's have theirs.
     fn fitted(&self, faults: &[(usize, f64)]) -> Option<Place> {
-        if faults.is_empty() {
-            return self.simulated(Vec::new());
+        let mut best = self.simulated(faults.to_vec())?;
+        for _ in 0..ROUNDS {
+            let start: Vec<f64> = best.faults.iter().map(|(_, value)| *value).collect();
+            let mut problem = self.problem(&best.faults);
+            let outputs = problem.outputs(&problem.parameters(&start), problem.drive).ok()?;
+            problem.weights = self.tolerant(&outputs);
+            let mut sizes: Vec<f64> = problem.misfit(&start).ok()?.into_iter().map(f64::abs).collect();
+            let at = ((sizes.len() as f64 * WITHIN) as usize).min(sizes.len().checked_sub(1)?);
+            let loss = Loss::SoftL1 { k: sizes.select_nth_unstable_by(at, f64::total_cmp).1.max(WIDTH) };
+            let options = Options { function: NEIGHBOURHOOD, max_iterations: ITERATIONS, ..Options::default() };
+            let Ok(found) = estimation::fit(&problem, &start, loss, options) else { break };
+            let faults = best.faults.iter().zip(&found.theta).map(|(&(fault, _), &value)| (fault, value)).collect();
+            let Some(place) = self.simulated(faults) else { break };
+            let fallen = 1.0 - place.cost / best.cost;
+            if fallen > 0.0 {
+                best = place;
+            }
+            if fallen < NEIGHBOURHOOD {
+                break;
+            }
         }
-        let start: Vec<f64> = faults.iter().map(|(_, value)| *value).collect();
-        let problem = self.problem(faults);
-        let mut sizes: Vec<f64> = problem.misfit(&start).ok()?.into_iter().map(f64::abs).collect();
-        let at = ((sizes.len() as f64 * WITHIN) as usize).min(sizes.len().checked_sub(1)?);
-        let loss = Loss::SoftL1 { k: sizes.select_nth_unstable_by(at, f64::total_cmp).1.max(WIDTH) };
-        let options = Options { function: NEIGHBOURHOOD, max_iterations: ITERATIONS, ..Options::default() };
-        let found = estimation::fit(&problem, &start, loss, options).ok()?;
-        let faults = faults.iter().zip(&found.theta).map(|(&(fault, _), &value)| (fault, value)).collect();
-        Some(Place { faults, cost: FAR.cost(&found.misfit), left: f64::INFINITY })
+        Some(best)
+    }
+
+    /// Weights that give the events of the record and of what the sensors would read their tolerance.
+    fn tolerant(&self, outputs: &[Vec<f64>]) -> Weights {
+        let (rig, record, full) = (self.case.rig(), self.case.record, &self.case.full);
+        let of = |curves: &[&[f64]], measured| noise::variances(rig, record, curves, measured);
+        let outputs: Vec<&[f64]> = outputs.iter().map(Vec::as_slice).collect();
+        let mut variance = of(&full.measured, true);
+        for (variance, own) in variance.iter_mut().flatten().zip(of(&outputs, false).iter().flatten()) {
+            *variance = variance.max(*own);
+        }
+        let phases = noise::phases(rig, full.drive, &record.time, &variance);
+        Weights::new(rig, &phases, &variance, &[])
     }
 
     /// Cost per sample that a place leaves once its events have got their tolerance; infinite where it is far off anyway.

@@ -126,8 +126,7 @@ pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)>
         let price = schur.occam([fault].into_iter(), 1.0).min(0.0);
         (gain + price.max(-3.0) > 0.0).then_some((gain, more, near))
     };
-    let gains: Vec<(f64, FaultSet, Fit)> =
-        probes.collect::<Vec<_>>().into_par_iter().filter_map(gain).collect();
+    let gains: Vec<(f64, FaultSet, Fit)> = probes.collect::<Vec<_>>().into_par_iter().filter_map(gain).collect();
     let best = gains.into_iter().reduce(|best, next| if next.0 > best.0 { next } else { best });
     best.map(|(_, set, point)| (set, point))
 }
