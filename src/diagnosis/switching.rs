@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::case::Case;
-use super::estimate::Estimate;
+use super::estimate::{Estimate, poor};
 use crate::estimation::ScoreTest;
 use crate::estimation::criteria::bic;
 use crate::model::InputSignals;
@@ -61,7 +61,9 @@ pub(crate) fn found(near: &[&Estimate<'_>]) -> Option<Vec<(usize, f64)>> {
         }
     }
     let found = changed(rig, &other).into_iter().map(|own| (own, other.parameters[own].value)).collect::<Vec<_>>();
-    (!found.is_empty()).then_some(found)
+    // What stays unexplained with other spools too is no matter of spools.
+    let left = near.iter().map(|near| near.isolation.best.cost).sum::<f64>() - reached;
+    (!found.is_empty() && left <= poor(samples)).then_some(found)
 }
 
 /// A rig whose spools follow as found. What `found` has been asked with may have further parameters behind those of the rig, such as
