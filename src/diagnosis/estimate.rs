@@ -229,12 +229,11 @@ impl<'a> Estimate<'a> {
     /// # Errors
     /// The model cannot be solved there.
     pub fn with_model(mut self, model: &'a Model) -> Result<Self, Complaint> {
-        let (set, theta) = (self.isolation.set(), self.isolation.best.theta);
+        let (set, theta, rounds) = (self.isolation.set(), self.isolation.best.theta, self.isolation.rounds);
         self.case.full.model = model;
         let record = self.case.record;
-        let isolation =
-            isolate(&self.case, &theta, set, MOST_ROUNDS).map_err(|error| unsolvable(model, record, error))?;
-        Ok(Self { case: self.case, isolation })
+        let exact = isolate(&self.case, &theta, set, MOST_ROUNDS).map_err(|error| unsolvable(model, record, error))?;
+        Ok(Self { case: self.case, isolation: Isolation { rounds: rounds + exact.rounds, ..exact } })
     }
 
     /// Goes on from other values of the estimated parameters, SI; stays where that cannot be solved.

@@ -39,7 +39,7 @@ const CHARTS: [(&str, u64); 10] = [
 
 struct Pages {
     // Removed at the end.
-    _folder: TempDir,
+    folder: TempDir,
     paths: BTreeMap<&'static str, PathBuf>,
 }
 
@@ -83,7 +83,7 @@ fn pages() -> &'static Pages {
             ran(&words(&format!("{call} --report {}", text(&page))));
             paths.insert(verb, page);
         }
-        Pages { _folder: folder, paths }
+        Pages { folder, paths }
     })
 }
 
@@ -250,8 +250,11 @@ fn what_was_found_stands_before_the_circuit_and_the_circuit_before_the_curves() 
 fn a_page_is_the_same_every_time() {
     let folder = tempfile::tempdir().unwrap();
     let again = folder.path().join("again.html");
-    ran(&words(&format!("compare {RIG} {LONG} --report {}", text(&again))));
-    assert_eq!(fs::read(&again).unwrap(), fs::read(&pages().paths["compare"]).unwrap());
+    let made = pages();
+    let path = |name: &str| text(&made.folder.path().join(name));
+    let call = format!("suggest {} {} --check {}", path("rig.toml"), path("fit.csv"), path("check.csv"));
+    ran(&words(&format!("{call} --report {}", text(&again))));
+    assert_eq!(fs::read(&again).unwrap(), fs::read(&made.paths["suggest"]).unwrap());
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! Every ```` ```console ```` block is run, line by line, in a copy of the fixtures. A line of printed output must occur in the
 //! real one, in its order, numbers apart; `...` stands for lines left out. Verdicts must agree to the digit.
-//! `BLESS=1 cargo test --release --test it -- docs::tutorial` writes the present numbers into the documents.
+//! `BLESS=1 cargo test --release --test it -- docs::tutorial --include-ignored` writes the present numbers into the documents.
 
 use crate::support::page;
 
@@ -134,17 +134,24 @@ fn the_tutorial_prints_what_the_program_prints() {
     holds("docs/tutorial.md");
 }
 
-#[test]
-fn the_gallery_prints_what_the_program_prints() {
-    holds("docs/gallery/missing-physics.md");
-    holds("docs/gallery/the-papers-leakage.md");
-    holds("docs/gallery/pages.md");
-}
+/// Stories of a minute each, which `.ci/run` goes through behind the tests.
+mod gallery {
+    use super::holds;
 
-#[test]
-fn the_gallery_of_other_machines_prints_what_the_program_prints() {
-    for page in ["hydrostatic-drive", "servo-axis", "boom", "accumulator"] {
-        holds(&format!("docs/gallery/{page}.md"));
+    #[test]
+    #[ignore = "a minute"]
+    fn its_pages_print_what_the_program_prints() {
+        holds("docs/gallery/missing-physics.md");
+        holds("docs/gallery/the-papers-leakage.md");
+        holds("docs/gallery/pages.md");
+    }
+
+    #[test]
+    #[ignore = "half a minute"]
+    fn other_machines_print_what_the_program_prints() {
+        for page in ["hydrostatic-drive", "servo-axis", "boom", "accumulator"] {
+            holds(&format!("docs/gallery/{page}.md"));
+        }
     }
 }
 
