@@ -299,12 +299,8 @@ impl<'a> Estimate<'a> {
 }
 
 fn missed(case: &Case<'_>, isolation: &Isolation) -> bool {
-    isolation.best.cost > poor(case.full.weights.all_samples() as f64)
-}
-
-/// The cost of so many samples from which on more than noise is left unexplained.
-pub(super) fn poor(samples: f64) -> f64 {
-    2.0 * POOR * samples
+    let samples = case.full.weights.all_samples() as f64;
+    isolation.best.cost > 2.0 * POOR * samples
 }
 
 /// Weights from the record alone, before any model has followed it.

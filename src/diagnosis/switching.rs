@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::case::Case;
-use super::estimate::{Estimate, poor};
+use super::estimate::Estimate;
 use crate::estimation::ScoreTest;
 use crate::estimation::criteria::bic;
 use crate::model::InputSignals;
@@ -30,6 +30,9 @@ const STEPS: Dynamics = [0.2, 0.15, 0.25];
 const HALVED: usize = 4;
 /// Most rounds of the search.
 const ROUNDS: usize = 40;
+/// Share of what an explanation leaves beyond noise that other spools have to take away: where it is their doing they take most of it,
+/// a quarter where false faults stand in for them; where something else is wrong, less than a hundredth.
+const WORTH: f64 = 0.1;
 /// Digits of a reported time constant.
 const DIGITS: usize = 4;
 
@@ -61,9 +64,8 @@ pub(crate) fn found(near: &[&Estimate<'_>]) -> Option<Vec<(usize, f64)>> {
         }
     }
     let found = changed(rig, &other).into_iter().map(|own| (own, other.parameters[own].value)).collect::<Vec<_>>();
-    // What stays unexplained with other spools too is no matter of spools.
-    let left = near.iter().map(|near| near.isolation.best.cost).sum::<f64>() - reached;
-    (!found.is_empty() && left <= poor(samples)).then_some(found)
+    let cost: f64 = near.iter().map(|near| near.isolation.best.cost).sum();
+    (!found.is_empty() && reached > WORTH * (cost - samples)).then_some(found)
 }
 
 /// A rig whose spools follow as found. What `found` has been asked with may have further parameters behind those of the rig, such as
