@@ -44,7 +44,8 @@ fn sensitivities<const P: usize>(runs: usize) {
 fn led<const P: usize, const V: usize>(runs: usize) {
     let mut solution = [[[0.0; P]; N]; POINTS];
     let timed = time(runs, || {
-        tangents::<P, V>(options(), |point, state, slopes| solution[point][state].copy_from_slice(slopes)).expect("integrates");
+        tangents::<P, V>(options(), |point, state, slopes| solution[point][state].copy_from_slice(slopes))
+            .expect("integrates");
     });
     line(&format!("{P} sensitivities, led along"), "borescope", timed, "");
 }
