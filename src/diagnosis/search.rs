@@ -46,7 +46,7 @@ const GROWTH: f64 = 0.1;
 pub(crate) const ROUGH: Tolerance = Tolerance { relative: 1e-5, absolute: 1e-5 };
 /// Relative decrease of the cost that ends a fit.
 const NEIGHBOURHOOD: f64 = 1e-2;
-/// Iterations after which a fit that has not found a neighbourhood is given up.
+/// Iterations of each round of a fit.
 const ITERATIONS: u64 = 4;
 /// Rounds of a fit, each with the tolerance of the events where it begins.
 const ROUNDS: usize = 4;
