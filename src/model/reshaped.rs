@@ -246,10 +246,14 @@ mod tests {
             to: inputs.to_vec(),
             jump,
         };
-        let both = [piece(0.0, 0.1, [0.0, 5.0], true), piece(0.1, 0.3, [1.0, 6.0], true)];
-        let late = Following { dead_time: 0.02, ..following(8e-3, 1.0) };
-        let expected =
-            [piece(0.0, 0.1, [0.0, 5.0], true), piece(0.1, 0.12, [0.0, 6.0], true), piece(0.12, 0.3, [1.0, 6.0], true)];
+        // Times without rounding, so that their sum is exact.
+        let both = [piece(0.0, 0.125, [0.0, 5.0], true), piece(0.125, 0.5, [1.0, 6.0], true)];
+        let late = Following { dead_time: 0.0625, ..following(8e-3, 1.0) };
+        let expected = [
+            piece(0.0, 0.125, [0.0, 5.0], true),
+            piece(0.125, 0.1875, [0.0, 6.0], true),
+            piece(0.1875, 0.5, [1.0, 6.0], true),
+        ];
         assert_eq!(delayed(&both, 2, &late), expected);
     }
 }

@@ -104,7 +104,7 @@ fn a_cancelled_diagnosis_ends_soon_wherever_it_is() {
 fn a_cancelled_suggestion_ends_soon_wherever_it_is() {
     let rig = Rig::read("fixtures/learning/stroke_5335.toml").unwrap();
     let record = rig.record("fixtures/learning/line_fit.csv").unwrap();
-    for after in [300, 2500, 5000] {
+    for after in [300, 1800, 3500] {
         let took = cancelled_after(Duration::from_millis(after), |context| {
             suggest(&rig.clone().with_context(context), &record, None).err()
         });
