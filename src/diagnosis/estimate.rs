@@ -7,7 +7,7 @@ use super::events::{weights, weights_along};
 use super::hypotheses::{Isolation, MOST_ROUNDS, Stopped, held, isolate, isolate_from};
 use super::noise::{self, Weights};
 use super::preliminary::{FIRST_FORMS, quick};
-use super::search;
+use super::search::{self, roughly};
 use super::unseen::{in_step, simpler, unseen};
 use super::{adequate, mean_squares};
 use crate::complaint::{Complaint, Kind, Place};
@@ -169,11 +169,6 @@ pub fn held_near<'a>(
     Ok(Estimate { case, isolation })
 }
 
-/// A model, solved as roughly as fits on the way need it.
-pub fn roughly(model: &Model) -> Model {
-    model.clone().with_tolerance(search::ROUGH)
-}
-
 /// The complaint about a model that cannot be solved on a record.
 pub(crate) fn unsolvable(model: &Model, record: &Record, error: impl Into<FitError>) -> Complaint {
     let error = error.into();
@@ -306,9 +301,7 @@ fn missed(case: &Case<'_>, isolation: &Isolation) -> bool {
 /// Weights from the record alone, before any model has followed it.
 fn rough(model: &Model, record: &Record, drive: &InputSignals, data: &[&[f64]]) -> Weights {
     let rig = &model.rig;
-    let variance = noise::variances(rig, record, data, true);
-    let phases = noise::phases(rig, drive, &record.time, &variance);
-    Weights::new(rig, &phases, &variance, &[])
+    Weights::without_changes(rig, drive, &record.time, &noise::variances(rig, record, data, true))
 }
 
 /// Explains the record from a guess. Where that does, weights are renewed where the explanation puts the events, and the

@@ -174,8 +174,8 @@ fn diagnose_again(
     rig.context().stage("residuals and fit");
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;
     // The way is gone roughly; where it ends is walked over once more, exactly.
-    let (roughly, before) = (estimate::roughly(model), Model::new(rig.with_before()).with_tolerance(model.tolerance));
-    let before_roughly = estimate::roughly(&before);
+    let (roughly, before) = (search::roughly(model), Model::new(rig.with_before()).with_tolerance(model.tolerance));
+    let before_roughly = search::roughly(&before);
     let mut first = estimate::near(&roughly, record, &drive, None, estimate::FROM_HEALTHY)?;
     let mut begun = None;
     if first.missed() || first.isolation.set().len() >= SEVERAL {

@@ -197,6 +197,11 @@ impl Weights {
         weights
     }
 
+    /// From the variance of each sample alone, with phases between the events that it shows.
+    pub fn without_changes(rig: &Rig, drive: &InputSignals, times: &[f64], variance: &[Vec<f64>]) -> Self {
+        Self::new(rig, &phases(rig, drive, times, variance), variance, &[])
+    }
+
     /// Misfits in SI, or a derivative of them, one sensor after the other, into independent ones of variance 1. Entries
     /// beyond the samples are left.
     pub fn apply(&self, column: &mut [f64]) {

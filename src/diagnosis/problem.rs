@@ -126,7 +126,8 @@ impl<'a> RecordProblem<'a> {
         (0..self.measured.len()).map(|sensor| sensor * rows..(sensor + 1) * rows).collect()
     }
 
-    fn weigh(&self, outputs: &[Vec<f64>]) -> Vec<f64> {
+    /// Misfits of what the sensors would read, `[sensor][row]`, SI.
+    pub(super) fn weigh(&self, outputs: &[Vec<f64>]) -> Vec<f64> {
         let mut misfit = away(outputs, &self.measured);
         self.weights.apply(&mut misfit);
         misfit

@@ -65,6 +65,11 @@ pub const SINGLE: Depth = Depth { fitted: 2, grown: 0 };
 /// Several faults at once, where neither the healthy rig nor one fault leads to them.
 pub const SEVERAL: Depth = Depth { fitted: 6, grown: 2 };
 
+/// A model, solved as roughly as places, and fits on the way, need it.
+pub(crate) fn roughly(model: &Model) -> Model {
+    model.clone().with_tolerance(ROUGH)
+}
+
 /// Few faults of components with their values, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {
@@ -73,6 +78,8 @@ pub struct Place {
     cost: f64,
     /// The same per sample once its events have got their tolerance; infinite where it is far off or was not asked.
     left: f64,
+    /// Whether its values are the best ones near it.
+    is_fitted: bool,
 }
 
 impl Place {
@@ -97,7 +104,11 @@ impl Place {
 
 /// Places that few faults explain best, the best first.
 pub fn places(case: &Case<'_>, depth: Depth) -> Vec<Place> {
-    let search = Search { case, model: case.full.model.clone().with_tolerance(ROUGH) };
+    let search = Search {
+        case,
+        model: roughly(case.full.model),
+        variance: noise::variances(case.rig(), case.record, &case.full.measured, true),
+    };
     let mut screened = search.screened(search.singles());
     // Of each fault its best level: several of one would take the place of others.
     let mut singles: Vec<Place> = Vec::new();
@@ -106,23 +117,24 @@ pub fn places(case: &Case<'_>, depth: Depth) -> Vec<Place> {
             singles.push(place.clone());
         }
     }
-    let bracketed: Vec<Place> = singles.into_par_iter().map(|place| search.bracketed(place)).collect();
-    let singles = search.all_fitted(&bracketed);
+    let bracketed = singles.into_par_iter().map(|place| search.bracketed(place)).collect();
+    let mut singles = search.all_fitted(bracketed);
     if depth.grown == 0 {
         return singles;
     }
     // One fault that leaves nothing needs no others beside it.
-    if let Some(mut one) = singles.into_iter().next() {
-        one.left = search.left(&one);
+    if let Some(one) = singles.first_mut() {
+        one.left = search.left(one);
         if one.leaves_nothing() {
-            return vec![one];
+            singles.truncate(1);
+            return singles;
         }
     }
     screened.extend(search.screened(search.pairs()));
-    screened.extend(bracketed);
+    screened.extend(singles);
     sort(&mut screened);
     screened.truncate(depth.fitted);
-    let fitted = search.all_fitted(&screened);
+    let fitted = search.all_fitted(screened);
     let mut grown: Vec<Place> = Vec::new();
     for place in fitted.into_iter().take(depth.grown) {
         let place = search.grown(place);
@@ -144,7 +156,12 @@ struct Search<'a> {
     case: &'a Case<'a>,
     /// The model, solved as roughly as places need it.
     model: Model,
+    /// Of each sample as measured, `[sensor][row]`, SI squared.
+    variance: Vec<Vec<f64>>,
 }
+
+/// What the sensors would read, `[sensor][row]`, SI.
+type Outputs = Vec<Vec<f64>>;
 
 /// A fault alone between two values, SI.
 struct Along<'s, 'a> {
@@ -182,10 +199,18 @@ impl Search<'_> {
         problem
     }
 
+    /// `None` where the model cannot be solved.
     fn simulated(&self, faults: Vec<(usize, f64)>) -> Option<Place> {
+        Some(self.solved(faults)?.0)
+    }
+
+    /// The same with what the sensors would read there.
+    fn solved(&self, faults: Vec<(usize, f64)>) -> Option<(Place, Outputs)> {
         let theta: Vec<f64> = faults.iter().map(|(_, value)| *value).collect();
-        let cost = FAR.cost(&self.problem(&faults).misfit(&theta).ok()?);
-        Some(Place { faults, cost, left: f64::INFINITY })
+        let problem = self.problem(&faults);
+        let outputs = problem.outputs(&problem.parameters(&theta), problem.drive).ok()?;
+        let cost = FAR.cost(&problem.weigh(&outputs));
+        Some((Place { faults, cost, left: f64::INFINITY, is_fitted: false }, outputs))
     }
 
     /// A single fault where it explains most between the levels beside its best one. From there a fit is near: from further away
@@ -211,46 +236,43 @@ impl Search<'_> {
         found.filter(|found| found.cost < place.cost).unwrap_or(place)
     }
 
-    /// The best values of the same faults from these; `None` where the model cannot be solved.
+    /// A place at the best values of its faults; `None` where the model cannot be solved.
     ///
     /// Where the model has an event its derivatives are as steep as the event, and a fit that saw them at full weight would step no
     /// further than events last. So each round gives the model's own events their tolerance, as the record's have theirs.
-    fn fitted(&self, faults: &[(usize, f64)]) -> Option<Place> {
-        let mut best = self.simulated(faults.to_vec())?;
+    fn fitted(&self, place: Place) -> Option<Place> {
+        let (mut best, mut outputs) = self.solved(place.faults)?;
         for _ in 0..ROUNDS {
             let start: Vec<f64> = best.faults.iter().map(|(_, value)| *value).collect();
             let mut problem = self.problem(&best.faults);
-            let outputs = problem.outputs(&problem.parameters(&start), problem.drive).ok()?;
             problem.weights = self.tolerant(&outputs);
-            let mut sizes: Vec<f64> = problem.misfit(&start).ok()?.into_iter().map(f64::abs).collect();
+            let mut sizes: Vec<f64> = problem.weigh(&outputs).into_iter().map(f64::abs).collect();
             let at = ((sizes.len() as f64 * WITHIN) as usize).min(sizes.len().checked_sub(1)?);
             let loss = Loss::SoftL1 { k: sizes.select_nth_unstable_by(at, f64::total_cmp).1.max(WIDTH) };
             let options = Options { function: NEIGHBOURHOOD, max_iterations: ITERATIONS, ..Options::default() };
             let Ok(found) = estimation::fit(&problem, &start, loss, options) else { break };
             let faults = best.faults.iter().zip(&found.theta).map(|(&(fault, _), &value)| (fault, value)).collect();
-            let Some(place) = self.simulated(faults) else { break };
-            let fallen = 1.0 - place.cost / best.cost;
+            let Some((next, there)) = self.solved(faults) else { break };
+            let fallen = 1.0 - next.cost / best.cost;
             if fallen > 0.0 {
-                best = place;
+                (best, outputs) = (next, there);
             }
             if fallen < NEIGHBOURHOOD {
                 break;
             }
         }
-        Some(best)
+        Some(Place { is_fitted: true, ..best })
     }
 
     /// Weights that give the events of the record and of what the sensors would read their tolerance.
-    fn tolerant(&self, outputs: &[Vec<f64>]) -> Weights {
-        let (rig, record, full) = (self.case.rig(), self.case.record, &self.case.full);
-        let of = |curves: &[&[f64]], measured| noise::variances(rig, record, curves, measured);
-        let outputs: Vec<&[f64]> = outputs.iter().map(Vec::as_slice).collect();
-        let mut variance = of(&full.measured, true);
-        for (variance, own) in variance.iter_mut().flatten().zip(of(&outputs, false).iter().flatten()) {
-            *variance = variance.max(*own);
+    fn tolerant(&self, outputs: &Outputs) -> Weights {
+        let (rig, record) = (self.case.rig(), self.case.record);
+        let curves: Vec<&[f64]> = outputs.iter().map(Vec::as_slice).collect();
+        let mut variance = noise::variances(rig, record, &curves, false);
+        for (own, measured) in variance.iter_mut().flatten().zip(self.variance.iter().flatten()) {
+            *own = own.max(*measured);
         }
-        let phases = noise::phases(rig, full.drive, &record.time, &variance);
-        Weights::new(rig, &phases, &variance, &[])
+        Weights::without_changes(rig, self.case.full.drive, &record.time, &variance)
     }
 
     /// Cost per sample that a place leaves once its events have got their tolerance; infinite where it is far off anyway.
@@ -294,7 +316,7 @@ impl Search<'_> {
             let mut next: Vec<Place> = tried.into_par_iter().filter_map(at_its_best_level).collect();
             sort(&mut next);
             next.truncate(TRIED);
-            match self.all_fitted(&next).into_iter().next() {
+            match self.all_fitted(next).into_iter().next() {
                 Some(next) if next.cost < (1.0 - GROWTH) * place.cost => place = next,
                 _ => break,
             }
@@ -320,7 +342,7 @@ impl Search<'_> {
         std::iter::once(Vec::new()).chain(self.components().into_iter().flat_map(one)).collect()
     }
 
-    /// The same of pairs.
+    /// Pairs of faults, each at a few levels towards each of its bounds.
     fn pairs(&self) -> Vec<Vec<(usize, f64)>> {
         let components = self.components();
         let mut all = Vec::new();
@@ -342,8 +364,9 @@ impl Search<'_> {
     }
 
     /// All of them fitted, the best first.
-    fn all_fitted(&self, places: &[Place]) -> Vec<Place> {
-        let mut fitted: Vec<Place> = places.par_iter().filter_map(|place| self.fitted(&place.faults)).collect();
+    fn all_fitted(&self, places: Vec<Place>) -> Vec<Place> {
+        let fitted = |place: Place| if place.is_fitted { Some(place) } else { self.fitted(place) };
+        let mut fitted: Vec<Place> = places.into_par_iter().filter_map(fitted).collect();
         sort(&mut fitted);
         fitted
     }

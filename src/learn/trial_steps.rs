@@ -3,7 +3,7 @@
 use super::candidate::Candidate;
 use super::highest::highest;
 use crate::diagnosis::estimate::Estimate;
-use crate::diagnosis::search::ROUGH;
+use crate::diagnosis::search::{ROUGH, roughly};
 use crate::estimation::ScoreTest;
 use crate::model::{InputSignals, Model};
 use crate::physics::effect::{self, Form, FreeParameter, InitialGuess};
@@ -54,8 +54,7 @@ impl<'a, 'e> ScoreContext<'a, 'e> {
     pub fn of(estimate: &'a Estimate<'e>, worth: f64) -> Option<Self> {
         let (case, isolation) = (&estimate.case, &estimate.isolation);
         let (full, best) = (&case.full, &isolation.best);
-        let model = full.model.clone().with_tolerance(ROUGH);
-        let plain = model.solve(&full.parameters(&best.theta), full.drive, full.times).ok()?.values;
+        let plain = roughly(full.model).solve(&full.parameters(&best.theta), full.drive, full.times).ok()?.values;
         let scoring = isolation.local.score_test(&case.problem(isolation.set()), &best.theta, &best.misfit).ok()?;
         Some(Self { estimate, scoring, plain, worth })
     }
