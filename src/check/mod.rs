@@ -1,5 +1,6 @@
 //! What is in a rig file and in a record, as the program understands them, and what is doubtful in the record.
 
+mod model;
 mod record;
 mod sense;
 
@@ -11,6 +12,7 @@ use crate::complaint::Complaint;
 use crate::number::{difference_in_unit, in_unit, rounded};
 use crate::rig::{InitialPressure, NodeKind, Quantity, Rig, Sensor, Target};
 
+pub(crate) use model::doubts;
 #[cfg(feature = "cli")]
 pub use record::PhaseInput;
 pub use record::{ChannelLine, RecordPage};
@@ -85,6 +87,8 @@ pub struct RigPage {
     /// What `simulate` runs without a record.
     #[doc(hidden)]
     pub cycle: Option<CycleLine>,
+    /// What is doubtful in the file, in words.
+    pub warnings: Vec<String>,
 }
 
 /// A node.
@@ -272,6 +276,7 @@ fn rig_page(rig: &Rig) -> RigPage {
             interval_s: cycle.interval,
             duration_s: rounded(cycle.duration(), 12),
         }),
+        warnings: rig.doubts(),
     }
 }
 

@@ -12,6 +12,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::context::Context;
 use crate::files::{is_kept, read_text, write_atomically};
 use crate::number::{before_unit, rounded, with_unit};
+use crate::report::brief::wrapped;
 use crate::report::digits::plus_minus;
 use crate::report::pages;
 use crate::rig::Rig;
@@ -113,7 +114,9 @@ fn write_text(out: &mut dyn Write, output: &Path, report: &CalibrationReport) ->
     write_table(out, "parameters, +- one standard deviation", cells.collect())?;
     let ids: Vec<&str> = silent.iter().map(|parameter| parameter.id.as_str()).collect();
     if !ids.is_empty() {
-        writeln!(out, "  hardly determined by the records: {}", ids.join(", "))?;
+        for line in wrapped(&format!("  hardly determined by the records: {}", ids.join(", ")), "    ") {
+            writeln!(out, "{line}")?;
+        }
     }
     let cells = report.sensors.iter().map(|sensor| {
         let shown = |value: f64| with_unit(rounded(value, 3), &sensor.unit);

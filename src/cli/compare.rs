@@ -53,6 +53,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         .reading(arguments.before.iter().chain([&arguments.rig, &arguments.record]))
         .writing_all(arguments.report.iter().chain(&arguments.curves))?;
     let rig = Rig::read(&arguments.rig)?.with_context(context);
+    read::doubts_of(&rig);
     let record = read::record(&rig, &arguments.record)?;
     let before = arguments.before.as_ref().map(|path| -> Result<Comparison, Complaint> {
         let rig = Rig::read(path)?.with_context(context);
@@ -71,6 +72,11 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         write_page(path, &report::pages::learn::comparison(&rig, &record, &compared)?)?;
     }
     let comparison = &compared.comparison;
+    if !comparison.adequate {
+        for doubt in crate::check::doubts(&rig, &record) {
+            terminal::note(format_args!("note: {}: {doubt}", arguments.record.display()));
+        }
+    }
     match arguments.format {
         Format::Text => {
             let mut page = report::comparison::brief(comparison);

@@ -123,6 +123,7 @@ fn one_by_one(rig: &Path, arguments: &Arguments, context: &Context, out: &mut dy
     let content = read(rig, MOST_TEXT)?;
     let digest = content.digest();
     let rig = Rig::parse(rig, text(rig, content.bytes)?)?.with_context(context);
+    super::read::doubts_of(&rig);
     let digest = rig.digest(digest);
     if let Some(window) = arguments.window {
         let watching = Watching { window, fits: arguments.fits };

@@ -15,6 +15,13 @@ pub fn not_itself(fit: &Path, check: &Path) {
     }
 }
 
+/// Says on standard error what is doubtful in a rig file.
+pub fn doubts_of(rig: &Rig) {
+    for doubt in rig.doubts() {
+        note(format_args!("warning: {doubt}"));
+    }
+}
+
 /// Reads a record of a rig; how, is said on standard error where it is in another form than records are written in.
 pub fn record(rig: &Rig, path: &Path) -> Result<Record, Complaint> {
     rig.context().check()?;

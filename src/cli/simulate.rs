@@ -63,6 +63,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let outputs = arguments.overwriting.outputs().reading(arguments.input.iter().chain([&arguments.rig]));
     outputs.writing(&arguments.output)?;
     let mut rig = Rig::read(&arguments.rig)?.with_context(context);
+    read::doubts_of(&rig);
     let set = arguments
         .set
         .iter()

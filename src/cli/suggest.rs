@@ -54,6 +54,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         .reading(arguments.check.iter().chain([&arguments.rig, &arguments.record]))
         .writing_all(arguments.report.iter().chain(&arguments.curves))?;
     let rig = Rig::read(&arguments.rig)?.with_context(context);
+    read::doubts_of(&rig);
     let record = read::record(&rig, &arguments.record)?;
     let check = arguments.check.as_ref().map(|path| read::record(&rig, path)).transpose()?;
     if let Some(check) = &arguments.check {

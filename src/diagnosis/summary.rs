@@ -71,13 +71,18 @@ const FAR: f64 = 5.0;
 const GOES_ALONG: f64 = 0.5;
 
 /// What is measured over what the healthy model says, where that is far from 1 or has the other sign.
-fn ratio_to_healthy(measured: &[f64], healthy: &[f64]) -> Option<f64> {
+pub(crate) fn ratio_to_healthy(measured: &[f64], healthy: &[f64]) -> Option<f64> {
     let pairs = || measured.iter().zip(healthy).filter(|(y, m)| y.is_finite() && m.is_finite());
     let sum = |product: fn(f64, f64) -> f64| pairs().map(|(y, m)| product(*y, *m)).sum::<f64>();
     let (squares, along) = (sum(|_, m| m * m), sum(|y, m| y * m));
     let (ratio, share) = (along / squares, along * along / (squares * sum(|y, _| y * y)));
     let odd = ratio < 0.0 || !(1.0 / FAR..FAR).contains(&ratio);
     (odd && share > GOES_ALONG).then(|| rounded(ratio, 3))
+}
+
+/// What to ask of a column with such a ratio.
+pub(crate) fn asked_of_column(ratio: f64, unit: &str) -> String {
+    if ratio < 0.0 { "does it count the other way".to_owned() } else { format!("is its column in {unit}") }
 }
 
 /// What the record says of each fault.

@@ -26,6 +26,10 @@ pub struct Parameter {
     /// Standard deviation between a data sheet and the part at hand, relative, or in `unit` where the value is 0; what
     /// calibration on healthy records starts from. 0 for what calibration leaves alone.
     pub spread: f64,
+    /// Name of the parameter of the same card that it may not exceed.
+    pub within_other: Option<&'static str>,
+    /// What catalogues have, in `unit`: a value beyond is asked about.
+    pub usual: (f64, f64),
     pub meaning: &'static str,
 }
 
@@ -42,8 +46,22 @@ impl Parameter {
             per_event: false,
             role: Role::Plain,
             spread: 0.0,
+            within_other: None,
+            usual: (f64::NEG_INFINITY, f64::INFINITY),
             meaning,
         }
+    }
+
+    /// The same, never larger than another parameter of the card.
+    pub const fn at_most(mut self, other: &'static str) -> Self {
+        self.within_other = Some(other);
+        self
+    }
+
+    /// The same, asked about beyond what catalogues have.
+    pub const fn usually(mut self, low: f64, high: f64) -> Self {
+        self.usual = (low, high);
+        self
     }
 
     /// The same, with a default value in `unit`.

@@ -11,13 +11,19 @@ pub const CARD: Card = Card {
     source: "any data sheet; ISO 3448 for the viscosity class",
     validity: "One temperature at a time for the whole rig, T within 20 K of T_ref; t from the first row of the record; air isothermal and undissolved.",
     parameters: &[
-        Parameter::required("density", "rho", "kg/m3", "density at working temperature").positive().or(870.0),
+        Parameter::required("density", "rho", "kg/m3", "density at working temperature")
+            .positive()
+            .usually(600.0, 2000.0)
+            .or(870.0),
         Parameter::required("viscosity", "mu", "mPa.s", "dynamic viscosity at working temperature")
             .positive()
+            // Hot water, and the cold oil with which pumps no longer start.
+            .usually(0.3, 5000.0)
             .or(45.5)
             .calibrated(0.05),
         Parameter::required("bulk_modulus", "beta", "bar", "effective bulk modulus of fluid and walls")
             .positive()
+            .usually(500.0, 40_000.0)
             .or(14_000.0)
             .uncertain(0.05)
             .calibrated(0.2),

@@ -12,7 +12,10 @@ impl fmt::Display for AdditionReport {
         for effect in &self.effects {
             writeln!(f, "{}: {} added", self.rig, effect.id)?;
             for AddedParameter { id, value, sigma, unit } in &effect.parameters {
-                writeln!(f, "  {id} = {} (one standard deviation)", before_unit(plus_minus(*value, *sigma), unit))?;
+                let value_and_sigma = before_unit(plus_minus(*value, *sigma), unit);
+                // Of a value taken as exact there is nothing to say.
+                let open = if *sigma > 0.0 && value.abs() < *sigma { "; the record does not determine it" } else { "" };
+                writeln!(f, "  {id} = {value_and_sigma} (one standard deviation){open}")?;
             }
         }
         for warning in &self.warnings {
@@ -21,14 +24,17 @@ impl fmt::Display for AdditionReport {
         match self.delta_bic {
             Some(fall) if fall < 0.0 => writeln!(
                 f,
-                "  the record does not ask for it: the information criterion rises by {:.1}, and has to fall by {RIVAL:.0}",
+                "  the record does not ask for it: with it BIC rises by {:.1}; a fall of {RIVAL:.0} is very strong evidence",
                 -fall
             )?,
             Some(fall) if fall < RIVAL => writeln!(
                 f,
-                "  the record does not ask for it: the information criterion falls by {fall:.1}, and has to by {RIVAL:.0}"
+                "  the record does not ask for it: with it BIC falls by {fall:.1}; {RIVAL:.0} is very strong evidence"
             )?,
-            Some(fall) => writeln!(f, "  the record asks for it: the information criterion falls by {fall:.1}")?,
+            Some(fall) => writeln!(
+                f,
+                "  the record asks for it: with it BIC falls by {fall:.1}; {RIVAL:.0} is very strong evidence"
+            )?,
             None => {}
         }
         Ok(())

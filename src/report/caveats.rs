@@ -1,5 +1,6 @@
 //! What one has to know with a verdict: what the record does not say, and what else the verdict may come from.
 
+use crate::diagnosis::summary::asked_of_column;
 use crate::diagnosis::{Diagnosis, DynamicsReport, Verdict};
 use crate::estimation::Identifiable;
 use crate::learn::phase::SWITCH;
@@ -37,13 +38,14 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
     }
     for channel in &diagnosis.channels {
         if let Some(ratio) = channel.ratio_to_healthy {
-            let asked = if ratio < 0.0 {
-                "does it count the other way".to_owned()
-            } else {
-                format!("is its column in {}", channel.unit)
-            };
+            let asked = asked_of_column(ratio, &channel.unit);
             told.push(format!("{} reads {} times what the healthy model says: {asked}?", channel.name, text(ratio)));
         }
+    }
+    if diagnosis.verdict == Verdict::ModelInadequate && diagnosis.missing_effect.is_none() {
+        let asks =
+            "`borescope check` asks whether columns are exchanged, or a value of the rig file is in another unit.";
+        told.push(asks.to_owned());
     }
     told.extend(longest_gap(diagnosis).map(|gap| {
         let [from, to] = [gap.from_s, gap.to_s].map(|time| text(rounded(time, 9)));

@@ -14,10 +14,14 @@ const MOST: usize = 20;
 /// Those of `out`.
 pub fn write_page(out: &mut dyn Write, page: &CheckReport) -> io::Result<()> {
     write_rig(out, &page.rig)?;
-    match &page.record {
-        None => Ok(()),
-        Some(record) => write_record(out, record),
+    if let Some(record) = &page.record {
+        write_record(out, record)?;
     }
+    if page.rig.warnings.is_empty() {
+        return Ok(());
+    }
+    let warnings = page.rig.warnings.iter().map(|warning| vec![warning.clone()]);
+    cut_off(out, "warnings about the rig file", warnings.collect())
 }
 
 /// A heading, its count, and its lines in columns.

@@ -1,7 +1,7 @@
 //! The comparison of a model with a record in a few lines: the verdict first, the next command last.
 
 use super::brief::wrapped;
-use super::learn::{multiple, named_fault, times};
+use super::learn::{goes_with, multiple, named_fault, times};
 use super::table::{Head, aligned};
 use crate::finding::argument;
 use crate::learn::comparison::{ChannelComparison, Comparison, MisfitPlace, PresentFault, WithFaults};
@@ -30,6 +30,10 @@ pub fn brief(comparison: &Comparison) -> String {
     lines.push(String::new());
     let (heads, rows) = table(comparison);
     lines.extend(aligned(&heads, &rows));
+    let within = |channel: &ChannelComparison| channel.adequate && channel.times_noise > ABOVE_NOISE;
+    if !comparison.adequate && comparison.channels.iter().any(within) {
+        lines.push("Explained: nothing left beyond noise, tolerance and the moment of switching.".to_owned());
+    }
     lines.push(String::new());
     lines.push(next(comparison));
     lines.push("`--all` shows the phases, chi-square and the NRMSE fit of each sensor.".to_owned());
@@ -62,7 +66,7 @@ fn located(place: &MisfitPlace) -> Vec<String> {
         format!("  {} from {:.2} to {:.2} s.", place.phase, place.from_s, place.to_s),
     ];
     if !place.depends_on.is_empty() {
-        lines.push(format!("  Correlates with {}.", place.depends_on.join(", ")));
+        lines.push(format!("  Correlates with {}.", goes_with(place)));
     }
     lines
 }

@@ -149,11 +149,17 @@ fn ended(lines: Vec<String>) -> String {
     lines.join("\n") + "\n"
 }
 
+/// What a misfit correlates with, in words; empty where it does with nothing.
+pub(super) fn goes_with(place: &MisfitPlace) -> String {
+    let named = |signal: &String| if *signal == place.channel { "its own level".to_owned() } else { signal.clone() };
+    place.depends_on.iter().map(named).collect::<Vec<_>>().join(", ")
+}
+
 /// Where a misfit sits, in a sentence.
 pub(crate) fn sits(place: &MisfitPlace) -> String {
-    let goes = match place.depends_on.as_slice() {
-        [] => "correlates with no measured quantity".to_owned(),
-        some => format!("correlates with {}", some.join(", ")),
+    let goes = match goes_with(place) {
+        nothing if nothing.is_empty() => "correlates with no measured quantity".to_owned(),
+        some => format!("correlates with {some}"),
     };
     format!(
         "The misfit is largest in {} ({}), in the phase `{}` from {:.2} to {:.2} s; it {goes}.",
@@ -296,7 +302,7 @@ pub(super) fn parameter_row(one: &EffectParameter) -> Vec<String> {
     let shown = estimate(one);
     let interval = match one.ci95 {
         [None, None] if one.at_bound => "at the bound of its search".to_owned(),
-        [None, None] => "not computed".to_owned(),
+        [None, None] => "none: a preliminary fit".to_owned(),
         _ => shown.interval(),
     };
     vec![one.id.clone(), shown.value(), interval, one.unit.clone()]

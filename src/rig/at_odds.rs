@@ -1,9 +1,12 @@
 //! What a record and its rig file say differently, although every column is there: a start elsewhere, another unit.
 
+use super::parse::card_unit;
 use super::{Node, NodeKind, Quantity, Rig, Target};
 use crate::number::{in_unit, rounded, text, with_unit};
 use crate::physics::card;
+use crate::physics::fluid;
 use crate::record::{Channel, Record};
+use crate::units::Quantity as Amount;
 
 /// Standard deviations of the noise beyond which a body starts elsewhere.
 const ELSEWHERE: f64 = 6.0;
@@ -33,6 +36,47 @@ impl Rig {
             )
         });
         starts.chain(self.commands(record)).chain(self.another_clock(record)).chain(self.coldness(record)).collect()
+    }
+
+    /// What is doubtful in the rig file alone, each in words.
+    pub fn doubts(&self) -> Vec<String> {
+        self.stated_twice().chain(self.unusual()).collect()
+    }
+
+    /// Values beyond what catalogues have.
+    fn unusual(&self) -> impl Iterator<Item = String> {
+        let fluid = fluid::CARD.parameters.iter().zip(0..);
+        let of_components = self.components.iter().flat_map(|one| one.card.parameters.iter().zip(one.parameters()));
+        fluid.chain(of_components).filter_map(|(card, own)| {
+            let parameter = &self.parameters[own];
+            let unit = card_unit(card.unit);
+            let (low, high) = card.usual;
+            let value = in_unit(parameter.value, &unit);
+            let range = || format!("{} to {}", text(low), with_unit(high, &unit.symbol));
+            (!(low..=high).contains(&value)).then(|| {
+                let (id, place, value) = (&parameter.id, &parameter.place, with_unit(value, &unit.symbol));
+                format!("`{id}` is {value} ({place}), where {} is usual: is its unit right?", range())
+            })
+        })
+    }
+
+    /// Parameters whose component has another value than their fault has as the healthy one, each in words.
+    fn stated_twice(&self) -> impl Iterator<Item = String> {
+        self.faults.iter().filter_map(|fault| {
+            let parameter = &self.parameters[fault.parameter];
+            let shown = |value: f64| Amount { value, unit: parameter.unit.clone() };
+            (parameter.value != fault.healthy).then(|| {
+                format!(
+                    "`{}` is {} ({}) and as a fault {} when healthy ({}): `simulate` takes the first, `diagnose` the second; leave \
+                     `healthy` out, or write the same value",
+                    parameter.id,
+                    shown(parameter.value),
+                    parameter.place,
+                    shown(fault.healthy),
+                    fault.place
+                )
+            })
+        })
     }
 
     /// Whether a body begins away from where the rig file starts it.

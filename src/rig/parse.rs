@@ -141,7 +141,7 @@ fn duplicate_key(source: &Source, span: std::ops::Range<usize>) -> Complaint {
 }
 
 /// The unit of a card. Cards are constants whose units a test reads, so a miss can only be a dimensionless stand-in.
-fn card_unit(symbol: &str) -> Unit {
+pub(super) fn card_unit(symbol: &str) -> Unit {
     Unit::parse(symbol).unwrap_or_else(|_| Unit::dimensionless())
 }
 

@@ -1,11 +1,13 @@
 //! What can be wrong with a rig whose every line is right.
 
-use super::{FaultSet, InitialPressure, NodeKind, Quantity, Rig, Sensor, Target};
+use super::{FaultSet, InitialPressure, NodeKind, Parameter, Quantity, Rig, Sensor, Target};
 use crate::complaint::{Complaint, Kind};
 use crate::numeric::MOST_STATES;
 use crate::physics::card::{PortKind, Role};
+use crate::units::Quantity as Amount;
 
 pub fn validate(rig: &Rig) -> Result<(), Complaint> {
+    sizes(rig)?;
     for (index, node) in rig.nodes.iter().enumerate() {
         if !matches!(node.kind, NodeKind::Held { .. }) && !rig.has_capacity(index) {
             // A mass beyond the data sheet may be less than nothing, but what moves may not.
@@ -74,6 +76,26 @@ pub fn validate(rig: &Rig) -> Result<(), Complaint> {
         }
     }
     columns(rig)
+}
+
+/// Parameters that may not exceed another one of their component.
+fn sizes(rig: &Rig) -> Result<(), Complaint> {
+    for component in &rig.components {
+        let own = || component.card.parameters.iter().zip(component.parameters().map(|own| &rig.parameters[own]));
+        for (card, inner) in own() {
+            let Some(limit) = card.within_other else { continue };
+            let Some((_, outer)) = own().find(|(card, _)| card.name == limit) else { continue };
+            if inner.value > outer.value {
+                let shown = |of: &Parameter| Amount { value: of.value, unit: of.unit.clone() };
+                let what = format!("`{}` is {}, more than `{}`, {}", inner.id, shown(inner), outer.id, shown(outer));
+                return Err(Complaint::new(Kind::Bounds, what)
+                    .at(inner.place.clone())
+                    .at(outer.place.clone())
+                    .help(format!("the {} is at most the {}: check both units", card.meaning, limit)));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// One column belongs to one sensor or input, or to the temperature of the fluid.

@@ -180,3 +180,54 @@ fn a_damaged_record_is_surveyed_as_a_whole() {
         assert!(ran.out.contains(line), "{line}\n{}", ran.out);
     }
 }
+
+/// The lines below the warnings of a check of the telescopic circuit, its rig file and healthy record changed.
+fn doubts(rig: impl Fn(&str) -> String, record: impl Fn(&str) -> String) -> Vec<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = ["rig.toml", "record.csv"].map(|name| folder.path().join(name));
+    fs::write(&paths[0], rig(include_str!("../../../fixtures/telescopic/rig.toml"))).unwrap();
+    fs::write(&paths[1], record(include_str!("../../../fixtures/telescopic/healthy_1.csv"))).unwrap();
+    let [rig, record] = paths.each_ref().map(|path| path.to_str().unwrap());
+    let ran = borescope(["check", rig, record]);
+    assert_eq!(ran.status, Some(0), "{}", ran.err);
+    let page = ran.out.replace(rig, "RIG");
+    let told = page.split_once("\nwarnings: ").unwrap().1;
+    told.lines().filter_map(|line| line.strip_prefix("  ")).map(str::to_owned).collect()
+}
+
+#[test]
+fn the_healthy_model_asks_about_exchanged_columns_and_other_units() {
+    let same = |text: &str| text.to_owned();
+    let right = doubts(same, same);
+    assert!(right.is_empty(), "{right:?}");
+    let exchanged = |text: &str| text.replacen("p_A", "p_C", 1).replacen("p_B", "p_A", 1).replacen("p_C", "p_B", 1);
+    assert_eq!(
+        doubts(same, exchanged),
+        ["`p_A` shows what the healthy model says of `p_B`, and `p_B` that of `p_A`: are the two columns exchanged?"]
+    );
+    let told = doubts(same, |text| text.replacen("q_A [L/min]", "q_A [L/s]", 1));
+    assert!(told.len() == 1 && told[0].starts_with("`q_A` reads 60") && told[0].ends_with("is its column in L/min?"));
+    // Several readings are off at once where a value of the rig file is.
+    let told = doubts(|text| text.replacen("bore = \"40 mm\"", "bore = \"40 cm\"", 1), same);
+    assert!(told.len() == 1 && told[0].contains("`cylinder.bore` at 4 cm instead of 40 cm (RIG:"), "{told:?}");
+    let told = doubts(|text| text.replacen("\"1000 rev/min\"", "\"1000 rev/s\"", 1), same);
+    assert!(told.len() == 1 && told[0].contains("`pump.speed` at 16.67 rev/s instead of 1000 rev/s"), "{told:?}");
+}
+
+#[test]
+fn a_rig_file_that_says_two_things_or_an_unusual_one_is_asked_about() {
+    let same = |text: &str| text.to_owned();
+    let told = doubts(|text| text.replacen("set_pressure = \"100 bar ", "set_pressure = \"100.5 bar ", 1), same);
+    assert_eq!(
+        told,
+        [
+            "`relief.set_pressure` is 100.5 bar (RIG:40) and as a fault 100 bar when healthy (RIG:128): `simulate` takes the \
+          first, `diagnose` the second; leave `healthy` out, or write the same value"
+        ]
+    );
+    let told = doubts(|text| text.replacen("45.5 mPa.s", "45.5 Pa.s", 1), same);
+    assert_eq!(
+        told,
+        ["`fluid.viscosity` is 45500 mPa.s (RIG:10), where 0.3 to 5000 mPa.s is usual: is its unit right?"]
+    );
+}

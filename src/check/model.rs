@@ -1,0 +1,154 @@
+//! A record beside what the healthy model says of it: columns that were exchanged, a column or a value of the rig file that is in
+//! another unit.
+
+use rayon::prelude::*;
+
+use crate::diagnosis::search::roughly;
+use crate::diagnosis::summary::{asked_of_column, ratio_to_healthy};
+use crate::model::{InputSignals, Model};
+use crate::number::{in_unit, rounded, text, with_unit};
+use crate::record::Record;
+use crate::rig::Rig;
+
+/// Rows from the first that are simulated.
+const ROWS: usize = 20_000;
+/// Share of the squares of a reading that the model misses, up to which nothing is asked: worn parts and data sheets reach a
+/// third of a reading.
+const MISSED: f64 = 0.1;
+/// Share of what is missed that has to be left where a mistake is undone: half of each reading's distance or less.
+const LEFT: f64 = 0.25;
+/// The same for a value of the rig file, where many are tried: a tenth of the distance, which data sheets leave.
+const FOLLOWED: f64 = 0.01;
+/// Values of the rig file that are named.
+const MOST: usize = 3;
+/// What units are mistaken for each other by: powers of ten, minutes for seconds, psi for bar, inches for millimetres, and the other
+/// way.
+const MISTAKEN: [f64; 6] = [10.0, 100.0, 1000.0, 60.0, 14.5038, 25.4];
+
+/// What the healthy model finds doubtful in a record, each in words with what it may be; nothing where the record lacks an input.
+pub fn doubts(rig: &Rig, record: &Record) -> Vec<String> {
+    let Ok(drive) = &InputSignals::from_record(rig, record) else { return Vec::new() };
+    let model = roughly(&rig.model());
+    let measured: Vec<Option<&[f64]>> =
+        rig.sensors.iter().map(|sensor| Some(rig.sensor_column(record, sensor).ok()?.values.as_slice())).collect();
+    let beside = Beside { rig, drive, times: &record.time[..record.time.len().min(ROWS)], measured };
+    let Some(healthy) = beside.solved(&model, &rig.healthy()) else { return Vec::new() };
+    let exchanged = beside.exchanged(&healthy);
+    if !exchanged.is_empty() {
+        return exchanged;
+    }
+    let far: Vec<usize> = (0..healthy.len()).filter(|&sensor| beside.is_far(&healthy, sensor)).collect();
+    let misread = beside.misread(&healthy);
+    match far.as_slice() {
+        [] => misread,
+        // A column alone is off by itself.
+        [one] if misread.iter().any(|(sensor, _)| sensor == one) => misread,
+        _ => match beside.values_in_another_unit(&model, &healthy) {
+            Some(value) => return vec![value],
+            None => misread,
+        },
+    }
+    .into_iter()
+    .map(|(_, told)| told)
+    .collect()
+}
+
+/// A record beside the model.
+struct Beside<'a> {
+    rig: &'a Rig,
+    drive: &'a InputSignals,
+    times: &'a [f64],
+    /// Of each sensor that the record has, SI.
+    measured: Vec<Option<&'a [f64]>>,
+}
+
+impl Beside<'_> {
+    /// What the sensors read with these parameters, `[sensor][row]`, SI.
+    fn solved(&self, model: &Model, parameters: &[f64]) -> Option<Vec<Vec<f64>>> {
+        Some(model.solve(parameters, self.drive, self.times).ok()?.values)
+    }
+
+    /// What a curve of the model misses of what sensor `read` shows, against both, as squares: from 0 to 1, noise counts as nothing.
+    fn missed(&self, curve: &[f64], read: usize) -> Option<f64> {
+        let measured = self.measured[read]?;
+        let there = || measured.iter().zip(curve).filter(|(y, m)| y.is_finite() && m.is_finite());
+        let count = there().count() as f64;
+        let noise = count * self.rig.sensors[read].noise.powi(2);
+        let miss = (there().map(|(y, m)| (y - m).powi(2)).sum::<f64>() - noise).max(0.0);
+        let size = there().map(|(y, _)| y * y).sum::<f64>();
+        (count > 0.0 && size > 0.0).then(|| miss / (miss + size))
+    }
+
+    /// Pairs of sensors of one quantity, each of which shows what the model says of the other.
+    fn exchanged(&self, healthy: &[Vec<f64>]) -> Vec<String> {
+        let sensors = &self.rig.sensors;
+        let pairs = (0..sensors.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
+        let alike = pairs.filter(|&(a, b)| sensors[a].quantity == sensors[b].quantity);
+        let are_exchanged = |&(a, b): &(usize, usize)| {
+            let fell = |own: usize, other: usize| {
+                let (before, after) = (self.missed(&healthy[own], own)?, self.missed(&healthy[own], other)?);
+                Some(before > MISSED && after < LEFT * before)
+            };
+            fell(a, b) == Some(true) && fell(b, a) == Some(true)
+        };
+        let told = |(a, b): (usize, usize)| {
+            let [a, b] = [a, b].map(|one| &sensors[one].column);
+            format!(
+                "`{a}` shows what the healthy model says of `{b}`, and `{b}` that of `{a}`: are the two columns exchanged?"
+            )
+        };
+        alike.filter(are_exchanged).map(told).collect()
+    }
+
+    /// Whether the model misses more of a reading than worn parts and data sheets do.
+    fn is_far(&self, outputs: &[Vec<f64>], sensor: usize) -> bool {
+        self.missed(&outputs[sensor], sensor).is_some_and(|share| share > MISSED)
+    }
+
+    /// Sensors whose columns read several times what the model says, and the same in words.
+    fn misread(&self, healthy: &[Vec<f64>]) -> Vec<(usize, String)> {
+        let told = self.rig.sensors.iter().enumerate().filter_map(|(index, sensor)| {
+            let ratio = ratio_to_healthy(&self.measured[index]?[..self.times.len()], &healthy[index])?;
+            let asked = asked_of_column(ratio, &self.rig.sensor_unit(sensor).symbol);
+            Some((
+                index,
+                format!("`{}` reads {} times what the healthy model says: {asked}?", sensor.column, text(ratio)),
+            ))
+        });
+        told.collect()
+    }
+
+    /// Values of the rig file with one of which, read in another unit, the model follows a record that it is far from.
+    fn values_in_another_unit(&self, model: &Model, healthy: &[Vec<f64>]) -> Option<String> {
+        let all_missed = |outputs: &[Vec<f64>]| -> f64 {
+            (0..outputs.len()).filter_map(|sensor| self.missed(&outputs[sensor], sensor)).sum()
+        };
+        let enough = FOLLOWED * all_missed(healthy);
+        let nominal = self.rig.healthy();
+        let stated = (0..nominal.len()).filter(|&own| nominal[own] != 0.0 && !self.rig.is_of_sensor(own));
+        let factors = MISTAKEN.iter().flat_map(|factor| [*factor, 1.0 / factor]);
+        let tried: Vec<(usize, f64)> =
+            stated.flat_map(|own| factors.clone().map(move |factor| (own, factor))).collect();
+        let left = |(own, factor): (usize, f64)| {
+            let mut parameters = nominal.clone();
+            parameters[own] *= factor;
+            let (low, high) = self.rig.parameters[own].bounds;
+            let is_possible = (low..=high).contains(&parameters[own]);
+            is_possible.then(|| Some((all_missed(&self.solved(model, &parameters)?), own, factor)))?
+        };
+        let mut left: Vec<(f64, usize, f64)> = tried.into_par_iter().filter_map(left).collect();
+        left.retain(|(after, ..)| *after < enough);
+        left.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let told = left.iter().take(MOST).map(|&(_, own, factor)| {
+            let parameter = &self.rig.parameters[own];
+            let shown = |value: f64| with_unit(rounded(in_unit(value, &parameter.unit), 4), &parameter.unit.symbol);
+            let (other, stated) = (shown(nominal[own] * factor), shown(nominal[own]));
+            format!("`{}` at {other} instead of {stated} ({})", parameter.id, parameter.place)
+        });
+        let told: Vec<String> = told.collect();
+        (!told.is_empty()).then(|| {
+            let told = told.join(", or ");
+            format!("the healthy model is far from the record, and follows it with {told}: is that in another unit?")
+        })
+    }
+}
