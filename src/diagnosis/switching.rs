@@ -17,7 +17,8 @@ use crate::number::rounded;
 use crate::rig::{Follower, Rig};
 
 /// What is searched of a spool: logarithm of its lag over the stated one, `(T/tau)²`, and dead time over the stated lag.
-type Dynamics = [f64; 3];
+type Dynamics = [f64; DYNAMICS];
+const DYNAMICS: usize = 3;
 /// From half to twice the stated lag; to a damping of 0.4, whose overshoot is a quarter of the stroke; dead times to three lags.
 const BOUNDS: [(f64, f64); 3] = [(-std::f64::consts::LN_2, std::f64::consts::LN_2), (0.0, 1.5625), (0.0, 3.0)];
 /// Where the search begins: lags two thirds of the stated one, as stated and half as long again; no mass, and dampings of 0.8 and 0.6;
@@ -55,17 +56,42 @@ pub(crate) fn found(near: &[&Estimate<'_>]) -> Option<Vec<(usize, f64)>> {
     let rig = near.first()?.case.rig();
     let asked: Vec<Asked<'_, '_>> = near.iter().map(|near| Asked::of(near)).collect::<Option<_>>()?;
     let samples = asked.iter().map(|asked| asked.case.full.weights.all_samples() as f64).sum();
+    let fall = |other: &Rig| asked.iter().map(|asked| asked.fall(other)).sum::<Option<f64>>();
+    let (other, reached) = searched(rig, &fall, |gain| bic(-gain, DYNAMICS, samples) < 0.0, Open::All)?;
+    let cost: f64 = near.iter().map(|near| near.isolation.best.cost).sum();
+    (reached > WORTH * (cost - samples)).then(|| values(rig, &other))
+}
+
+/// What of the dynamics of spools is searched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Open {
+    All,
+    /// The lag as stated.
+    MassAndDeadTime,
+}
+
+/// A rig whose spools follow otherwise than stated, one after the other as `fall` says that it is better, and that fall; each has to
+/// gain what is `worth` it. `None` where none does.
+pub(crate) fn searched(
+    rig: &Rig,
+    fall: &(impl Fn(&Rig) -> Option<f64> + Sync),
+    worth: impl Fn(f64) -> bool,
+    open: Open,
+) -> Option<(Rig, f64)> {
     let (mut other, mut reached) = (rig.clone(), 0.0);
     for follower in rig.followers().filter(|follower| rig.is_alone(follower)) {
-        let searched = Searched { asked: &asked, rig: &other, follower };
-        let Some((dynamics, fall)) = searched.best() else { continue };
-        if bic(-(fall - reached), dynamics.len(), samples) < 0.0 {
-            (other, reached) = (searched.with(dynamics)?, fall);
+        let search = Search { fall, rig: &other, follower, open };
+        let Some((dynamics, fallen)) = search.best() else { continue };
+        if worth(fallen - reached) {
+            (other, reached) = (search.with(dynamics)?, fallen);
         }
     }
-    let found = changed(rig, &other).into_iter().map(|own| (own, other.parameters[own].value)).collect::<Vec<_>>();
-    let cost: f64 = near.iter().map(|near| near.isolation.best.cost).sum();
-    (!found.is_empty() && reached > WORTH * (cost - samples)).then_some(found)
+    (!changed(rig, &other).is_empty()).then_some((other, reached))
+}
+
+/// How spools follow in a rig otherwise than as stated, for [`applied`]: parameters by index with their values, SI.
+pub(crate) fn values(stated: &Rig, found: &Rig) -> Vec<(usize, f64)> {
+    changed(stated, found).into_iter().map(|own| (own, found.parameters[own].value)).collect()
 }
 
 /// A rig whose spools follow as found. What `found` has been asked with may have further parameters behind those of the rig, such as
@@ -77,14 +103,14 @@ pub(crate) fn applied(rig: &Rig, found: &[(usize, f64)]) -> Rig {
 }
 
 /// Parameters of how spools follow that a rig has otherwise than as stated.
-fn changed(stated: &Rig, found: &Rig) -> Vec<usize> {
+pub(crate) fn changed(stated: &Rig, found: &Rig) -> Vec<usize> {
     let of = |follower: Follower| [Some(follower.lag), follower.inertia_time, follower.dead_time].into_iter().flatten();
     let all = stated.followers().flat_map(of);
     all.filter(|&own| stated.parameters[own].value != found.parameters[own].value).collect()
 }
 
 /// What of its spools a rig has otherwise than the rig file.
-pub(super) fn report(stated: &Rig, found: &Rig) -> Vec<DynamicsReport> {
+pub(crate) fn report(stated: &Rig, found: &Rig) -> Vec<DynamicsReport> {
     let report = |own: usize| {
         let parameter = &stated.parameters[own];
         let shown = |si: f64| rounded(parameter.unit.difference_from_si(si), DIGITS);
@@ -137,13 +163,14 @@ impl<'e, 'a> Asked<'e, 'a> {
 }
 
 /// The search for how one part follows, the others as a rig has them.
-struct Searched<'s, 'e, 'a> {
-    asked: &'s [Asked<'e, 'a>],
+struct Search<'s, F> {
+    fall: &'s F,
     rig: &'s Rig,
     follower: Follower,
+    open: Open,
 }
 
-impl Searched<'_, '_, '_> {
+impl<F: Fn(&Rig) -> Option<f64> + Sync> Search<'_, F> {
     /// The rig with other dynamics of this part; `None` where its card does not know them.
     fn with(&self, [lag, share, dead]: Dynamics) -> Option<Rig> {
         let mut other = self.rig.clone();
@@ -154,9 +181,11 @@ impl Searched<'_, '_, '_> {
         Some(other)
     }
 
-    /// Whether the lag may be another than stated: it is neither exact nor one of the faults.
+    /// Whether the lag may be another than stated: it is asked about, and neither exact nor one of the faults.
     fn is_lag_open(&self) -> bool {
-        self.rig.parameters[self.follower.lag].sigma > 0.0 && !self.rig.is_fault(self.follower.lag)
+        self.open == Open::All
+            && self.rig.parameters[self.follower.lag].sigma > 0.0
+            && !self.rig.is_fault(self.follower.lag)
     }
 
     /// The dynamics with which the cost falls most, and by how much; `None` where nothing is worth a search.
@@ -188,11 +217,7 @@ impl Searched<'_, '_, '_> {
     }
 
     fn best_of(&self, candidates: Vec<Dynamics>) -> Option<(Dynamics, f64)> {
-        let fall = |dynamics: Dynamics| {
-            let other = self.with(dynamics)?;
-            self.asked.iter().map(|asked| asked.fall(&other)).sum::<Option<f64>>()
-        };
-        let falls = candidates.into_par_iter().filter_map(|one| Some((one, fall(one)?)));
+        let falls = candidates.into_par_iter().filter_map(|one| Some((one, (self.fall)(&self.with(one)?)?)));
         let falls: Vec<(Dynamics, f64)> = falls.collect();
         falls.into_iter().reduce(|best, next| if next.1 > best.1 { next } else { best })
     }

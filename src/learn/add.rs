@@ -8,6 +8,7 @@ use super::candidate::candidate;
 use super::evaluated::is_adequate;
 use super::fitted_model::{FittedModel, Judge};
 use super::refit::range_deviation;
+use super::spools::{with_dynamics, with_spools};
 use super::suggest::{refitted_alone, restarted, rough_base};
 use super::trial_steps::nothing;
 use super::verdict::warnings;
@@ -57,14 +58,12 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
             .help("delete it from `[effects]` first"));
     }
     if let Some(record) = record {
-        let (trial, gained, warnings) = rig.context().run(|| {
-            rough_base(
-                rig,
-                record,
-                |(trial, ..): &Fitted| is_adequate(&trial.fit),
-                |estimate, base| fitted_with(estimate, &base, &placed),
-            )
-        })?;
+        let fitted = |rig: &Rig, near: Option<&FittedModel>| {
+            let enough = |(trial, ..): &Fitted| is_adequate(&trial.fit);
+            rough_base((rig, near), record, enough, |estimate, base| fitted_with(estimate, &base, &placed))
+        };
+        let (trial, gained, warnings) =
+            rig.context().run(|| with_spools(rig, record, fitted, |(trial, ..): &Fitted| trial))?;
         let text = with_effects(&rig.path, text, rig, &trial)?;
         return Ok(Added { text, delta_bic: Some(gained), warnings });
     }
@@ -100,7 +99,8 @@ fn fitted_with(estimate: &Estimate<'_>, base: &FittedModel, placed: &EffectInsta
     }
 }
 
-/// The text of a rig file with the effects that a trial has and the rig has not, as fitted.
+/// The text of a rig file with the effects that a trial has and the rig has not, as fitted, and with spools that follow as in the
+/// trial.
 ///
 /// # Errors
 /// A text that is no TOML.
@@ -114,7 +114,7 @@ pub(crate) fn with_effects(path: &Path, text: &str, rig: &Rig, trial: &FittedMod
         });
         text = insert(path, &text, &present.id, &written.collect::<Vec<_>>())?;
     }
-    Ok(text)
+    with_dynamics(path, &text, rig, &trial.rig)
 }
 
 /// The text with this effect, in the place of what it said of it before.

@@ -10,7 +10,7 @@ use super::fitted_model::FittedModel;
 use super::rivals::rival_effects;
 use super::suggest::suggest;
 use crate::complaint::Complaint;
-use crate::diagnosis::{self, Diagnosed, DiagnosisOptions, MissingEffect, Verdict};
+use crate::diagnosis::{self, Diagnosed, DiagnosisOptions, MissingEffect, Verdict, switching};
 use crate::model::Model;
 use crate::record::Record;
 use crate::rig::Rig;
@@ -44,7 +44,9 @@ pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> R
     if beside.diagnosis.times_noise >= given.diagnosis.times_noise {
         return Ok(given);
     }
-    Ok(joined(given, beside, best, with_effect.rig))
+    let mut joined = joined(given, beside, best, with_effect.rig);
+    joined.diagnosis.dynamics = switching::report(&model.rig, joined.rig(&model.rig));
+    Ok(joined)
 }
 
 impl Model {

@@ -11,6 +11,7 @@ use super::warning::Warning;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate;
 use crate::diagnosis::hypotheses::MOST_ROUNDS;
+use crate::diagnosis::switching::DynamicsReport;
 use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::Rig;
@@ -59,6 +60,9 @@ pub struct Improvement {
     pub alike: Vec<String>,
     /// What would tell the first of these from the second.
     pub experiment: Option<Experiment>,
+    /// How spools follow their commands, where the fit record asks for other than the rig file has; all else is said of the rig
+    /// with it, and the new rig file has it.
+    pub dynamics: Vec<DynamicsReport>,
 }
 
 impl ImprovementStep {
@@ -99,7 +103,7 @@ fn add_while_asked(
     mut told: impl FnMut(&ImprovementStep),
 ) -> Result<Improvement, Complaint> {
     let mut last = suggest(rig, fit, Some(check))?;
-    let given = last.base.clone();
+    let (given, dynamics) = (last.base.clone(), std::mem::take(&mut last.dynamics));
     let mut trial = given.clone();
     let step = |added, trial: &FittedModel, warnings, refused| -> Result<ImprovementStep, Complaint> {
         Ok(ImprovementStep { added, fit: trial.fit.clone(), check: trial.check(check)?, warnings, refused })
@@ -163,7 +167,7 @@ fn add_while_asked(
     if conclusion != Conclusion::Confounded {
         (rivals, experiment) = Default::default();
     }
-    Ok(Improvement { conclusion, steps, given, trial, rest, alike: rivals, experiment })
+    Ok(Improvement { conclusion, steps, given, trial, rest, alike: rivals, experiment, dynamics })
 }
 
 /// Shares of what the model missed that the steps from one to another explain, on the fit record and on the check record.

@@ -9,6 +9,7 @@
 //! | `trial_steps` | at which sizes and levels each is tried |
 //! | [`fitted_model`] | what a record says once an effect is in the model, everything else fitted along |
 //! | [`suggest`] | which effect is missing, judged on a second record |
+//! | `spools` | how spools follow their commands, asked where a model has learnt what it lacks |
 //! | `lack_of_fit` | what a record is weighed by while the model lacks something |
 //! | `screening` | effects fitted and judged, as far as they could still win |
 //! | [`warning`] | what speaks against an effect as fitted |
@@ -45,6 +46,7 @@ pub mod revise;
 mod rivals;
 mod screening;
 pub mod separate;
+mod spools;
 pub mod suggest;
 mod trial_steps;
 mod verdict;

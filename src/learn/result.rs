@@ -11,6 +11,7 @@ use super::suggest::Suggestion;
 use super::trial_steps::distance;
 use super::warning::Warning;
 use crate::complaint::Complaint;
+use crate::diagnosis::DynamicsReport;
 use crate::estimation::profile::QUANTILE;
 use crate::model::Model;
 use crate::number::rounded;
@@ -115,6 +116,9 @@ pub struct SuggestionReport {
     pub conclusion: Conclusion,
     /// Faults with which the model as given explains the fit record best.
     pub faults: Vec<String>,
+    /// How spools follow their commands, where the fit record asks for other than the rig file has; all else is said of the rig
+    /// with it.
+    pub dynamics: Vec<DynamicsReport>,
     /// Where the model with all faults fitted misses; `None` where it is adequate.
     #[serde(rename = "where")]
     pub place: Option<MisfitPlace>,
@@ -155,6 +159,7 @@ impl SuggestionReport {
             check: check.map(|check| check.path.display().to_string()),
             conclusion: suggestion.conclusion,
             faults: base.set.iter().map(|fault| base.rig.fault_id(fault).to_owned()).collect(),
+            dynamics: suggestion.dynamics.clone(),
             place,
             candidates: suggestion.judged.iter().map(|judged| candidate(suggestion, judged)).collect(),
             not_fitted: suggestion

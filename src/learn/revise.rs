@@ -59,7 +59,7 @@ pub fn refitted(text: &str, rig: &Rig, record: &Record) -> Result<(String, Fitte
         }
     }
     let enough = |base: &FittedModel| is_adequate(&base.fit);
-    let fitted = rig.context().run(|| rough_base(&open, record, enough, |_, base| Ok(base)))?;
+    let fitted = rig.context().run(|| rough_base((&open, None), record, enough, |_, base| Ok(base)))?;
     let none = Rig { effects: Vec::new(), ..rig.clone() };
     Ok((with_effects(&rig.path, text, &none, &fitted)?, fitted))
 }

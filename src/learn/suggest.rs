@@ -7,10 +7,12 @@ use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
 use super::refit::{BasePoint, FORMS, charged, quick, refitted};
 use super::screening::{Screening, promised};
 use super::separate::{Experiment, separating};
+use super::spools::with_spools;
 use super::verdict::{conclude, conclude_near, in_order, is_part, is_whole};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::search;
+use crate::diagnosis::switching::{self, DynamicsReport};
 use crate::estimation::criteria::bic;
 use crate::model::{InputSignals, Model};
 use crate::record::Record;
@@ -55,9 +57,17 @@ pub struct Suggestion {
     /// What would tell the best from its first rival, where it has one.
     #[doc(hidden)]
     pub experiment: Option<Experiment>,
+    /// How spools follow their commands, where the fit record asks for other than the rig file has; all else is said of the rig
+    /// with it.
+    pub dynamics: Vec<DynamicsReport>,
 }
 
 impl Suggestion {
+    /// The model that explains the records best.
+    fn best(&self) -> &FittedModel {
+        self.judged.first().filter(|best| best.supported).map_or(&self.base, |best| &best.trial)
+    }
+
     /// Whether the best explanation leaves nothing to explain, on the check record too.
     fn explains_all(&self) -> bool {
         let all = |best: &EvaluatedModel| is_adequate(&best.trial.fit) && best.check.as_ref().is_none_or(is_adequate);
@@ -70,17 +80,20 @@ impl Suggestion {
 /// # Errors
 /// Columns that are missing, a model that cannot be solved, or a [context](crate::Context) that was cancelled.
 pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Suggestion, Complaint> {
-    rig.context()
-        .run(|| rough_base(rig, fit, Suggestion::explains_all, |estimate, base| suggest_from(estimate, base, check)))
+    let suggested = |rig: &Rig, near: Option<&FittedModel>| {
+        rough_base((rig, near), fit, Suggestion::explains_all, |estimate, base| suggest_from(estimate, base, check))
+    };
+    let found = rig.context().run(|| with_spools(rig, fit, suggested, Suggestion::best))?;
+    Ok(Suggestion { dynamics: switching::report(rig, &found.base.rig), ..found })
 }
 
 /// Fits a rig to a record as it is, with none or one of its components faulty, and hands it on; where what that gives is not
-/// enough, with several.
+/// enough, with several. It begins at the healthy rig, or at a model of it that is near.
 ///
 /// # Errors
 /// Those of the fit, and what `then` gives.
 pub(super) fn rough_base<T>(
-    rig: &Rig,
+    (rig, near): (&Rig, Option<&FittedModel>),
     fit: &Record,
     enough: impl Fn(&T) -> bool,
     then: impl Fn(&Estimate<'_>, FittedModel) -> Result<T, Complaint>,
@@ -91,7 +104,9 @@ pub(super) fn rough_base<T>(
     loop {
         let model = Model::new(rig.clone());
         let drive = InputSignals::from_record(&model.rig, fit)?;
-        let near = estimate::near(&model, fit, &drive, None, estimate::FROM_HEALTHY)?;
+        let guess = near.map(|near| (estimate::picked(&model.rig, &near.values), near.set));
+        let guess = guess.as_ref().map(|(theta, set)| (&theta[..], *set));
+        let near = estimate::near(&model, fit, &drive, guess, estimate::FROM_HEALTHY)?;
         let base = FittedModel::of(&near)?;
         if is_adequate(&base.fit) {
             return then(&near, base);
@@ -235,7 +250,7 @@ pub fn suggest_from(
     }
     let experiment = apart(&judged, &base);
     let scored = lists.swap_remove(0);
-    Ok(Suggestion { conclusion, base, base_check, judged, scored, experiment })
+    Ok(Suggestion { conclusion, base, base_check, judged, scored, experiment, dynamics: Vec::new() })
 }
 
 /// The model as given, fitted from where the best explanation left what both have, if it is nearly as good there: a fit that

@@ -14,6 +14,8 @@ pub(super) struct Dialect {
     pub unit_row: Option<usize>,
     /// Whether the units stand in round brackets.
     pub round: bool,
+    /// Rows above the names of the columns that were passed over.
+    pub above: usize,
     /// What the times are counted from, where that is not 0 s.
     pub begins_at: Option<String>,
 }
@@ -26,7 +28,12 @@ impl Dialect {
             None if self.round => ", units in round brackets".to_owned(),
             None => String::new(),
         };
-        units + &counted_from(self.begins_at.as_deref())
+        let above = match self.above {
+            0 => String::new(),
+            1 => ", the line above the names passed over".to_owned(),
+            lines => format!(", {lines} lines above the names passed over"),
+        };
+        units + &above + &counted_from(self.begins_at.as_deref())
     }
 }
 
@@ -45,6 +52,13 @@ impl fmt::Display for Dialect {
         let mark = if self.commas { "commas" } else { "points" };
         write!(f, "columns between {separator}, decimal {mark}{}", self.behind_separators())
     }
+}
+
+/// The separator that a line states, as Excel writes it: `sep=;`.
+pub(super) fn stated_separator(line: &str) -> Option<u8> {
+    let (word, sign) = line.split_at_checked(4)?;
+    let sign = sign.bytes().next().filter(|sign| matches!(sign, b';' | b',' | b'\t'));
+    sign.filter(|_| word.eq_ignore_ascii_case("sep="))
 }
 
 /// The sign between columns: the one that the header has most of outside quotes and brackets.

@@ -122,25 +122,30 @@ pub(super) fn parse(fields: &csv::StringRecord, row: &Heading<'_>, asked: &Asked
     Ok(Header { columns, no_time_unit, round })
 }
 
-fn check_time(fields: &csv::StringRecord, row: &Heading<'_>) -> Result<(), Complaint> {
-    let is_time = |field: &str| {
-        let letters = bare_name(field).chars().filter(|letter| !matches!(letter, ' ' | '_' | '-' | '/'));
-        let name: String = letters.flat_map(char::to_lowercase).collect();
-        matches!(name.as_str(), "time" | "timestamp" | "datetime")
-    };
+fn is_time(field: &str) -> bool {
+    let letters = bare_name(field).chars().filter(|letter| !matches!(letter, ' ' | '_' | '-' | '/'));
+    let name: String = letters.flat_map(char::to_lowercase).collect();
+    matches!(name.as_str(), "time" | "timestamp" | "datetime")
+}
+
+/// Whether the first column of a header is the time.
+pub(super) fn begins_with_time(fields: &csv::StringRecord) -> bool {
     let first = fields.get(0).unwrap_or_default();
-    if is_time(first) {
-        return Ok(());
-    }
-    let found = fields.iter().position(is_time);
     // `Zeit [s]` in front is the time as well, unless another column is called so.
     let unit = |field: &str| match field.strip_suffix(']').and_then(|rest| rest.rsplit_once('[')) {
         Some((_, unit)) => Some(unit.trim().to_owned()),
         None => round_brackets(field).map(|(_, unit)| unit.to_owned()),
     };
-    if found.is_none() && unit(&tidy(first)).is_some_and(|unit| Unit::parse_as(&unit, Dimension::TIME).is_ok()) {
+    let is_unit_of_time = |unit: String| Unit::parse_as(&unit, Dimension::TIME).is_ok();
+    is_time(first) || (!fields.iter().any(is_time) && unit(&tidy(first)).is_some_and(is_unit_of_time))
+}
+
+fn check_time(fields: &csv::StringRecord, row: &Heading<'_>) -> Result<(), Complaint> {
+    if begins_with_time(fields) {
         return Ok(());
     }
+    let first = fields.get(0).unwrap_or_default();
+    let found = fields.iter().position(is_time);
     let complaint = if let Some(index) = found {
         Complaint::new(Kind::Order, format!("`time` is column {}, but must be the first", index + 1))
             .help("move the time column to the front")
@@ -149,7 +154,7 @@ fn check_time(fields: &csv::StringRecord, row: &Heading<'_>) -> Result<(), Compl
             .help("name the columns in the first row: `time [s],p_A [bar],...`")
     } else {
         Complaint::new(Kind::MissingEntry, format!("the first column is `{}`, not the time", tidy(first)))
-            .help("name the first column `time [s]`; lines above the names of the columns begin with `#`")
+            .help(format!("write `{} [s]` if it is; else put the time in front", bare_name(first)))
     };
     Err(complaint.at(row.column(found.unwrap_or(0))))
 }

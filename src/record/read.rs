@@ -5,7 +5,7 @@ use std::io::Cursor;
 use std::io::Read;
 use std::path::Path;
 
-use super::dialect::{Dialect, separator};
+use super::dialect::{Dialect, separator, stated_separator};
 use super::header::{self, Heading};
 use super::line::Line;
 use super::packed::{Bytes, gather};
@@ -94,7 +94,21 @@ struct Begun<'a> {
     unit_row: Option<usize>,
     /// Whether the units stand in round brackets.
     round: bool,
+    /// Rows above the names of the columns.
+    above: usize,
 }
+
+/// A text that begins with the names of the columns.
+struct Names<'a> {
+    text: &'a str,
+    lines: Lines<'a>,
+    separator: u8,
+    /// Rows above them that were passed over.
+    above: usize,
+}
+
+/// Rows above the names of the columns that may be titles.
+const MOST_TITLES: usize = 50;
 
 /// The rows of one piece of text with their lines.
 struct Piece<'a> {
@@ -182,13 +196,10 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
-    /// Reads the header, which begins at byte `start`. A row of data that was read with it is left in the piece.
+    /// Reads the header of a text whose first row begins at byte `start`. A row of data that was read with it is left in the piece.
     fn begin<'t>(&mut self, text: &'t str, start: usize, lines: Lines<'t>) -> Result<Piece<'t>, Complaint> {
+        let Names { text, lines, separator, above } = self.names(text, start, lines)?;
         let header_line = lines.line;
-        let rest = text.get(start..).unwrap_or_default();
-        let separator = separator(rest).map_err(|complaint| {
-            complaint.at(Line { number: header_line, text: rest, separator: b',' }.place(self.path))
-        })?;
         let mut piece = Piece::new(text, separator, lines);
         piece.next(self.path)?;
         let names_line = piece.line();
@@ -207,8 +218,39 @@ impl<'a> Rows<'a> {
         };
         let round = header.round;
         let table = Table::new(self.path, separator, header, self.care);
-        self.begun = Some(Begun { table, separator, header_line, unit_row, round });
+        self.begun = Some(Begun { table, separator, header_line, unit_row, round, above });
         Ok(piece)
+    }
+
+    /// Where the names of the columns begin: behind a line that states the separator, as Excel writes it, and behind titles.
+    fn names<'t>(&self, text: &'t str, start: usize, mut lines: Lines<'t>) -> Result<Names<'t>, Complaint> {
+        let behind = |at: usize| text[at..].find(['\n', '\r']).map_or(text.len(), |length| at + length);
+        let stated = stated_separator(&text[start..behind(start)]);
+        let start = match stated {
+            Some(_) => lines.next_row(behind(start)).unwrap_or(text.len()),
+            None => start,
+        };
+        let names = |at: usize, line: usize, titles: usize| -> Result<Names<'t>, Complaint> {
+            let text = &text[at..];
+            let separator = stated
+                .map_or_else(|| separator(text), Ok)
+                .map_err(|complaint| complaint.at(Line { number: line, text, separator: b',' }.place(self.path)))?;
+            let above = titles + usize::from(stated.is_some());
+            Ok(Names { text, lines: Lines::new(text, line), separator, above })
+        };
+        let first = names(start, lines.line, 0);
+        let mut at = start;
+        for titles in 0..MOST_TITLES {
+            if let Ok(names) = names(at, lines.line, titles) {
+                let mut piece = Piece::new(names.text, names.separator, names.lines);
+                if piece.next(self.path).is_ok() && piece.row.len() > 1 && header::begins_with_time(&piece.row) {
+                    return Ok(names);
+                }
+            }
+            let Some(next) = lines.next_row(behind(at)) else { break };
+            at = next;
+        }
+        first
     }
 
     /// The rows since the last call; `None` before there is a header.
@@ -243,6 +285,7 @@ impl Begun<'_> {
             commas: self.table.commas(),
             unit_row: self.unit_row,
             round: self.round,
+            above: self.above,
             begins_at,
         }
     }
@@ -256,6 +299,7 @@ fn empty(path: &Path) -> Complaint {
 
 /// Finds the line of each row. The positions of the csv crate are those before the comments and blank lines that it
 /// skips, so the lines are counted here.
+#[derive(Clone, Copy)]
 struct Lines<'a> {
     bytes: &'a [u8],
     at: usize,

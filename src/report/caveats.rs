@@ -23,13 +23,7 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
         };
         told.push(format!("Check how the record was taken: if it is not so that {}, {without}.", cause.clause));
     }
-    if !diagnosis.dynamics.is_empty() {
-        let other = |one: &DynamicsReport| {
-            format!("{} {} {} ({} stated)", one.id, text(one.value), one.unit, text(one.nominal))
-        };
-        let others: Vec<String> = diagnosis.dynamics.iter().map(other).collect();
-        told.push(format!("The record shows that spools follow otherwise than stated: {}.", others.join(", ")));
-    }
+    told.extend(followed_otherwise(&diagnosis.dynamics));
     if !open.is_empty() {
         told.push(format!("The record does not determine {}.", open.join(", ")));
     }
@@ -52,6 +46,15 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
         format!("Rows are missing from {from} s to {to} s: the commands there are not known; split the record there.")
     }));
     told
+}
+
+/// How spools follow, where a record asks for other than the rig file has.
+pub(super) fn followed_otherwise(dynamics: &[DynamicsReport]) -> Option<String> {
+    let other =
+        |one: &DynamicsReport| format!("{} {} {} ({} stated)", one.id, text(one.value), one.unit, text(one.nominal));
+    let others: Vec<String> = dynamics.iter().map(other).collect();
+    let told = || format!("The record shows that spools follow otherwise than stated: {}.", others.join(", "));
+    (!others.is_empty()).then(told)
 }
 
 /// The longest stretch of missing rows, if it is long enough to hide a switching.

@@ -6,11 +6,13 @@ use std::io::{self, Write};
 use serde::Serialize;
 
 use super::brief::{ErrorRow, errors, wrapped};
+use super::caveats::followed_otherwise;
 use super::digits::plus_minus;
 use super::learn::{PARAMETER_HEADS, at_bounds, estimate, experiment, parameter_row, sits};
 use super::suggestion::faults;
 use super::table::aligned;
 use super::unknown::Rise;
+use crate::diagnosis::DynamicsReport;
 use crate::finding::argument;
 use crate::learn::comparison::MisfitPlace;
 use crate::learn::evaluated::Conclusion;
@@ -45,6 +47,8 @@ pub struct Ledger {
     /// What a curve without a formula says, and the formula for the rig file.
     #[serde(skip)]
     pub rise: Option<Rise>,
+    /// How spools follow their commands, where the fit record asks for other than the rig file has; the new rig file has it.
+    pub dynamics: Vec<DynamicsReport>,
     /// What was added, as fitted in the end.
     pub effects: Vec<EffectReport>,
     /// Faults with which the model at the end explains the fit record; they are not in the new rig file.
@@ -136,6 +140,7 @@ impl Ledger {
             first_faults: first_faults.collect(),
             rise: Rise::of(trial),
             steps: improvement.steps.iter().map(|step| row(rig, step)).collect(),
+            dynamics: improvement.dynamics.clone(),
             effects: added
                 .map(|effect| EffectReport { id: effect.id.clone(), parameters: parameters(trial, &effect.id) })
                 .collect(),
@@ -184,7 +189,7 @@ impl Ledger {
 
     /// What the new rig file does not have of what was fitted.
     pub fn not_written(&self) -> &'static str {
-        "The new rig file has the effects. Faults and uncertain data-sheet values are unchanged in it and are fitted to each \
+        "The new rig file has the effects, and how spools follow where the record asks for it. Faults and uncertain data-sheet values are unchanged in it and are fitted to each \
          record again; `calibrate` writes their values from healthy records, for `simulate`."
     }
 
@@ -204,6 +209,7 @@ impl Ledger {
             let interval = if one.ci95 == [None, None] { String::new() } else { format!(" ({})", shown.interval()) };
             wrapped(&format!("{} {}{interval}", one.id, before_unit(shown.value(), &one.unit)), "    ")
         }));
+        lines.extend(followed_otherwise(&self.dynamics).into_iter().flat_map(|words| wrapped(&words, "  ")));
         let curves = self.effects.iter().filter(|effect| effect.parameters.len() > SIZES);
         lines.extend(curves.map(|curve| format!("{}: a curve of {} values", curve.id, curve.parameters.len())));
         if let Some(rise) = &self.rise {
@@ -217,11 +223,17 @@ impl Ledger {
         lines.extend(self.remaining.as_ref().map(left).into_iter().flat_map(|words| wrapped(&words, "  ")));
         let (rig, new, check) = (argument(&self.rig), argument(new), argument(&self.check_record));
         if all.is_empty() {
-            lines.extend(wrapped(&format!("{new} is a copy of {rig}: no effect was added."), "  "));
+            let (what, better) = if self.dynamics.is_empty() {
+                (format!("{new} is a copy of {rig}: no effect was added."), &rig)
+            } else {
+                (format!("{new} has the spools as the record shows them; no effect was added."), &new)
+            };
+            lines.extend(wrapped(&what, "  "));
             lines.push(String::new());
-            lines.push(format!("Next: borescope diagnose {rig} {check}"));
+            lines.push(format!("Next: borescope diagnose {better} {check}"));
         } else {
-            let kept = format!("{new} has the effects. A fault belongs to its record, and is not in it.");
+            let spools = if self.dynamics.is_empty() { "" } else { " and the spools" };
+            let kept = format!("{new} has the effects{spools}. A fault belongs to its record, and is not in it.");
             lines.extend(wrapped(&kept, "  "));
             lines.push(String::new());
             // A command stays in one line, so that it can be copied.

@@ -1,6 +1,7 @@
 //! A suggestion in a few lines: the verdict first, the errors with and without the effect, the next command last.
 
 use super::brief::{ErrorRow, errors, wrapped};
+use super::caveats::followed_otherwise;
 use super::learn::{conclusion_in_short, estimate, experiment, sits};
 use super::unknown::Rise;
 use crate::finding::argument;
@@ -39,6 +40,7 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
     }
     lines.extend(rise.into_iter().flat_map(|rise| wrapped(&rise.sentence(), "  ")));
     lines.extend(report.place.as_ref().map(sits).into_iter().flat_map(|words| wrapped(&words, "  ")));
+    lines.extend(followed_otherwise(&report.dynamics).into_iter().flat_map(|words| wrapped(&words, "  ")));
     lines.extend(report.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));
     if let Some(first) = report.candidates.first() {
         lines.push(String::new());

@@ -37,6 +37,14 @@ fn what_was_recognised_is_told() {
             "CSV, columns between semicolons, decimal commas, units in line 4",
         ),
         (
+            "sep=;\r\ntime [s];p [bar];u [-]\r\n0,0;1,5;0\r\n0,5;-2,5;1\r\n",
+            "CSV, columns between semicolons, decimal commas, the line above the names passed over",
+        ),
+        (
+            "Press 3, Monday\n\"run 12; 40 degC\"\n\ntime,p,u\ns,bar,-\n0.0,1.5,0\n0.5,-2.5,1\n",
+            "CSV, columns between commas, decimal points, units in line 5, 2 lines above the names passed over",
+        ),
+        (
             "time (s),p (bar),u (-)\n0.0,1.5,0\n0.5,-2.5,1\n",
             "CSV, columns between commas, decimal points, units in round brackets",
         ),
@@ -173,6 +181,19 @@ fn standard_input_and_output_are_files() {
         "{told}"
     );
     assert!(told.ends_with("(the time of the diagnosis; `--at` gives another)\n"), "{told}");
+}
+
+#[test]
+fn a_mistake_behind_titles_has_its_line() {
+    assert_eq!(
+        read(b"Press 3\nMonday\ntime [s],p [bar]\n0,1\n1,x\n").unwrap_err().lines().next(),
+        Some("error: RECORD:5: `x` in column `p` is not a number")
+    );
+    // Titles above a table whose first column is not the time are no better than none.
+    assert_eq!(
+        read(b"Press 3\nt,p [bar]\n0,1\n").unwrap_err().lines().next(),
+        Some("error: RECORD:1: the first column is `Press 3`, not the time")
+    );
 }
 
 /// Two hundred rows of a noisy pressure, 10 ms apart, changed by `change(row, time, value)`.

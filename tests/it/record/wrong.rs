@@ -39,7 +39,7 @@ const WRONG: &[(&[u8], &str, &str)] = &[
     (
         b"t [bar],p [bar]\n0,1\n",
         ":1: the first column is `t [bar]`, not the time",
-        "name the first column `time [s]`; lines above the names of the columns begin with `#`",
+        "write `t [s]` if it is; else put the time in front",
     ),
     (b"p [bar],time [s]\n1,0\n", ":1: `time` is column 2, but must be the first", "move the time column to the front"),
     (b"time,p [bar]\n0,1\n", ":1: the column `time` has no unit in square brackets", "write `time [s]`"),

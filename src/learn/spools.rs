@@ -1,0 +1,141 @@
+//! How spools follow their commands, asked where a model has learnt what it lacks.
+//!
+//! What a spool with mass does to trapped oil is left in the error of every model whose spools have none, and bends the size of
+//! the effect that is found. Weights of events forgive it, so chi-square cannot ask: other dynamics of the spools are searched by
+//! the error itself, measured minus model over noise, all else as in the best model of the record. All is then learnt once more.
+//! Another lag is an effect, `spool-lag`, and found as such; mass and dead time are none.
+
+use std::path::Path;
+
+use toml_edit::{DocumentMut, Item};
+
+use super::fitted_model::FittedModel;
+use crate::complaint::{Complaint, Kind, Place};
+use crate::diagnosis::estimate;
+use crate::diagnosis::problem::{over_sensors, root_mean_square};
+use crate::diagnosis::switching::{self, Open};
+use crate::model::{InputSignals, Model};
+use crate::number::written;
+use crate::record::Record;
+use crate::rig::{Rig, document};
+
+/// Digits of a value in the rig file.
+const DIGITS: usize = 4;
+
+/// Share of what a model misses beyond noise that other dynamics of a spool have to take away to be tried.
+const WORTH: f64 = 0.1;
+/// The same that may be left with them once all is learnt anew: with more, most of it is not their doing.
+const LEFT: f64 = 0.5;
+
+/// What `learn` gives of the rig as stated; where its best model shows that spools follow otherwise, what it gives of the rig with those,
+/// from the values of that model.
+///
+/// # Errors
+/// Those of `learn`, and columns that are missing.
+pub(super) fn with_spools<T>(
+    rig: &Rig,
+    record: &Record,
+    learn: impl Fn(&Rig, Option<&FittedModel>) -> Result<T, Complaint>,
+    best: impl Fn(&T) -> &FittedModel,
+) -> Result<T, Complaint> {
+    let given = learn(rig, None)?;
+    let Some(other) = otherwise(rig, record, best(&given))? else { return Ok(given) };
+    let again = learn(&other, Some(best(&given)))?;
+    let missed = |of: &T| beyond_noise(best(of).fit.normalised);
+    Ok(if missed(&again) < LEFT * missed(&given) { again } else { given })
+}
+
+/// What an error, times the sensor noise, is beyond noise, as a square.
+fn beyond_noise(times_noise: f64) -> f64 {
+    (times_noise * times_noise - 1.0).max(0.0)
+}
+
+/// The rig with spools that follow as a record shows at a model of it, which may have effects more; `None` where they may be as
+/// stated.
+///
+/// # Errors
+/// Columns that are missing.
+fn otherwise(rig: &Rig, record: &Record, fitted: &FittedModel) -> Result<Option<Rig>, Complaint> {
+    let stated = beyond_noise(fitted.fit.normalised);
+    if stated == 0.0 {
+        return Ok(None);
+    }
+    rig.context().stage("how spools follow");
+    let measured = estimate::measured(rig, record)?;
+    let fall = |other: &Rig| {
+        let model = Model::new(switching::applied(&fitted.rig, &switching::values(rig, other)));
+        let drive = InputSignals::from_record(&model.rig, record).ok()?;
+        let outputs = model.solve(&fitted.values, &drive, &record.time).ok()?.values;
+        let each = rig.sensors.iter().zip(outputs.iter().zip(&measured));
+        let over_noise =
+            each.map(|(sensor, (curve, measured))| Some(root_mean_square(curve, measured)? / sensor.stated_noise));
+        Some(1.0 - beyond_noise(over_sensors(over_noise)) / stated)
+    };
+    let found = switching::searched(rig, &fall, |gain| gain > WORTH, Open::MassAndDeadTime);
+    Ok(found.map(|(other, _)| other))
+}
+
+/// The text of a rig file with what a fitted model has of its spools otherwise than the rig, in the place of what it said of them.
+///
+/// # Errors
+/// A text that is no TOML.
+pub(super) fn with_dynamics(path: &Path, text: &str, rig: &Rig, fitted: &Rig) -> Result<String, Complaint> {
+    let mut document = document(path, text)?;
+    for own in switching::changed(rig, fitted) {
+        let parameter = &fitted.parameters[own];
+        let value = written(parameter.unit.from_si(parameter.value), DIGITS, &parameter.unit);
+        let Some((component, name)) = parameter.id.rsplit_once('.') else { continue };
+        let is_calibrated = rig.calibration.as_ref().is_some_and(|calibration| calibration.dynamics.contains(&own));
+        let keys = match is_calibrated {
+            true => ["calibration", "dynamics", &parameter.id],
+            false => ["components", component, name],
+        };
+        put(&mut document, keys, &value).ok_or_else(|| {
+            Complaint::new(Kind::Shape, format!("`{}` cannot be written into the rig file", parameter.id))
+                .at(Place::file(path))
+                .help(format!("write `[{}.{}]` as a table of its own", keys[0], keys[1]))
+        })?;
+    }
+    Ok(document.to_string())
+}
+
+/// Puts a value into a table of a table; its comment and a stated uncertainty stay.
+fn put(document: &mut DocumentMut, [outer, inner, key]: [&str; 3], value: &str) -> Option<()> {
+    let table = document.get_mut(outer)?.as_table_like_mut()?.get_mut(inner)?.as_table_like_mut()?;
+    match table.get_mut(key).and_then(Item::as_value_mut) {
+        Some(before) => {
+            let sigma = before.as_str().and_then(|stated| stated.split_once("+-")).map(|(_, sigma)| sigma.to_owned());
+            let decor = before.decor().clone();
+            *before = sigma.map_or_else(|| value.to_owned(), |sigma| format!("{value} +-{sigma}")).into();
+            *before.decor_mut() = decor;
+        }
+        None => {
+            table.insert(key, toml_edit::value(value));
+        }
+    }
+    Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spools_that_follow_otherwise_stand_in_the_rig_file() {
+        let text = include_str!("../../fixtures/telescopic/rig.toml");
+        let stated = text.replacen("lag = \"8 ms\"", "lag = \"8 ms +- 1 ms\"  # data sheet", 1);
+        let path = Path::new("rig.toml");
+        let rig = Rig::parse(path, stated.clone()).unwrap();
+        assert_eq!(with_dynamics(path, &stated, &rig, &rig).unwrap(), stated);
+        let mut other = rig.clone();
+        other.set("directional_valve.lag", "6.5 ms").unwrap();
+        other.set("directional_valve.inertia_time", "4 ms").unwrap();
+        let new = with_dynamics(path, &stated, &rig, &other).unwrap();
+        assert!(new.contains("\nlag = \"6.5 ms +- 1 ms\"  # data sheet\ninertia_time = \"4 ms\"\n"), "{new}");
+        let read = Rig::parse(path, new).unwrap();
+        for id in ["lag", "inertia_time"].map(|name| format!("directional_valve.{name}")) {
+            let of = |rig: &Rig| rig.parameters[rig.parameter(&id).unwrap()].value;
+            assert_eq!(of(&read), of(&other), "{id}");
+        }
+    }
+}
