@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 
+use crate::complaint::Complaint;
 use crate::diagnosis::search::roughly;
 use crate::diagnosis::summary::{asked_of_column, ratio_to_healthy};
 use crate::model::{InputSignals, Model};
@@ -26,7 +27,19 @@ const MOST: usize = 3;
 const MISTAKEN: [f64; 6] = [10.0, 100.0, 1000.0, 60.0, 14.5038, 25.4];
 
 /// What the healthy model finds doubtful in a record, each in words with what it may be; nothing where the record lacks an input.
-pub fn doubts(rig: &Rig, record: &Record) -> Vec<String> {
+///
+/// # Errors
+/// A [context](crate::Context) that was cancelled.
+pub fn doubts(rig: &Rig, record: &Record) -> Result<Vec<String>, Complaint> {
+    rig.context().run(|| {
+        rig.context().stage("comparing the record with the healthy model");
+        let told = told(rig, record);
+        rig.context().check()?;
+        Ok(told)
+    })
+}
+
+fn told(rig: &Rig, record: &Record) -> Vec<String> {
     let Ok(drive) = &InputSignals::from_record(rig, record) else { return Vec::new() };
     let model = roughly(&rig.model());
     let measured: Vec<Option<&[f64]>> =

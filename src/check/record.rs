@@ -109,8 +109,7 @@ pub(super) fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<
     warnings.extend(rig.at_odds(&record));
     warnings.extend(super::sense::senseless(rig, &record));
     if drive.is_ok() {
-        rig.context().stage("comparing the record with the healthy model");
-        warnings.extend(super::model::doubts(rig, &record));
+        warnings.extend(super::model::doubts(rig, &record)?);
     }
     warnings.extend(told(&findings));
     let left_out = |(name, why): &(String, String)| format!("`{name}` of the file is no column of the record: {why}");

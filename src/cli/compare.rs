@@ -72,8 +72,9 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         write_page(path, &report::pages::learn::comparison(&rig, &record, &compared)?)?;
     }
     let comparison = &compared.comparison;
-    if !comparison.adequate {
-        for doubt in crate::check::doubts(&rig, &record) {
+    let explained = comparison.with_faults.as_ref().is_some_and(|with| with.adequate);
+    if !comparison.adequate && !explained {
+        for doubt in crate::check::doubts(&rig, &record)? {
             terminal::note(format_args!("note: {}: {doubt}", arguments.record.display()));
         }
     }

@@ -205,7 +205,7 @@ fn diagnose_again(
         let again = diagnose_again(&other, record, start, options, found + 1)?;
         Ok(again.map(|mut again| {
             let found = again.other_rig.get_or_insert(other.rig);
-            again.diagnosis.dynamics = switching::report(rig, found);
+            again.diagnosis.dynamics = switching::report(rig, found, switching::Open::All);
             again
         }))
     };

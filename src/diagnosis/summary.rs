@@ -82,7 +82,11 @@ pub(crate) fn ratio_to_healthy(measured: &[f64], healthy: &[f64]) -> Option<f64>
 
 /// What to ask of a column with such a ratio.
 pub(crate) fn asked_of_column(ratio: f64, unit: &str) -> String {
-    if ratio < 0.0 { "does it count the other way".to_owned() } else { format!("is its column in {unit}") }
+    match unit {
+        _ if ratio < 0.0 => "does it count the other way".to_owned(),
+        "-" => "does it need a `scale`".to_owned(),
+        unit => format!("is its column in {unit}"),
+    }
 }
 
 /// What the record says of each fault.

@@ -59,7 +59,7 @@ pub(crate) fn found(near: &[&Estimate<'_>]) -> Option<Vec<(usize, f64)>> {
     let fall = |other: &Rig| asked.iter().map(|asked| asked.fall(other)).sum::<Option<f64>>();
     let (other, reached) = searched(rig, &fall, |gain| bic(-gain, DYNAMICS, samples) < 0.0, Open::All)?;
     let cost: f64 = near.iter().map(|near| near.isolation.best.cost).sum();
-    (reached > WORTH * (cost - samples)).then(|| values(rig, &other))
+    (reached > WORTH * (cost - samples)).then(|| values(rig, &other, Open::All))
 }
 
 /// What of the dynamics of spools is searched.
@@ -86,12 +86,12 @@ pub(crate) fn searched(
             (other, reached) = (search.with(dynamics)?, fallen);
         }
     }
-    (!changed(rig, &other).is_empty()).then_some((other, reached))
+    (!changed(rig, &other, open).is_empty()).then_some((other, reached))
 }
 
 /// How spools follow in a rig otherwise than as stated, for [`applied`]: parameters by index with their values, SI.
-pub(crate) fn values(stated: &Rig, found: &Rig) -> Vec<(usize, f64)> {
-    changed(stated, found).into_iter().map(|own| (own, found.parameters[own].value)).collect()
+pub(crate) fn values(stated: &Rig, found: &Rig, open: Open) -> Vec<(usize, f64)> {
+    changed(stated, found, open).into_iter().map(|own| (own, found.parameters[own].value)).collect()
 }
 
 /// A rig whose spools follow as found. What `found` has been asked with may have further parameters behind those of the rig, such as
@@ -102,15 +102,18 @@ pub(crate) fn applied(rig: &Rig, found: &[(usize, f64)]) -> Rig {
     other
 }
 
-/// Parameters of how spools follow that a rig has otherwise than as stated.
-pub(crate) fn changed(stated: &Rig, found: &Rig) -> Vec<usize> {
-    let of = |follower: Follower| [Some(follower.lag), follower.inertia_time, follower.dead_time].into_iter().flatten();
+/// Parameters of how spools follow that a rig has otherwise than as stated, of those that were searched.
+pub(crate) fn changed(stated: &Rig, found: &Rig, open: Open) -> Vec<usize> {
+    let of = |follower: Follower| {
+        let lag = (open == Open::All).then_some(follower.lag);
+        [lag, follower.inertia_time, follower.dead_time].into_iter().flatten()
+    };
     let all = stated.followers().flat_map(of);
     all.filter(|&own| stated.parameters[own].value != found.parameters[own].value).collect()
 }
 
 /// What of its spools a rig has otherwise than the rig file.
-pub(crate) fn report(stated: &Rig, found: &Rig) -> Vec<DynamicsReport> {
+pub(crate) fn report(stated: &Rig, found: &Rig, open: Open) -> Vec<DynamicsReport> {
     let report = |own: usize| {
         let parameter = &stated.parameters[own];
         let shown = |si: f64| rounded(parameter.unit.difference_from_si(si), DIGITS);
@@ -121,7 +124,7 @@ pub(crate) fn report(stated: &Rig, found: &Rig) -> Vec<DynamicsReport> {
             nominal: shown(parameter.value),
         }
     };
-    changed(stated, found).into_iter().map(report).collect()
+    changed(stated, found, open).into_iter().map(report).collect()
 }
 
 /// An explanation at which other dynamics are asked for.

@@ -5,8 +5,10 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::add::Added;
+use super::spools;
 use super::warning::Warning;
 use crate::complaint::Complaint;
+use crate::diagnosis::DynamicsReport;
 use crate::number::rounded;
 use crate::rig::Rig;
 
@@ -27,6 +29,8 @@ pub struct AdditionReport {
     pub effects: Vec<AddedEffect>,
     /// Fall of the information criterion on the record with them; `None` without a record.
     pub delta_bic: Option<f64>,
+    /// How spools follow their commands, where the record asks for other than the rig file had.
+    pub dynamics: Vec<DynamicsReport>,
     /// What speaks against them as fitted.
     pub warnings: Vec<Warning>,
 }
@@ -79,6 +83,7 @@ impl AdditionReport {
             rig: path.display().to_string(),
             effects: new.map(effect).collect(),
             delta_bic: added.delta_bic.map(|fall| rounded(fall, DIGITS)),
+            dynamics: spools::report(before, &rig),
             warnings: added.warnings.clone(),
         })
     }

@@ -8,9 +8,10 @@
 use super::evaluated::EvaluatedModel;
 use super::fitted_model::FittedModel;
 use super::rivals::rival_effects;
+use super::spools;
 use super::suggest::suggest;
 use crate::complaint::Complaint;
-use crate::diagnosis::{self, Diagnosed, DiagnosisOptions, MissingEffect, Verdict, switching};
+use crate::diagnosis::{self, Diagnosed, DiagnosisOptions, DynamicsReport, MissingEffect, Verdict};
 use crate::model::Model;
 use crate::record::Record;
 use crate::rig::Rig;
@@ -45,7 +46,10 @@ pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> R
         return Ok(given);
     }
     let mut joined = joined(given, beside, best, with_effect.rig);
-    joined.diagnosis.dynamics = switching::report(&model.rig, joined.rig(&model.rig));
+    let dynamics = spools::report(&model.rig, joined.rig(&model.rig));
+    let is_told = |one: &DynamicsReport| dynamics.iter().any(|other| other.id == one.id);
+    joined.diagnosis.dynamics.retain(|one| !is_told(one));
+    joined.diagnosis.dynamics.splice(0..0, dynamics);
     Ok(joined)
 }
 

@@ -7,12 +7,12 @@ use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
 use super::refit::{BasePoint, FORMS, charged, quick, refitted};
 use super::screening::{Screening, promised};
 use super::separate::{Experiment, separating};
-use super::spools::with_spools;
+use super::spools::{self, with_spools};
 use super::verdict::{conclude, conclude_near, in_order, is_part, is_whole};
 use crate::complaint::{Complaint, Kind, Place};
+use crate::diagnosis::DynamicsReport;
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::search;
-use crate::diagnosis::switching::{self, DynamicsReport};
 use crate::estimation::criteria::bic;
 use crate::model::{InputSignals, Model};
 use crate::record::Record;
@@ -84,7 +84,7 @@ pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Sugges
         rough_base((rig, near), fit, Suggestion::explains_all, |estimate, base| suggest_from(estimate, base, check))
     };
     let found = rig.context().run(|| with_spools(rig, fit, suggested, Suggestion::best))?;
-    Ok(Suggestion { dynamics: switching::report(rig, &found.base.rig), ..found })
+    Ok(Suggestion { dynamics: spools::report(rig, &found.base.rig), ..found })
 }
 
 /// Fits a rig to a record as it is, with none or one of its components faulty, and hands it on; where what that gives is not

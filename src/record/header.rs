@@ -58,6 +58,16 @@ pub(super) fn is_unit_row(fields: &csv::StringRecord) -> bool {
         && !fields.iter().any(|field| field.trim() != "1" && is_number(field))
 }
 
+/// Whether a field behind the first is a number or a date, which no column is called.
+pub(super) fn holds_values(fields: &csv::StringRecord) -> bool {
+    let is_value = |field: &str| {
+        let field = field.trim();
+        field.contains(|c: char| c.is_ascii_digit())
+            && field.chars().all(|c| c.is_ascii_digit() || matches!(c, '.' | ',' | ':' | '-' | '+' | '/' | ' '))
+    };
+    fields.iter().skip(1).any(is_value)
+}
+
 /// The names of one row, each with the unit of another row.
 pub(super) fn join(
     names: &csv::StringRecord,
@@ -153,8 +163,12 @@ fn check_time(fields: &csv::StringRecord, row: &Heading<'_>) -> Result<(), Compl
         Complaint::new(Kind::MissingEntry, "the first row holds numbers, not the names of the columns")
             .help("name the columns in the first row: `time [s],p_A [bar],...`")
     } else {
-        Complaint::new(Kind::MissingEntry, format!("the first column is `{}`, not the time", tidy(first)))
-            .help(format!("write `{} [s]` if it is; else put the time in front", bare_name(first)))
+        Complaint::new(Kind::MissingEntry, format!("the first column is `{}`, not the time", tidy(first))).help(
+            match bare_name(first) {
+                "" => "name the first column `time [s]`".to_owned(),
+                name => format!("write `{name} [s]` if it is; else put the time in front"),
+            },
+        )
     };
     Err(complaint.at(row.column(found.unwrap_or(0))))
 }

@@ -107,6 +107,23 @@ struct Names<'a> {
     above: usize,
 }
 
+impl Names<'_> {
+    /// Whether the row names columns: the first is the time, or the row below it holds their units.
+    fn are_names(&self, path: &Path) -> bool {
+        let mut piece = Piece::new(self.text, self.separator, self.lines);
+        if !piece.next(path).is_ok_and(|found| found) || piece.row.len() < 2 || header::is_unit_row(&piece.row) {
+            return false;
+        }
+        let names = std::mem::take(&mut piece.row);
+        // Loggers write `Date/Time;12.03.2024 10:15` above the table.
+        (header::begins_with_time(&names) && !header::holds_values(&names))
+            || (header::lacks_units(&names)
+                && piece.next(path).is_ok_and(|found| found)
+                && header::is_unit_row(&piece.row)
+                && names.len() == piece.row.len())
+    }
+}
+
 /// Rows above the names of the columns that may be titles.
 const MOST_TITLES: usize = 50;
 
@@ -240,12 +257,11 @@ impl<'a> Rows<'a> {
         };
         let first = names(start, lines.line, 0);
         let mut at = start;
-        for titles in 0..MOST_TITLES {
-            if let Ok(names) = names(at, lines.line, titles) {
-                let mut piece = Piece::new(names.text, names.separator, names.lines);
-                if piece.next(self.path).is_ok() && piece.row.len() > 1 && header::begins_with_time(&piece.row) {
-                    return Ok(names);
-                }
+        for titles in 0..=MOST_TITLES {
+            if let Ok(names) = names(at, lines.line, titles)
+                && names.are_names(self.path)
+            {
+                return Ok(names);
             }
             let Some(next) = lines.next_row(behind(at)) else { break };
             at = next;

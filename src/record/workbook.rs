@@ -47,7 +47,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], care: Care, asked: &Asked) -> Resu
     Ok((record, refused))
 }
 
-/// The cells between tabs, each row in the line of its number, as wide as the first one at least.
+/// The cells between tabs, each row in the line of its number, as wide as the first one of several cells at least.
 fn text_of(workbook: &mut Workbook<'_>, sheet: &str, path: &Path) -> Result<String, Complaint> {
     let mut cells = workbook.worksheet_cells_reader(sheet).map_err(|error| unreadable(path, &error))?;
     let (mut text, mut line, mut column, mut width) = (String::new(), 0, 0, None);
@@ -67,8 +67,11 @@ fn text_of(workbook: &mut Workbook<'_>, sheet: &str, path: &Path) -> Result<Stri
         }
         if own_line > line {
             if !text.is_empty() && !text.ends_with('\n') {
-                let width = *width.get_or_insert(column);
-                tabs(&mut text, column, width);
+                // Titles above the table stand in one cell.
+                if column > 0 {
+                    width.get_or_insert(column);
+                }
+                tabs(&mut text, column, width.unwrap_or(column));
             }
             text.extend((line..own_line).map(|_| '\n'));
             (line, column) = (own_line, 0);

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::brief::wrapped;
+use super::caveats::followed_otherwise;
 use super::digits::plus_minus;
 use crate::learn::addition::{AddedParameter, AdditionReport};
 use crate::learn::evaluated::RIVAL;
@@ -13,10 +15,16 @@ impl fmt::Display for AdditionReport {
             writeln!(f, "{}: {} added", self.rig, effect.id)?;
             for AddedParameter { id, value, sigma, unit } in &effect.parameters {
                 let value_and_sigma = before_unit(plus_minus(*value, *sigma), unit);
-                // Of a value taken as exact there is nothing to say.
-                let open = if *sigma > 0.0 && value.abs() < *sigma { "; the record does not determine it" } else { "" };
+                let open = if self.delta_bic.is_some() && value.abs() < *sigma {
+                    "; the record does not determine it"
+                } else {
+                    ""
+                };
                 writeln!(f, "  {id} = {value_and_sigma} (one standard deviation){open}")?;
             }
+        }
+        for line in followed_otherwise(&self.dynamics).iter().flat_map(|words| wrapped(&format!("  {words}"), "  ")) {
+            writeln!(f, "{line}")?;
         }
         for warning in &self.warnings {
             writeln!(f, "  {warning}")?;

@@ -161,6 +161,11 @@ impl Ledger {
         let all: Vec<EffectParameter> = self.effects.iter().flat_map(|effect| effect.parameters.clone()).collect();
         let ends = at_bounds(&all);
         match (self.conclusion, self.alike.split_first()) {
+            (Conclusion::Adequate, _) if !self.dynamics.is_empty() => {
+                format!(
+                    "ADEQUATE: with spools that follow otherwise your model explains both records{with}; no effect is missing."
+                )
+            }
             (Conclusion::Adequate, _) => {
                 format!("ADEQUATE: your model explains both records{with}; nothing to add.")
             }
@@ -313,6 +318,9 @@ impl Ledger {
                 let why = joined(&refused.warnings);
                 writeln!(out, "\nrefused, {}: check error {:.3}, but {why}", refused.effect, refused.check_rmse)?;
             }
+        }
+        if let Some(spools) = followed_otherwise(&self.dynamics) {
+            writeln!(out, "\n{spools}")?;
         }
         if let Some(apart) = &self.experiment {
             writeln!(out, "\n{}", experiment(apart))?;

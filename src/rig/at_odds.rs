@@ -12,6 +12,8 @@ use crate::units::Quantity as Amount;
 const ELSEWHERE: f64 = 6.0;
 /// Share of its range by which an input may leave it: an amplifier may overdrive its valve.
 const BEYOND: f64 = 0.5;
+/// Relative difference of two values that are the same in two units.
+const ROUNDING: f64 = 1e-12;
 /// Share by which a ratio of intervals may miss a power of a thousand.
 const NEAR: f64 = 0.05;
 
@@ -65,7 +67,8 @@ impl Rig {
         self.faults.iter().filter_map(|fault| {
             let parameter = &self.parameters[fault.parameter];
             let shown = |value: f64| Amount { value, unit: parameter.unit.clone() };
-            (parameter.value != fault.healthy).then(|| {
+            let (value, healthy) = (parameter.value, fault.healthy);
+            ((value - healthy).abs() > ROUNDING * value.abs().max(healthy.abs())).then(|| {
                 format!(
                     "`{}` is {} ({}) and as a fault {} when healthy ({}): `simulate` takes the first, `diagnose` the second; leave \
                      `healthy` out, or write the same value",

@@ -10,6 +10,7 @@ use crate::learn::result::{CandidateReport, EffectParameter, SuggestionReport};
 use crate::learn::suggest::Suggestion;
 use crate::number::{before_unit, rounded, text};
 use crate::record::Record;
+use crate::report::caveats::followed_otherwise;
 use crate::report::html::{Card, Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::learn as words;
 use crate::report::suggestion as brief;
@@ -56,6 +57,9 @@ pub fn suggestion(
     let mut place = Section::new("Where your model misses");
     if let Some(at) = &report.place {
         place.paragraph(words::sits(at));
+    }
+    if let Some(spools) = followed_otherwise(&report.dynamics) {
+        place.paragraph(spools);
     }
     match after {
         None => misfit::add(&mut place, &shown, before),

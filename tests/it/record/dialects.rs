@@ -41,6 +41,14 @@ fn what_was_recognised_is_told() {
             "CSV, columns between semicolons, decimal commas, the line above the names passed over",
         ),
         (
+            "Zeit;p;u\n[s];[bar];[-]\n0,0;1,5;0\n0,5;-2,5;1\n",
+            "CSV, columns between semicolons, decimal commas, units in line 2",
+        ),
+        (
+            "Date/Time;12.03.2024 10:15\nSample time [s];0,5\nZeit;p;u\ns;bar;-\n0,0;1,5;0\n0,5;-2,5;1\n",
+            "CSV, columns between semicolons, decimal commas, units in line 4, 2 lines above the names passed over",
+        ),
+        (
             "Press 3, Monday\n\"run 12; 40 degC\"\n\ntime,p,u\ns,bar,-\n0.0,1.5,0\n0.5,-2.5,1\n",
             "CSV, columns between commas, decimal points, units in line 5, 2 lines above the names passed over",
         ),
@@ -189,6 +197,8 @@ fn a_mistake_behind_titles_has_its_line() {
         read(b"Press 3\nMonday\ntime [s],p [bar]\n0,1\n1,x\n").unwrap_err().lines().next(),
         Some("error: RECORD:5: `x` in column `p` is not a number")
     );
+    let nameless = read(b",p [bar]\n0,1\n").unwrap_err();
+    assert!(nameless.ends_with("help: name the first column `time [s]`"), "{nameless}");
     // Titles above a table whose first column is not the time are no better than none.
     assert_eq!(
         read(b"Press 3\nt,p [bar]\n0,1\n").unwrap_err().lines().next(),
