@@ -8,15 +8,19 @@ use crate::diagnosis::search::roughly;
 use crate::diagnosis::summary::{asked_of_column, ratio_to_healthy};
 use crate::model::{InputSignals, Model};
 use crate::number::{in_unit, rounded, text, with_unit};
-use crate::record::Record;
+use crate::record::{Channel, Record};
 use crate::rig::Rig;
+use crate::units::Unit;
 
 /// Rows from the first that are simulated.
 const ROWS: usize = 20_000;
 /// Share of the squares of a reading that the model misses, up to which nothing is asked: worn parts and data sheets reach a
 /// third of a reading.
 const MISSED: f64 = 0.1;
-/// Share of what is missed that has to be left where a mistake is undone: half of each reading's distance or less.
+/// The same from which two columns are compared with each other's, a tenth of a reading: that an exchange explains both leaves little to
+/// chance.
+const EXCHANGED: f64 = 0.01;
+/// Share of what is missed that may be left where they are exchanged: half of each reading's distance.
 const LEFT: f64 = 0.25;
 /// The same for a value of the rig file, where many are tried: a tenth of the distance, which data sheets leave.
 const FOLLOWED: f64 = 0.01;
@@ -42,9 +46,11 @@ pub fn doubts(rig: &Rig, record: &Record) -> Result<Vec<String>, Complaint> {
 fn told(rig: &Rig, record: &Record) -> Vec<String> {
     let Ok(drive) = &InputSignals::from_record(rig, record) else { return Vec::new() };
     let model = roughly(&rig.model());
-    let measured: Vec<Option<&[f64]>> =
-        rig.sensors.iter().map(|sensor| Some(rig.sensor_column(record, sensor).ok()?.values.as_slice())).collect();
-    let beside = Beside { rig, drive, times: &record.time[..record.time.len().min(ROWS)], measured };
+    let channels: Vec<Option<&Channel>> =
+        rig.sensors.iter().map(|sensor| rig.sensor_column(record, sensor).ok()).collect();
+    let measured = channels.iter().map(|channel| Some(channel.as_ref()?.values.as_slice())).collect();
+    let units = channels.iter().map(|channel| Some(channel.as_ref()?.unit.clone())).collect();
+    let beside = Beside { rig, drive, times: &record.time[..record.time.len().min(ROWS)], measured, units };
     let Some(healthy) = beside.solved(&model, &rig.healthy()) else { return Vec::new() };
     let exchanged = beside.exchanged(&healthy);
     if !exchanged.is_empty() {
@@ -73,6 +79,8 @@ struct Beside<'a> {
     times: &'a [f64],
     /// Of each sensor that the record has, SI.
     measured: Vec<Option<&'a [f64]>>,
+    /// Of its column.
+    units: Vec<Option<Unit>>,
 }
 
 impl Beside<'_> {
@@ -81,26 +89,35 @@ impl Beside<'_> {
         Some(model.solve(parameters, self.drive, self.times).ok()?.values)
     }
 
-    /// What a curve of the model misses of what sensor `read` shows, against both, as squares: from 0 to 1, noise counts as nothing.
-    fn missed(&self, curve: &[f64], read: usize) -> Option<f64> {
-        let measured = self.measured[read]?;
+    /// What one sensor would show had its column the numbers of another one's, SI.
+    fn numbers_of(&self, other: usize, own: usize) -> Option<Vec<f64>> {
+        let [from, to] = [self.units[other].as_ref()?, self.units[own].as_ref()?];
+        Some(self.measured[other]?.iter().map(|si| to.to_si(from.from_si(*si))).collect())
+    }
+
+    /// What a curve of the model misses of what a sensor shows, against both, as squares: from 0 to 1, noise counts as nothing.
+    fn missed(&self, curve: &[f64], sensor: usize) -> Option<f64> {
+        self.missed_by(curve, sensor, self.measured[sensor]?)
+    }
+
+    fn missed_by(&self, curve: &[f64], sensor: usize, measured: &[f64]) -> Option<f64> {
         let there = || measured.iter().zip(curve).filter(|(y, m)| y.is_finite() && m.is_finite());
         let count = there().count() as f64;
-        let noise = count * self.rig.sensors[read].noise.powi(2);
+        let noise = count * self.rig.sensors[sensor].noise.powi(2);
         let miss = (there().map(|(y, m)| (y - m).powi(2)).sum::<f64>() - noise).max(0.0);
         let size = there().map(|(y, _)| y * y).sum::<f64>();
         (count > 0.0 && size > 0.0).then(|| miss / (miss + size))
     }
 
-    /// Pairs of sensors of one quantity, each of which shows what the model says of the other.
+    /// Pairs of sensors, each of which shows what the model says of the other; the numbers are those of the columns, whose units stay.
     fn exchanged(&self, healthy: &[Vec<f64>]) -> Vec<String> {
         let sensors = &self.rig.sensors;
         let pairs = (0..sensors.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
-        let alike = pairs.filter(|&(a, b)| sensors[a].quantity == sensors[b].quantity);
         let are_exchanged = |&(a, b): &(usize, usize)| {
             let fell = |own: usize, other: usize| {
-                let (before, after) = (self.missed(&healthy[own], own)?, self.missed(&healthy[own], other)?);
-                Some(before > MISSED && after < LEFT * before)
+                let before = self.missed(&healthy[own], own)?;
+                let after = self.missed_by(&healthy[own], own, &self.numbers_of(other, own)?)?;
+                Some(before > EXCHANGED && after < LEFT * before)
             };
             fell(a, b) == Some(true) && fell(b, a) == Some(true)
         };
@@ -110,7 +127,7 @@ impl Beside<'_> {
                 "`{a}` shows what the healthy model says of `{b}`, and `{b}` that of `{a}`: are the two columns exchanged?"
             )
         };
-        alike.filter(are_exchanged).map(told).collect()
+        pairs.filter(are_exchanged).map(told).collect()
     }
 
     /// Whether the model misses more of a reading than worn parts and data sheets do.

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::noise::{self, Weights};
 use super::problem::RecordProblem;
 use super::starts;
@@ -86,9 +88,9 @@ fn events_along(
             derivative
         })
         .collect();
-    for drive in driven_otherwise(problem, record, &parameters) {
-        changes.push(change(problem, &drive, &parameters, outputs, problem.times.len())?);
-    }
+    let otherwise = driven_otherwise(problem, record, &parameters).into_par_iter();
+    let otherwise = otherwise.map(|drive| change(problem, &drive, &parameters, outputs, problem.times.len()));
+    changes.extend(otherwise.collect::<Result<Vec<_>, _>>()?);
     changes.extend(starts::changes(problem, &parameters, outputs, phases.first().map_or(0, |phase| phase.end))?);
     Ok((Events { variance, phases, changes }, Sensitivities { outputs: run, derivatives }))
 }

@@ -250,10 +250,13 @@ impl Ledger {
 
     /// What the model of a row is called; of the first with the faults that are fitted in it.
     pub fn name(&self, row: &Row) -> String {
-        match (&row.added, self.first_faults.as_slice()) {
-            (None, [_, ..]) => format!("your model, with {}", faults(&self.first_faults)),
-            _ => row.name(),
+        if row.added.is_some() {
+            return row.name();
         }
+        let spools = if self.dynamics.is_empty() { "" } else { ", other spools" };
+        let with = faults(&self.first_faults);
+        let with = if self.first_faults.is_empty() { String::new() } else { format!(", with {with}") };
+        format!("{}{spools}{with}", row.name())
     }
 
     /// Table and staircase.

@@ -276,7 +276,7 @@ const CANDIDATE_HEADS: [Head; 6] = [
     ("supported", false),
     ("misfit", true),
     ("on the check record", true),
-    ("delta BIC", true),
+    ("fall of BIC", true),
     ("confounded with", false),
 ];
 

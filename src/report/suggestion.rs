@@ -58,7 +58,9 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
 
 pub(super) fn rows(report: &SuggestionReport, first: &CandidateReport) -> Vec<ErrorRow> {
     let with = if report.faults.is_empty() { String::new() } else { format!(", with {}", faults(&report.faults)) };
-    let yours = ErrorRow { name: format!("your model{with}"), fit: first.rmse_before, check: first.check_rmse_before };
+    let spools = if report.dynamics.is_empty() { "" } else { ", other spools" };
+    let yours =
+        ErrorRow { name: format!("your model{spools}{with}"), fit: first.rmse_before, check: first.check_rmse_before };
     let shown = report.candidates.iter().take(SHOWN);
     let each = shown.map(|one| {
         let rejected = if one.supported { "" } else { " (not supported)" };

@@ -172,7 +172,7 @@ fn ranking(report: &SuggestionReport) -> Section {
             from: 0.0,
             to: most_bic,
             marks: vec![Mark::Length(one.delta_bic)],
-            text: format!("delta BIC {:.1}", one.delta_bic),
+            text: format!("fall of BIC {:.1}", one.delta_bic),
         };
         let errors = Scale {
             from: 0.0,
@@ -202,7 +202,7 @@ fn ranking(report: &SuggestionReport) -> Section {
         vec![
             Column::text("effect"),
             Column::text("supported"),
-            Column::number("delta BIC", ""),
+            Column::number("fall of BIC", ""),
             Column::text("evidence"),
             Column::number("misfit", ""),
             Column::number("on the check record", ""),

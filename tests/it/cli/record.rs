@@ -205,6 +205,13 @@ fn the_healthy_model_asks_about_exchanged_columns_and_other_units() {
         doubts(same, exchanged),
         ["`p_A` shows what the healthy model says of `p_B`, and `p_B` that of `p_A`: are the two columns exchanged?"]
     );
+    // Of readings that are alike, and with the numbers of another quantity.
+    for (a, b) in [("q_A [L/min]", "q_B [L/min]"), ("p_A [bar]", "x [mm]")] {
+        let told = doubts(same, |text| text.replacen(a, "@", 1).replacen(b, a, 1).replacen('@', b, 1));
+        let [a, b] = [a, b].map(|column| column.split_once(' ').unwrap().0);
+        let asked = |one: &String| one.contains("are the two columns exchanged?") && one.contains(a) && one.contains(b);
+        assert!(told.iter().any(asked), "{a} {b}: {told:?}");
+    }
     let told = doubts(same, |text| text.replacen("q_A [L/min]", "q_A [L/s]", 1));
     assert!(told.len() == 1 && told[0].starts_with("`q_A` reads 60") && told[0].ends_with("is its column in L/min?"));
     // Several readings are off at once where a value of the rig file is.
