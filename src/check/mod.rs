@@ -12,6 +12,7 @@ use crate::complaint::Complaint;
 use crate::number::{difference_in_unit, in_unit, rounded};
 use crate::rig::{InitialPressure, NodeKind, Quantity, Rig, Sensor, Target};
 
+#[cfg(feature = "cli")]
 pub(crate) use model::doubts;
 #[cfg(feature = "cli")]
 pub use record::PhaseInput;

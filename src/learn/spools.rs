@@ -110,15 +110,13 @@ pub(super) fn with_dynamics(path: &Path, text: &str, rig: &Rig, fitted: &Rig) ->
     Ok(document.to_string())
 }
 
-/// Puts a value into a table of a table; its comment and a stated uncertainty stay.
+/// Puts a value into a table of a table; its comment stays.
 fn put(document: &mut DocumentMut, [outer, inner, key]: [&str; 3], value: &str) -> Option<()> {
     let table = document.get_mut(outer)?.as_table_like_mut()?.get_mut(inner)?.as_table_like_mut()?;
     match table.get_mut(key).and_then(Item::as_value_mut) {
         Some(before) => {
-            let stated = before.as_str().and_then(|stated| stated.split_once("+-").or_else(|| stated.split_once('±')));
-            let sigma = stated.map(|(_, sigma)| sigma.to_owned());
             let decor = before.decor().clone();
-            *before = sigma.map_or_else(|| value.to_owned(), |sigma| format!("{value} +-{sigma}")).into();
+            *before = value.into();
             *before.decor_mut() = decor;
         }
         None => {
@@ -135,8 +133,7 @@ mod tests {
     #[test]
     fn spools_that_follow_otherwise_stand_in_the_rig_file() {
         let text = include_str!("../../fixtures/telescopic/rig.toml");
-        let stated =
-            text.replacen("lag = \"8 ms\"", "lag = \"8 ms\"\ninertia_time = \"2 ms ± 1 ms\"  # by the maker", 1);
+        let stated = text.replacen("lag = \"8 ms\"", "lag = \"8 ms\"\ninertia_time = \"2 ms\"  # by the maker", 1);
         let path = Path::new("rig.toml");
         let rig = Rig::parse(path, stated.clone()).unwrap();
         assert_eq!(with_dynamics(path, &stated, &rig, &rig).unwrap(), stated);
@@ -144,7 +141,7 @@ mod tests {
         other.set("directional_valve.dead_time", "0.5 ms").unwrap();
         other.set("directional_valve.inertia_time", "4 ms").unwrap();
         let new = with_dynamics(path, &stated, &rig, &other).unwrap();
-        assert!(new.contains("\ninertia_time = \"4 ms +- 1 ms\"  # by the maker\ndead_time = \"0.5 ms\"\n"), "{new}");
+        assert!(new.contains("\ninertia_time = \"4 ms\"  # by the maker\ndead_time = \"0.5 ms\"\n"), "{new}");
         let read = Rig::parse(path, new).unwrap();
         for id in ["dead_time", "inertia_time"].map(|name| format!("directional_valve.{name}")) {
             let of = |rig: &Rig| rig.parameters[rig.parameter(&id).unwrap()].value;

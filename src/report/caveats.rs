@@ -36,7 +36,8 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
             told.push(format!("{} reads {} times what the healthy model says: {asked}?", channel.name, text(ratio)));
         }
     }
-    if diagnosis.verdict == Verdict::ModelInadequate && diagnosis.missing_effect.is_none() {
+    let explained = diagnosis.missing_effect.as_ref().is_some_and(|missing| missing.explained);
+    if diagnosis.verdict == Verdict::ModelInadequate && !explained {
         let asks =
             "`borescope check` asks whether columns are exchanged, or a value of the rig file is in another unit.";
         told.push(asks.to_owned());
