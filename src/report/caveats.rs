@@ -58,6 +58,11 @@ pub(super) fn followed_otherwise(dynamics: &[DynamicsReport]) -> Option<String> 
     (!others.is_empty()).then(told)
 }
 
+/// The same where a model has learnt with them.
+pub(super) fn learnt_with(dynamics: &[DynamicsReport]) -> Option<String> {
+    followed_otherwise(dynamics).map(|told| told + " All errors are those with them.")
+}
+
 /// The longest stretch of missing rows, if it is long enough to hide a switching.
 fn longest_gap(diagnosis: &Diagnosis) -> Option<&Finding> {
     let missing = diagnosis.left_out.iter().filter(|finding| finding.doubt == Doubt::MissingRows);

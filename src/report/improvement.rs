@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use serde::Serialize;
 
 use super::brief::{ErrorRow, errors, wrapped};
-use super::caveats::followed_otherwise;
+use super::caveats::learnt_with;
 use super::digits::plus_minus;
 use super::learn::{PARAMETER_HEADS, at_bounds, estimate, experiment, parameter_row, sits};
 use super::suggestion::faults;
@@ -214,7 +214,7 @@ impl Ledger {
             let interval = if one.ci95 == [None, None] { String::new() } else { format!(" ({})", shown.interval()) };
             wrapped(&format!("{} {}{interval}", one.id, before_unit(shown.value(), &one.unit)), "    ")
         }));
-        lines.extend(followed_otherwise(&self.dynamics).into_iter().flat_map(|words| wrapped(&words, "  ")));
+        lines.extend(learnt_with(&self.dynamics).into_iter().flat_map(|words| wrapped(&words, "  ")));
         let curves = self.effects.iter().filter(|effect| effect.parameters.len() > SIZES);
         lines.extend(curves.map(|curve| format!("{}: a curve of {} values", curve.id, curve.parameters.len())));
         if let Some(rise) = &self.rise {
@@ -253,10 +253,9 @@ impl Ledger {
         if row.added.is_some() {
             return row.name();
         }
-        let spools = if self.dynamics.is_empty() { "" } else { ", other spools" };
         let with = faults(&self.first_faults);
         let with = if self.first_faults.is_empty() { String::new() } else { format!(", with {with}") };
-        format!("{}{spools}{with}", row.name())
+        format!("{}{with}", row.name())
     }
 
     /// Table and staircase.
@@ -322,7 +321,7 @@ impl Ledger {
                 writeln!(out, "\nrefused, {}: check error {:.3}, but {why}", refused.effect, refused.check_rmse)?;
             }
         }
-        if let Some(spools) = followed_otherwise(&self.dynamics) {
+        if let Some(spools) = learnt_with(&self.dynamics) {
             writeln!(out, "\n{spools}")?;
         }
         if let Some(apart) = &self.experiment {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::caveats::followed_otherwise;
+use super::caveats::learnt_with;
 use super::diagnosis::{explained, of_samples};
 use super::digits::Estimate;
 #[cfg(feature = "cli")]
@@ -336,7 +336,7 @@ pub fn suggestion(suggestion: &SuggestionReport) -> String {
         [] => sits(place),
         faults => format!("With {} fitted: {}", faults_by_name(faults), sits(place)),
     }));
-    lines.extend(followed_otherwise(&suggestion.dynamics));
+    lines.extend(learnt_with(&suggestion.dynamics));
     lines.extend(suggestion.experiment.as_ref().map(experiment));
     lines.push(String::new());
     lines.push(format!("rig     {}", suggestion.rig));

@@ -1,7 +1,7 @@
 //! A suggestion in a few lines: the verdict first, the errors with and without the effect, the next command last.
 
 use super::brief::{ErrorRow, errors, wrapped};
-use super::caveats::followed_otherwise;
+use super::caveats::learnt_with;
 use super::learn::{conclusion_in_short, estimate, experiment, sits};
 use super::unknown::Rise;
 use crate::finding::argument;
@@ -40,7 +40,7 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
     }
     lines.extend(rise.into_iter().flat_map(|rise| wrapped(&rise.sentence(), "  ")));
     lines.extend(report.place.as_ref().map(sits).into_iter().flat_map(|words| wrapped(&words, "  ")));
-    lines.extend(followed_otherwise(&report.dynamics).into_iter().flat_map(|words| wrapped(&words, "  ")));
+    lines.extend(learnt_with(&report.dynamics).into_iter().flat_map(|words| wrapped(&words, "  ")));
     lines.extend(report.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));
     if let Some(first) = report.candidates.first() {
         lines.push(String::new());
@@ -58,9 +58,7 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
 
 pub(super) fn rows(report: &SuggestionReport, first: &CandidateReport) -> Vec<ErrorRow> {
     let with = if report.faults.is_empty() { String::new() } else { format!(", with {}", faults(&report.faults)) };
-    let spools = if report.dynamics.is_empty() { "" } else { ", other spools" };
-    let yours =
-        ErrorRow { name: format!("your model{spools}{with}"), fit: first.rmse_before, check: first.check_rmse_before };
+    let yours = ErrorRow { name: format!("your model{with}"), fit: first.rmse_before, check: first.check_rmse_before };
     let shown = report.candidates.iter().take(SHOWN);
     let each = shown.map(|one| {
         let rejected = if one.supported { "" } else { " (not supported)" };

@@ -73,7 +73,7 @@ pub fn improvement(
 fn verdict(ledger: &Ledger) -> Section {
     let mut verdict = Section::new("Verdict");
     verdict.notice(crate::report::learn::tone(ledger.conclusion), ledger.headline());
-    if let Some(spools) = crate::report::caveats::followed_otherwise(&ledger.dynamics) {
+    if let Some(spools) = crate::report::caveats::learnt_with(&ledger.dynamics) {
         verdict.paragraph(spools);
     }
     let row = |row: &Row| ErrorRow { name: ledger.name(row), fit: row.fit_rmse, check: Some(row.check_rmse) };

@@ -10,7 +10,7 @@ use crate::learn::result::{CandidateReport, EffectParameter, SuggestionReport};
 use crate::learn::suggest::Suggestion;
 use crate::number::{before_unit, rounded, text};
 use crate::record::Record;
-use crate::report::caveats::followed_otherwise;
+use crate::report::caveats::learnt_with;
 use crate::report::html::{Card, Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::learn as words;
 use crate::report::suggestion as brief;
@@ -58,7 +58,7 @@ pub fn suggestion(
     if let Some(at) = &report.place {
         place.paragraph(words::sits(at));
     }
-    if let Some(spools) = followed_otherwise(&report.dynamics) {
+    if let Some(spools) = learnt_with(&report.dynamics) {
         place.paragraph(spools);
     }
     match after {
