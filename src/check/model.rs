@@ -4,10 +4,11 @@
 use rayon::prelude::*;
 
 use crate::complaint::Complaint;
+use crate::diagnosis::problem::{count_there, square_sum};
 use crate::diagnosis::search::roughly;
-use crate::diagnosis::summary::{asked_of_column, ratio_to_healthy};
+use crate::diagnosis::summary::{ratio_to_healthy, reads_otherwise};
 use crate::model::{InputSignals, Model};
-use crate::number::{in_unit, rounded, text, with_unit};
+use crate::number::{in_unit, rounded, with_unit};
 use crate::record::{Channel, Record};
 use crate::rig::Rig;
 use crate::units::Unit;
@@ -101,12 +102,11 @@ impl Beside<'_> {
     }
 
     fn missed_by(&self, curve: &[f64], sensor: usize, measured: &[f64]) -> Option<f64> {
-        let there = || measured.iter().zip(curve).filter(|(y, m)| y.is_finite() && m.is_finite());
-        let count = there().count() as f64;
-        let noise = count * self.rig.sensors[sensor].noise.powi(2);
-        let miss = (there().map(|(y, m)| (y - m).powi(2)).sum::<f64>() - noise).max(0.0);
-        let size = there().map(|(y, _)| y * y).sum::<f64>();
-        (count > 0.0 && size > 0.0).then(|| miss / (miss + size))
+        let measured = &measured[..curve.len()];
+        let noise = count_there(measured) as f64 * self.rig.sensors[sensor].noise.powi(2);
+        let miss = (square_sum(curve, measured) - noise).max(0.0);
+        let size = measured.iter().filter(|y| !y.is_nan()).map(|y| y * y).sum::<f64>();
+        (size > 0.0).then(|| miss / (miss + size))
     }
 
     /// Pairs of sensors, each of which shows what the model says of the other; the numbers are those of the columns, whose units stay.
@@ -139,11 +139,8 @@ impl Beside<'_> {
     fn misread(&self, healthy: &[Vec<f64>]) -> Vec<(usize, String)> {
         let told = self.rig.sensors.iter().enumerate().filter_map(|(index, sensor)| {
             let ratio = ratio_to_healthy(&self.measured[index]?[..self.times.len()], &healthy[index])?;
-            let asked = asked_of_column(ratio, &self.rig.sensor_unit(sensor).symbol);
-            Some((
-                index,
-                format!("`{}` reads {} times what the healthy model says: {asked}?", sensor.column, text(ratio)),
-            ))
+            let unit = self.rig.sensor_unit(sensor).symbol;
+            Some((index, reads_otherwise(&format!("`{}`", sensor.column), ratio, &unit)))
         });
         told.collect()
     }

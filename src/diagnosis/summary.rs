@@ -7,7 +7,7 @@ use super::result::{ChannelReport, FaultReport, UncertainReport};
 use super::{DIGITS, PRESENT, WILD, adequate};
 use crate::estimation::profile::{QUANTILE, RISE};
 use crate::estimation::{End, Identifiable, Interval, Side};
-use crate::number::rounded;
+use crate::number::{rounded, text};
 
 /// Sum of squares of weighted misfits, wild ones tamed.
 pub(crate) fn tame_squares(misfit: &[f64]) -> f64 {
@@ -80,13 +80,14 @@ pub(crate) fn ratio_to_healthy(measured: &[f64], healthy: &[f64]) -> Option<f64>
     (odd && share > GOES_ALONG).then(|| rounded(ratio, 3))
 }
 
-/// What to ask of a column with such a ratio.
-pub(crate) fn asked_of_column(ratio: f64, unit: &str) -> String {
-    match unit {
+/// What is said and asked of a column with such a ratio.
+pub(crate) fn reads_otherwise(name: &str, ratio: f64, unit: &str) -> String {
+    let asked = match unit {
         _ if ratio < 0.0 => "does it count the other way".to_owned(),
         "-" => "does it need a `scale`".to_owned(),
         unit => format!("is its column in {unit}"),
-    }
+    };
+    format!("{name} reads {} times what the healthy model says: {asked}?", text(ratio))
 }
 
 /// What the record says of each fault.

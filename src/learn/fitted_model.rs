@@ -235,14 +235,18 @@ pub(crate) fn run_under(
     run_of(rig, record, outputs, weights.clone())
 }
 
+/// Root mean square misfits of the sensors, SI, as one error, times the sensor noise.
+pub(super) fn times_noise(rig: &Rig, missed: &[Option<f64>]) -> f64 {
+    over_sensors(missed.iter().zip(&rig.sensors).map(|(rms, sensor)| rms.map(|rms| rms / sensor.stated_noise)))
+}
+
 /// A run whose outputs are known.
 pub(super) fn run_of(rig: &Rig, record: &Record, outputs: Vec<Vec<f64>>, weights: Weights) -> Result<Run, Complaint> {
     let data = estimate::measured(rig, record)?;
     let mut misfit = away(&outputs, &data);
     let missed: Vec<Option<f64>> =
         outputs.iter().zip(&data).map(|(model, measured)| root_mean_square(model, measured)).collect();
-    let over_noise = missed.iter().zip(&rig.sensors).map(|(rms, sensor)| rms.map(|rms| rms / sensor.stated_noise));
-    let normalised = over_sensors(over_noise);
+    let normalised = times_noise(rig, &missed);
     let rmse = missed.iter().map(|rms| rms.unwrap_or(0.0)).collect();
     weights.apply(&mut misfit);
     let squares: Vec<f64> = misfit.chunks(weights.rows().max(1)).take(rig.sensors.len()).map(lasting_squares).collect();

@@ -9,11 +9,11 @@ use std::path::Path;
 
 use toml_edit::{DocumentMut, Item};
 
-use super::fitted_model::FittedModel;
+use super::fitted_model::{FittedModel, times_noise};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::DynamicsReport;
 use crate::diagnosis::estimate;
-use crate::diagnosis::problem::{over_sensors, root_mean_square};
+use crate::diagnosis::problem::root_mean_square;
 use crate::diagnosis::switching::{self, Open};
 use crate::model::{InputSignals, Model};
 use crate::number::written;
@@ -25,7 +25,7 @@ const DIGITS: usize = 4;
 
 /// Share of what a model misses beyond noise that other dynamics of a spool have to take away to be tried.
 const WORTH: f64 = 0.1;
-/// The same that may be left with them once all is learnt anew: with more, most of it is not their doing.
+/// The same that may be left with them once all is learnt again: with more, most of it is not their doing.
 const LEFT: f64 = 0.5;
 
 /// What `learn` gives of the rig as stated; where its best model shows that spools follow otherwise, what it gives of the rig with those,
@@ -72,10 +72,9 @@ fn otherwise(rig: &Rig, record: &Record, fitted: &FittedModel) -> Result<Option<
         let model = Model::new(switching::applied(&fitted.rig, &switching::values(rig, other, Open::MassAndDeadTime)));
         let drive = InputSignals::from_record(&model.rig, record).ok()?;
         let outputs = model.solve(&fitted.values, &drive, &record.time).ok()?.values;
-        let each = rig.sensors.iter().zip(outputs.iter().zip(&measured));
-        let over_noise =
-            each.map(|(sensor, (curve, measured))| Some(root_mean_square(curve, measured)? / sensor.stated_noise));
-        Some(1.0 - beyond_noise(over_sensors(over_noise)) / stated)
+        let missed: Vec<Option<f64>> =
+            outputs.iter().zip(&measured).map(|(curve, measured)| root_mean_square(curve, measured)).collect();
+        Some(1.0 - beyond_noise(times_noise(rig, &missed)) / stated)
     };
     let found = switching::searched(rig, &fall, |gain| gain > WORTH, Open::MassAndDeadTime);
     Ok(found.map(|(other, _)| other))

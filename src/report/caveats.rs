@@ -1,6 +1,6 @@
 //! What one has to know with a verdict: what the record does not say, and what else the verdict may come from.
 
-use crate::diagnosis::summary::asked_of_column;
+use crate::diagnosis::summary::reads_otherwise;
 use crate::diagnosis::{Diagnosis, DynamicsReport, Verdict};
 use crate::estimation::Identifiable;
 use crate::learn::phase::SWITCH;
@@ -32,8 +32,7 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
     }
     for channel in &diagnosis.channels {
         if let Some(ratio) = channel.ratio_to_healthy {
-            let asked = asked_of_column(ratio, &channel.unit);
-            told.push(format!("{} reads {} times what the healthy model says: {asked}?", channel.name, text(ratio)));
+            told.push(reads_otherwise(&channel.name, ratio, &channel.unit));
         }
     }
     let explained = diagnosis.missing_effect.as_ref().is_some_and(|missing| missing.explained);
