@@ -26,6 +26,7 @@ use crate::diagnosis::estimate;
 use crate::diagnosis::events::{self, Events};
 use crate::diagnosis::noise::{Weights, phases, variances};
 use crate::diagnosis::problem::{Estimated, RecordProblem};
+use crate::diagnosis::switching::{self as spools, Open};
 use crate::estimation::{FitError, Gaussian, Loss, Options as Steps};
 use crate::model::{InputSignals, Model, SimulationError};
 use crate::record::Record;
@@ -112,23 +113,10 @@ pub fn calibrate_rig(
     records: &[Record],
     options: &CalibrationOptions,
 ) -> Result<(Rig, CalibrationReport), Complaint> {
-    rig.context().run(|| fit_all(rig, records, options, None))
+    rig.context().run(|| fit_all(rig, records, options))
 }
 
-/// Errors of the model as stated, root mean squares `[record][sensor]`, SI, and the parameters of how spools follow that the records
-/// have shown to be others.
-struct Otherwise {
-    before: Vec<Vec<f64>>,
-    dynamics: Vec<usize>,
-}
-
-fn fit_all(
-    rig: &Rig,
-    records: &[Record],
-    options: &CalibrationOptions,
-    otherwise: Option<Otherwise>,
-) -> Result<(Rig, CalibrationReport), Complaint> {
-    let stated = rig;
+fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Result<(Rig, CalibrationReport), Complaint> {
     let lacks = |what: &str, help: &str| Complaint::new(Kind::MissingEntry, what).at(Place::file(&rig.path)).help(help);
     if records.is_empty() {
         return Err(lacks("there are no records to calibrate on", "give at least one record of the healthy rig"));
@@ -145,48 +133,65 @@ fn fit_all(
         complaint.places.extend(records.iter().map(|record| Place::file(&record.path)));
         complaint.help("check values and units of the rig with `borescope check`")
     };
-    let unsolved = |error: SimulationError| failed(error.into());
-
     let mut margins = rig.calibration.as_ref().map_or_else(Vec::new, |known| known.margins.clone());
-    let mut with = rig.clone();
+    let mut sheet = rig.clone();
     for margin in rig.margins() {
-        with.give_margin(&margin)?;
+        sheet.give_margin(&margin)?;
         margins.push(margin);
     }
-    let rig = &with;
-    let mut healthy = rig.clone();
+    let mut healthy = sheet.clone();
     for fault in &rig.faults {
         healthy.parameters[fault.parameter].value = fault.healthy;
     }
     let model = Model::new(healthy);
-    let taken = records.iter().map(|record| {
-        let measured = estimate::measured(&model.rig, record)?;
+    let taken = taken(&model.rig, records)?;
+    let solutions = Solutions::new(&model, &taken, open(&model.rig));
+    let prior = prior(&model.rig, &solutions.estimated);
+    // The first fit starts here, so this costs no further simulation.
+    let before = solutions.errors(&prior.mean).map_err(|error| failed(error.into()))?;
+    let theta = first_fits(&solutions, &prior, &prior.mean, &FIRST).map_err(failed)?;
+    let given = Given { margins, dynamics: Vec::new() };
+    let mut begun = Begun { given, prior: &prior, before, most_rounds: options.rounds.max(1) };
+    let other = switching::with_other_spools(&solutions, &prior, &theta);
+    rig.context().check()?;
+    let Some((other, theta)) = other else { return begun.settled(&sheet, records, solutions, theta).map_err(failed) };
+    let found = spools::values(&model.rig, &other, Open::All);
+    begun.given.dynamics = found.iter().map(|&(own, _)| own).collect();
+    let sheet = spools::applied(&sheet, &found);
+    let model = Model::new(other);
+    let taken = self::taken(&model.rig, records)?;
+    let solutions = Solutions::new(&model, &taken, open(&model.rig));
+    begun.settled(&sheet, records, solutions, theta).map_err(failed)
+}
+
+/// What the records say of a rig, and what drives it in them.
+fn taken<'a>(rig: &Rig, records: impl IntoIterator<Item = &'a Record>) -> Result<Vec<Healthy<'a>>, Complaint> {
+    let one = |record: &'a Record| {
+        let measured = estimate::measured(rig, record)?;
         // Noise and tolerance are learned of each sensor.
-        for sensor in &model.rig.sensors {
+        for sensor in &rig.sensors {
             record.require(&sensor.column, sensor.dimension, sensor.place.clone())?;
         }
-        Ok(Healthy { record, drive: InputSignals::from_record(&model.rig, record)?, measured })
-    });
-    let taken = taken.collect::<Result<Vec<_>, Complaint>>()?;
-    let open = open(&model.rig);
-    let prior = prior(&model.rig, &open);
-    let solutions = Solutions::new(&model, &taken, open);
-    // The first fit starts here, so this costs no further simulation.
-    let errors = solutions.errors(&prior.mean).map_err(unsolved)?;
-    let (before, dynamics) = match otherwise {
-        Some(Otherwise { before, dynamics }) => (before, Some(dynamics)),
-        None => (errors, None),
+        Ok(Healthy { record, drive: InputSignals::from_record(rig, record)?, measured })
     };
-    let noises = vec![None; rig.sensors.len()];
-    let mut rounds = Rounds { rig: model.rig.clone(), noises, solutions, prior: &prior, before };
-    let rough: Vec<Weights> = taken.iter().map(|one| rough(&model.rig, one)).collect();
-    let mut theta = prior.mean.clone();
-    let mut cost = f64::INFINITY;
-    let count = rig.context().count("first fits, at most", FIRST.len());
-    for reach in FIRST {
-        let mut joint = rounds.joint(rough.clone(), &theta, Loss::SoftL1 { k: FAR }).map_err(unsolved)?;
+    records.into_iter().map(one).collect()
+}
+
+/// The fits before noise and tolerance are known, each within so many standard deviations of the data sheet, as long as they gain.
+fn first_fits(
+    solutions: &Solutions<'_>,
+    prior: &Gaussian,
+    start: &[f64],
+    reaches: &[f64],
+) -> Result<Vec<f64>, FitError> {
+    let rig = &solutions.model.rig;
+    let rough: Vec<Weights> = solutions.records.iter().map(|one| rough(rig, one)).collect();
+    let (mut theta, mut cost) = (start.to_vec(), f64::INFINITY);
+    let count = rig.context().count("first fits, at most", reaches.len());
+    for &reach in reaches {
+        let mut joint = Joint::new(solutions, rough.clone(), prior).robust(&theta, Loss::SoftL1 { k: FAR })?;
         joint.confine(reach);
-        let fit = joint.fit(&theta, ends()).map_err(failed)?;
+        let fit = joint.fit(&theta, ends())?;
         count.one();
         let gained = cost - fit.cost;
         (theta, cost) = (fit.theta, fit.cost);
@@ -194,37 +199,61 @@ fn fit_all(
             break;
         }
     }
-    if dynamics.is_none()
-        && let Some(found) = switching::found(&rounds.solutions, &theta)
-    {
-        let dynamics = found.iter().map(|&(own, _)| own).collect();
-        let other = crate::diagnosis::switching::applied(stated, &found);
-        return fit_all(&other, records, options, Some(Otherwise { before: rounds.before, dynamics }));
+    Ok(theta)
+}
+
+/// What a calibration says beside values, their correlation and the sensors.
+struct Given {
+    margins: Vec<String>,
+    /// Parameters of how spools follow.
+    dynamics: Vec<usize>,
+}
+
+/// What a calibration has begun with.
+struct Begun<'a> {
+    given: Given,
+    prior: &'a Gaussian,
+    /// Errors of the model as stated, root mean squares `[record][sensor]`, SI.
+    before: Vec<Vec<f64>>,
+    most_rounds: usize,
+}
+
+impl Begun<'_> {
+    /// Rounds of noise, tolerance and fit, from `theta`, until none of it moves any more. `sheet`: the rig that is calibrated.
+    fn settled(
+        self,
+        sheet: &Rig,
+        records: &[Record],
+        solutions: Solutions<'_>,
+        mut theta: Vec<f64>,
+    ) -> Result<(Rig, CalibrationReport), FitError> {
+        let Self { given, prior, before, most_rounds } = self;
+        let noises = vec![None; sheet.sensors.len()];
+        let mut rounds = Rounds { rig: solutions.model.rig.clone(), noises, solutions, prior, before };
+        let mut round = 0;
+        let count = sheet.context().count("rounds of noise, tolerance and fit, at most", most_rounds);
+        let (fit, weights, settled) = loop {
+            round += 1;
+            let before = rounds.rig.clone();
+            rounds.forget_lack_of_fit();
+            rounds.estimate_noise(&theta)?;
+            let events = rounds.events(&rounds.rig, &theta)?;
+            rounds.estimate_tolerance(&theta, &events, if round == 1 { 2 } else { 1 })?;
+            let mut weights = Rounds::weights(&rounds.rig, &events);
+            if rounds.estimate_lack_of_fit(&theta, &weights)? {
+                weights = Rounds::weights(&rounds.rig, &rounds.events(&rounds.rig, &theta)?);
+            }
+            let joint = rounds.joint(weights.clone(), &theta, Loss::Huber { k: ROBUST })?;
+            let fit = joint.fit(&theta, ends())?;
+            let settled = joint.within(&fit.theta, &theta, SETTLED.2)? && alike(&before, &rounds.rig);
+            theta.clone_from(&fit.theta);
+            count.one();
+            if settled || round >= most_rounds {
+                break (fit, weights, settled);
+            }
+        };
+        rounds.finish((sheet, given), records, fit, weights, (round, settled))
     }
-    let mut round = 0;
-    let count = rig.context().count("rounds of noise, tolerance and fit, at most", options.rounds);
-    let (fit, weights, settled) = loop {
-        round += 1;
-        let before = rounds.rig.clone();
-        rounds.forget_lack_of_fit();
-        rounds.estimate_noise(&theta).map_err(unsolved)?;
-        let events = rounds.events(&rounds.rig, &theta).map_err(unsolved)?;
-        rounds.estimate_tolerance(&theta, &events, if round == 1 { 2 } else { 1 }).map_err(unsolved)?;
-        let mut weights = Rounds::weights(&rounds.rig, &events);
-        if rounds.estimate_lack_of_fit(&theta, &weights).map_err(unsolved)? {
-            weights = Rounds::weights(&rounds.rig, &rounds.events(&rounds.rig, &theta).map_err(unsolved)?);
-        }
-        let joint = rounds.joint(weights.clone(), &theta, Loss::Huber { k: ROBUST }).map_err(unsolved)?;
-        let fit = joint.fit(&theta, ends()).map_err(failed)?;
-        let settled = joint.within(&fit.theta, &theta, SETTLED.2).map_err(failed)? && alike(&before, &rounds.rig);
-        theta.clone_from(&fit.theta);
-        count.one();
-        if settled || round >= options.rounds.max(1) {
-            break (fit, weights, settled);
-        }
-    };
-    let given = Given { margins, dynamics: dynamics.unwrap_or_default() };
-    rounds.finish((rig, given), records, fit, weights, (round, settled)).map_err(failed)
 }
 
 fn ends() -> Steps {
@@ -285,13 +314,6 @@ fn unsettled(rig: &Rig, one: &Healthy<'_>, variance: &mut [Vec<f64>]) {
         let to = time.partition_point(|&t| t <= jump.start + settling);
         variance.iter_mut().for_each(|sensor| sensor[from..to].iter_mut().for_each(|variance| *variance *= NOTHING));
     }
-}
-
-/// What a calibration says beside values, their correlation and the sensors.
-struct Given {
-    margins: Vec<String>,
-    /// Parameters of how spools follow.
-    dynamics: Vec<usize>,
 }
 
 /// What changes from round to round.

@@ -1,30 +1,156 @@
 //! How spools follow their commands, as healthy records together show it.
+//!
+//! The weights of events forgive what mass and dead time of a spool do, and values that a record tells by its transients, such as the
+//! bulk modulus, would take their place. Other dynamics are therefore asked for by the plain error, measured minus model over the
+//! noise of the sensor, everything else following along its derivatives (variable projection: Golub and Pereyra, Inverse
+//! Problems 19 (2003)).
 
-use rayon::prelude::*;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::joint::{Healthy, Solutions};
-use crate::diagnosis::{estimate, switching};
-use crate::model::Model;
-use crate::rig::FaultSet;
+use super::{REACH, first_fits, open, taken};
+use crate::diagnosis::noise::Weights;
+use crate::diagnosis::problem::away;
+use crate::diagnosis::switching::{self as spools, DYNAMICS, LEFT, Open, WORTH};
+use crate::estimation::Gaussian;
+use crate::estimation::criteria::bic;
+use crate::model::{InputSignals, Model, SimulationError};
+use crate::rig::{Rig, Sensor};
 
-/// Linearisations with which each record is fitted on its own before its switchings are looked at.
-const FORMS: usize = 1;
+/// Linearisations at which other dynamics are asked for, each where the fit with those before has led.
+const ROUNDS: usize = 4;
 
-/// Parameters of how spools follow, by index with their values, SI, as the records show them, the model at `theta`; `None` where
-/// nothing speaks against the rig file, or the model cannot be solved there.
-pub(super) fn found(solutions: &Solutions<'_>, theta: &[f64]) -> Option<Vec<(usize, f64)>> {
-    let mut fitted = solutions.model.rig.clone();
-    for (parameter, value) in fitted.parameters.iter_mut().zip(solutions.parameters(theta)) {
-        parameter.value = value;
+/// The rig of the model with spools that follow as the records show, and the fit with them; `None` where they may be as stated, or the
+/// model cannot be solved with others. They are believed where they take away most of what the model misses beyond noise.
+pub(super) fn with_other_spools(solutions: &Solutions<'_>, prior: &Gaussian, theta: &[f64]) -> Option<(Rig, Vec<f64>)> {
+    let stated = &solutions.model.rig;
+    // The search costs a linearisation, which a rig without spools has no use for.
+    stated.followers().find(|follower| stated.is_alone(follower))?;
+    stated.context().stage("how spools follow");
+    let missed = beyond_noise(stated, &solutions.errors(theta).ok()?);
+    let found = followed(stated, (solutions, theta, missed), prior, ROUNDS)?;
+    (found.missed < LEFT * missed).then_some((found.rig, found.theta))
+}
+
+/// A fit with other spools.
+struct Found {
+    rig: Rig,
+    theta: Vec<f64>,
+    /// Beyond noise.
+    missed: f64,
+}
+
+/// From a fit and what it misses beyond noise: the best of so many rounds of search and fit.
+fn followed(
+    stated: &Rig,
+    (solutions, theta, missed): (&Solutions<'_>, &[f64], f64),
+    prior: &Gaussian,
+    rounds: usize,
+) -> Option<Found> {
+    let rounds = rounds.checked_sub(1)?;
+    let rig = searched(stated, solutions, prior, theta)?;
+    let model = Model::new(rig);
+    let taken = taken(&model.rig, solutions.records.iter().map(|one| one.record)).ok()?;
+    let other = Solutions::new(&model, &taken, open(&model.rig));
+    let theta = first_fits(&other, prior, theta, &[REACH; 3]).ok()?;
+    let reached = beyond_noise(&model.rig, &other.errors(&theta).ok()?);
+    if reached >= missed {
+        return None;
     }
-    for fault in &mut fitted.faults {
-        fault.healthy = fitted.parameters[fault.parameter].value;
+    let further = followed(stated, (&other, &theta, reached), prior, rounds);
+    drop(other);
+    Some(further.unwrap_or_else(|| Found { rig: model.rig, theta, missed: reached }))
+}
+
+/// The rig of the model with the spools with which it would miss the records by least; `None` where those that it has are as good.
+fn searched(stated: &Rig, solutions: &Solutions<'_>, prior: &Gaussian, theta: &[f64]) -> Option<Rig> {
+    let rig = &solutions.model.rig;
+    let profile = Profile::at(solutions, prior, theta).ok()??;
+    let fall = |other: &Rig| Some(profile.cost - profile.of(&profile.curves(other, theta)?));
+    let beyond_noise = profile.cost - profile.samples;
+    let worth = |gain: f64| gain > WORTH * beyond_noise && bic(-gain, DYNAMICS, profile.samples) < 0.0;
+    Some(spools::searched(stated, rig, &fall, worth, Open::All)?.0)
+}
+
+/// Least cost of other curves, in squares of the sensors' noise, with everything estimated following along its derivatives.
+struct Profile<'s, 'a> {
+    solutions: &'s Solutions<'a>,
+    /// One per record: noise alone.
+    weights: Vec<Weights>,
+    /// One per record: weighted derivatives by what is estimated, in standard deviations of what was known before.
+    columns: Vec<DMatrix<f64>>,
+    information: Cholesky<f64, Dyn>,
+    /// How far the estimate is from what was known before, in its standard deviations.
+    away: DVector<f64>,
+    /// Of the curves at hand.
+    cost: f64,
+    samples: f64,
+}
+
+impl<'s, 'a> Profile<'s, 'a> {
+    fn at(solutions: &'s Solutions<'a>, prior: &Gaussian, theta: &[f64]) -> Result<Option<Self>, SimulationError> {
+        let rig = &solutions.model.rig;
+        let weights: Vec<Weights> = solutions.records.iter().map(|one| by_noise(rig, one)).collect();
+        let sigma = DVector::from_column_slice(&prior.sigma);
+        let mut information = DMatrix::identity(theta.len(), theta.len());
+        let mut columns = Vec::new();
+        for (record, weights) in weights.iter().enumerate() {
+            let mut of_record = solutions.columns(theta, record)?;
+            for (mut column, sigma) in of_record.column_iter_mut().zip(sigma.iter()) {
+                column *= *sigma;
+                weights.apply(column.as_mut_slice());
+            }
+            information += of_record.tr_mul(&of_record);
+            columns.push(of_record);
+        }
+        let Some(information) = Cholesky::new(information) else { return Ok(None) };
+        let away = DVector::from_fn(theta.len(), |i, _| (theta[i] - prior.mean[i]) / sigma[i]);
+        let samples = weights.iter().map(|weights| weights.all_samples() as f64).sum();
+        let mut profile = Self { solutions, weights, columns, information, away, cost: 0.0, samples };
+        profile.cost = profile.of(&*solutions.curves(theta)?);
+        Ok(Some(profile))
     }
-    let model = Model::new(fitted);
-    let start = estimate::picked(&model.rig, &model.rig.nominal());
-    let near = solutions.records.par_iter().map(|one: &Healthy<'_>| {
-        estimate::held_at(&model, one.record, &one.drive, (&start, FaultSet::EMPTY), FORMS).ok()
-    });
-    let near: Vec<_> = near.collect::<Option<_>>()?;
-    switching::found(&near.iter().collect::<Vec<_>>())
+
+    /// What the sensors read with the spools of another rig, `[record][sensor][row]`, SI.
+    fn curves(&self, other: &Rig, theta: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
+        let mut parameters = self.solutions.parameters(theta);
+        for lag in other.followers().map(|follower| follower.lag) {
+            parameters[lag] = other.parameters[lag].value;
+        }
+        let solve = |one: &Healthy<'_>| {
+            let drive = InputSignals::from_record(other, one.record).ok()?;
+            Some(self.solutions.model.solve(&parameters, &drive, &one.record.time).ok()?.values)
+        };
+        self.solutions.records.iter().map(solve).collect()
+    }
+
+    fn of(&self, curves: &[Vec<Vec<f64>>]) -> f64 {
+        let mut squares = self.away.norm_squared();
+        let mut gradient = self.away.clone();
+        for (record, (curves, one)) in curves.iter().zip(self.solutions.records).enumerate() {
+            let mut misfit = away(curves, &one.measured);
+            self.weights[record].apply(&mut misfit);
+            let misfit = DVector::from_vec(misfit);
+            squares += misfit.norm_squared();
+            gradient += self.columns[record].tr_mul(&misfit);
+        }
+        squares - gradient.dot(&self.information.solve(&gradient))
+    }
+}
+
+/// Weights by the noise of the sensors alone.
+fn by_noise(rig: &Rig, one: &Healthy<'_>) -> Weights {
+    let variance = |(sensor, measured): (&Sensor, &&[f64])| {
+        measured.iter().map(|value| if value.is_nan() { f64::INFINITY } else { sensor.variance() }).collect()
+    };
+    let variance: Vec<Vec<f64>> = rig.sensors.iter().zip(&one.measured).map(variance).collect();
+    Weights::new(rig, &[], &variance, &[])
+}
+
+/// What a model misses the records by beyond noise, as a square in units of it. `errors`: root mean squares, `[record][sensor]`, SI.
+fn beyond_noise(rig: &Rig, errors: &[Vec<f64>]) -> f64 {
+    let square = |(error, sensor): (&f64, &Sensor)| (error / sensor.stated_noise).powi(2);
+    let squares: f64 = errors.iter().flat_map(|errors| errors.iter().zip(&rig.sensors).map(square)).sum();
+    let count = errors.len() * rig.sensors.len();
+    (squares / count.max(1) as f64 - 1.0).max(0.0)
 }

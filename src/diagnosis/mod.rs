@@ -200,7 +200,7 @@ fn diagnose_again(
     };
     let with_other_spools = |estimate: &Estimate<'_>| -> Result<Option<Diagnosed>, Complaint> {
         let doubtful = found < MOST_FOUND && !(estimate.explains() && estimate.isolation.set().is_empty());
-        let Some(dynamics) = doubtful.then(|| switching::found(&[estimate])).flatten() else { return Ok(None) };
+        let Some(dynamics) = doubtful.then(|| switching::found(estimate)).flatten() else { return Ok(None) };
         let other = Model::new(switching::applied(rig, &dynamics)).with_tolerance(model.tolerance);
         let again = diagnose_again(&other, record, start, options, found + 1)?;
         Ok(again.map(|mut again| {

@@ -18,7 +18,7 @@ use crate::rig::{Follower, Rig};
 
 /// What is searched of a spool: logarithm of its lag over the stated one, `(T/tau)²`, and dead time over the stated lag.
 type Dynamics = [f64; DYNAMICS];
-const DYNAMICS: usize = 3;
+pub(crate) const DYNAMICS: usize = 3;
 /// From half to twice the stated lag; to a damping of 0.4, whose overshoot is a quarter of the stroke; dead times to three lags.
 const BOUNDS: [(f64, f64); 3] = [(-std::f64::consts::LN_2, std::f64::consts::LN_2), (0.0, 1.5625), (0.0, 3.0)];
 /// Where the search begins: lags two thirds of the stated one, as stated and half as long again; no mass, and dampings of 0.8 and 0.6;
@@ -33,7 +33,9 @@ const HALVED: usize = 4;
 const ROUNDS: usize = 40;
 /// Share of what an explanation leaves beyond noise that other spools have to take away: where it is their doing they take most of it,
 /// a quarter where false faults stand in for them; where something else is wrong, less than a hundredth.
-const WORTH: f64 = 0.1;
+pub(crate) const WORTH: f64 = 0.1;
+/// The same of the plain error that may be left with them where it is asked: with more, most of it is not their doing.
+pub(crate) const LEFT: f64 = 0.5;
 /// Digits of a reported time constant.
 const DIGITS: usize = 4;
 
@@ -50,16 +52,15 @@ pub struct DynamicsReport {
     pub nominal: f64,
 }
 
-/// How spools follow as records of a rig show, each explained as one of `near` has it: parameters by index with their values, SI.
-/// `None` where nothing speaks against the rig file.
-pub(crate) fn found(near: &[&Estimate<'_>]) -> Option<Vec<(usize, f64)>> {
-    let rig = near.first()?.case.rig();
-    let asked: Vec<Asked<'_, '_>> = near.iter().map(|near| Asked::of(near)).collect::<Option<_>>()?;
-    let samples = asked.iter().map(|asked| asked.case.full.weights.all_samples() as f64).sum();
-    let fall = |other: &Rig| asked.iter().map(|asked| asked.fall(other)).sum::<Option<f64>>();
-    let (other, reached) = searched(rig, &fall, |gain| bic(-gain, DYNAMICS, samples) < 0.0, Open::All)?;
-    let cost: f64 = near.iter().map(|near| near.isolation.best.cost).sum();
-    (reached > WORTH * (cost - samples)).then(|| values(rig, &other, Open::All))
+/// How spools follow as a record shows, explained as `near` has it: parameters by index with their values, SI. `None` where nothing
+/// speaks against the rig file.
+pub(super) fn found(near: &Estimate<'_>) -> Option<Vec<(usize, f64)>> {
+    let rig = near.case.rig();
+    let asked = Asked::of(near)?;
+    let samples = near.case.full.weights.all_samples() as f64;
+    let worth = |gain: f64| bic(-gain, DYNAMICS, samples) < 0.0;
+    let (other, reached) = searched(rig, rig, &|other| asked.fall(other), worth, Open::All)?;
+    (reached > WORTH * (near.isolation.best.cost - samples)).then(|| values(rig, &other, Open::All))
 }
 
 /// What of the dynamics of spools is searched.
@@ -70,23 +71,24 @@ pub(crate) enum Open {
     MassAndDeadTime,
 }
 
-/// A rig whose spools follow otherwise than stated, one after the other as `fall` says that it is better, and that fall; each has to
-/// gain what is `worth` it. `None` where none does.
+/// The rig at hand, stated but for how its spools follow, with others as `fall` says that they are better, one after the other, and that
+/// fall; each has to gain what is `worth` it. `None` where none does.
 pub(crate) fn searched(
-    rig: &Rig,
+    stated: &Rig,
+    at_hand: &Rig,
     fall: &(impl Fn(&Rig) -> Option<f64> + Sync),
     worth: impl Fn(f64) -> bool,
     open: Open,
 ) -> Option<(Rig, f64)> {
-    let (mut other, mut reached) = (rig.clone(), 0.0);
-    for follower in rig.followers().filter(|follower| rig.is_alone(follower)) {
-        let search = Search { fall, rig: &other, follower, open };
+    let (mut other, mut reached) = (at_hand.clone(), 0.0);
+    for follower in stated.followers().filter(|follower| stated.is_alone(follower)) {
+        let search = Search { fall, stated, rig: &other, follower, open };
         let Some((dynamics, fallen)) = search.best() else { continue };
         if worth(fallen - reached) {
             (other, reached) = (search.with(dynamics)?, fallen);
         }
     }
-    (!changed(rig, &other, open).is_empty()).then_some((other, reached))
+    (!changed(at_hand, &other, open).is_empty()).then_some((other, reached))
 }
 
 /// How spools follow in a rig otherwise than as stated, for [`applied`]: parameters by index with their values, SI.
@@ -165,9 +167,38 @@ impl<'e, 'a> Asked<'e, 'a> {
     }
 }
 
+/// A way to search.
+#[derive(Debug, Clone, Copy)]
+enum Way {
+    Lag,
+    Mass,
+    DeadTime,
+    /// What the lag loses the dead time gains: the valley that all of them leave, as the whole delay is what readings show best.
+    LagToDeadTime,
+}
+
+impl Way {
+    const ALL: [Self; 4] = [Self::Lag, Self::Mass, Self::DeadTime, Self::LagToDeadTime];
+
+    fn step(self, [lag, share, dead]: Dynamics, [of_lag, of_share, of_dead]: Dynamics, sign: f64) -> Dynamics {
+        let moved = match self {
+            Self::Lag => [sign.mul_add(of_lag, lag), share, dead],
+            Self::Mass => [lag, sign.mul_add(of_share, share), dead],
+            Self::DeadTime => [lag, share, sign.mul_add(of_dead, dead)],
+            Self::LagToDeadTime => {
+                let shorter = sign.mul_add(-of_lag, lag);
+                [shorter, share, dead + lag.exp() - shorter.exp()]
+            }
+        };
+        std::array::from_fn(|one| moved[one].clamp(BOUNDS[one].0, BOUNDS[one].1))
+    }
+}
+
 /// The search for how one part follows, the others as a rig has them.
 struct Search<'s, F> {
     fall: &'s F,
+    /// Around whose lag is searched.
+    stated: &'s Rig,
     rig: &'s Rig,
     follower: Follower,
     open: Open,
@@ -177,36 +208,48 @@ impl<F: Fn(&Rig) -> Option<f64> + Sync> Search<'_, F> {
     /// The rig with other dynamics of this part; `None` where its card does not know them.
     fn with(&self, [lag, share, dead]: Dynamics) -> Option<Rig> {
         let mut other = self.rig.clone();
-        let stated = self.rig.parameters[self.follower.lag].value;
+        let stated = self.stated.parameters[self.follower.lag].value;
         other.parameters[self.follower.lag].value = stated * lag.exp();
         other.parameters[self.follower.inertia_time?].value = stated * lag.exp() * share.sqrt();
         other.parameters[self.follower.dead_time?].value = stated * dead;
         Some(other)
     }
 
+    /// Where the search begins around the stated spool.
+    fn grid(&self) -> Vec<Dynamics> {
+        let lags: &[f64] = if self.is_lag_open() { &LAGS } else { &[0.0] };
+        let grid = lags.iter().flat_map(|&lag| SHARES.map(|share| DEAD_TIMES.map(|dead| [lag, share, dead])));
+        grid.flatten().collect()
+    }
+
+    /// Those of the rig at hand, where they are not the stated ones.
+    fn at_hand(&self) -> Option<Dynamics> {
+        let own = [self.follower.lag, self.follower.inertia_time?, self.follower.dead_time?];
+        let [lag, inertia_time, dead_time] = own.map(|own| self.rig.parameters[own].value);
+        let stated = own.map(|own| self.stated.parameters[own].value);
+        let is_other = [lag, inertia_time, dead_time] != stated;
+        is_other.then(|| [(lag / stated[0]).ln(), (inertia_time / lag).powi(2), dead_time / stated[0]])
+    }
+
     /// Whether the lag may be another than stated: it is asked about, and neither exact nor one of the faults.
     fn is_lag_open(&self) -> bool {
         self.open == Open::All
-            && self.rig.parameters[self.follower.lag].sigma > 0.0
-            && !self.rig.is_fault(self.follower.lag)
+            && self.stated.parameters[self.follower.lag].sigma > 0.0
+            && !self.stated.is_fault(self.follower.lag)
     }
 
     /// The dynamics with which the cost falls most, and by how much; `None` where nothing is worth a search.
     fn best(&self) -> Option<(Dynamics, f64)> {
-        let lags: &[f64] = if self.is_lag_open() { &LAGS } else { &[0.0] };
-        let grid = lags.iter().flat_map(|&lag| SHARES.map(|share| DEAD_TIMES.map(|dead| [lag, share, dead])));
-        // Where nothing around does better, the search has nowhere to go.
-        let mut best = self.best_of(grid.flatten().collect()).filter(|best| best.1 > 0.0)?;
+        let begin = self.at_hand().map_or_else(|| self.grid(), |at_hand| vec![at_hand]);
+        let mut best = self.best_of(begin)?;
+        // Where nothing around the stated spool does better, the search has nowhere to go.
+        if best.1 <= 0.0 && self.at_hand().is_none() {
+            return None;
+        }
         let (mut steps, mut halved) = (STEPS, 0);
-        let first = usize::from(!self.is_lag_open());
+        let ways: &[Way] = if self.is_lag_open() { &Way::ALL } else { &[Way::Mass, Way::DeadTime] };
         for _ in 0..ROUNDS {
-            let around = (first..steps.len()).flat_map(|one| {
-                [-1.0, 1.0_f64].map(|way| {
-                    let mut dynamics = best.0;
-                    dynamics[one] = (way.mul_add(steps[one], dynamics[one])).clamp(BOUNDS[one].0, BOUNDS[one].1);
-                    dynamics
-                })
-            });
+            let around = ways.iter().flat_map(|way| [-1.0, 1.0].map(|sign| way.step(best.0, steps, sign)));
             match self.best_of(around.collect()).filter(|next| next.1 > best.1) {
                 Some(next) => best = next,
                 None if halved == HALVED => break,
@@ -216,7 +259,7 @@ impl<F: Fn(&Rig) -> Option<f64> + Sync> Search<'_, F> {
                 }
             }
         }
-        Some(best)
+        (best.1 > 0.0).then_some(best)
     }
 
     fn best_of(&self, candidates: Vec<Dynamics>) -> Option<(Dynamics, f64)> {

@@ -14,7 +14,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::DynamicsReport;
 use crate::diagnosis::estimate;
 use crate::diagnosis::problem::root_mean_square;
-use crate::diagnosis::switching::{self, Open};
+use crate::diagnosis::switching::{self, LEFT, Open, WORTH};
 use crate::model::{InputSignals, Model};
 use crate::number::written;
 use crate::record::Record;
@@ -22,11 +22,6 @@ use crate::rig::{Rig, document};
 
 /// Digits of a value in the rig file.
 const DIGITS: usize = 4;
-
-/// Share of what a model misses beyond noise that other dynamics of a spool have to take away to be tried.
-const WORTH: f64 = 0.1;
-/// The same that may be left with them once all is learnt again: with more, most of it is not their doing.
-const LEFT: f64 = 0.5;
 
 /// What `learn` gives of the rig as stated; where its best model shows that spools follow otherwise, what it gives of the rig with those,
 /// from the values of that model.
@@ -76,7 +71,7 @@ fn otherwise(rig: &Rig, record: &Record, fitted: &FittedModel) -> Result<Option<
             outputs.iter().zip(&measured).map(|(curve, measured)| root_mean_square(curve, measured)).collect();
         Some(1.0 - beyond_noise(times_noise(rig, &missed)) / stated)
     };
-    let found = switching::searched(rig, &fall, |gain| gain > WORTH, Open::MassAndDeadTime);
+    let found = switching::searched(rig, rig, &fall, |gain| gain > WORTH, Open::MassAndDeadTime);
     Ok(found.map(|(other, _)| other))
 }
 

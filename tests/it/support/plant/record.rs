@@ -9,8 +9,8 @@ use ode_solvers::{Rk4, SVector};
 use super::{Acting, Plant, SENSORS, STATES};
 
 const INTERVAL: f64 = 4e-3;
-/// Fixed step, s: the stiffest rate of the plant is about 4e5 /s.
-const STEP: f64 = 4e-3 / 600.0;
+/// Fixed steps in an interval at the bulk modulus of the data sheet, in Pa, with which the stiffest rate of the plant, 4e5 /s, grows.
+const STEPS: (f64, f64) = (600.0, 1.4e9);
 /// Steps between two looks of the sensors.
 const FINE: usize = 10;
 /// Names, units, noise (1 sigma) and resolution of the sensors.
@@ -60,8 +60,11 @@ impl System<f64, SVector<f64, STATES>> for Running<'_> {
 
 /// What the plant's sensors follow, lags included, `[sensor][row]`, SI, and what acted over the interval before each row.
 fn run(plant: &Plant, phases: &[Phase]) -> (Vec<Vec<f64>>, Vec<Acting>) {
+    let looks = (STEPS.0 * (plant.bulk_modulus / STEPS.1).max(1.0) / FINE as f64).ceil();
+    // A little longer, so that rounding adds no step to the interval.
+    let step = INTERVAL / looks / FINE as f64 * (1.0 + 1e-9);
     let keep =
-        plant.readings.map(|reading| if reading.lag > 0.0 { (-STEP * FINE as f64 / reading.lag).exp() } else { 0.0 });
+        plant.readings.map(|reading| if reading.lag > 0.0 { (-INTERVAL / looks / reading.lag).exp() } else { 0.0 });
     let seen = |y: &[f64; STATES], acting: Acting| {
         let (_, flows) = plant.rates(y, acting);
         let near = |side: usize| if plant.lines[side].is_some() { y[10 + side] } else { y[2 + side] };
@@ -79,7 +82,7 @@ fn run(plant: &Plant, phases: &[Phase]) -> (Vec<Vec<f64>>, Vec<Acting>) {
             let command =
                 if plant.dead_rows == 0 { acting[0] } else { commanded.map_or(phases[0].1[0], |then| then[0]) };
             let late = [command, acting[1]];
-            let mut stepper = Rk4::new(Running { plant, acting: late }, 0.0, y.into(), INTERVAL, STEP);
+            let mut stepper = Rk4::new(Running { plant, acting: late }, 0.0, y.into(), INTERVAL, step);
             stepper.integrate().expect("fixed steps");
             for state in stepper.y_out().iter().skip(FINE).step_by(FINE) {
                 for ((value, now), keep) in followed.iter_mut().zip(seen(&(*state).into(), late)).zip(keep) {
