@@ -268,14 +268,13 @@ fn alike(before: &Rig, after: &Rig) -> bool {
     })
 }
 
-/// What calibration fits: what a part may have otherwise than its data sheet, and what is stated as uncertain. Faults stay
-/// at their healthy values but for those whose healthy value a data sheet does not get right.
+/// What calibration fits: what a part may have otherwise than its data sheet, and what is stated as uncertain, healthy values of faults
+/// among them.
 fn open(rig: &Rig) -> Vec<Estimated> {
     let mut open = Vec::new();
     for (index, parameter) in rig.parameters.iter().enumerate() {
         let fault = rig.faults.iter().find(|fault| fault.parameter == index);
-        let known =
-            if fault.is_some() && parameter.spread == 0.0 { 0.0 } else { parameter.spread.max(parameter.sigma) };
+        let known = parameter.spread.max(parameter.sigma);
         if known == 0.0 || parameter.per_event {
             continue;
         }

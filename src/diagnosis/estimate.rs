@@ -9,7 +9,7 @@ use super::noise::{self, Weights};
 use super::preliminary::{FIRST_FORMS, quick};
 use super::search::{self, roughly};
 use super::unseen::{in_step, simpler, unseen};
-use super::{adequate, mean_squares};
+use super::summary::Missed;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::estimation::criteria::bic;
 use crate::estimation::{FitError, LocalModel};
@@ -283,8 +283,7 @@ impl<'a> Estimate<'a> {
 
     /// Whether the model explains every sensor within noise and tolerance.
     pub fn explains(&self) -> bool {
-        let squares = mean_squares(&self.case.full.weights, &self.isolation.best.misfit);
-        squares.into_iter().all(|(square, samples)| adequate(square, samples))
+        super::missed(&self.case.full.weights, &self.isolation.best.misfit).iter().all(Missed::is_explained)
     }
 
     /// Whether it leaves more than noise unexplained.

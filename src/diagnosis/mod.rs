@@ -42,7 +42,7 @@ use problem::over_sensors;
 pub use result::{
     ChannelReport, Diagnosis, FaultReport, FitReport, MissingEffect, RivalEffect, SCHEMA, UncertainReport, Verdict,
 };
-pub(crate) use summary::{is_there, mean_squares, tame_squares};
+pub(crate) use summary::{is_there, missed, tame_squares};
 pub use switching::DynamicsReport;
 
 /// What the user may choose.
@@ -96,9 +96,10 @@ pub(crate) const WILD: f64 = 5.0;
 const ADEQUATE: f64 = 1.5;
 /// Whether the mean square of the weighted misfits of a channel of so many samples is that of an adequate model.
 pub(crate) fn adequate(chi2: f64, samples: usize) -> bool {
-    // Four standard deviations of the mean square of so few samples.
-    chi2 <= ADEQUATE + 4.0 * (2.0 / samples.max(1) as f64).sqrt()
+    chi2 <= ADEQUATE + MOST_DEVIATIONS * (2.0 / samples.max(1) as f64).sqrt()
 }
+/// Standard deviations of a mean square that chance is given: one record in 30,000 has more.
+const MOST_DEVIATIONS: f64 = 4.0;
 /// A fault is called present from this probability on.
 pub(crate) const PRESENT: f64 = 0.5;
 /// Digits of a reported number: more than any interval allows, fewer than rounding spoils.

@@ -20,6 +20,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+use super::summary::tame;
 use crate::estimation::dot;
 use crate::model::{InputSignals, Late};
 use crate::record::{Record, Sampling};
@@ -220,6 +221,30 @@ impl Weights {
                 }
             }
         }
+    }
+
+    /// What weighted misfits ask of the events at each sensor: the mean square over the ways in which phases may differ by events, in
+    /// what each may differ by, and how many ways that is. A way counts at a sensor by the share that it has there; those that no
+    /// sensor tells from noise are left out.
+    pub fn asked_of_events(&self, weighted: &[f64]) -> Vec<(f64, f64)> {
+        /// `1 - 1/sqrt(1 + size²)` of a way as large as noise.
+        const TOLD: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+        let mut asked = vec![(0.0, 0.0); self.inverse.len()];
+        for phase in &self.phases {
+            let length = phase.rows.len().max(1);
+            let told = phase.directions.iter().zip(&phase.taken).filter(|(_, taken)| **taken >= TOLD);
+            for (direction, _) in told {
+                let of_sensor = |sensor: usize| &weighted[sensor * self.rows..][phase.rows.clone()];
+                let parts = || direction.chunks_exact(length).enumerate();
+                let along: f64 = parts().map(|(sensor, part)| dot(part, of_sensor(sensor))).sum();
+                for (sensor, part) in parts() {
+                    let share = dot(part, part);
+                    asked[sensor].0 += share * tame(along);
+                    asked[sensor].1 += share;
+                }
+            }
+        }
+        asked.into_iter().map(|(sum, ways)| (if ways > 0.0 { sum / ways } else { 0.0 }, ways)).collect()
     }
 
     /// How many samples of a sensor the record has.

@@ -4,7 +4,7 @@ use super::estimate::Estimate;
 use super::noise::Weights;
 use super::problem::root_mean_square;
 use super::result::{ChannelReport, FaultReport, UncertainReport};
-use super::{DIGITS, PRESENT, WILD, adequate};
+use super::{DIGITS, MOST_DEVIATIONS, PRESENT, WILD, adequate};
 use crate::estimation::profile::{QUANTILE, RISE};
 use crate::estimation::{End, Identifiable, Interval, Side};
 use crate::number::{rounded, text};
@@ -24,12 +24,46 @@ pub(crate) fn is_there(misfit: f64) -> bool {
     misfit != 0.0
 }
 
-/// Mean square of the weighted misfits of each sensor, wild ones tamed, and how many samples it has.
-pub(crate) fn mean_squares(weights: &Weights, misfit: &[f64]) -> Vec<(f64, usize)> {
+/// Ways that tell their mean square to a half.
+const WAYS: f64 = 8.0;
+
+/// How a model misses one sensor.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Missed {
+    /// Mean square of the weighted misfits, wild ones tamed.
+    pub square: f64,
+    pub samples: usize,
+    /// [`Weights::asked_of_events`].
+    events: (f64, f64),
+}
+
+impl Missed {
+    /// Whether the model explains the sensor within noise and tolerance, with events as they may be.
+    pub fn is_explained(&self) -> bool {
+        adequate(self.square, self.samples) && self.are_events_plausible()
+    }
+
+    /// What is allowed for events is no licence: `n` ways to differ have a mean square of 1, with a standard deviation of
+    /// `sqrt(2/n)`, and no more where the rig file is right about them. Fewer than [`WAYS`] are ruled by single events.
+    fn are_events_plausible(&self) -> bool {
+        let (square, ways) = self.events;
+        ways < WAYS || square <= 1.0 + MOST_DEVIATIONS * (2.0 / ways).sqrt()
+    }
+
+    /// Mean square of what is asked of events, in what they may differ by; `None` without any.
+    pub fn events(&self) -> Option<f64> {
+        let (square, ways) = self.events;
+        (ways > 0.0).then(|| rounded(square, DIGITS))
+    }
+}
+
+/// How a model misses each sensor, by its weighted misfits.
+pub(crate) fn missed(weights: &Weights, misfit: &[f64]) -> Vec<Missed> {
     let sensors = weights.sensors();
+    let events = weights.asked_of_events(misfit);
     let one = |(sensor, misfit): (usize, &[f64])| {
         let samples = weights.samples(sensor);
-        (tame_squares(misfit) / samples.max(1) as f64, samples)
+        Missed { square: tame_squares(misfit) / samples.max(1) as f64, samples, events: events[sensor] }
     };
     // Behind the sensors may stand what is known before.
     misfit.chunks(weights.rows().max(1)).take(sensors).enumerate().map(one).collect()
@@ -41,13 +75,13 @@ pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], healthy: &
     let full = &estimate.case.full;
     rig.sensors
         .iter()
-        .zip(mean_squares(&full.weights, &estimate.isolation.best.misfit))
+        .zip(missed(&full.weights, &estimate.isolation.best.misfit))
         .enumerate()
-        .map(|(index, (sensor, (chi2_reduced, samples)))| {
+        .map(|(index, (sensor, missed))| {
             let unit = rig.sensor_unit(sensor);
             let model = outputs.get(index).map_or(&[][..], Vec::as_slice);
             let healthy = healthy.get(index).map_or(&[][..], Vec::as_slice);
-            let adequate = adequate(chi2_reduced, samples);
+            let adequate = missed.is_explained();
             let rms = root_mean_square(model, full.measured[index]).unwrap_or(0.0);
             ChannelReport {
                 name: sensor.name.clone(),
@@ -55,8 +89,9 @@ pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], healthy: &
                 rmse: rounded(unit.difference_from_si(rms), DIGITS),
                 noise_sigma: rounded(unit.difference_from_si(sensor.noise), DIGITS),
                 times_noise: rounded(rms / sensor.noise, DIGITS),
-                samples,
-                chi2_reduced,
+                samples: missed.samples,
+                chi2_reduced: missed.square,
+                events_chi2: missed.events(),
                 adequate,
                 ratio_to_healthy: if adequate { None } else { ratio_to_healthy(full.measured[index], healthy) },
             }

@@ -9,7 +9,7 @@ use super::phase::{Stretch, stretches};
 use super::refit::{self, FORMS};
 use super::with_faults::{Explained, with_faults};
 use crate::complaint::Complaint;
-use crate::diagnosis::{adequate, estimate, mean_squares};
+use crate::diagnosis::{estimate, missed};
 use crate::model::{InputSignals, Model};
 use crate::number::rounded;
 use crate::record::Record;
@@ -123,10 +123,10 @@ impl Comparison {
         let phases = stretches(rig, record, &drive, &measured);
         let signals = signals(rig, record, &drive, run);
         let rows = record.time.len().max(1);
-        let channels: Vec<ChannelComparison> = mean_squares(&run.weights, &run.misfit)
+        let channels: Vec<ChannelComparison> = missed(&run.weights, &run.misfit)
             .into_iter()
             .enumerate()
-            .map(|(index, (chi2, samples))| {
+            .map(|(index, missed)| {
                 let sensor = &rig.sensors[index];
                 let unit = rig.sensor_unit(sensor);
                 let misfit: Vec<f64> = run.misfit[index * rows..(index + 1) * rows].iter().map(|r| -r).collect();
@@ -137,9 +137,10 @@ impl Comparison {
                     noise_sigma: rounded(unit.difference_from_si(sensor.stated_noise), DIGITS),
                     times_noise: rounded(run.rmse[index] / sensor.stated_noise, DIGITS),
                     fit_percent: fit_percent(measured[index], &run.outputs[index]),
-                    samples,
-                    chi2_reduced: chi2,
-                    adequate: adequate(chi2, samples),
+                    samples: missed.samples,
+                    chi2_reduced: missed.square,
+                    events_chi2: missed.events(),
+                    adequate: missed.is_explained(),
                     autocorrelation: autocorrelation(&misfit),
                     goes_with: goes_with(&misfit, &there, &signals),
                     worst: worst(record, &phases, (measured[index], &run.outputs[index]), &misfit)

@@ -3,7 +3,8 @@
 use super::candidate::Candidate;
 use super::fitted_model::{FittedModel, Run};
 use super::warning::Warning;
-use crate::diagnosis::{adequate, mean_squares};
+use crate::diagnosis::missed;
+use crate::diagnosis::summary::Missed;
 use crate::rig::Location;
 
 /// Rounds of isolation of each fit.
@@ -86,5 +87,5 @@ pub(super) fn joined(effects: &[Candidate]) -> String {
 
 /// Whether a run is within noise and tolerance in every channel.
 pub fn is_adequate(run: &Run) -> bool {
-    mean_squares(&run.weights, &run.misfit).into_iter().all(|(square, samples)| adequate(square, samples))
+    missed(&run.weights, &run.misfit).iter().all(Missed::is_explained)
 }

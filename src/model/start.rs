@@ -34,6 +34,11 @@ pub fn start<S: Scalar>(
             NodeKind::Volume { initial: InitialPressure::Uncertain(parameter) } => {
                 y[state] = parameters[parameter] + ATMOSPHERE;
             }
+            NodeKind::Volume { initial: InitialPressure::Like(other) }
+                if let NodeKind::Held { parameter } = rig.nodes[other].kind =>
+            {
+                y[state] = parameters[parameter] + ATMOSPHERE;
+            }
             NodeKind::Volume { .. } => y[state] = S::constant(drive.readings[node] + ATMOSPHERE),
             NodeKind::Held { .. } => {}
         }

@@ -1,10 +1,10 @@
 //! What one has to know with a verdict: what the record does not say, and what else the verdict may come from.
 
 use crate::diagnosis::summary::reads_otherwise;
-use crate::diagnosis::{Diagnosis, DynamicsReport, Verdict};
+use crate::diagnosis::{Diagnosis, DynamicsReport, UncertainReport, Verdict};
 use crate::estimation::Identifiable;
 use crate::learn::phase::SWITCH;
-use crate::number::{rounded, text};
+use crate::number::{rounded, text, with_unit};
 use crate::record::survey::{Doubt, Finding, told};
 
 /// Faults that could be there at any size without showing, and what a verdict other than healthy may come from although
@@ -24,6 +24,7 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
         told.push(format!("Check how the record was taken: if it is not so that {}, {without}.", cause.clause));
     }
     told.extend(followed_otherwise(&diagnosis.dynamics));
+    told.extend(far_off(&diagnosis.uncertain));
     if !open.is_empty() {
         told.push(format!("The record does not determine {}.", open.join(", ")));
     }
@@ -46,6 +47,29 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
         format!("Rows are missing from {from} s to {to} s: the commands there are not known; split the record there.")
     }));
     told
+}
+
+/// Standard deviations from the rig file beyond which a parameter is asked about: of 40 that are right, one is as far off in a quarter of
+/// a per cent of records.
+const FAR_OFF: f64 = 4.0;
+
+/// Uncertain parameters that are not believed where an explanation has them.
+fn far_off(uncertain: &[UncertainReport]) -> Option<String> {
+    let deviations = |one: &&UncertainReport| ((one.value - one.nominal) / one.sigma_before).abs();
+    let far = |one: &&UncertainReport| one.sigma_before > 0.0 && deviations(one) > FAR_OFF;
+    let one = |one: &UncertainReport| {
+        let unit = &one.unit;
+        let [value, nominal] = [one.value, one.nominal].map(|value| with_unit(rounded(value, 4), unit));
+        format!("{} at {value}, {:.1} standard deviations from {nominal}", one.id, deviations(&one))
+    };
+    let far: Vec<String> = uncertain.iter().filter(far).map(one).collect();
+    (!far.is_empty()).then(|| {
+        format!(
+            "This explanation has {}: that value or the model is other than stated, and what depends on it is less sure than its \
+             interval says.",
+            far.join(", ")
+        )
+    })
 }
 
 /// How spools follow, where a record asks for other than the rig file has.

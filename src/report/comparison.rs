@@ -3,6 +3,7 @@
 use super::brief::wrapped;
 use super::learn::{goes_with, multiple, named_fault, times};
 use super::table::{Head, aligned};
+use crate::diagnosis::adequate;
 use crate::finding::argument;
 use crate::learn::comparison::{ChannelComparison, Comparison, MisfitPlace, PresentFault, WithFaults};
 use crate::number::{rounded, text, with_unit};
@@ -34,10 +35,29 @@ pub fn brief(comparison: &Comparison) -> String {
     if !comparison.adequate && comparison.channels.iter().any(within) {
         lines.push("Explained: nothing left beyond noise, tolerance and the moment of switching.".to_owned());
     }
+    lines.extend(beyond_events(comparison));
     lines.push(String::new());
     lines.push(next(comparison));
     lines.push("`--all` shows the phases, chi-square and the NRMSE fit of each sensor.".to_owned());
     lines.join("\n") + "\n"
+}
+
+/// What `NO (events)` means, where a sensor has it.
+fn beyond_events(comparison: &Comparison) -> Vec<String> {
+    let is_by_events = |channel: &&ChannelComparison| !channel.adequate && adequate(channel.chi2_reduced, channel.samples);
+    let asked = comparison.channels.iter().filter(is_by_events).filter_map(|channel| channel.events_chi2);
+    let most = asked.fold(0.0, f64::max);
+    if most == 0.0 {
+        return Vec::new();
+    }
+    let times = text(rounded(most.sqrt(), 2));
+    wrapped(
+        &format!(
+            "NO (events): only switchings that differ by {times} times what the rig file leaves open of them (lags, loads, timing) \
+             would explain it."
+        ),
+        "  ",
+    )
 }
 
 fn headline(comparison: &Comparison) -> Vec<String> {
@@ -104,7 +124,7 @@ pub(super) fn table(comparison: &Comparison) -> (Vec<Head>, Vec<Vec<String>>) {
         let with = with_faults.and_then(|with_faults| same(&with_faults.channels));
         row.push(match with {
             Some(with) if with.adequate && !channel.adequate => "with faults".to_owned(),
-            _ => super::diagnosis::explained(channel.adequate, channel.samples).to_owned(),
+            _ => super::diagnosis::explained(channel.adequate, channel.samples, channel.chi2_reduced).to_owned(),
         });
         row
     });
@@ -140,6 +160,7 @@ mod tests {
             fit_percent: None,
             samples: 100,
             chi2_reduced: times_noise * times_noise,
+            events_chi2: None,
             adequate: times_noise < 1.2,
             autocorrelation: 0.0,
             goes_with: Vec::new(),

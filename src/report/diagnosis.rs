@@ -185,11 +185,12 @@ pub(super) const CHANNEL_HEADS: [Head; 6] = [
     ("explained", false),
 ];
 
-/// Whether the model explains a sensor of so many samples.
-pub(super) fn explained(adequate: bool, samples: usize) -> &'static str {
+/// Whether the model explains a sensor of so many samples, of which the weighted misfits have this mean square.
+pub(super) fn explained(adequate: bool, samples: usize, chi2: f64) -> &'static str {
     match (adequate, samples) {
         (_, 0) => "no samples",
         (true, _) => "yes",
+        (false, _) if crate::diagnosis::adequate(chi2, samples) => "NO (events)",
         (false, _) => "NO",
     }
 }
@@ -207,7 +208,7 @@ pub(super) fn channel_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
             text(rounded(channel.noise_sigma, 3)),
             channel.unit.clone(),
             of_samples(channel.samples, format!("{:.2}", channel.chi2_reduced)),
-            explained(channel.adequate, channel.samples).to_owned(),
+            explained(channel.adequate, channel.samples, channel.chi2_reduced).to_owned(),
         ]
     };
     diagnosis.channels.iter().map(row).collect()

@@ -73,6 +73,7 @@ impl EffectReport {
             At::Warmth => ("the fluid, where `temperature` in `[fluid]` names its column".to_owned(), ""),
             At::Node => ("a node with a volume".to_owned(), "@NODE"),
             At::Actuator => ("a node with a cylinder".to_owned(), "@NODE"),
+            At::Return => ("a node into which a directional valve drains".to_owned(), "@NODE"),
             At::Component { kind, named } => (format!("a `{kind}`"), if named { "@COMPONENT" } else { "" }),
             At::Sensor => ("a sensor".to_owned(), "@SENSOR"),
             At::Named(node) => (format!("the node `{node}`"), ""),

@@ -73,6 +73,10 @@ impl Rig {
                 };
                 (0..self.nodes.len()).filter(actuated).map(Location::Node).collect()
             }
+            At::Return => (0..self.nodes.len())
+                .filter(|&node| self.draining(node).next().is_some())
+                .map(Location::Node)
+                .collect(),
             At::Component { kind, .. } => (0..self.components.len())
                 .filter(|&component| self.components[component].card.kind == kind)
                 .map(Location::Component)
@@ -103,6 +107,16 @@ impl Rig {
                 here.map(move |(port, _)| (index, port))
             },
         )
+    }
+
+    /// Directional valves that drain into this node, with the port.
+    fn draining(&self, node: usize) -> impl Iterator<Item = (usize, usize)> {
+        let valves = self.components.iter().enumerate();
+        let valves = valves.filter(|(_, component)| facts(component.card).symbol == Symbol::DirectionalValve);
+        valves.flat_map(move |(index, component)| {
+            let ports = component.card.ports.iter().zip(&component.ports).enumerate();
+            ports.filter(move |(_, (port, at))| port.name == "T" && **at == node).map(move |(port, _)| (index, port))
+        })
     }
 
     /// The name of an effect at its place, `kind@place`, or the kind alone where the place goes without saying.
@@ -257,22 +271,24 @@ impl Rig {
                 let Location::Node(node) = placed.spot else {
                     return refuse(Kind::Contradiction, format!("`{id}` needs a node"));
                 };
-                let far = self.nodes.len();
-                let moved: Vec<(usize, usize)> = self.actuators(node).collect();
-                let beyond =
-                    Node { name: format!("{} beyond {id}", self.nodes[node].name), ..self.nodes[node].clone() };
-                self.nodes.push(beyond);
+                let beyond = self.nodes.len();
+                let drains = placed.effect.at == At::Return;
+                let moved: Vec<(usize, usize)> =
+                    if drains { self.draining(node).collect() } else { self.actuators(node).collect() };
+                let own = self.nodes[node].clone();
+                self.nodes.push(Node { name: format!("{} beyond {id}", own.name), ..own.clone() });
                 for (component, port) in moved {
-                    self.components[component].ports[port] = far;
+                    self.components[component].ports[port] = beyond;
                 }
-                if self.nodes[node].kind == (NodeKind::Volume { initial: InitialPressure::Balance }) {
-                    self.nodes[node].kind = NodeKind::Volume { initial: InitialPressure::Like(far) };
+                if own.kind == (NodeKind::Volume { initial: InitialPressure::Balance }) {
+                    self.nodes[node].kind = NodeKind::Volume { initial: InitialPressure::Like(beyond) };
                 } else {
-                    self.nodes[far].kind = NodeKind::Volume { initial: InitialPressure::Like(node) };
+                    self.nodes[beyond].kind = NodeKind::Volume { initial: InitialPressure::Like(node) };
                 }
                 let first = self.parameters.len();
                 let values: Vec<(&str, f64)> = given.iter().map(|given| (given.name.as_str(), given.value)).collect();
-                self.join(id, card, &[node, far], &values)?;
+                let ends = if drains { [beyond, node] } else { [node, beyond] };
+                self.join(id, card, &ends, &values)?;
                 free_indices(card, placed.effect, first)
             }
             Form::Reading { card } => {
@@ -406,6 +422,7 @@ fn needs(at: At) -> String {
         At::Warmth => "the column of a temperature: `temperature` in `[fluid]`".to_owned(),
         At::Node => "a node with a volume".to_owned(),
         At::Actuator => "a node with a cylinder".to_owned(),
+        At::Return => "a node into which a directional valve drains".to_owned(),
         At::Component { kind, .. } => format!("a `{kind}`"),
         At::Sensor => "a sensor".to_owned(),
         At::Named(node) => format!("the node `{node}`"),

@@ -280,6 +280,11 @@ impl<'a> Value<'a> {
     /// A quantity of this dimension, in SI.
     pub fn quantity(&self, dimension: Dimension) -> Result<Quantity, Complaint> {
         let number = self.number(|| example(dimension))?;
+        if number.contains("+-") || number.contains('±') {
+            return Err(self
+                .wrong(Kind::Contradiction, format!("{} has an uncertainty, but is taken as exact", self.what))
+                .help("leave out `+-` and what follows"));
+        }
         Quantity::parse_as(&number, dimension).map_err(|error| self.unit_error(&error))
     }
 
@@ -311,6 +316,9 @@ impl<'a> Value<'a> {
         let sigma = if spread.ends_with('%') && nominal.unit.symbol != "%" {
             let share = Quantity::parse_as(spread, Dimension::NONE).map_err(|error| self.unit_error(&error))?;
             share.value * nominal.value.abs()
+        } else if spread.parse() == Ok(0.0) {
+            // Nothing is nothing in any unit.
+            0.0
         } else {
             let spread = Quantity::parse_as(spread, dimension).map_err(|error| self.unit_error(&error))?;
             spread.unit.difference_to_si(spread.in_unit())

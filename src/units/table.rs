@@ -58,6 +58,9 @@ pub(super) const ATOMS: &[Atom] = &[
     atom("cSt", Dimension::KINEMATIC_VISCOSITY, 1e-6),
     atom("J", Dimension::ENERGY, 1.0),
     atom("kJ", Dimension::ENERGY, 1e3),
+    // Torque as data sheets and loggers write it.
+    atom("Nm", Dimension::ENERGY, 1.0),
+    atom("kNm", Dimension::ENERGY, 1e3),
     atom("W", Dimension::POWER, 1.0),
     atom("kW", Dimension::POWER, 1e3),
     Atom { symbol: "degC", dimension: Dimension::TEMPERATURE, factor: 1.0, offset: 273.15 },

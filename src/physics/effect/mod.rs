@@ -23,6 +23,8 @@ pub enum At {
     Node,
     /// A node with a volume where a cylinder or motor stands; written `@node`.
     Actuator,
+    /// A node into which directional valves drain through their port `T`, held or with a volume; written `@node`.
+    Return,
     /// A component of this kind; written `@name` where `named`, else only where there are several.
     Component { kind: &'static str, named: bool },
     /// A sensor; written `@name`.
@@ -60,7 +62,7 @@ pub enum Form {
         /// Parameters that are those of the component where the effect sits: own name, its name.
         shared: &'static [(&'static str, &'static str)],
     },
-    /// One more component between the node and the actuators that stand there.
+    /// One more component between the node and what stands there: actuators, or at [`At::Return`] the valves that drain into it.
     Series { card: &'static Card },
     /// Parameters that fluid, component or sensor have already.
     ParameterChange,
@@ -210,6 +212,7 @@ effects! {
         pump_slip::PumpSlip,
         relief_weeping::ReliefWeeping,
         reservoir_overflow::ReservoirOverflow,
+        return_line::ReturnLine,
         seal_friction::SealFriction,
     }
     readings {

@@ -56,8 +56,12 @@ fn read_value(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<usize, Compl
             .at(value.place())
             .help(rig.help_with_parameters(id)));
     };
+    let scaled = rig.sensors.iter().find(|sensor| sensor.first_parameter == index).and_then(|offset| offset.scale.clone());
     let parameter = &mut rig.parameters[index];
-    let stated = value.stated(parameter.unit.dimension)?;
+    let (dimension, factor) = Scaling::of_column(scaled.as_ref(), parameter.unit.dimension);
+    let mut stated = value.stated(dimension)?;
+    stated.value *= factor;
+    stated.sigma = stated.sigma.map(|sigma| sigma * factor);
     let (low, high) = parameter.bounds;
     if !(low..=high).contains(&stated.value) {
         return Err(Complaint::new(Kind::Bounds, format!("{} is outside its physical bounds", value.what))

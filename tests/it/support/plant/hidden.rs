@@ -103,6 +103,7 @@ pub const HIDDEN: &[Hidden] = &[
         let flow: f64 = 5e-3 / 60.0;
         plant.lines[1] = Some(Line { laminar: 5e8, turbulent: size * 25.0 * 1e5 / flow.powf(1.75) });
     }),
+    hidden("return-line@tank", 0.06, |plant, size| plant.return_line = size * 1e5 * 60e3_f64.powi(2)),
     hidden("load-force", 250.0, |plant, size| plant.load_force = size),
     hidden("load-mass", 60.0, |plant, size| plant.load_mass = size),
     hidden("load-stiffness", 5.0, |plant, size| plant.load_stiffness = size * 1e3),

@@ -69,6 +69,8 @@ pub struct Plant {
     pub hose: [f64; NODES],
     pub air: f64,
     pub lines: [Option<Line>; 2],
+    /// Pressure drop of the line behind port T over the square of its flow, Pa s²/m⁶.
+    pub return_line: f64,
     pub load_force: f64,
     pub load_mass: f64,
     pub load_stiffness: f64,
@@ -126,6 +128,7 @@ impl Default for Plant {
             hose: [0.0; NODES],
             air: 0.0,
             lines: [None; 2],
+            return_line: 0.0,
             load_force: 0.0,
             load_mass: 0.0,
             load_stiffness: 0.0,
@@ -265,8 +268,10 @@ impl Plant {
         let (at_a, at_b) =
             (if self.lines[0].is_some() { near_a } else { p_a }, if self.lines[1].is_some() { near_b } else { p_b });
         let (out, back) = (edge * beyond(spool), edge * beyond(-spool));
-        let (q_pa, q_bt) = (out * root(p_valve - at_a), out * root(at_b));
-        let (q_pb, q_at) = (back * root(p_valve - at_b), back * root(at_a));
+        // Edge and return line, both turbulent, as one.
+        let drained = |edge: f64| edge / (1.0 + self.return_line * edge * edge).sqrt();
+        let (q_pa, q_bt) = (out * root(p_valve - at_a), drained(out) * root(at_b));
+        let (q_pb, q_at) = (back * root(p_valve - at_b), drained(back) * root(at_a));
         let (q_p, q_a, q_b) = (q_pa + q_pb, q_pa - q_at, q_bt - q_pb);
         // Nodes.
         let leak = |node: usize, p: f64| {
