@@ -8,8 +8,8 @@ use super::hypotheses::{Isolation, MOST_ROUNDS, Stopped, held, isolate, isolate_
 use super::noise::{self, Weights};
 use super::preliminary::{FIRST_FORMS, quick};
 use super::search::{self, roughly};
-use super::unseen::{in_step, simpler, unseen};
 use super::summary::Missed;
+use super::unseen::{in_step, simpler, unseen};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::estimation::criteria::bic;
 use crate::estimation::{FitError, LocalModel};

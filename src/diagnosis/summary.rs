@@ -241,3 +241,20 @@ pub(super) fn uncertain(estimate: &Estimate<'_>) -> Vec<UncertainReport> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod events {
+    use super::Missed;
+
+    fn is_explained(square: f64, ways: f64) -> bool {
+        Missed { square: 1.0, samples: 1000, events: (square, ways) }.is_explained()
+    }
+
+    #[test]
+    fn what_is_allowed_for_events_is_no_licence() {
+        // 1 + 4 sqrt(2/50) = 1.8.
+        assert!(is_explained(1.79, 50.0) && !is_explained(1.81, 50.0));
+        // So few are ruled by one that is wild.
+        assert!(is_explained(20.0, 7.9) && !is_explained(3.1, 8.0));
+    }
+}

@@ -117,3 +117,28 @@ pub fn left_out<'a>(findings: impl IntoIterator<Item = &'a Finding>, most: usize
     }
     words
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_that_is_not_believed_is_told_with_its_distance() {
+        let one = |id: &str, value: f64| UncertainReport {
+            id: id.to_owned(),
+            value,
+            unit: "mPa.s".to_owned(),
+            nominal: 31.14,
+            sigma_before: 1.557,
+            sigma_after: None,
+        };
+        assert_eq!(far_off(&[one("fluid.viscosity", 37.3)]), None);
+        let told = far_off(&[one("fluid.viscosity", 21.798), one("other", 31.0)]).unwrap();
+        assert!(
+            told.starts_with(
+                "This explanation has fluid.viscosity at 21.8 mPa.s, 6.0 standard deviations from 31.14 mPa.s:"
+            ),
+            "{told}"
+        );
+    }
+}

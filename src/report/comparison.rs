@@ -44,7 +44,8 @@ pub fn brief(comparison: &Comparison) -> String {
 
 /// What `NO (events)` means, where a sensor has it.
 fn beyond_events(comparison: &Comparison) -> Vec<String> {
-    let is_by_events = |channel: &&ChannelComparison| !channel.adequate && adequate(channel.chi2_reduced, channel.samples);
+    let is_by_events =
+        |channel: &&ChannelComparison| !channel.adequate && adequate(channel.chi2_reduced, channel.samples);
     let asked = comparison.channels.iter().filter(is_by_events).filter_map(|channel| channel.events_chi2);
     let most = asked.fold(0.0, f64::max);
     if most == 0.0 {

@@ -73,10 +73,9 @@ impl Rig {
                 };
                 (0..self.nodes.len()).filter(actuated).map(Location::Node).collect()
             }
-            At::Return => (0..self.nodes.len())
-                .filter(|&node| self.draining(node).next().is_some())
-                .map(Location::Node)
-                .collect(),
+            At::Return => {
+                (0..self.nodes.len()).filter(|&node| self.draining(node).next().is_some()).map(Location::Node).collect()
+            }
             At::Component { kind, .. } => (0..self.components.len())
                 .filter(|&component| self.components[component].card.kind == kind)
                 .map(Location::Component)

@@ -85,6 +85,8 @@ pub(super) const MISTAKES: &[(&str, &str)] = &[
     ("lpm", "L/min"),
     ("sec", "s"),
     ("micron", "um"),
+    // A slip of the finger rather than a torque.
+    ("nm", "mm"),
 ];
 
 /// Compounds that lists of units name; any other product or quotient is read as well.

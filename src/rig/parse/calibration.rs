@@ -56,7 +56,8 @@ fn read_value(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<usize, Compl
             .at(value.place())
             .help(rig.help_with_parameters(id)));
     };
-    let scaled = rig.sensors.iter().find(|sensor| sensor.first_parameter == index).and_then(|offset| offset.scale.clone());
+    let scaled =
+        rig.sensors.iter().find(|sensor| sensor.first_parameter == index).and_then(|offset| offset.scale.clone());
     let parameter = &mut rig.parameters[index];
     let (dimension, factor) = Scaling::of_column(scaled.as_ref(), parameter.unit.dimension);
     let mut stated = value.stated(dimension)?;

@@ -4,7 +4,7 @@ use crate::support::cards;
 
 use borescope::internals::model::{InputSignals, Model, cycle_times};
 use borescope::internals::physics::component::{INPUTS, PORTS, STATES, VARIABLES};
-use borescope::internals::physics::effect::{EFFECTS, EffectLaw, Form, LAWS, effect};
+use borescope::internals::physics::effect::{EFFECTS, EffectLaw, Form, LAWS};
 use borescope::internals::report::effects::entry;
 use borescope::internals::rig::{EffectInstance, ParameterSetting, Rig};
 use cards::unit;

@@ -31,6 +31,8 @@ const KNOWN: &[(&str, f64, f64, Dimension)] = &[
     ("mm2/mm", 10.0, 0.01, Dimension::LENGTH),
     ("N", 5400.0, 5400.0, Dimension::FORCE),
     ("kN", 5.4, 5400.0, Dimension::FORCE),
+    ("Nm", 15.2, 15.2, Dimension::ENERGY),
+    ("kNm", 1.2, 1200.0, Dimension::ENERGY),
     ("kg", 100.0, 100.0, Dimension::MASS),
     ("N.s/m", 800.0, 800.0, Dimension::DAMPING),
     ("N*s/m", 800.0, 800.0, Dimension::DAMPING),
