@@ -66,7 +66,10 @@ fn followed(
 fn searched(stated: &Rig, solutions: &Solutions<'_>, prior: &Gaussian, theta: &[f64]) -> Option<Rig> {
     let rig = &solutions.model.rig;
     let profile = Profile::at(solutions, prior, theta).ok()??;
-    let fall = |other: &Rig| Some(profile.cost - profile.of(&profile.curves(other, theta)?));
+    let fall = |other: &Rig| {
+        let fall = profile.cost - profile.of(&profile.curves(other, theta)?);
+        fall.is_finite().then_some(fall)
+    };
     let beyond_noise = profile.cost - profile.samples;
     let worth = |gain: f64| gain > WORTH * beyond_noise && bic(-gain, DYNAMICS, profile.samples) < 0.0;
     Some(spools::searched(stated, rig, &fall, worth, Open::All)?.0)
@@ -114,7 +117,8 @@ impl<'s, 'a> Profile<'s, 'a> {
     /// What the sensors read with the spools of another rig, `[record][sensor][row]`, SI.
     fn curves(&self, other: &Rig, theta: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
         let mut parameters = self.solutions.parameters(theta);
-        for lag in other.followers().map(|follower| follower.lag) {
+        let is_estimated = |lag: usize| self.solutions.estimated.iter().any(|one| one.parameter == lag);
+        for lag in other.followers().map(|follower| follower.lag).filter(|&lag| !is_estimated(lag)) {
             parameters[lag] = other.parameters[lag].value;
         }
         let solve = |one: &Healthy<'_>| {
@@ -149,7 +153,7 @@ fn by_noise(rig: &Rig, one: &Healthy<'_>) -> Weights {
 
 /// What a model misses the records by beyond noise, as a square in units of it. `errors`: root mean squares, `[record][sensor]`, SI.
 fn beyond_noise(rig: &Rig, errors: &[Vec<f64>]) -> f64 {
-    let square = |(error, sensor): (&f64, &Sensor)| (error / sensor.stated_noise).powi(2);
+    let square = |(error, sensor): (&f64, &Sensor)| error * error / sensor.variance();
     let squares: f64 = errors.iter().flat_map(|errors| errors.iter().zip(&rig.sensors).map(square)).sum();
     let count = errors.len() * rig.sensors.len();
     (squares / count.max(1) as f64 - 1.0).max(0.0)

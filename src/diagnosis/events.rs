@@ -26,8 +26,7 @@ pub(crate) fn weights_of(
 
 /// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.
 pub(crate) fn weights(problem: &RecordProblem<'_>, record: &Record, theta: &[f64]) -> Result<Weights, SimulationError> {
-    let Events { variance, phases, changes } = events(problem, record, theta)?;
-    Ok(Weights::new(&problem.model.rig, &phases, &variance, &changes))
+    Ok(judged(problem, record, &events(problem, record, theta)?))
 }
 
 /// The same with what a linearisation there is made of: one run gives both.
@@ -36,8 +35,15 @@ pub(super) fn weights_along(
     record: &Record,
     theta: &[f64],
 ) -> Result<(Weights, Sensitivities), SimulationError> {
-    let (Events { variance, phases, changes }, solved) = events_along(problem, record, theta, &problem.inside())?;
-    Ok((Weights::new(&problem.model.rig, &phases, &variance, &changes), solved))
+    let (events, solved) = events_along(problem, record, theta, &problem.inside())?;
+    Ok((judged(problem, record, &events), solved))
+}
+
+/// Weights of events, which are judged where they are straight.
+fn judged(problem: &RecordProblem<'_>, record: &Record, events: &Events) -> Weights {
+    let rig = &problem.model.rig;
+    let weights = Weights::new(rig, &events.phases, &events.variance, &events.changes);
+    weights.judging_events(noise::are_events_straight(rig, record))
 }
 
 /// What weights are made of, but for the tolerances.

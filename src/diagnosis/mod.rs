@@ -98,7 +98,7 @@ const ADEQUATE: f64 = 1.5;
 pub(crate) fn adequate(chi2: f64, samples: usize) -> bool {
     chi2 <= ADEQUATE + MOST_DEVIATIONS * (2.0 / samples.max(1) as f64).sqrt()
 }
-/// Standard deviations of a mean square that chance is given: one record in 30,000 has more.
+/// Standard deviations that chance is given: one normal value in 30,000 is above.
 const MOST_DEVIATIONS: f64 = 4.0;
 /// A fault is called present from this probability on.
 pub(crate) const PRESENT: f64 = 0.5;

@@ -20,7 +20,6 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::summary::tame;
 use crate::estimation::dot;
 use crate::model::{InputSignals, Late};
 use crate::record::{Record, Sampling};
@@ -63,6 +62,15 @@ fn timing(rig: &Rig, record: &Record) -> f64 {
     let hold = measured.max(commanded);
     let lags = rig.parameters.iter().filter(|lag| lag.per_event && lag.unit.dimension == Dimension::TIME);
     lags.map(|parameter| parameter.sigma.powi(2)).sum::<f64>().mul_add(1.0, hold * hold).sqrt()
+}
+
+/// Whether what events may do is as straight as their directions are: what drives the rig is known to within its fastest lag.
+pub fn are_events_straight(rig: &Rig, record: &Record) -> bool {
+    let Late { measured, commanded } = input_timing(rig, record);
+    let lags =
+        rig.parameters.iter().filter(|lag| lag.per_event && lag.unit.dimension == Dimension::TIME && lag.value > 0.0);
+    let fastest = lags.map(|lag| lag.value).fold(f64::INFINITY, f64::min);
+    measured.max(commanded) <= fastest
 }
 
 /// Variance of each sample, SI squared: `[sensor][row]`, infinite where the record has none. `curves` is what the sensors
@@ -152,6 +160,8 @@ pub struct Weights {
     /// `1/sigma` of each sample, `[sensor][row]`; 0 of those that the record does not have.
     inverse: Vec<Vec<f64>>,
     phases: Vec<Phase>,
+    /// Whether what is asked of events can be judged.
+    events_are_judged: bool,
 }
 
 #[derive(Debug, Clone)]
@@ -173,6 +183,7 @@ impl Weights {
             rows: variance.first().map_or(0, Vec::len),
             inverse: variance.iter().map(|row| row.iter().map(|variance| 1.0 / variance.sqrt()).collect()).collect(),
             phases: Vec::new(),
+            events_are_judged: true,
         };
         for rows in phases {
             let levels = rig.sensors.iter().zip(&weights.inverse);
@@ -205,6 +216,12 @@ impl Weights {
         Self::new(rig, &phases(rig, drive, times, variance), variance, &[])
     }
 
+    /// The same where [`are_events_straight`] tells whether what is asked of events can be judged.
+    #[must_use]
+    pub fn judging_events(self, events_are_judged: bool) -> Self {
+        Self { events_are_judged, ..self }
+    }
+
     /// Misfits in SI, or a derivative of them, one sensor after the other, into independent ones of variance 1. Entries
     /// beyond the samples are left.
     pub fn apply(&self, column: &mut [f64]) {
@@ -226,27 +243,34 @@ impl Weights {
     }
 
     /// What weighted misfits ask of the events at each sensor: the mean square over the ways in which phases may differ by events, in
-    /// what each may differ by, and how many ways that is. A way counts at a sensor by the share that it has there; those that no
-    /// sensor tells from noise are left out.
+    /// what each may differ by, and how many independent ones that is. A way counts at a sensor by the share that it has there; those
+    /// that no sensor tells from noise are left out. What a part has otherwise than stated, it has so in all phases, so no more are
+    /// independent than one phase has. Nothing where events cannot be judged.
     pub fn asked_of_events(&self, weighted: &[f64]) -> Vec<(f64, f64)> {
         /// `1 - 1/sqrt(1 + size²)` of a way as large as noise.
         const TOLD: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
         let mut asked = vec![(0.0, 0.0); self.inverse.len()];
+        if !self.events_are_judged {
+            return asked;
+        }
+        let mut most = 0;
         for phase in &self.phases {
             let length = phase.rows.len().max(1);
             let told = phase.directions.iter().zip(&phase.taken).filter(|(_, taken)| **taken >= TOLD);
+            most = most.max(told.clone().count());
             for (direction, _) in told {
                 let of_sensor = |sensor: usize| &weighted[sensor * self.rows..][phase.rows.clone()];
                 let parts = || direction.chunks_exact(length).enumerate();
                 let along: f64 = parts().map(|(sensor, part)| dot(part, of_sensor(sensor))).sum();
                 for (sensor, part) in parts() {
                     let share = dot(part, part);
-                    asked[sensor].0 += share * tame(along);
+                    asked[sensor].0 += share * along * along;
                     asked[sensor].1 += share;
                 }
             }
         }
-        asked.into_iter().map(|(sum, ways)| (if ways > 0.0 { sum / ways } else { 0.0 }, ways)).collect()
+        let mean = |(sum, ways): (f64, f64)| (if ways > 0.0 { sum / ways } else { 0.0 }, ways.min(most as f64));
+        asked.into_iter().map(mean).collect()
     }
 
     /// How many samples of a sensor the record has.

@@ -24,9 +24,6 @@ pub(crate) fn is_there(misfit: f64) -> bool {
     misfit != 0.0
 }
 
-/// Ways that tell their mean square to a half.
-const WAYS: f64 = 8.0;
-
 /// How a model misses one sensor.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Missed {
@@ -43,11 +40,12 @@ impl Missed {
         adequate(self.square, self.samples) && self.are_events_plausible()
     }
 
-    /// What is allowed for events is no licence: `n` ways to differ have a mean square of 1, with a standard deviation of
-    /// `sqrt(2/n)`, and no more where the rig file is right about them. Fewer than [`WAYS`] are ruled by single events.
+    /// What is allowed for events is no licence: `n` ways to differ have a mean square of 1 where the rig file is right about them, and
+    /// chance makes it no larger than its quantile (Wilson and Hilferty, Proceedings of the National Academy of Sciences 17 (1931)).
     fn are_events_plausible(&self) -> bool {
         let (square, ways) = self.events;
-        ways < WAYS || square <= 1.0 + MOST_DEVIATIONS * (2.0 / ways).sqrt()
+        let variance = 2.0 / (9.0 * ways);
+        ways == 0.0 || square <= (1.0 - variance + MOST_DEVIATIONS * variance.sqrt()).powi(3)
     }
 
     /// Mean square of what is asked of events, in what they may differ by; `None` without any.
@@ -252,9 +250,9 @@ mod events {
 
     #[test]
     fn what_is_allowed_for_events_is_no_licence() {
-        // 1 + 4 sqrt(2/50) = 1.8.
-        assert!(is_explained(1.79, 50.0) && !is_explained(1.81, 50.0));
-        // So few are ruled by one that is wild.
-        assert!(is_explained(20.0, 7.9) && !is_explained(3.1, 8.0));
+        // (1 - 2/90 + 4 sqrt(2/90))^3 = 3.900, of one alone 18.9: 4.3 standard deviations.
+        assert!(is_explained(3.89, 10.0) && !is_explained(3.92, 10.0));
+        assert!(is_explained(18.8, 1.0) && !is_explained(19.0, 1.0));
+        assert!(is_explained(0.0, 0.0));
     }
 }

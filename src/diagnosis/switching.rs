@@ -215,27 +215,31 @@ impl<F: Fn(&Rig) -> Option<f64> + Sync> Search<'_, F> {
         Some(other)
     }
 
-    /// Where the search begins around the stated spool.
+    /// Where the search begins for a spool that is still as stated: that, and what others do.
     fn grid(&self) -> Vec<Dynamics> {
         let lags: &[f64] = if self.is_lag_open() { &LAGS } else { &[0.0] };
         let grid = lags.iter().flat_map(|&lag| SHARES.map(|share| DEAD_TIMES.map(|dead| [lag, share, dead])));
-        grid.flatten().collect()
+        grid.flatten().chain(self.of(self.stated).filter(|&[_, share, dead]| share + dead > 0.0)).collect()
     }
 
     /// Those of the rig at hand, where they are not the stated ones.
     fn at_hand(&self) -> Option<Dynamics> {
-        let own = [self.follower.lag, self.follower.inertia_time?, self.follower.dead_time?];
-        let [lag, inertia_time, dead_time] = own.map(|own| self.rig.parameters[own].value);
-        let stated = own.map(|own| self.stated.parameters[own].value);
-        let is_other = [lag, inertia_time, dead_time] != stated;
-        is_other.then(|| [(lag / stated[0]).ln(), (inertia_time / lag).powi(2), dead_time / stated[0]])
+        let at_hand = self.of(self.rig)?;
+        (Some(at_hand) != self.of(self.stated)).then_some(at_hand)
     }
 
-    /// Whether the lag may be another than stated: it is asked about, and neither exact nor one of the faults.
+    /// Those of a rig.
+    fn of(&self, rig: &Rig) -> Option<Dynamics> {
+        let own = [self.follower.lag, self.follower.inertia_time?, self.follower.dead_time?];
+        let [lag, inertia_time, dead_time] = own.map(|own| rig.parameters[own].value);
+        let stated = self.stated.parameters[self.follower.lag].value;
+        Some([(lag / stated).ln(), (inertia_time / lag).powi(2), dead_time / stated])
+    }
+
+    /// Whether the lag may be another than stated: it is asked about, and neither exact nor estimated itself.
     fn is_lag_open(&self) -> bool {
-        self.open == Open::All
-            && self.stated.parameters[self.follower.lag].sigma > 0.0
-            && !self.stated.is_fault(self.follower.lag)
+        let lag = &self.stated.parameters[self.follower.lag];
+        self.open == Open::All && lag.sigma > 0.0 && lag.per_event && !self.stated.is_fault(self.follower.lag)
     }
 
     /// The dynamics with which the cost falls most, and by how much; `None` where nothing is worth a search.

@@ -44,21 +44,22 @@ pub fn brief(comparison: &Comparison) -> String {
 
 /// What `NO (events)` means, where a sensor has it.
 fn beyond_events(comparison: &Comparison) -> Vec<String> {
-    let is_by_events =
-        |channel: &&ChannelComparison| !channel.adequate && adequate(channel.chi2_reduced, channel.samples);
+    let with_faults = comparison.with_faults.as_ref().map_or(&[][..], |with| &with.channels);
+    let is_explained = |name: &str| with_faults.iter().any(|with| with.name == name && with.adequate);
+    let is_by_events = |channel: &&ChannelComparison| {
+        !channel.adequate && adequate(channel.chi2_reduced, channel.samples) && !is_explained(&channel.name)
+    };
     let asked = comparison.channels.iter().filter(is_by_events).filter_map(|channel| channel.events_chi2);
     let most = asked.fold(0.0, f64::max);
     if most == 0.0 {
         return Vec::new();
     }
     let times = text(rounded(most.sqrt(), 2));
-    wrapped(
-        &format!(
-            "NO (events): only switchings that differ by {times} times what the rig file leaves open of them (lags, loads, timing) \
-             would explain it."
-        ),
-        "  ",
-    )
+    let told = format!(
+        "NO (events): switchings would have to differ by {times} times what the rig file leaves open of them, or more (lags, loads, \
+         timing)."
+    );
+    wrapped(&told, "  ")
 }
 
 fn headline(comparison: &Comparison) -> Vec<String> {

@@ -74,7 +74,14 @@ impl Rig {
                 (0..self.nodes.len()).filter(actuated).map(Location::Node).collect()
             }
             At::Return => {
-                (0..self.nodes.len()).filter(|&node| self.draining(node).next().is_some()).map(Location::Node).collect()
+                // Two such lines in series are one.
+                let has_one = |node: &usize| {
+                    let mut lines =
+                        self.components.iter().filter(|component| Some(component.card.kind) == kind(effect));
+                    lines.any(|line| line.ports.contains(node))
+                };
+                let drained = (0..self.nodes.len()).filter(|&node| self.draining(node).next().is_some());
+                drained.filter(|node| !has_one(node)).map(Location::Node).collect()
             }
             At::Component { kind, .. } => (0..self.components.len())
                 .filter(|&component| self.components[component].card.kind == kind)
@@ -279,7 +286,7 @@ impl Rig {
                 for (component, port) in moved {
                     self.components[component].ports[port] = beyond;
                 }
-                if own.kind == (NodeKind::Volume { initial: InitialPressure::Balance }) {
+                if own.kind == (NodeKind::Volume { initial: InitialPressure::Balance }) && !drains {
                     self.nodes[node].kind = NodeKind::Volume { initial: InitialPressure::Like(beyond) };
                 } else {
                     self.nodes[beyond].kind = NodeKind::Volume { initial: InitialPressure::Like(node) };
@@ -408,6 +415,11 @@ impl Rig {
             .find(|component| component.ports[0] == node)
             .map(|component| component.ports[1])
     }
+}
+
+/// The kind of the component that an effect joins.
+fn kind(effect: &Effect) -> Option<&'static str> {
+    effect.form.card().map(|card| card.kind)
 }
 
 fn free_indices(card: &Card, effect: &Effect, first: usize) -> Vec<usize> {

@@ -50,17 +50,25 @@ pub(super) fn read_calibration(rig: &mut Rig, value: &Value<'_>) -> Result<(), C
     Ok(())
 }
 
+/// Relative difference of a number that has been written in another unit.
+const ROUNDING: f64 = 1e-9;
+
 fn read_value(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<usize, Complaint> {
     let Some(index) = rig.parameter(id) else {
         return Err(Complaint::new(Kind::UnknownName, format!("calibrated `{id}`, which is no parameter of this rig"))
             .at(value.place())
             .help(rig.help_with_parameters(id)));
     };
-    let scaled =
-        rig.sensors.iter().find(|sensor| sensor.first_parameter == index).and_then(|offset| offset.scale.clone());
+    let scaled = rig.sensors.iter().find(|sensor| sensor.first_parameter == index);
+    let scaled = scaled.and_then(|offset| offset.scale.clone());
     let parameter = &mut rig.parameters[index];
-    let (dimension, factor) = Scaling::of_column(scaled.as_ref(), parameter.unit.dimension);
-    let mut stated = value.stated(dimension)?;
+    let own = parameter.unit.dimension;
+    // The zero of a scaled sensor stands in what it writes, or, where the rig file states it so, in what it means.
+    let (dimension, factor) = Scaling::of_column(scaled.as_ref(), own);
+    let (mut stated, factor) = match value.stated(dimension) {
+        Ok(stated) => (stated, factor),
+        Err(error) => (value.stated(own).map_err(|_| error)?, 1.0),
+    };
     stated.value *= factor;
     stated.sigma = stated.sigma.map(|sigma| sigma * factor);
     let (low, high) = parameter.bounds;
@@ -75,7 +83,10 @@ fn read_value(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<usize, Compl
     }
     let unit = parameter.unit.clone();
     if let Some(fault) = rig.faults.iter_mut().find(|fault| fault.parameter == index) {
-        if !(fault.bounds.0..=fault.bounds.1).contains(&stated.value) {
+        let (low, high) = fault.bounds;
+        // In another unit a value at its bound is rounded otherwise.
+        let within = stated.value.clamp(low, high);
+        if (stated.value - within).abs() > ROUNDING * within.abs() {
             return Err(Complaint::new(
                 Kind::Bounds,
                 format!("{} is outside the range that its fault is searched in", value.what),
@@ -84,7 +95,7 @@ fn read_value(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<usize, Compl
             .at(fault.place.clone())
             .help(format!("it is searched {}", range(fault.bounds, &unit))));
         }
-        fault.healthy = stated.value;
+        fault.healthy = within;
     }
     Ok(index)
 }

@@ -100,11 +100,14 @@ fn the_noise_of_a_scaled_sensor_is_in_its_own_unit() {
 #[test]
 fn the_zero_of_a_scaled_sensor_is_in_its_own_unit() {
     let path = "fixtures/cascaded_tanks/rig.toml";
-    let more = "\n[calibration.values]\n\"sensor.level_2.offset\" = \"0.2 V +- 0.05 V\"\n";
-    let rig = Rig::parse(path, std::fs::read_to_string(path).unwrap() + more).unwrap();
-    let offset = &rig.parameters[rig.parameter("sensor.level_2.offset").unwrap()];
-    assert_relative_eq!(offset.value, 2e-3, max_relative = 1e-12);
-    assert_relative_eq!(offset.sigma, 5e-4, max_relative = 1e-12);
+    // Or in what it means, as a rig file may state it.
+    for stated in ["0.2 V +- 0.05 V", "2 mm +- 0.5 mm"] {
+        let more = format!("\n[calibration.values]\n\"sensor.level_2.offset\" = \"{stated}\"\n");
+        let rig = Rig::parse(path, std::fs::read_to_string(path).unwrap() + &more).unwrap();
+        let offset = &rig.parameters[rig.parameter("sensor.level_2.offset").unwrap()];
+        assert_relative_eq!(offset.value, 2e-3, max_relative = 1e-12);
+        assert_relative_eq!(offset.sigma, 5e-4, max_relative = 1e-12);
+    }
 }
 
 /// The rig with every parameter that calibration may move somewhere else, as its spread says.
