@@ -110,7 +110,7 @@ impl<'s, 'a> Profile<'s, 'a> {
         let away = DVector::from_fn(theta.len(), |i, _| (theta[i] - prior.mean[i]) / sigma[i]);
         let samples = weights.iter().map(|weights| weights.all_samples() as f64).sum();
         let mut profile = Self { solutions, weights, columns, information, away, cost: 0.0, samples };
-        profile.cost = profile.of(&*solutions.curves(theta)?);
+        profile.cost = profile.of(&solutions.curves(theta)?);
         Ok(Some(profile))
     }
 

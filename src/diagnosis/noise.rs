@@ -380,7 +380,7 @@ mod events {
         let exact =
             Rig { sensors: rig.sensors.iter().map(|one| Sensor { tolerance: 0.0, ..one.clone() }).collect(), ..rig };
         let variance = vec![vec![1e-6; rows]; sensors];
-        let weights = Weights::new(&exact, &[0..rows], &variance, std::slice::from_ref(&change));
+        let weights = Weights::new(&exact, std::slice::from_ref(&(0..rows)), &variance, std::slice::from_ref(&change));
         let mut misfit: Vec<f64> = change.iter().flatten().map(|change| 3.0 * change).collect();
         weights.apply(&mut misfit);
         let asked = weights.asked_of_events(&misfit);
