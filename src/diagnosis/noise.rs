@@ -245,10 +245,14 @@ impl Weights {
     /// What weighted misfits ask of the events at each sensor: the mean square over the ways in which phases may differ by events, in
     /// what each may differ by, and how many independent ones that is. A way counts at a sensor by the share that it has there; those
     /// that no sensor tells from noise are left out. What a part has otherwise than stated, it has so in all phases, so no more are
-    /// independent than one phase has. Nothing where events cannot be judged.
+    /// independent than one phase has. Nothing where events cannot be judged, or are few.
     pub fn asked_of_events(&self, weighted: &[f64]) -> Vec<(f64, f64)> {
         /// `1 - 1/sqrt(1 + size²)` of a way as large as noise.
         const TOLD: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+        /// A way counts as no more than this, twice what a wild sample does, so that one wild event does not condemn a model.
+        const WILD: f64 = 10.0;
+        /// Ways that tell their mean square to a half; fewer are ruled by single events.
+        const FEWEST: f64 = 8.0;
         let mut asked = vec![(0.0, 0.0); self.inverse.len()];
         if !self.events_are_judged {
             return asked;
@@ -264,12 +268,14 @@ impl Weights {
                 let along: f64 = parts().map(|(sensor, part)| dot(part, of_sensor(sensor))).sum();
                 for (sensor, part) in parts() {
                     let share = dot(part, part);
-                    asked[sensor].0 += share * along * along;
+                    asked[sensor].0 += share * along.abs().min(WILD).powi(2);
                     asked[sensor].1 += share;
                 }
             }
         }
-        let mean = |(sum, ways): (f64, f64)| (if ways > 0.0 { sum / ways } else { 0.0 }, ways.min(most as f64));
+        let mean = |(sum, ways): (f64, f64)| {
+            if ways < FEWEST { (0.0, 0.0) } else { (sum / ways, ways.min(most as f64)) }
+        };
         asked.into_iter().map(mean).collect()
     }
 
@@ -372,7 +378,7 @@ mod events {
     #[test]
     fn what_is_asked_of_events_counts_in_what_they_may_do() {
         let rig = Rig::parse("rig.toml", include_str!("../../fixtures/two_tanks/rig.toml").to_owned()).unwrap();
-        let rows = 200;
+        let rows = 1600;
         let (moved, still) = (vec![0.01; rows], vec![0.0; rows]);
         let sensors = rig.sensors.len();
         let change: Vec<Vec<f64>> =
@@ -380,7 +386,8 @@ mod events {
         let exact =
             Rig { sensors: rig.sensors.iter().map(|one| Sensor { tolerance: 0.0, ..one.clone() }).collect(), ..rig };
         let variance = vec![vec![1e-6; rows]; sensors];
-        let weights = Weights::new(&exact, std::slice::from_ref(&(0..rows)), &variance, std::slice::from_ref(&change));
+        let phases: Vec<_> = (0..8).map(|phase| 200 * phase..200 * (phase + 1)).collect();
+        let weights = Weights::new(&exact, &phases, &variance, std::slice::from_ref(&change));
         let mut misfit: Vec<f64> = change.iter().flatten().map(|change| 3.0 * change).collect();
         weights.apply(&mut misfit);
         let asked = weights.asked_of_events(&misfit);
