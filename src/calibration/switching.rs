@@ -10,8 +10,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::joint::{Healthy, Solutions};
 use super::{REACH, first_fits, open, taken};
 use crate::diagnosis::noise::Weights;
-use crate::diagnosis::problem::away;
-use crate::diagnosis::switching::{self as spools, DYNAMICS, LEFT, Open, WORTH};
+use crate::diagnosis::problem::{away, over_sensors};
+use crate::diagnosis::switching::{self as spools, DYNAMICS, LEFT, Open, WORTH, beyond_noise};
 use crate::estimation::Gaussian;
 use crate::estimation::criteria::bic;
 use crate::model::{InputSignals, Model, SimulationError};
@@ -27,7 +27,7 @@ pub(super) fn with_other_spools(solutions: &Solutions<'_>, prior: &Gaussian, the
     // The search costs a linearisation, which a rig without spools has no use for.
     stated.followers().find(|follower| stated.is_alone(follower))?;
     stated.context().stage("how spools follow");
-    let missed = beyond_noise(stated, &solutions.errors(theta).ok()?);
+    let missed = missed_by(stated, &solutions.errors(theta).ok()?);
     let found = followed(stated, (solutions, theta, missed), prior, ROUNDS)?;
     (found.missed < LEFT * missed).then_some((found.rig, found.theta))
 }
@@ -53,7 +53,7 @@ fn followed(
     let taken = taken(&model.rig, solutions.records.iter().map(|one| one.record)).ok()?;
     let other = Solutions::new(&model, &taken, open(&model.rig));
     let theta = first_fits(&other, prior, theta, &[REACH; 3]).ok()?;
-    let reached = beyond_noise(&model.rig, &other.errors(&theta).ok()?);
+    let reached = missed_by(&model.rig, &other.errors(&theta).ok()?);
     if reached >= missed {
         return None;
     }
@@ -70,8 +70,8 @@ fn searched(stated: &Rig, solutions: &Solutions<'_>, prior: &Gaussian, theta: &[
         let fall = profile.cost - profile.of(&profile.curves(other, theta)?);
         fall.is_finite().then_some(fall)
     };
-    let beyond_noise = profile.cost - profile.samples;
-    let worth = |gain: f64| gain > WORTH * beyond_noise && bic(-gain, DYNAMICS, profile.samples) < 0.0;
+    let excess = profile.cost - profile.samples;
+    let worth = |gain: f64| gain > WORTH * excess && bic(-gain, DYNAMICS, profile.samples) < 0.0;
     Some(spools::searched(stated, rig, &fall, worth, Open::All)?.0)
 }
 
@@ -151,10 +151,8 @@ fn by_noise(rig: &Rig, one: &Healthy<'_>) -> Weights {
     Weights::new(rig, &[], &variance, &[])
 }
 
-/// What a model misses the records by beyond noise, as a square in units of it. `errors`: root mean squares, `[record][sensor]`, SI.
-fn beyond_noise(rig: &Rig, errors: &[Vec<f64>]) -> f64 {
-    let square = |(error, sensor): (&f64, &Sensor)| error * error / sensor.variance();
-    let squares: f64 = errors.iter().flat_map(|errors| errors.iter().zip(&rig.sensors).map(square)).sum();
-    let count = errors.len() * rig.sensors.len();
-    (squares / count.max(1) as f64 - 1.0).max(0.0)
+/// What a model misses the records by beyond noise, as a square. `errors`: root mean squares, `[record][sensor]`, SI.
+fn missed_by(rig: &Rig, errors: &[Vec<f64>]) -> f64 {
+    let each = errors.iter().flat_map(|errors| errors.iter().zip(&rig.sensors));
+    beyond_noise(over_sensors(each.map(|(error, sensor)| Some(error / sensor.variance().sqrt()))))
 }

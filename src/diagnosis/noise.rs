@@ -23,8 +23,6 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use crate::estimation::dot;
 use crate::model::{InputSignals, Late};
 use crate::record::{Record, Sampling};
-#[cfg(test)]
-use crate::rig::Sensor;
 use crate::rig::{Hold, Rig};
 use crate::units::Dimension;
 
@@ -373,6 +371,7 @@ fn random_directions(effects: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<f64>) {
 #[cfg(test)]
 mod events {
     use super::*;
+    use crate::rig::Sensor;
 
     /// A misfit that is three times what an event may do, on a sensor that it moves; another sensor has no part in it.
     #[test]

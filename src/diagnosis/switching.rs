@@ -34,8 +34,14 @@ const ROUNDS: usize = 40;
 /// Share of what an explanation leaves beyond noise that other spools have to take away: where it is their doing they take most of it,
 /// a quarter where false faults stand in for them; where something else is wrong, less than a hundredth.
 pub(crate) const WORTH: f64 = 0.1;
-/// The same of the plain error that may be left with them where it is asked: with more, most of it is not their doing.
+/// Largest share of the error beyond noise that may remain with other spools for them to be believed: with more, most of it has another
+/// cause.
 pub(crate) const LEFT: f64 = 0.5;
+/// What an error, times the sensor noise, is beyond noise, as a square.
+pub(crate) fn beyond_noise(times_noise: f64) -> f64 {
+    (times_noise * times_noise - 1.0).max(0.0)
+}
+
 /// Digits of a reported time constant.
 const DIGITS: usize = 4;
 

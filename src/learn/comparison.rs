@@ -48,7 +48,7 @@ pub struct ChannelComparison {
     pub samples: usize,
     /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
     pub chi2_reduced: f64,
-    /// The same of what the record asks of events at this sensor, in what the rig file leaves open of each; `None` without any.
+    /// Mean square of what the record asks of events at this sensor, over what the rig file leaves open of each; `None` without any.
     pub events_chi2: Option<f64>,
     /// Whether the model explains it within noise and tolerance, and asks no more of events than they may differ by.
     pub adequate: bool,

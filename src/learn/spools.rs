@@ -14,7 +14,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::DynamicsReport;
 use crate::diagnosis::estimate;
 use crate::diagnosis::problem::root_mean_square;
-use crate::diagnosis::switching::{self, LEFT, Open, WORTH};
+use crate::diagnosis::switching::{self, LEFT, Open, WORTH, beyond_noise};
 use crate::model::{InputSignals, Model};
 use crate::number::written;
 use crate::record::Record;
@@ -43,11 +43,6 @@ pub(super) fn with_spools<T>(
     };
     let missed = |of: &T| beyond_noise(best(of).fit.normalised);
     Ok(if missed(&again) < LEFT * missed(&given) { again } else { given })
-}
-
-/// What an error, times the sensor noise, is beyond noise, as a square.
-fn beyond_noise(times_noise: f64) -> f64 {
-    (times_noise * times_noise - 1.0).max(0.0)
 }
 
 /// The rig with spools that follow as a record shows at a model of it, which may have effects more; `None` where they may be as

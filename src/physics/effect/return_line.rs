@@ -1,6 +1,6 @@
 //! Resistance of the line into which directional valves drain.
 
-use super::line_resistance::LineResistance;
+use super::line_resistance::{self, LineResistance};
 use super::{At, Effect, InitialGuess, Form, FreeParameter};
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
 
@@ -24,11 +24,9 @@ pub const CARD: Card = Card {
     kind: "return-line",
     meaning: "Pressure drop of the line, filter and cooler between the ports T of directional valves and the tank.",
     law: "dp = (R + R_0) q + K q |q|;  C = V/beta at the valves",
-    source: "Hagen-Poiseuille and Darcy-Weisbach; Merritt (1967), section 3-2",
-    validity: "No inertia of the oil in the line; R_0 = 0.01 bar/(L/min) keeps a line without resistance solvable.",
     parameters: &[
-        Parameter::required("turbulent", "K", "bar.min2/L2", "pressure drop per square of the flow").or(0.0),
-        Parameter::required("laminar", "R", "bar.min/L", "pressure drop per flow").or(0.0),
+        line_resistance::CARD.parameters[0],
+        line_resistance::CARD.parameters[1],
         Parameter::required("volume", "V", "cm3", "oil between the valves and the resistance").is(Role::Volume).positive().or(50.0),
     ],
     ports: &[Port::hydraulic("near", "where the valves drain"), Port::hydraulic("far", "the tank")],
@@ -40,7 +38,7 @@ pub const CARD: Card = Card {
         answer: Answer::Through(0),
         expect: 40e-3 / 60.0,
     }],
-    ..Card::EMPTY
+    ..line_resistance::CARD
 };
 
 /// The law is that of the line to a cylinder.
