@@ -4,20 +4,24 @@ use std::io::{self, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::terminal;
+use super::terminal::{self, FirstLook};
 use crate::context::Context;
+use crate::visible::visible_lines;
 
 /// 128 and the number of SIGINT.
 const STATUS: u8 = 130;
 
 /// Who ends the program: the verb that was cancelled, or whoever waited for it in vain. The first one to ask does.
 #[derive(Debug, Clone, Default)]
-pub struct Ending(Arc<AtomicBool>);
+pub struct Ending {
+    asked: Arc<AtomicBool>,
+    first_look: FirstLook,
+}
 
 impl Ending {
     /// Whether nobody else ends the program already.
     fn is_mine(&self) -> bool {
-        !self.0.swap(true, Ordering::SeqCst)
+        !self.asked.swap(true, Ordering::SeqCst)
     }
 
     /// Ends a verb that was cancelled.
@@ -28,21 +32,25 @@ impl Ending {
                 std::thread::park();
             }
         }
-        say();
+        self.say();
         STATUS
     }
-}
 
-fn say() {
-    terminal::clear();
-    // `eprintln!` would panic where standard error is closed.
-    let _ = writeln!(io::stderr(), "interrupted");
+    /// Says so, with what was seen before.
+    fn say(&self) {
+        terminal::clear();
+        // `eprintln!` would panic where standard error is closed.
+        let _ = writeln!(io::stderr(), "interrupted");
+        if let Some(shown) = self.first_look.shown() {
+            let _ = writeln!(io::stderr(), "{}", visible_lines(&format!("first look: {shown}")));
+        }
+    }
 }
 
 /// Cancels `context` at the first signal. A verb that does not end by itself soon, such as one that waits for a pipe, is ended;
 /// a second signal ends it at once.
 #[cfg(unix)]
-pub fn watch(context: &Context) -> Ending {
+pub fn watch(context: &Context, first_look: FirstLook) -> Ending {
     use std::time::Duration;
 
     use signal_hook::consts::{SIGINT, SIGTERM};
@@ -53,7 +61,7 @@ pub fn watch(context: &Context) -> Ending {
     /// What a verb may take to end by itself: with what ending the program takes, all is over within 0.2 s.
     const GRACE: Duration = Duration::from_millis(120);
 
-    let ending = Ending::default();
+    let ending = Ending { first_look, ..Ending::default() };
     // Where signals cannot be had, the system ends the program.
     let Ok(mut signals) = Signals::new([SIGINT, SIGTERM]) else { return ending };
     let (context, theirs) = (context.clone(), ending.clone());
@@ -66,7 +74,7 @@ pub fn watch(context: &Context) -> Ending {
             std::thread::sleep(GRACE);
             if ending.is_mine() {
                 remove_unfinished();
-                say();
+                ending.say();
                 std::process::exit(STATUS.into());
             }
         });
@@ -79,6 +87,6 @@ pub fn watch(context: &Context) -> Ending {
 
 /// The system ends the program.
 #[cfg(not(unix))]
-pub fn watch(_context: &Context) -> Ending {
-    Ending::default()
+pub fn watch(_context: &Context, first_look: FirstLook) -> Ending {
+    Ending { first_look, ..Ending::default() }
 }

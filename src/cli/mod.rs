@@ -41,6 +41,7 @@ use crate::complaint::{Complaint, Kind};
 use crate::context::{Context, Interrupted};
 use crate::files::{Outputs, is_closed_pipe, write_atomically};
 use crate::visible::Visible;
+use terminal::FirstLook;
 
 /// Diagnose hydraulic circuits from records: which faults, how large, how probable.
 #[derive(Debug, Parser)]
@@ -182,8 +183,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     for pipe in pipes {
         terminal::note(format_args!("note: {pipe}: this is a pipe; waiting for the program at its other end"));
     }
-    let context = terminal::context();
-    let ending = interrupt::watch(&context);
+    let first_look = FirstLook::default();
+    let context = terminal::context(&first_look);
+    let ending = interrupt::watch(&context, first_look);
     let mut out = Visible::new(io::BufWriter::new(terminal::Output::new()), terminal::style().colour);
     let result = command_line.verb.run(&context, &mut out).and_then(|status| {
         out.flush()?;

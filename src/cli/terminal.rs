@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::io::{self, IsTerminal, StdoutLock, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::context::{Context, Progress};
@@ -123,9 +123,31 @@ impl Line {
     }
 }
 
-/// What the verbs run in: their progress is shown where it can be seen.
-pub fn context() -> Context {
-    if shows_progress() { Context::new().with_progress(show) } else { Context::new() }
+/// What the verbs run in: their progress and what a first look shows are told where they can be seen. `first_look` keeps the latter.
+pub fn context(first_look: &FirstLook) -> Context {
+    let (kept, begun) = (first_look.clone(), Instant::now());
+    let hearing = Context::new().with_first_look(move |shows| {
+        kept.keep(shows);
+        if shows_progress() {
+            note(format_args!("first look, after {:.1} s: {shows}", begun.elapsed().as_secs_f64()));
+        }
+    });
+    if shows_progress() { hearing.with_progress(show) } else { hearing }
+}
+
+/// What a first look has shown last.
+#[derive(Debug, Clone, Default)]
+pub struct FirstLook(Arc<Mutex<Option<String>>>);
+
+impl FirstLook {
+    fn keep(&self, shows: &str) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(shows.to_owned());
+    }
+
+    /// `None` where nothing has been seen yet.
+    pub fn shown(&self) -> Option<String> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
 }
 
 /// What stands before every stage from here on.

@@ -33,10 +33,14 @@ pub(crate) use progress::{Count, Listener};
 #[derive(Clone, Default)]
 pub struct Context {
     listener: Option<Listener>,
+    first_look: Option<Hearer>,
     cancelled: Arc<AtomicBool>,
     threads: Option<Arc<ThreadPool>>,
     effort: Arc<Effort>,
 }
+
+/// Who hears what a first look shows.
+type Hearer = Arc<dyn Fn(&str) + Send + Sync>;
 
 /// What has been solved so far in a context and its clones.
 #[derive(Debug, Default)]
@@ -72,9 +76,16 @@ impl Context {
         Self { listener: Some(Arc::new(listener)), ..self }
     }
 
-    /// The same without listener; whoever cancels one cancels the other.
+    /// The same with a hearer of what long work shows at first look, in one line: a verdict before its intervals, an error before its
+    /// cause. The result replaces it.
+    #[must_use]
+    pub fn with_first_look(self, hearer: impl Fn(&str) + Send + Sync + 'static) -> Self {
+        Self { first_look: Some(Arc::new(hearer)), ..self }
+    }
+
+    /// The same without listener and hearer; whoever cancels one cancels the other.
     pub fn without_progress(self) -> Self {
-        Self { listener: None, ..self }
+        Self { listener: None, first_look: None, ..self }
     }
 
     /// The same with so many threads of its own, 1 or more. Results do not depend on how many there are.
@@ -128,6 +139,13 @@ impl Context {
         self.report(Progress { stage, done: 0, of: None });
     }
 
+    /// Tells what a first look shows, if anybody hears.
+    pub(crate) fn first_look(&self, shows: impl FnOnce() -> String) {
+        if let Some(hearer) = &self.first_look {
+            hearer(&shows());
+        }
+    }
+
     /// Begins a stage of so many equal pieces.
     pub(crate) fn count(&self, stage: &'static str, of: usize) -> Count<'_> {
         Count::new(self, stage, of)
@@ -161,6 +179,7 @@ impl fmt::Debug for Context {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Context")
             .field("listens", &self.listener.is_some())
+            .field("hears", &self.first_look.is_some())
             .field("cancelled", &self.is_cancelled())
             .field("threads", &self.threads.as_ref().map(|pool| pool.current_num_threads()))
             .finish()

@@ -70,6 +70,28 @@ pub fn estimate<'a>(
     Ok(near.best_from_places(&places, MOST_ROUNDS))
 }
 
+/// Explains a record as that of the healthy rig, weighed by where the healthy model has its events, and isolates from there in so many
+/// rounds; `None` where that misses. A record that is nearly healthy is found to be so without a detour over weights that know of no
+/// events but those that noise lets see.
+fn nearly_healthy<'a>(
+    model: &'a Model,
+    record: &'a Record,
+    drive: &'a InputSignals,
+    rounds: u64,
+) -> Result<Option<Estimate<'a>>, Complaint> {
+    let mean = unweighed(model, record, drive)?.mean;
+    // Where the healthy model cannot be solved there is nothing to begin from.
+    let Ok(Estimate { mut case, isolation }) = held_near(model, record, drive, (&mean, FaultSet::EMPTY)) else {
+        return Ok(None);
+    };
+    if missed(&case, &isolation) {
+        return Ok(None);
+    }
+    let isolation = settle(&mut case, &isolation.best.theta, FaultSet::EMPTY, rounds)
+        .map_err(|error| unsolvable(model, record, error))?;
+    Ok(Some(Estimate { case, isolation }).filter(|estimate| !estimate.missed()))
+}
+
 /// Explains a record from a guess or from the healthy rig alone, in so many rounds; it may miss.
 ///
 /// # Errors
@@ -81,6 +103,11 @@ pub fn near<'a>(
     guess: Option<(&[f64], FaultSet)>,
     rounds: u64,
 ) -> Result<Estimate<'a>, Complaint> {
+    if guess.is_none()
+        && let Some(healthy) = nearly_healthy(model, record, drive, rounds)?
+    {
+        return Ok(healthy);
+    }
     let mut case = match guess {
         Some((theta, _)) => {
             let mut case = unweighed(model, record, drive)?;

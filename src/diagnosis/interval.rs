@@ -5,7 +5,9 @@
 use rayon::prelude::*;
 
 use super::case::{Case, EXACT};
+use super::estimate::Estimate;
 use super::hypotheses::Isolation;
+use super::weighing::prior_odds;
 use crate::estimation::profile::{QUANTILE, RISE};
 use crate::estimation::{End, Fit, Interval, LocalModel, Options, ProfilePoint, Side, interval as profile};
 use crate::rig::FaultSet;
@@ -18,6 +20,8 @@ const STEPS: u64 = 6;
 const ENOUGH: f64 = 0.1;
 /// Most relinearisations of the fit that an interval is drawn around.
 const MOST_RELINEARISATIONS: usize = 2;
+/// How often an interval is drawn again around a better fit that was met on the way.
+const MOST_REDRAWN: usize = 2;
 /// Points of a profile that is known in full, and how far it is drawn, in standard errors.
 const DRAWN: (usize, f64) = (21, 3.0);
 
@@ -43,33 +47,98 @@ struct Base {
 impl Base {
     /// Fits `set` from where the search ended; `None` where the model cannot be solved.
     fn new(case: &Case<'_>, isolation: &Isolation, set: FaultSet) -> Option<Self> {
-        let from = |near: &LocalModel, theta: &[f64]| case.fit(near, set, theta, Options::steps(STEPS, EXACT)).ok();
-        let mut best = from(&isolation.local, &isolation.best.theta)?;
-        let mut local = None;
+        let best = fitted(case, &isolation.local, set, &isolation.best.theta)?;
+        let base = Self { best, local: None };
+        // From afar: the steps that are left need a Jacobian of their own.
+        if base.best.promised < ENOUGH { Some(base) } else { Self::relinearised(case, set, &base.best.theta) }
+    }
+
+    /// The same from elsewhere, with a local model of there.
+    fn relinearised(case: &Case<'_>, set: FaultSet, theta: &[f64]) -> Option<Self> {
+        let mut theta = theta.to_vec();
+        let mut base = None;
         for _ in 0..MOST_RELINEARISATIONS {
-            if best.promised < ENOUGH {
+            let local = case.local_model(&theta).ok()?;
+            let best = fitted(case, &local, set, &theta)?;
+            theta.clone_from(&best.theta);
+            let done = best.promised < ENOUGH;
+            base = Some(Self { best, local: Some(local) });
+            if done {
                 break;
             }
-            // From afar: the steps that are left need a Jacobian of their own.
-            let fresh = case.local_model(&best.theta).ok()?;
-            best = from(&fresh, &best.theta)?;
-            local = Some(fresh);
         }
-        Some(Self { best, local })
+        base
+    }
+
+    /// Whether it is more than `fault`, which the best set does not have, that makes it better than what was isolated: the fault is
+    /// worth its price, or the best set alone comes lower from here.
+    fn leads_on(&self, case: &Case<'_>, isolation: &Isolation, fault: usize) -> bool {
+        let (set, best) = (isolation.set(), isolation.best.cost);
+        let near = self.local.as_ref().unwrap_or(&isolation.local);
+        let occam = case.schur_complement(near).occam([fault].into_iter(), 1.0);
+        let evidence = 0.5 * (best - self.best.cost) / isolation.inflation[fault] + prior_odds(case.faults()) + occam;
+        let without = || fitted(case, near, set, &case.without_others(&self.best.theta, set));
+        evidence > 0.0 || without().is_some_and(|alone| alone.cost < best - WORTH_RESTARTING)
     }
 }
 
-/// The intervals of all faults, each with those of the best set free too; where other sets are as good as open, each
-/// interval holds what they say too.
-pub fn intervals(case: &Case<'_>, isolation: &Isolation) -> Vec<Option<Interval>> {
-    let count = case.rig().context().count("intervals of the faults", case.faults());
-    let one = |fault| {
+/// The faults of a set fitted along a local model from values of all estimated parameters.
+fn fitted(case: &Case<'_>, near: &LocalModel, set: FaultSet, theta: &[f64]) -> Option<Fit> {
+    case.fit(near, set, theta, Options::steps(STEPS, EXACT)).ok()
+}
+
+/// How often a better optimum, found on a profile, restarts the fit.
+const RESTARTS: usize = 3;
+/// A restart that lowers the cost by less is the last one, and one that would is not made.
+const WORTH_RESTARTING: f64 = 1.0;
+
+/// The intervals of all faults, and the estimate that they are drawn around: where a profile leads to a better one, that.
+pub fn settled(mut estimate: Estimate<'_>) -> (Estimate<'_>, Vec<Option<Interval>>) {
+    let mut restarts = 0;
+    loop {
+        let (case, isolation) = (&estimate.case, &estimate.isolation);
+        // Those of present faults first: where one of them leads elsewhere, the others need not be drawn here.
+        let present: Vec<usize> = isolation.set().iter().collect();
+        let absent: Vec<usize> = (0..case.faults()).filter(|&fault| !isolation.set().contains(fault)).collect();
+        let mut drawn: Vec<Option<Interval>> = vec![None; case.faults()];
+        let mut better = None;
+        for faults in [present, absent] {
+            for (fault, interval) in faults.iter().zip(each(case, isolation, &faults)) {
+                drawn[*fault] = interval;
+            }
+            let others = drawn.iter().flatten().filter_map(|interval| interval.better.as_ref());
+            better = others.min_by(|a, b| a.cost.total_cmp(&b.cost)).filter(|_| restarts < RESTARTS);
+            if better.is_some() {
+                break;
+            }
+        }
+        let Some(theta) = better.map(|better| better.theta.clone()) else {
+            let intervals = widened(case, isolation, drawn);
+            return (estimate, intervals);
+        };
+        restarts += 1;
+        let before = isolation.best.cost;
+        estimate = estimate.resumed(&theta);
+        if estimate.isolation.best.cost > before - WORTH_RESTARTING {
+            restarts = RESTARTS;
+        }
+    }
+}
+
+/// The intervals of some faults, each with those of the best set free too.
+fn each(case: &Case<'_>, isolation: &Isolation, faults: &[usize]) -> Vec<Option<Interval>> {
+    let count = case.rig().context().count("intervals of the faults", faults.len());
+    let one = |&fault: &usize| {
         case.rig().context().check().ok()?;
         let interval = interval(case, isolation, fault);
         count.one();
         interval
     };
-    let mut intervals: Vec<_> = (0..case.faults()).into_par_iter().map(one).collect();
+    faults.par_iter().map(one).collect()
+}
+
+/// The intervals of all faults with what no record determines; where other sets are as good as open, each holds what they say too.
+fn widened(case: &Case<'_>, isolation: &Isolation, mut intervals: Vec<Option<Interval>>) -> Vec<Option<Interval>> {
     for (fault, interval) in case.rig().faults.iter().zip(&mut intervals) {
         if let Some(interval) = interval {
             widen(interval, case.rig().never_known(fault), fault.bounds);
@@ -105,12 +174,32 @@ fn interval(case: &Case<'_>, isolation: &Isolation, fault: usize) -> Option<Inte
     if case.is_of_sensor(fault) {
         return straight(case, isolation, set, fault);
     }
-    let Base { best, local } = Base::new(case, isolation, set)?;
-    let near = local.as_ref().unwrap_or(&isolation.local);
+    let mut base = Base::new(case, isolation, set)?;
+    for redrawn in 0.. {
+        let found = drawn(case, isolation, &base, set, fault)?;
+        let Some(better) = found.better.as_ref().filter(|_| !isolation.set().contains(fault)) else {
+            return Some(found);
+        };
+        // Laws that bend have several optima: where that of an absent fault is another, its interval is drawn around that one.
+        let other = Base::relinearised(case, set, &better.theta)?;
+        if other.leads_on(case, isolation, fault) {
+            return Some(found);
+        }
+        if redrawn == MOST_REDRAWN {
+            return Some(Interval { better: None, ..found });
+        }
+        base = other;
+    }
+    None
+}
+
+/// The interval of `fault` around a fit with the faults of `set`.
+fn drawn(case: &Case<'_>, isolation: &Isolation, base: &Base, set: FaultSet, fault: usize) -> Option<Interval> {
+    let near = base.local.as_ref().unwrap_or(&isolation.local);
     let direction = case.information(near, set).ok()?.direction(fault)?;
     let problem = case.problem(set);
-    let inflation = near.inflation_along(&problem, &direction, &best.misfit, &case.full.series());
-    Some(profile(&problem, near, &best, fault, direction, inflation))
+    let inflation = near.inflation_along(&problem, &direction, &base.best.misfit, &case.full.series());
+    Some(profile(&problem, near, &base.best, fault, direction, inflation))
 }
 
 /// The interval of an offset or a gain: readings follow it in a straight line, so the local quadratic model is the profile.

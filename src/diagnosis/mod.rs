@@ -109,11 +109,6 @@ const SEVERAL: usize = 3;
 /// How often spools are found to follow otherwise than the rig file has it: the second time from an explanation that the first one
 /// has led to.
 const MOST_FOUND: usize = 2;
-/// How often a better optimum, found on a profile, restarts the fit.
-const RESTARTS: usize = 3;
-/// A restart that lowers the cost by less is the last one.
-const WORTH_RESTARTING: f64 = 1.0;
-
 /// Diagnoses one record of a rig as its file describes it; see [`crate::diagnose`] for one that may lack an effect.
 ///
 /// # Errors
@@ -199,6 +194,7 @@ fn diagnose_again(
         }
         None => (&drive, model, first),
     };
+    rig.context().first_look(|| summary::first_look(&estimate));
     let with_other_spools = |estimate: &Estimate<'_>| -> Result<Option<Diagnosed>, Complaint> {
         let doubtful = found < MOST_FOUND && !(estimate.explains() && estimate.isolation.set().is_empty());
         let Some(dynamics) = doubtful.then(|| switching::found(estimate)).flatten() else { return Ok(None) };
@@ -213,28 +209,12 @@ fn diagnose_again(
     if let Some(again) = with_other_spools(&estimate)? {
         return Ok(Some(again));
     }
-    let mut estimate = estimate.with_model(exact)?;
+    let estimate = estimate.with_model(exact)?;
     let without_faults = estimate.isolation.set().is_empty();
     if found > 0 && !estimate.explains() {
         return Ok(None);
     }
-    let mut restarts = 0;
-    let intervals = loop {
-        let intervals = interval::intervals(&estimate.case, &estimate.isolation);
-        let better = intervals.iter().flatten().filter_map(|interval| interval.better.as_ref());
-        let better = better.min_by(|a, b| a.cost.total_cmp(&b.cost)).map(|better| better.theta.clone());
-        match better {
-            Some(theta) if restarts < RESTARTS => {
-                restarts += 1;
-                let before = estimate.isolation.best.cost;
-                estimate = estimate.resumed(&theta);
-                if estimate.isolation.best.cost > before - WORTH_RESTARTING {
-                    restarts = RESTARTS;
-                }
-            }
-            _ => break intervals,
-        }
-    };
+    let (estimate, intervals) = interval::settled(estimate);
     // A profile may have led to faults where there were none.
     if without_faults && let Some(again) = with_other_spools(&estimate)? {
         return Ok(Some(again));

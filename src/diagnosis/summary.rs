@@ -7,7 +7,7 @@ use super::result::{ChannelReport, FaultReport, UncertainReport};
 use super::{DIGITS, MOST_DEVIATIONS, PRESENT, WILD, adequate};
 use crate::estimation::profile::{QUANTILE, RISE};
 use crate::estimation::{End, Identifiable, Interval, Side};
-use crate::number::{rounded, text};
+use crate::number::{rounded, text, with_unit};
 
 /// Sum of squares of weighted misfits, wild ones tamed.
 pub(crate) fn tame_squares(misfit: &[f64]) -> f64 {
@@ -66,6 +66,24 @@ pub(crate) fn missed(weights: &Weights, misfit: &[f64]) -> Vec<Missed> {
     // Behind the sensors may stand what is known before.
     misfit.chunks(weights.rows().max(1)).take(sensors).enumerate().map(one).collect()
 }
+
+/// What an estimate shows before its intervals are known, in one line.
+pub(super) fn first_look(estimate: &Estimate<'_>) -> String {
+    let (rig, set) = (estimate.case.rig(), estimate.isolation.set());
+    if !estimate.explains() {
+        return "no combination of faults explains the record yet".to_owned();
+    }
+    let one = |fault: usize| {
+        let parameter = &rig.parameters[rig.faults[fault].parameter];
+        let value = rounded(parameter.unit.from_si(estimate.isolation.best.theta[fault]), FIRST_DIGITS);
+        format!("{} {}", parameter.id, with_unit(value, &parameter.unit.symbol))
+    };
+    let faults: Vec<String> = set.iter().map(one).collect();
+    if faults.is_empty() { "healthy".to_owned() } else { format!("faulty, {}", faults.join(", ")) }
+}
+
+/// Digits of a value whose interval is not known yet.
+const FIRST_DIGITS: usize = 3;
 
 /// How well the model follows each sensor.
 pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], healthy: &[Vec<f64>]) -> Vec<ChannelReport> {

@@ -11,7 +11,7 @@ use super::with_faults::{Explained, with_faults};
 use crate::complaint::Complaint;
 use crate::diagnosis::{estimate, missed};
 use crate::model::{InputSignals, Model};
-use crate::number::rounded;
+use crate::number::{rounded, text};
 use crate::record::Record;
 use crate::rig::FaultSet;
 use crate::rig::{Quantity, Rig, Sensor, Target};
@@ -53,6 +53,11 @@ pub fn compared(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     rig.context().run(|| compared_here(rig, record))
 }
 
+/// An error in times the sensor noise, as a first look tells it.
+pub(super) fn misses(times_noise: f64) -> String {
+    format!("your model misses the record by {} times the sensor noise", text(rounded(times_noise, 2)))
+}
+
 fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     let model = Model::new(rig.clone());
     let drive = InputSignals::from_record(rig, record)?;
@@ -62,6 +67,7 @@ fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     let estimated = estimate::estimated_parameters(rig).into_iter();
     comparison.fitted = estimated.filter(|&index| !rig.is_fault(index)).map(fitted(rig, &values)).collect();
     let mut found = None;
+    rig.context().first_look(|| misses(comparison.times_noise));
     if !comparison.adequate
         && let Some(Explained { with_faults, outputs }) = with_faults(&model, record)?
     {

@@ -1,6 +1,7 @@
 //! Which effect is missing: candidates by score, joint refits of the best, one verdict.
 
 use super::candidate::{Candidate, candidates, empirical, tolerated, worth};
+use super::compare::misses;
 use super::evaluated::{Conclusion, EvaluatedModel, RIVAL, ROUNDS, is_adequate};
 use super::fitted_model::{FittedModel, MOST_WEIGHINGS, Run};
 use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
@@ -108,6 +109,9 @@ pub(super) fn rough_base<T>(
         let guess = guess.as_ref().map(|(theta, set)| (&theta[..], *set));
         let near = estimate::near(&model, fit, &drive, guess, estimate::FROM_HEALTHY)?;
         let base = FittedModel::of(&near)?;
+        if guess.is_none() && weighings == 1 {
+            rig.context().first_look(|| misses(base.fit.normalised));
+        }
         if is_adequate(&base.fit) {
             return then(&near, base);
         }
