@@ -41,6 +41,8 @@ pub(super) struct Solutions<'a> {
     pub model: &'a Model,
     pub records: &'a [Healthy<'a>],
     pub estimated: Vec<Estimated>,
+    /// The record that an estimated parameter is of; `None` of those that all records share, which come first.
+    of_record: Vec<Option<usize>>,
     /// All parameters of the rig; the estimated ones are replaced.
     base: Vec<f64>,
     /// Of each estimated parameter: the sensor whose offset (false) or gain (true) it is.
@@ -53,8 +55,15 @@ pub(super) struct Solutions<'a> {
 const BENT: f64 = 0.25;
 
 impl<'a> Solutions<'a> {
-    pub fn new(model: &'a Model, records: &'a [Healthy<'a>], estimated: Vec<Estimated>) -> Self {
+    /// With what the rig has otherwise in each record as an estimated parameter of that record.
+    pub fn new(model: &'a Model, records: &'a [Healthy<'a>], open: Vec<Estimated>) -> Self {
         let rig = &model.rig;
+        let (of_one, mut estimated): (Vec<_>, Vec<_>) = open.into_iter().partition(|one| rig.is_start(one.parameter));
+        let mut of_record = vec![None; estimated.len()];
+        for record in 0..records.len() {
+            estimated.extend(of_one.iter().cloned());
+            of_record.resize(estimated.len(), Some(record));
+        }
         let of_sensor = |estimated: &Estimated| {
             rig.sensors.iter().enumerate().find_map(|(index, sensor)| {
                 let place = estimated.parameter.checked_sub(sensor.first_parameter)?;
@@ -68,7 +77,20 @@ impl<'a> Solutions<'a> {
             model,
             records,
             estimated,
+            of_record,
         }
+    }
+
+    /// How many estimated parameters all records share; they come first.
+    pub fn shared(&self) -> usize {
+        self.of_record.iter().filter(|record| record.is_none()).count()
+    }
+
+    /// What is estimated of a record, with its values.
+    pub fn of(&self, theta: &[f64], record: usize) -> (Vec<Estimated>, Vec<f64>) {
+        let all = self.estimated.iter().zip(theta).zip(&self.of_record);
+        let own = all.filter(|(_, of)| of.is_none_or(|of| of == record));
+        own.map(|((estimated, &value), _)| (estimated.clone(), value)).unzip()
     }
 
     /// Solutions of the model so far: plain ones, and with derivatives.
@@ -77,9 +99,11 @@ impl<'a> Solutions<'a> {
         (known.simulations, known.sensitivities)
     }
 
-    pub fn parameters(&self, theta: &[f64]) -> Vec<f64> {
+    /// All parameters of the rig in a record.
+    pub fn parameters(&self, theta: &[f64], record: usize) -> Vec<f64> {
         let mut parameters = self.base.clone();
-        for (estimated, &value) in self.estimated.iter().zip(theta) {
+        let (estimated, values) = self.of(theta, record);
+        for (estimated, value) in estimated.into_iter().zip(values) {
             parameters[estimated.parameter] = value;
         }
         parameters
@@ -92,10 +116,13 @@ impl<'a> Solutions<'a> {
         {
             return Ok(curves.clone());
         }
-        let parameters = self.parameters(theta);
-        let solve = |one: &Healthy<'_>| Ok(self.model.solve(&parameters, &one.drive, &one.record.time)?.values);
+        let solve = |(record, one): (usize, &Healthy<'_>)| {
+            let parameters = self.parameters(theta, record);
+            Ok(self.model.solve(&parameters, &one.drive, &one.record.time)?.values)
+        };
         // Records are independent, so threads change nothing but the time.
-        let curves = Arc::new(self.records.par_iter().map(solve).collect::<Result<Curves, SimulationError>>()?);
+        let solved = self.records.par_iter().enumerate().map(solve);
+        let curves = Arc::new(solved.collect::<Result<Curves, SimulationError>>()?);
         known.simulations += self.records.len() as u64;
         known.curves = Some((theta.to_vec(), curves.clone()));
         Ok(curves)
@@ -118,18 +145,24 @@ impl<'a> Solutions<'a> {
                 return Ok(slopes.clone());
             }
         }
-        let parameters = self.parameters(theta);
-        // Offsets and gains of sensors act on the finished reading; only the others need an integration.
-        let inside = self.estimated.iter().zip(&self.of_sensor).filter(|(_, sensor)| sensor.is_none());
-        let inside: Vec<usize> = inside.map(|(estimated, _)| estimated.parameter).collect();
         let mut by = Vec::new();
-        for one in self.records {
+        for (record, one) in self.records.iter().enumerate() {
+            let inside: Vec<usize> = self.inside(record).map(|index| self.estimated[index].parameter).collect();
+            let parameters = self.parameters(theta, record);
             by.push(self.model.sensitivities(&parameters, &inside, &one.drive, &one.record.time)?.derivatives);
         }
         let slopes = Arc::new(Slopes { at: theta.to_vec(), by });
         known.sensitivities += self.records.len() as u64;
         known.slopes = Some(slopes.clone());
         Ok(slopes)
+    }
+
+    /// Estimated parameters of a record that need an integration: offsets and gains of sensors act on the finished reading.
+    fn inside(&self, record: usize) -> impl Iterator<Item = usize> {
+        let is_inside = move |&index: &usize| {
+            self.of_sensor[index].is_none() && self.of_record[index].is_none_or(|of| of == record)
+        };
+        (0..self.estimated.len()).filter(is_inside)
     }
 
     /// Model minus measurement of one record, SI, one sensor after the other.
@@ -141,21 +174,20 @@ impl<'a> Solutions<'a> {
     pub fn columns(&self, theta: &[f64], record: usize) -> Result<DMatrix<f64>, SimulationError> {
         let curves = self.curves(theta)?;
         let slopes = self.slopes(theta)?;
-        let parameters = self.parameters(theta);
+        let parameters = self.parameters(theta, record);
         let rows = self.records[record].record.time.len();
         let mut columns = DMatrix::zeros(rows * self.model.rig.sensors.len(), theta.len());
-        let mut inside = slopes.by[record].iter();
         for (mut column, of_sensor) in columns.column_iter_mut().zip(&self.of_sensor) {
-            if let Some((sensor, is_gain)) = *of_sensor {
-                let first = self.model.rig.sensors[sensor].first_parameter;
-                let (offset, gain) = (parameters[first], parameters[first + 1]);
-                for (slot, value) in column.iter_mut().skip(sensor * rows).zip(&curves[record][sensor]) {
-                    *slot = if is_gain { (value - offset) / gain } else { 1.0 };
-                }
-            } else if let Some(derivative) = inside.next() {
-                for (slot, derivative) in column.iter_mut().zip(derivative.iter().flatten()) {
-                    *slot = *derivative;
-                }
+            let Some((sensor, is_gain)) = *of_sensor else { continue };
+            let first = self.model.rig.sensors[sensor].first_parameter;
+            let (offset, gain) = (parameters[first], parameters[first + 1]);
+            for (slot, value) in column.iter_mut().skip(sensor * rows).zip(&curves[record][sensor]) {
+                *slot = if is_gain { (value - offset) / gain } else { 1.0 };
+            }
+        }
+        for (index, derivative) in self.inside(record).zip(&slopes.by[record]) {
+            for (slot, derivative) in columns.column_mut(index).iter_mut().zip(derivative.iter().flatten()) {
+                *slot = *derivative;
             }
         }
         Ok(columns)

@@ -334,12 +334,12 @@ impl Rounds<'_> {
     /// The events of each record under the noise and tolerance of a rig.
     fn events(&self, rig: &Rig, theta: &[f64]) -> Result<Vec<Events>, SimulationError> {
         let model = Model::new(rig.clone());
-        let each = self.solutions.records.iter().map(|one| {
+        let each = self.solutions.records.iter().enumerate().map(|(record, one)| {
             let empty = Weights::new(rig, &[], &[], &[]);
-            let (times, open) = (&one.record.time, self.solutions.estimated.clone());
-            let measured = one.measured.clone();
+            let (open, theta) = self.solutions.of(theta, record);
+            let (times, measured) = (&one.record.time, one.measured.clone());
             let problem = RecordProblem::new(&model, &one.drive, times, measured, empty, open);
-            let mut events = events::events(&problem, one.record, theta)?;
+            let mut events = events::events(&problem, one.record, &theta)?;
             unsettled(rig, one, &mut events.variance);
             Ok(events)
         });

@@ -80,7 +80,9 @@ impl Rounds<'_> {
         let sigma: Vec<f64> =
             before.iter().enumerate().map(|(i, before)| covariance[(i, i)].sqrt().min(*before)).collect();
         let mut rig = sheet.clone();
-        let parameters: Vec<usize> = joint.solutions.estimated.iter().map(|one| one.parameter).collect();
+        // What single records have of their own stays as stated: the next record has its own.
+        let shared = joint.solutions.shared();
+        let parameters: Vec<usize> = joint.solutions.estimated[..shared].iter().map(|one| one.parameter).collect();
         for (i, &index) in parameters.iter().enumerate() {
             let parameter = &mut rig.parameters[index];
             (parameter.value, parameter.sigma) = (fit.theta[i], sigma[i]);
@@ -93,7 +95,7 @@ impl Rounds<'_> {
         }
         let names = records.iter().map(|record| record.path.display().to_string()).collect();
         let Given { margins, dynamics } = given;
-        let correlation = correlation(&covariance);
+        let correlation = correlation(&covariance.view((0, 0), (shared, shared)).into_owned());
         rig.calibration = Some(Calibration { records: names, margins, dynamics, parameters, correlation });
         let mut report = self.report(sheet, &rig, &fit, &joint);
         (report.rounds, report.settled) = (rounds, settled);
@@ -103,7 +105,7 @@ impl Rounds<'_> {
     fn report(&self, sheet: &Rig, rig: &Rig, fit: &Fit, joint: &Joint<'_>) -> CalibrationReport {
         let mut parameters = Vec::new();
         let mut warnings = Vec::new();
-        for (i, one) in self.solutions.estimated.iter().enumerate() {
+        for (i, one) in self.solutions.estimated[..self.solutions.shared()].iter().enumerate() {
             let (known, found) = (&sheet.parameters[one.parameter], &rig.parameters[one.parameter]);
             let unit = &known.unit;
             let (value, spread) =

@@ -116,16 +116,16 @@ impl<'s, 'a> Profile<'s, 'a> {
 
     /// What the sensors read with the spools of another rig, `[record][sensor][row]`, SI.
     fn curves(&self, other: &Rig, theta: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
-        let mut parameters = self.solutions.parameters(theta);
         let is_estimated = |lag: usize| self.solutions.estimated.iter().any(|one| one.parameter == lag);
-        for lag in other.followers().map(|follower| follower.lag).filter(|&lag| !is_estimated(lag)) {
-            parameters[lag] = other.parameters[lag].value;
-        }
-        let solve = |one: &Healthy<'_>| {
+        let solve = |(record, one): (usize, &Healthy<'_>)| {
+            let mut parameters = self.solutions.parameters(theta, record);
+            for lag in other.followers().map(|follower| follower.lag).filter(|&lag| !is_estimated(lag)) {
+                parameters[lag] = other.parameters[lag].value;
+            }
             let drive = InputSignals::from_record(other, one.record).ok()?;
             Some(self.solutions.model.solve(&parameters, &drive, &one.record.time).ok()?.values)
         };
-        self.solutions.records.iter().map(solve).collect()
+        self.solutions.records.iter().enumerate().map(solve).collect()
     }
 
     fn of(&self, curves: &[Vec<Vec<f64>>]) -> f64 {

@@ -300,6 +300,12 @@ impl Rig {
         self.faults.iter().any(|fault| fault.parameter == parameter)
     }
 
+    /// Whether a parameter is what a node starts with: of one record, and of no other.
+    pub(crate) fn is_start(&self, parameter: usize) -> bool {
+        let uncertain = NodeKind::Volume { initial: InitialPressure::Uncertain(parameter) };
+        self.nodes.iter().any(|node| node.kind == uncertain)
+    }
+
     /// The name of the fault with this index among the rig's: that of its parameter.
     pub(crate) fn fault_id(&self, fault: usize) -> &str {
         &self.parameters[self.faults[fault].parameter].id
