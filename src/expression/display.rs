@@ -37,7 +37,7 @@ impl fmt::Display for Expression {
         let mut pieces: Vec<Piece> = Vec::new();
         // A program that was read never takes more pieces than there are.
         let take = |pieces: &mut Vec<Piece>| pieces.pop().unwrap_or_else(|| Piece::whole(String::new()));
-        for op in &program.ops {
+        for op in program.ops() {
             let piece = match *op {
                 Op::Constant(_) => Piece::whole(literals.next().map_or_else(String::new, Literal::to_string)),
                 Op::Value(index) => Piece::whole(self.names[index].name.clone()),

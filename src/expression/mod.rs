@@ -171,7 +171,7 @@ impl Expression {
 
     /// Numbers, names, operators and functions of the formula together: what one evaluation costs.
     pub fn size(&self) -> usize {
-        self.program.ops.len()
+        self.program.ops().len()
     }
 
     /// Whether the formula names `names()[index]` at all.

@@ -102,8 +102,8 @@ impl<'a> Reader<'a> {
     fn emit(&mut self, op: Op, taken: usize, offset: usize) -> Parsed<()> {
         self.waiting = self.waiting + 1 - taken;
         self.program.waiting = self.program.waiting.max(self.waiting);
-        self.program.ops.push(op);
-        if self.program.ops.len() > MAX_NODES {
+        self.program.push(op);
+        if self.program.ops().len() > MAX_NODES {
             let what = format!("the formula has more than {MAX_NODES} numbers, names and operators");
             return Err(ExpressionError::new(offset, what, "split it into several"));
         }
