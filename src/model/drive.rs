@@ -27,7 +27,7 @@ pub struct Piece {
 impl Piece {
     /// One input over the piece.
     pub(super) fn stretch(&self, input: usize) -> Stretch {
-        Stretch { start: self.start, end: self.end, from: self.from[input], to: self.to[input] }
+        Stretch { start: self.start, end: self.end, from: self.from[input], to: self.to[input], may_jump: self.jump }
     }
 }
 
@@ -266,7 +266,7 @@ fn warmth(temperature: &Temperature, record: &Record, interval: f64) -> Result<V
     if record.channel(&input.column).is_none_or(Channel::is_empty) {
         let ends =
             (record.time.first().map_or(0.0, |t| t - interval), record.time.last().map_or(0.0, |t| t + interval));
-        return Ok(vec![Stretch { start: ends.0, end: ends.1, from: 0.0, to: 0.0 }]);
+        return Ok(vec![Stretch { start: ends.0, end: ends.1, from: 0.0, to: 0.0, may_jump: false }]);
     }
     let channel = record.require(&input.column, input.unit.dimension, input.place.clone())?;
     let (time, values) = present(&record.time, &channel.values);
@@ -295,7 +295,7 @@ pub(super) fn merge(lines: &[Vec<Stretch>], inputs: usize, start: f64, end: f64)
     let mut at = vec![0; lines.len()];
     for pair in knots.windows(2) {
         let middle = f64::midpoint(pair[0], pair[1]);
-        let (mut from, mut to) = (Vec::new(), Vec::new());
+        let (mut from, mut to, mut may_jump) = (Vec::new(), Vec::new(), Vec::new());
         for (line, at) in lines.iter().zip(&mut at) {
             while *at + 1 < line.len() && line[*at].end <= middle {
                 *at += 1;
@@ -307,9 +307,11 @@ pub(super) fn merge(lines: &[Vec<Stretch>], inputs: usize, start: f64, end: f64)
             };
             from.push(value(pair[0]));
             to.push(value(pair[1]));
+            may_jump.push(stretch.may_jump);
         }
         let continuous = |last: &Piece| {
-            last.to.iter().zip(&from).take(inputs).all(|(a, b)| (a - b).abs() <= 1e-9 * (a.abs() + b.abs()))
+            let ends = last.to.iter().zip(&from).zip(&may_jump).take(inputs);
+            ends.filter(|(_, may_jump)| **may_jump).all(|((a, b), _)| (a - b).abs() <= 1e-9 * (a.abs() + b.abs()))
         };
         let jump = !pieces.last().is_some_and(continuous);
         pieces.push(Piece { start: pair[0], end: pair[1], from, to, jump });

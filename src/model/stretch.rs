@@ -9,6 +9,8 @@ pub(super) struct Stretch {
     pub end: f64,
     pub from: f64,
     pub to: f64,
+    /// Whether it is a jump where it does not go on from the stretch before.
+    pub may_jump: bool,
 }
 
 impl Stretch {
@@ -22,6 +24,8 @@ impl Stretch {
 /// A jump between neighbouring rows is one of more than this many standard deviations of their difference:
 /// one false jump in 10^9 rows.
 const JUMP: f64 = 6.0;
+/// Standard deviation of normal values in medians of their magnitudes.
+const DEVIATION: f64 = 1.4826;
 /// Largest excursion of the running sum of n misfits, in `sigma sqrt(n)`, that noise makes in 99 % of cases
 /// (Kolmogorov distribution).
 const EXCURSION: f64 = 1.63;
@@ -46,10 +50,26 @@ pub(super) fn broken_line(input: &Input, time: &[f64], values: &[f64], interval:
         let (start, end) = holds(row);
         match line.last_mut() {
             Some(last) if last.to == value => last.end = end,
-            _ => line.push(Stretch { start, end, from: value, to: value }),
+            _ => line.push(Stretch { start, end, from: value, to: value, may_jump: true }),
         }
     }
+    let least = least_jump(values);
+    for next in 1..line.len() {
+        line[next].may_jump = (line[next].from - line[next - 1].to).abs() > least;
+    }
     line
+}
+
+/// What a held input has to leap by between two rows for a jump: anything where it stands still most of the time. That of a
+/// controller moves from row to row, and only what stands out from its usual step is a jump, as it is from noise.
+fn least_jump(values: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    if steps.is_empty() {
+        return 0.0;
+    }
+    let middle = steps.len() / 2;
+    let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    JUMP * DEVIATION * usual
 }
 
 /// Change of slope, relative to the value, that is rounding.
@@ -63,7 +83,7 @@ pub(super) fn through(points: impl Iterator<Item = (f64, f64)>) -> Vec<Stretch> 
         let Some((start, from)) = before.replace((end, to)) else { continue };
         match line.last_mut() {
             Some(last) if last.goes_through(end, to) => (last.end, last.to) = (end, to),
-            _ => line.push(Stretch { start, end, from, to }),
+            _ => line.push(Stretch { start, end, from, to, may_jump: true }),
         }
     }
     line
@@ -126,7 +146,9 @@ pub(super) fn fit_line(time: &[f64], values: &[f64], start: f64, end: f64, sigma
         }
         if refined.len() == knots.len() {
             let pairs = knots.windows(2).zip(heights.windows(2));
-            return pairs.map(|(t, y)| Stretch { start: t[0], end: t[1], from: y[0], to: y[1] }).collect();
+            return pairs
+                .map(|(t, y)| Stretch { start: t[0], end: t[1], from: y[0], to: y[1], may_jump: true })
+                .collect();
         }
         knots = refined;
     }
@@ -167,4 +189,18 @@ fn fit_heights(time: &[f64], values: &[f64], knots: &[f64]) -> Vec<f64> {
         heights[k] = (right[k] - above) / diagonal[k];
     }
     heights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_stands_out_from_the_usual_step_is_a_jump() {
+        let switched = [0.0, 0.0, 0.0, 0.02, 0.02, 0.02, 1.0, 1.0, 1.0];
+        assert_eq!(least_jump(&switched), 0.0);
+        // A controller that moves by a thousandth from row to row.
+        let controlled: Vec<f64> = (0..100).map(|row| f64::from(row) * 1e-3).collect();
+        assert!((0.005..0.02).contains(&least_jump(&controlled)), "{}", least_jump(&controlled));
+    }
 }

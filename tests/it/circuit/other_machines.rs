@@ -1,6 +1,9 @@
 //! Circuits whose records another program made from textbook equations, integrated by SciPy: the model follows them, and the fault
 //! in a record is found with an interval that holds it. Their rig files are in `fixtures/`, a page of the gallery each.
 
+use borescope::Rig;
+use borescope::internals::model::InputSignals;
+
 use crate::support::command::borescope;
 
 use std::fs;
@@ -79,4 +82,18 @@ fn a_boom_on_its_linkage_is_as_scipy_has_it_and_its_leak_is_found_wherever_it_be
 fn an_accumulator_with_two_consumers_is_as_scipy_has_it_and_its_lost_gas_is_found() {
     assert!(largest_difference("accumulator") < ALIKE);
     is_found("accumulator", "precharge", "accumulator.precharge", 60.0);
+}
+
+/// A controller moves its command from row to row. Were each step a switching, every row would be a phase of its own, in which the
+/// model may differ by anything.
+#[test]
+fn the_steps_of_a_controller_are_no_switchings() {
+    let path = "fixtures/servo_axis/rig.toml";
+    let text = fs::read_to_string(path).unwrap().replacen("hold = \"linear\"", "hold = \"after\"", 1);
+    let rig = Rig::parse(path, text).unwrap();
+    let record = rig.record("fixtures/servo_axis/healthy_1.csv").unwrap();
+    let drive = InputSignals::from_record(&rig, &record).unwrap();
+    let steps = drive.pieces.windows(2).filter(|pair| pair[0].to[0] != pair[1].from[0]).count();
+    let jumps = drive.pieces.iter().filter(|piece| piece.jump).count();
+    assert!(steps > record.time.len() / 2 && jumps < 30, "{steps} steps, {jumps} of them jumps");
 }
