@@ -34,6 +34,7 @@ files! {
     "sequence-valve",
     "servo-valve",
     "shuttle-valve",
+    "solenoid-valve",
 }
 
 /// Kinds as components name them, each with what its file gave.

@@ -281,3 +281,56 @@ fn every_file_of_the_catalogue_is_a_component() {
         assert!(output.out.contains("must be given"), "{name}");
     }
 }
+
+const SOLENOIDS: &str = r#"
+[nodes]
+tank = {}
+P = { initial = "0 bar" }
+A = { initial = "0 bar" }
+B = { initial = "0 bar" }
+
+[components]
+tank = { kind = "tank", ports = { T = "tank" } }
+volume_P = { kind = "line-volume", ports = { P = "P" }, volume = "100 cm3" }
+volume_A = { kind = "line-volume", ports = { P = "A" }, volume = "100 cm3" }
+volume_B = { kind = "line-volume", ports = { P = "B" }, volume = "100 cm3" }
+valve = { kind = "catalogue:solenoid-valve", ports = { P = "P", T = "tank", A = "A", B = "B" }, a = "a", b = "b", rated_flow = "40 L/min", CENTRE }
+
+[inputs.a]
+unit = "-"
+[inputs.b]
+unit = "-"
+"#;
+
+#[test]
+fn a_solenoid_valve_has_the_centre_that_is_stated_and_two_switching_times() {
+    let litres = 1e-3 / 60.0;
+    let [p, a, b] = [20e5, 5e5, 5e5].map(|gauge| gauge + ATMOSPHERE);
+    // Ports P, T, A, B, then the spool.
+    let at = |spool: f64| [p, ATMOSPHERE, a, b, spool];
+    let valve = |centre: &str| {
+        Rig::parse(FILTER, format!("[fluid]\n{}", SOLENOIDS.replace("CENTRE", centre)))
+            .unwrap_or_else(|told| panic!("{told}"))
+    };
+    let flows =
+        |rig: &Rig, spool: f64| answers(rig, "valve", &at(spool), &[0.0, 0.0]).through.map(|flow| flow / litres);
+
+    // 40 L/min at 5 bar: 80 at 20 bar, 69.28 at 15 bar, 40 from a consumer at 5 bar to the tank.
+    let tandem = valve("centre_PT = 0.5");
+    assert_relative_eq!(flows(&tandem, 0.0)[0], 40.0, max_relative = 1e-4);
+    assert_relative_eq!(flows(&tandem, 0.0)[2], 0.0, epsilon = 1e-9);
+    // Half way through the lap of 20 % the centre is half shut; beyond it, it is shut and the edges open.
+    assert_relative_eq!(flows(&tandem, 0.1)[0], 20.0, max_relative = 1e-4);
+    let [from_p, _, into_a, from_b, ..] = flows(&tandem, 0.6);
+    assert_relative_eq!(from_p, 0.5 * 69.282, max_relative = 1e-4);
+    assert_relative_eq!(into_a, -0.5 * 69.282, max_relative = 1e-4);
+    assert_relative_eq!(from_b, 0.5 * 40.0, max_relative = 1e-4);
+    let float = valve("centre_AT = 0.25, centre_BT = 0.5");
+    assert_relative_eq!(flows(&float, 0.0)[2], 10.0, max_relative = 1e-4);
+    assert_relative_eq!(flows(&float, 0.0)[3], 20.0, max_relative = 1e-4);
+    assert_relative_eq!(flows(&float, 0.0)[0], 0.0, epsilon = 1e-9);
+
+    let rate = |spool, solenoids: [f64; 2]| answers(&tandem, "valve", &at(spool), &solenoids).rate[0];
+    assert_relative_eq!(rate(0.0, [1.0, 0.0]), 1.0 / 15e-3, max_relative = 1e-9);
+    assert_relative_eq!(rate(-1.0, [0.0, 0.0]), 1.0 / 20e-3, max_relative = 1e-9);
+}
