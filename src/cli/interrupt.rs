@@ -40,10 +40,11 @@ impl Ending {
     fn say(&self) {
         terminal::clear();
         // `eprintln!` would panic where standard error is closed.
-        let _ = writeln!(io::stderr(), "interrupted");
+        let say = |line: &str| drop(writeln!(io::stderr(), "{line}"));
         if let Some(shown) = self.first_look.shown() {
-            let _ = writeln!(io::stderr(), "{}", visible_lines(&format!("first look: {shown}")));
+            say(&visible_lines(&format!("first look: {shown}")));
         }
+        say("interrupted");
     }
 }
 

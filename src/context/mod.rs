@@ -139,9 +139,9 @@ impl Context {
         self.report(Progress { stage, done: 0, of: None });
     }
 
-    /// Tells what a first look shows, if anybody hears.
+    /// Tells what a first look shows, if anybody hears. What was cancelled meanwhile may be half a look.
     pub(crate) fn first_look(&self, shows: impl FnOnce() -> String) {
-        if let Some(hearer) = &self.first_look {
+        if let Some(hearer) = self.first_look.as_ref().filter(|_| !self.is_cancelled()) {
             hearer(&shows());
         }
     }

@@ -35,11 +35,16 @@ pub struct Candidate {
     pub absorbed_by: Option<String>,
     /// Whether the record responds to it at all.
     pub excited: bool,
-    /// The same from other pressures on, where it begins at one.
+    /// The same from other pressures or levels on, where it begins at one.
     pub others: Vec<Self>,
 }
 
 impl Candidate {
+    /// Whether it begins at a level that has to be found.
+    pub(super) fn has_level(&self) -> bool {
+        self.placed.effect.parameters.iter().any(|free| matches!(free.first, InitialGuess::Range(_)))
+    }
+
     /// In its typical size, to be fitted from anywhere.
     pub(super) fn as_typical(&self, rig: &Rig) -> Self {
         let typical = |(free, tried): (&FreeParameter, &ParameterSetting)| match free.first {

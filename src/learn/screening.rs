@@ -55,6 +55,21 @@ pub(super) fn promised(candidate: &Candidate, base_points: &[BasePoint]) -> Opti
     Some(base_points.get(candidate.base_point?)?.cost - candidate.score)
 }
 
+/// Effects as they are, then with the first of them that may begin elsewhere at each of its other places.
+fn starts(effects: &[Candidate]) -> Vec<Vec<Candidate>> {
+    let mut starts = vec![effects.to_vec()];
+    let Some(place) = effects.iter().position(|effect| !effect.others.is_empty()) else { return starts };
+    let own = &effects[place];
+    for (index, other) in own.others.iter().enumerate() {
+        let mut others = own.others.clone();
+        others[index] = Candidate { others: Vec::new(), ..own.clone() };
+        let mut start = effects.to_vec();
+        start[place] = Candidate { others, ..other.clone() };
+        starts.push(start);
+    }
+    starts
+}
+
 impl Screening<'_> {
     fn samples(&self) -> f64 {
         self.base.fit.weights.all_samples() as f64
@@ -156,14 +171,21 @@ impl Screening<'_> {
             rough.iter().flat_map(|(effects, _)| effects).map(|effect| (effect.base_point, effect.score)).collect();
         let most = |base_point| scores.iter().filter(|one| one.0 == base_point).map(|one| one.1).fold(0.0, f64::max);
         rough.par_iter_mut().for_each(|(effects, rough)| {
+            // At which level a law begins shows only beside what else is missing.
+            if effects.len() > 1 && effects.iter().any(Candidate::has_level) {
+                if let Some((found, start)) = self.best_of_starts(starts(effects), rough.as_ref()) {
+                    (*rough, *effects) = (Some(found), start);
+                }
+                return;
+            }
             let [effect] = effects.as_slice() else { return };
             let Some(promised) = promised(effect, base_points) else { return };
             if effect.score <= KEPT * most(effect.base_point) {
                 return;
             }
             if !effect.others.is_empty() {
-                if let Some((found, start)) = self.best_of_starts(effect.clone(), rough.as_ref()) {
-                    (*rough, *effects) = (Some(found), vec![start]);
+                if let Some((found, start)) = self.best_of_starts(starts(effects), rough.as_ref()) {
+                    (*rough, *effects) = (Some(found), start);
                 }
                 return;
             }
@@ -191,20 +213,18 @@ impl Screening<'_> {
     }
 
     /// Of refits from several starts the one that explains both records best: where a law begins may be anywhere between two
-    /// pressures at which the fit record stands. `first` is the one from where the effect promises most.
+    /// pressures or levels at which the fit record stands. `first` is the refit from the first start.
     fn best_of_starts(
         &self,
-        mut effect: Candidate,
+        starts: Vec<Vec<Candidate>>,
         first: Option<&PreliminaryModel>,
-    ) -> Option<(PreliminaryModel, Candidate)> {
+    ) -> Option<(PreliminaryModel, Vec<Candidate>)> {
         let samples = self.samples();
-        let mut starts = std::mem::take(&mut effect.others);
-        starts.insert(0, effect);
         // Which start leads furthest shows at the ends.
-        let ends = starts.iter().enumerate().filter_map(|(place, start)| {
+        let ends = starts.into_iter().enumerate().filter_map(|(place, start)| {
             let rough = match place {
                 0 => first.cloned()?,
-                _ => refitted(self.base, &self.base_points, &[], self.record, std::slice::from_ref(start))?,
+                _ => refitted(self.base, &self.base_points, &[], self.record, &start)?,
             };
             let further = quick(&rough.rig, self.record, &rough.values, (rough.set, FORMS), Some(ROUGH));
             let end = further.unwrap_or(rough);
@@ -212,11 +232,10 @@ impl Screening<'_> {
                 let run = run_under(&end.rig, record, &end.values, None).ok()?;
                 Some(run.chi2 * run.weights.all_samples() as f64)
             });
-            Some((end.priced(samples) + on_check?, end, place))
+            Some((end.priced(samples) + on_check?, end, start))
         });
-        let (_, end, place) = ends.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let start = starts.remove(place);
-        Some((end, Candidate { others: starts, ..start }))
+        let (_, end, start) = ends.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((end, start))
     }
 
     /// One refit on both records, with faults isolated anew or as it is, under its own weights or given ones of each.

@@ -88,7 +88,7 @@ pub(super) fn best_try(here: &ScoreContext<'_, '_>, placed: &EffectInstance) -> 
         if !first.candidate.excited {
             return Some(first.candidate);
         }
-        vec![std::iter::once(first).chain(tried).collect()]
+        std::iter::once(first).chain(tried).map(|one| vec![one]).collect()
     } else if let Some(onset) =
         placed.effect.parameters.iter().find(|free| matches!(free.first, InitialGuess::Onset(_)))
     {

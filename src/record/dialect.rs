@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::header::UnitsIn;
 use crate::complaint::{Complaint, Kind};
 
 /// How a table is written.
@@ -12,8 +13,7 @@ pub(super) struct Dialect {
     pub commas: bool,
     /// The line of the units, where they do not stand behind the names.
     pub unit_row: Option<usize>,
-    /// Whether the units stand in round brackets.
-    pub round: bool,
+    pub units: UnitsIn,
     /// Rows above the names of the columns that were passed over.
     pub above: usize,
     /// What the times are counted from, where that is not 0 s.
@@ -25,8 +25,11 @@ impl Dialect {
     pub(super) fn behind_separators(&self) -> String {
         let units = match self.unit_row {
             Some(line) => format!(", units in line {line}"),
-            None if self.round => ", units in round brackets".to_owned(),
-            None => String::new(),
+            None => match self.units {
+                UnitsIn::SquareBrackets => String::new(),
+                UnitsIn::RoundBrackets => ", units in round brackets".to_owned(),
+                UnitsIn::Names => ", units behind the last `_` of the names".to_owned(),
+            },
         };
         let above = match self.above {
             0 => String::new(),

@@ -37,8 +37,18 @@ pub(super) struct Header {
     pub columns: Vec<Column>,
     /// What is to be said of a time without a unit, unless the rows show that it needs none: they begin with dates.
     pub no_time_unit: Option<Complaint>,
-    /// Whether the units stand in round brackets.
-    pub round: bool,
+    pub units: UnitsIn,
+}
+
+/// Where the units of a header stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum UnitsIn {
+    /// `p_A [bar]`.
+    SquareBrackets,
+    /// `p_A (bar)`, where no column has square ones.
+    RoundBrackets,
+    /// `p_A_bar`, where the first column is a time so written, such as `t_s`.
+    Names,
 }
 
 /// Whether the row below such a header may hold the units: the header has none.
@@ -106,11 +116,11 @@ pub(super) fn parse(fields: &csv::StringRecord, row: &Heading<'_>, asked: &Asked
             .at(row.place())
             .help(format!("no more than {MOST_COLUMNS} are read; leave away those that the rig does not name")));
     }
-    let round = !has_square_brackets(fields) && fields.iter().any(|field| round_brackets(&tidy(field)).is_some());
+    let units = units_in(fields);
     let mut columns: Vec<Column> = Vec::with_capacity(fields.len());
     let mut no_time_unit = None;
     for (index, field) in fields.iter().enumerate() {
-        let column = match parse_column(field, index, row, asked, round) {
+        let column = match parse_column(field, index, row, asked, units) {
             Err(complaint) if index == 0 && bare_name(field) == tidy(field) => {
                 no_time_unit = Some(complaint);
                 Column { name: tidy(field), unit: Unit::second() }
@@ -129,7 +139,32 @@ pub(super) fn parse(fields: &csv::StringRecord, row: &Heading<'_>, asked: &Asked
             .at(row.place())
             .help("name the columns as `time [s],p_A [bar],...`, separated by `,`, `;` or a tab"));
     }
-    Ok(Header { columns, no_time_unit, round })
+    Ok(Header { columns, no_time_unit, units })
+}
+
+fn units_in(fields: &csv::StringRecord) -> UnitsIn {
+    if has_square_brackets(fields) {
+        UnitsIn::SquareBrackets
+    } else if fields.iter().any(|field| round_brackets(&tidy(field)).is_some()) {
+        UnitsIn::RoundBrackets
+    } else if is_underscored_time(fields.get(0).unwrap_or_default()) {
+        UnitsIn::Names
+    } else {
+        UnitsIn::SquareBrackets
+    }
+}
+
+fn is_underscored_time(field: &str) -> bool {
+    underscored(&tidy(field)).is_some_and(|(_, unit)| Unit::parse_as(unit, Dimension::TIME).is_ok())
+}
+
+/// Name and unit of `name_unit`.
+fn underscored(field: &str) -> Option<(&str, &str)> {
+    /// Units that names of columns cannot hold, and what they have instead.
+    const WRITTEN: [(&str, &str); 4] = [("pct", "%"), ("percent", "%"), ("lpm", "L/min"), ("C", "degC")];
+    let (name, unit) = field.rsplit_once('_')?;
+    let unit = WRITTEN.iter().find(|(written, _)| *written == unit).map_or(unit, |(_, unit)| unit);
+    (!name.is_empty() && Unit::parse(unit).is_ok()).then_some((name, unit))
 }
 
 fn is_time(field: &str) -> bool {
@@ -147,7 +182,8 @@ pub(super) fn begins_with_time(fields: &csv::StringRecord) -> bool {
         None => round_brackets(field).map(|(_, unit)| unit.to_owned()),
     };
     let is_unit_of_time = |unit: String| Unit::parse_as(&unit, Dimension::TIME).is_ok();
-    is_time(first) || (!fields.iter().any(is_time) && unit(&tidy(first)).is_some_and(is_unit_of_time))
+    let has_unit_of_time = || unit(&tidy(first)).is_some_and(is_unit_of_time) || units_in(fields) == UnitsIn::Names;
+    is_time(first) || (!fields.iter().any(is_time) && has_unit_of_time())
 }
 
 fn check_time(fields: &csv::StringRecord, row: &Heading<'_>) -> Result<(), Complaint> {
@@ -180,13 +216,25 @@ fn round_brackets(field: &str) -> Option<(&str, &str)> {
     (!name.is_empty() && Unit::parse(unit).is_ok()).then_some((name, unit))
 }
 
-fn parse_column(field: &str, index: usize, row: &Heading<'_>, asked: &Asked, round: bool) -> Result<Column, Complaint> {
+fn parse_column(
+    field: &str,
+    index: usize,
+    row: &Heading<'_>,
+    asked: &Asked,
+    units: UnitsIn,
+) -> Result<Column, Complaint> {
     let number = index + 1;
     let field = tidy(field);
     let (name, unit) = match field.strip_suffix(']').and_then(|rest| rest.rsplit_once('[')) {
         Some((name, unit)) => (name.trim(), unit.trim()),
-        None if round => round_brackets(&field).unwrap_or((bare_name(&field), "")),
-        None => (bare_name(&field), ""),
+        None => match units {
+            UnitsIn::SquareBrackets => (bare_name(&field), ""),
+            UnitsIn::RoundBrackets => round_brackets(&field).unwrap_or((bare_name(&field), "")),
+            // A name that ends in no unit, as that of a switch, is of a pure number.
+            UnitsIn::Names => {
+                underscored(&field).unwrap_or((&field, if asked.unit(&field).is_some() { "" } else { "-" }))
+            }
+        },
     };
     if name.is_empty() {
         return Err(Complaint::new(Kind::MissingEntry, format!("column {number} has no name"))

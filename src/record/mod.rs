@@ -120,7 +120,7 @@ impl Record {
     ///
     /// Lines that start with `#`, blank lines, quoted names, a byte-order mark, Latin-1 text and any line ends are accepted; so are
     /// decimal commas where the columns are separated by another sign or the numbers quoted, units in round brackets where none
-    /// stands in square ones, and times that are dates after ISO 8601. A column keeps the number of its decimals where all of its
+    /// stands in square ones, units behind the last `_` of the names where the time has its own there, and times that are dates after ISO 8601. A column keeps the number of its decimals where all of its
     /// values have as many, so that writing gives back what was read.
     ///
     /// # Errors

@@ -6,7 +6,7 @@ use std::io::Read;
 use std::path::Path;
 
 use super::dialect::{Dialect, separator, stated_separator};
-use super::header::{self, Heading};
+use super::header::{self, Heading, UnitsIn};
 use super::line::Line;
 use super::packed::{Bytes, gather};
 use super::stream::{Begun as Opened, begin};
@@ -92,8 +92,7 @@ struct Begun<'a> {
     separator: u8,
     header_line: usize,
     unit_row: Option<usize>,
-    /// Whether the units stand in round brackets.
-    round: bool,
+    units: UnitsIn,
     /// Rows above the names of the columns.
     above: usize,
 }
@@ -233,9 +232,9 @@ impl<'a> Rows<'a> {
         } else {
             header::parse(&names, &Heading { path: self.path, line: names_line }, self.asked)?
         };
-        let round = header.round;
+        let units = header.units;
         let table = Table::new(self.path, separator, header, self.care);
-        self.begun = Some(Begun { table, separator, header_line, unit_row, round, above });
+        self.begun = Some(Begun { table, separator, header_line, unit_row, units, above });
         Ok(piece)
     }
 
@@ -300,7 +299,7 @@ impl Begun<'_> {
             separator: self.separator,
             commas: self.table.commas(),
             unit_row: self.unit_row,
-            round: self.round,
+            units: self.units,
             above: self.above,
             begins_at,
         }

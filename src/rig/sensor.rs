@@ -164,5 +164,7 @@ pub struct Input {
     pub hold: Hold,
     /// One standard deviation of the noise of a sample, SI; 0 for a command.
     pub noise: f64,
+    /// By how much later than its column says it acts, s.
+    pub dead_time: f64,
     pub place: Place,
 }

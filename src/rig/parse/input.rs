@@ -30,10 +30,23 @@ pub(super) fn read_inputs(rig: &mut Rig, inputs: Option<Value<'_>>) -> Result<()
             Some(value) => difference(&value, dimension)? * size,
         };
         let column = table.get("column").map(|column| column.name()).transpose()?.unwrap_or(name).to_owned();
+        let dead_time = table.get("dead_time").map(|value| not_negative(&value)).transpose()?.unwrap_or(0.0);
         table.finish()?;
-        rig.inputs.push(Input { name: name.to_owned(), column, unit, scale, hold, noise, place: value.place() });
+        let (name, place) = (name.to_owned(), value.place());
+        rig.inputs.push(Input { name, column, unit, scale, hold, noise, dead_time, place });
     }
     Ok(())
+}
+
+/// A time that does not run backwards, s.
+fn not_negative(value: &Value<'_>) -> Result<f64, Complaint> {
+    let time = value.quantity(Dimension::TIME)?.value;
+    if time >= 0.0 {
+        return Ok(time);
+    }
+    Err(Complaint::new(Kind::Bounds, "an input cannot act before its column says so").at(value.place()).help(
+        "write 0 s or more, such as `dead_time = \"3 ms\"`; a logger that is late itself is put right in the record",
+    ))
 }
 
 /// Where records tell the temperature of the fluid: `{ column = "T_oil", reference = "40 degC", noise = "0.1 degC" }`.
@@ -53,6 +66,6 @@ pub(super) fn read_temperature(value: &Value<'_>) -> Result<Temperature, Complai
     }
     table.finish()?;
     let (name, unit, place) = (column.clone(), reference.unit.clone(), value.place());
-    let input = Input { name, column, unit, scale: None, hold: Hold::Linear, noise, place };
+    let input = Input { name, column, unit, scale: None, hold: Hold::Linear, noise, dead_time: 0.0, place };
     Ok(Temperature { input, reference: reference.value })
 }

@@ -2,7 +2,7 @@
 //! in a record is found with an interval that holds it. Their rig files are in `fixtures/`, a page of the gallery each.
 
 use borescope::Rig;
-use borescope::internals::model::InputSignals;
+use borescope::internals::model::{InputSignals, Model};
 
 use crate::support::command::borescope;
 
@@ -96,4 +96,28 @@ fn the_steps_of_a_controller_are_no_switchings() {
     let steps = drive.pieces.windows(2).filter(|pair| pair[0].to[0] != pair[1].from[0]).count();
     let jumps = drive.pieces.iter().filter(|piece| piece.jump).count();
     assert!(steps > record.time.len() / 2 && jumps < 30, "{steps} steps, {jumps} of them jumps");
+}
+
+/// A dead time of an input is that of all that it drives: of the one valve behind it, here.
+#[test]
+fn a_dead_time_of_an_input_is_that_of_the_valve_behind_it() {
+    let path = "fixtures/telescopic/rig.toml";
+    let text = fs::read_to_string(path).unwrap();
+    let outputs = |table: &str| {
+        let text = text.replacen(table, &format!("{table}\ndead_time = \"9 ms\""), 1);
+        let rig = Rig::parse(path, text).unwrap();
+        let record = rig.record("fixtures/telescopic/healthy_1.csv").unwrap();
+        let drive = InputSignals::from_record(&rig, &record).unwrap();
+        let model = Model::new(rig);
+        model.solve(&model.rig.nominal(), &drive, &record.time).unwrap().values
+    };
+    let [stated, of_input, of_valve] =
+        ["[fluid]_", "[inputs.valve_command]", "[components.directional_valve]"].map(outputs);
+    let apart = |a: &[Vec<f64>], b: &[Vec<f64>]| {
+        let position = |values: &[Vec<f64>]| values[values.len() - 1].clone();
+        position(a).iter().zip(position(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    // The piston moves at 0.1 m/s and more.
+    assert!(apart(&of_input, &of_valve) < 1e-8, "{}", apart(&of_input, &of_valve));
+    assert!(apart(&of_input, &stated) > 5e-4, "{}", apart(&of_input, &stated));
 }

@@ -101,6 +101,21 @@ fn a_cancelled_diagnosis_ends_soon_wherever_it_is() {
 }
 
 #[test]
+fn a_first_look_tells_the_verdict_before_the_intervals() {
+    let told = Arc::new(Mutex::new(Vec::new()));
+    let hear = |told: &Arc<Mutex<Vec<String>>>| {
+        let told = told.clone();
+        move |shows: &str| told.lock().unwrap().push(shows.to_owned())
+    };
+    let context = Context::new().with_first_look(hear(&told));
+    let rig = Rig::read(TELESCOPIC).unwrap();
+    for name in ["leak_020", "healthy_1"] {
+        diagnosis(&rig, &context, &rig.record(format!("fixtures/telescopic/{name}.csv")).unwrap()).unwrap();
+    }
+    assert_eq!(*told.lock().unwrap(), ["faulty, cylinder.clearance 0.2 mm", "healthy"]);
+}
+
+#[test]
 fn a_cancelled_suggestion_ends_soon_wherever_it_is() {
     let rig = Rig::read("fixtures/learning/stroke_5335.toml").unwrap();
     let record = rig.record("fixtures/learning/line_fit.csv").unwrap();

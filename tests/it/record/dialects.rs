@@ -57,6 +57,10 @@ fn what_was_recognised_is_told() {
             "CSV, columns between commas, decimal points, units in round brackets",
         ),
         (
+            "t_s,p_bar,u\n0.0,1.5,0\n0.5,-2.5,1\n",
+            "CSV, columns between commas, decimal points, units behind the last `_` of the names",
+        ),
+        (
             "timestamp,p [bar],u [-]\n2026-11-23 10:00:00.0,1.5,0\n2026-11-23 10:00:00.5,-2.5,1\n",
             "CSV, columns between commas, decimal points, times counted from the first row, at 2026-11-23 10:00:00.0",
         ),
@@ -524,4 +528,17 @@ fn a_file_too_large_is_refused_unread() {
         packed.write_all(&zeros).unwrap();
     }
     assert!(read(&packed.finish().unwrap()).unwrap_err().contains("there is no line break in 1 MiB"));
+}
+
+#[test]
+fn units_are_taken_from_names_where_the_time_has_its_own_there() {
+    let record = right(b"t_s,p_S_bar,n_rpm,u_pct,T_oil_C,q_lpm,y_up\n0,1,60,50,20,6,1\n1,1,60,50,20,6,1\n");
+    let read: Vec<(&str, f64)> = record.channels.iter().map(|one| (one.name.as_str(), one.values[0])).collect();
+    let wanted = [("p_S", 1e5), ("n", 1.0), ("u", 0.5), ("T_oil", 293.15), ("q", 1e-4), ("y_up", 1.0)];
+    for ((name, value), (wanted_name, wanted)) in read.into_iter().zip(wanted) {
+        assert_eq!(name, wanted_name);
+        assert!((value / wanted - 1.0).abs() < 1e-12, "{name}: {value}");
+    }
+    // Beside brackets a low line is part of the name.
+    assert_eq!(right(b"time [s],p_bar [bar]\n0,1\n1,1\n").channels[0].name, "p_bar");
 }
