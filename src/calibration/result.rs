@@ -80,9 +80,8 @@ impl Rounds<'_> {
         let sigma: Vec<f64> =
             before.iter().enumerate().map(|(i, before)| covariance[(i, i)].sqrt().min(*before)).collect();
         let mut rig = sheet.clone();
-        // What single records have of their own stays as stated: the next record has its own.
         let shared = joint.solutions.shared();
-        let parameters: Vec<usize> = joint.solutions.estimated[..shared].iter().map(|one| one.parameter).collect();
+        let mut parameters: Vec<usize> = joint.solutions.estimated[..shared].iter().map(|one| one.parameter).collect();
         for (i, &index) in parameters.iter().enumerate() {
             let parameter = &mut rig.parameters[index];
             (parameter.value, parameter.sigma) = (fit.theta[i], sigma[i]);
@@ -90,12 +89,19 @@ impl Rounds<'_> {
                 fault.healthy = fit.theta[i];
             }
         }
+        // What each record has of its own is as uncertain as it was: the next record has its own again.
+        for (parameter, mean) in joint.solutions.means_of_records(&fit.theta) {
+            rig.parameters[parameter].value = mean;
+            parameters.push(parameter);
+        }
         for (sensor, found) in rig.sensors.iter_mut().zip(&self.rig.sensors) {
             (sensor.noise, sensor.stated_noise, sensor.tolerance) = (found.noise, found.noise, found.tolerance);
         }
         let names = records.iter().map(|record| record.path.display().to_string()).collect();
         let Given { margins, dynamics } = given;
-        let correlation = correlation(&covariance.view((0, 0), (shared, shared)).into_owned());
+        let mut correlation = correlation(&covariance.view((0, 0), (shared, shared)).into_owned());
+        correlation = correlation.resize(parameters.len(), parameters.len(), 0.0);
+        (shared..parameters.len()).for_each(|own| correlation[(own, own)] = 1.0);
         rig.calibration = Some(Calibration { records: names, margins, dynamics, parameters, correlation });
         let mut report = self.report(sheet, &rig, &fit, &joint);
         (report.rounds, report.settled) = (rounds, settled);
@@ -113,8 +119,9 @@ impl Rounds<'_> {
             let (before, sigma_before) = (self.prior.mean[i], self.prior.sigma[i]);
             let away = (found.value - before) / sigma_before;
             if away.abs() > FAR_OFF {
+                let at_end = fit.theta[i] <= one.bounds.0 || fit.theta[i] >= one.bounds.1;
                 warnings.push(format!(
-                    "`{}` came out at {}, {:.1} standard deviations {}: is the rig healthy?",
+                    "`{}` came out at {}, {:.1} standard deviations {}{}",
                     known.id,
                     shown(value(found.value), &unit.symbol),
                     away.abs(),
@@ -122,6 +129,11 @@ impl Rounds<'_> {
                         "of what a healthy circuit has".to_owned()
                     } else {
                         format!("from the data sheet's {}", shown(value(before), &unit.symbol))
+                    },
+                    if at_end {
+                        ", the end of its search: does the model have the physics of the rig?"
+                    } else {
+                        ": is the rig healthy?"
                     }
                 ));
             }

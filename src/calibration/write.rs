@@ -42,12 +42,16 @@ fn write_section(out: &mut String, rig: &Rig, report: &CalibrationReport) -> std
         writeln!(out, "    [{}],", row.join(", "))?;
     }
     writeln!(out, "]\n\n[calibration.values]")?;
-    for (&index, told) in calibration.parameters.iter().zip(&report.parameters) {
+    for (place, &index) in calibration.parameters.iter().enumerate() {
         let parameter = &rig.parameters[index];
         let unit = &parameter.unit;
         let (value, sigma) = (unit.from_si(parameter.value), unit.difference_from_si(parameter.sigma));
         let stated = format!("{} +- {}", written(value, DIGITS.0, unit), written(sigma, DIGITS.1, unit));
-        let remark = if told.informed { "" } else { "  # the records say little of it" };
+        let remark = match report.parameters.get(place) {
+            Some(told) if told.informed => "",
+            Some(_) => "  # the records say little of it",
+            None => "  # mean of the records, each has its own",
+        };
         writeln!(out, "{} = {}{remark}", quoted(&parameter.id), quoted(&stated))?;
     }
     if !calibration.dynamics.is_empty() {

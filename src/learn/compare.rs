@@ -68,8 +68,10 @@ fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     comparison.fitted = estimated.filter(|&index| !rig.is_fault(index)).map(fitted(rig, &values)).collect();
     let mut found = None;
     rig.context().first_look(|| misses(comparison.times_noise));
+    // Faults with which the error grows explain nothing, whatever their weights make of it.
     if !comparison.adequate
         && let Some(Explained { with_faults, outputs }) = with_faults(&model, record)?
+        && (with_faults.adequate || with_faults.times_noise < comparison.times_noise)
     {
         comparison.with_faults = Some(with_faults);
         found = Some(outputs);

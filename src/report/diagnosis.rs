@@ -269,8 +269,9 @@ fn why_unblamed(fault: &FaultReport) -> Option<String> {
     if !fault.interval_misses(fault.healthy, 0.0) {
         let probable = fault.probability >= PRESENT;
         let healthy = with_unit(fault.healthy, &fault.unit);
-        return probable
-            .then(|| format!("{}: its interval holds its healthy {healthy} (probability {probability})", fault.id));
+        return probable.then(|| {
+            format!("{}: its interval holds its healthy {healthy} (probability of the fault: {probability})", fault.id)
+        });
     }
     let tolerance = fault.healthy_tolerance();
     if !fault.interval_misses(fault.healthy, tolerance) {
@@ -284,7 +285,7 @@ fn why_unblamed(fault: &FaultReport) -> Option<String> {
     } else {
         format!("its healthy {} explains the record well enough", with_unit(fault.healthy, &fault.unit))
     };
-    Some(format!("{}: {why} (probability {probability})", fault.id))
+    Some(format!("{}: {why} (probability of the fault: {probability})", fault.id))
 }
 
 /// Its id and size, its 95 % interval, what it is when healthy, and how probable it is.
