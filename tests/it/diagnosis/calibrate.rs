@@ -146,6 +146,36 @@ fn small() -> (Rig, Record) {
     (truth, record)
 }
 
+/// Two records of one rig begin at other pressures: what one began with says nothing of the next.
+#[test]
+fn each_record_has_its_own_start_and_the_next_may_have_another() {
+    let text = SMALL.replace("initial = \"20 bar\"", "initial = \"20 bar +- 5 bar\"");
+    let sheet = Rig::parse("small.toml", text.clone()).unwrap();
+    let (truth, _) = small();
+    let records = [18e5, 24e5].map(|start| {
+        let mut rig = sheet.clone();
+        rig.calibration = None;
+        for (own, made) in rig.sensors.iter_mut().zip(&truth.sensors) {
+            own.noise = made.noise;
+        }
+        for parameter in &truth.parameters {
+            let index = rig.parameter(&parameter.id).unwrap();
+            rig.parameters[index].value = parameter.value;
+        }
+        let index = rig.parameter("node.line.initial").unwrap();
+        rig.parameters[index].value = start;
+        healthy_record(&rig, &format!("from_{start}.csv"), 1.0, 7)
+    });
+    let Calibrated { rig, text, report } = calibrate(&text, &sheet, &records, &CalibrationOptions::default()).unwrap();
+    assert!(report.adequate, "{report}");
+    let start = &rig.parameters[rig.parameter("node.line.initial").unwrap()];
+    assert_relative_eq!(start.sigma, 5e5, max_relative = 1e-9);
+    assert_relative_eq!(start.value, 21e5, max_relative = 5e-3);
+    assert!(text.contains("mean of the records"), "{text}");
+    let gain = &rig.parameters[rig.parameter("pump.gain").unwrap()];
+    assert!((gain.value - 1.04 / 6e4).abs() < 3.0 * gain.sigma, "{} +- {}", gain.value, gain.sigma);
+}
+
 fn calibrated_small() -> (Calibrated, Rig, Record) {
     let (truth, record) = small();
     let rig = Rig::parse("small.toml", SMALL.to_owned()).unwrap();
