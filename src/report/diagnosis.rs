@@ -453,7 +453,8 @@ mod tests {
     #[test]
     fn an_inadequate_model_says_too_why_a_value_off_the_healthy_one_is_no_fault() {
         let off = clearance([Some(0.0068), Some(0.021)], 0.0);
-        let said = "cylinder.clearance: blaming it is not the more probable explanation (probability 1.2 %)";
+        let said =
+            "cylinder.clearance: blaming it is not the more probable explanation (probability of the fault: 1.2 %)";
         assert_eq!(why_unblamed(&off).unwrap(), said);
         let within = FaultReport { healthy_sigma: 0.01, ..off.clone() };
         let said = "cylinder.clearance: within the tolerance of its healthy value, 0 +- 0.020 mm (95 %)";
@@ -461,7 +462,7 @@ mod tests {
         assert_eq!(why_unblamed(&FaultReport { present: true, ..off }), None);
         assert_eq!(why_unblamed(&clearance([None, Some(0.021)], 0.0)), None);
         let probable = FaultReport { probability: 0.7, ..clearance([None, Some(0.021)], 0.0) };
-        let said = "cylinder.clearance: its interval holds its healthy 0 mm (probability 70.0 %)";
+        let said = "cylinder.clearance: its interval holds its healthy 0 mm (probability of the fault: 70.0 %)";
         assert_eq!(why_unblamed(&probable).unwrap(), said);
     }
 }
