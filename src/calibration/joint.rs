@@ -99,9 +99,12 @@ impl<'a> Solutions<'a> {
 
     /// What is estimated of a record, with its values.
     pub fn of(&self, theta: &[f64], record: usize) -> (Vec<Estimated>, Vec<f64>) {
-        let all = self.estimated.iter().zip(theta).zip(&self.of_record);
-        let own = all.filter(|(_, of)| of.is_none_or(|of| of == record));
-        own.map(|((estimated, &value), _)| (estimated.clone(), value)).unzip()
+        self.own(record).map(|index| (self.estimated[index].clone(), theta[index])).unzip()
+    }
+
+    /// Which estimated parameters a record has: those that all share, and its own.
+    fn own(&self, record: usize) -> impl Iterator<Item = usize> {
+        (0..self.estimated.len()).filter(move |&index| self.of_record[index].is_none_or(|of| of == record))
     }
 
     /// Solutions of the model so far: plain ones, and with derivatives.
@@ -113,9 +116,8 @@ impl<'a> Solutions<'a> {
     /// All parameters of the rig in a record.
     pub fn parameters(&self, theta: &[f64], record: usize) -> Vec<f64> {
         let mut parameters = self.base.clone();
-        let (estimated, values) = self.of(theta, record);
-        for (estimated, value) in estimated.into_iter().zip(values) {
-            parameters[estimated.parameter] = value;
+        for index in self.own(record) {
+            parameters[self.estimated[index].parameter] = theta[index];
         }
         parameters
     }
@@ -170,10 +172,7 @@ impl<'a> Solutions<'a> {
 
     /// Estimated parameters of a record that need an integration: offsets and gains of sensors act on the finished reading.
     fn inside(&self, record: usize) -> impl Iterator<Item = usize> {
-        let is_inside = move |&index: &usize| {
-            self.of_sensor[index].is_none() && self.of_record[index].is_none_or(|of| of == record)
-        };
-        (0..self.estimated.len()).filter(is_inside)
+        self.own(record).filter(|&index| self.of_sensor[index].is_none())
     }
 
     /// Model minus measurement of one record, SI, one sensor after the other.

@@ -123,7 +123,7 @@ impl Line {
     }
 }
 
-/// What the verbs run in: their progress and what a first look shows are told where they can be seen. `first_look` keeps the latter.
+/// What the commands run in: a terminal gets their progress and what a first look shows; `first_look` keeps that for an interruption.
 pub fn context(first_look: &FirstLook) -> Context {
     let (kept, begun) = (first_look.clone(), Instant::now());
     let hearing = Context::new().with_first_look(move |shows| {

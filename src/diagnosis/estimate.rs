@@ -103,11 +103,6 @@ pub fn near<'a>(
     guess: Option<(&[f64], FaultSet)>,
     rounds: u64,
 ) -> Result<Estimate<'a>, Complaint> {
-    if guess.is_none()
-        && let Some(healthy) = nearly_healthy(model, record, drive, rounds)?
-    {
-        return Ok(healthy);
-    }
     let mut case = match guess {
         Some((theta, _)) => {
             let mut case = unweighed(model, record, drive)?;
@@ -115,6 +110,9 @@ pub fn near<'a>(
             case
         }
         None => {
+            if let Some(healthy) = nearly_healthy(model, record, drive, rounds)? {
+                return Ok(healthy);
+            }
             let data = measured(&model.rig, record)?;
             let weights = rough(model, record, drive, &data);
             Case::new(model, record, drive, data, weights)

@@ -22,6 +22,10 @@ const ENOUGH: f64 = 0.1;
 const MOST_RELINEARISATIONS: usize = 2;
 /// How often an interval is drawn again around a better fit that was met on the way.
 const MOST_REDRAWN: usize = 2;
+/// How often a better optimum, found on a profile, restarts the fit.
+const RESTARTS: usize = 3;
+/// A restart that lowers the cost by less is the last one, and one that would is not made.
+const WORTH_RESTARTING: f64 = 1.0;
 /// Points of a profile that is known in full, and how far it is drawn, in standard errors.
 const DRAWN: (usize, f64) = (21, 3.0);
 
@@ -82,15 +86,10 @@ impl Base {
     }
 }
 
-/// The faults of a set fitted along a local model from values of all estimated parameters.
+/// The fit of a fault combination along a local model, from values of all estimated parameters.
 fn fitted(case: &Case<'_>, near: &LocalModel, set: FaultSet, theta: &[f64]) -> Option<Fit> {
     case.fit(near, set, theta, Options::steps(STEPS, EXACT)).ok()
 }
-
-/// How often a better optimum, found on a profile, restarts the fit.
-const RESTARTS: usize = 3;
-/// A restart that lowers the cost by less is the last one, and one that would is not made.
-const WORTH_RESTARTING: f64 = 1.0;
 
 /// The intervals of all faults, and the estimate that they are drawn around: where a profile leads to a better one, that.
 pub fn settled(mut estimate: Estimate<'_>) -> (Estimate<'_>, Vec<Option<Interval>>) {
@@ -175,7 +174,8 @@ fn interval(case: &Case<'_>, isolation: &Isolation, fault: usize) -> Option<Inte
         return straight(case, isolation, set, fault);
     }
     let mut base = Base::new(case, isolation, set)?;
-    for redrawn in 0.. {
+    let mut redrawn = 0;
+    loop {
         let found = drawn(case, isolation, &base, set, fault)?;
         let Some(better) = found.better.as_ref().filter(|_| !isolation.set().contains(fault)) else {
             return Some(found);
@@ -188,9 +188,9 @@ fn interval(case: &Case<'_>, isolation: &Isolation, fault: usize) -> Option<Inte
         if redrawn == MOST_REDRAWN {
             return Some(Interval { better: None, ..found });
         }
+        redrawn += 1;
         base = other;
     }
-    None
 }
 
 /// The interval of `fault` around a fit with the faults of `set`.

@@ -40,11 +40,6 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// Whether it begins at a level that has to be found.
-    pub(super) fn has_level(&self) -> bool {
-        self.placed.effect.parameters.iter().any(|free| matches!(free.first, InitialGuess::Range(_)))
-    }
-
     /// In its typical size, to be fitted from anywhere.
     pub(super) fn as_typical(&self, rig: &Rig) -> Self {
         let typical = |(free, tried): (&FreeParameter, &ParameterSetting)| match free.first {

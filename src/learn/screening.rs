@@ -172,7 +172,7 @@ impl Screening<'_> {
         let most = |base_point| scores.iter().filter(|one| one.0 == base_point).map(|one| one.1).fold(0.0, f64::max);
         rough.par_iter_mut().for_each(|(effects, rough)| {
             // At which level a law begins shows only beside what else is missing.
-            if effects.len() > 1 && effects.iter().any(Candidate::has_level) {
+            if effects.len() > 1 && effects.iter().any(|effect| effect.placed.effect.has_level()) {
                 if let Some((found, start)) = self.best_of_starts(starts(effects), rough.as_ref()) {
                     (*rough, *effects) = (Some(found), start);
                 }

@@ -245,8 +245,7 @@ fn asks_for_more(tried: &Candidate, typical: bool) -> bool {
 
 /// Shares or distances at which a level is tried, where an effect has one that has to be found.
 fn levels(placed: &EffectInstance) -> Option<&'static [f64]> {
-    let of_level = placed.effect.parameters.iter().any(|free| matches!(free.first, InitialGuess::Range(_)));
-    of_level.then_some(match placed.spot {
+    placed.effect.has_level().then_some(match placed.spot {
         // Readings pile up at a limit, noise above it.
         Location::Sensor(_) => &[0.0, 2.0],
         _ => &[0.6, 0.75, 0.85, 0.95],

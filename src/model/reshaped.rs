@@ -6,7 +6,7 @@
 use super::InputSignals;
 use super::drive::{Piece, merge};
 use super::stretch::Stretch;
-use crate::rig::Rig;
+use crate::rig::{Input, Rig};
 
 /// Steps of the fourth order in each time constant of the spool: errors of 1e-4 of a stroke.
 const STEPS: f64 = 16.0;
@@ -95,15 +95,12 @@ impl InputSignals {
         if let Some(commanded) = self.commanded.take() {
             self.pieces = commanded;
         }
-        for (index, input) in rig.inputs.iter().enumerate().filter(|(_, input)| input.dead_time > 0.0) {
-            let acting = delayed(&self.pieces, rig.inputs.len(), (index, input.dead_time));
-            let commanded = std::mem::replace(&mut self.pieces, acting);
-            self.commanded.get_or_insert(commanded);
-        }
-        for following in followings {
-            let late = (following.input, following.dead_time);
-            let later = (following.dead_time > 0.0).then(|| delayed(&self.pieces, rig.inputs.len(), late));
-            let acting = with_mass(later.as_deref().unwrap_or(&self.pieces), following).or(later);
+        let late =
+            |(input, own): (usize, &Input)| Following { input, lag: 0.0, inertia_time: 0.0, dead_time: own.dead_time };
+        let of_inputs = rig.inputs.iter().enumerate().map(late);
+        for following in of_inputs.chain(followings.iter().copied()) {
+            let later = (following.dead_time > 0.0).then(|| delayed(&self.pieces, rig.inputs.len(), &following));
+            let acting = with_mass(later.as_deref().unwrap_or(&self.pieces), &following).or(later);
             if let Some(acting) = acting {
                 let commanded = std::mem::replace(&mut self.pieces, acting);
                 self.commanded.get_or_insert(commanded);
@@ -113,11 +110,11 @@ impl InputSignals {
     }
 }
 
-/// Pieces in which one input acts later by a dead time; of `inputs` inputs leaps are jumps.
-fn delayed(pieces: &[Piece], inputs: usize, (input, dead_time): (usize, f64)) -> Vec<Piece> {
+/// Pieces in which an input acts later by a dead time; of `inputs` inputs leaps are jumps.
+fn delayed(pieces: &[Piece], inputs: usize, following: &Following) -> Vec<Piece> {
     let columns = pieces.first().map_or(0, |piece| piece.from.len());
     let line = |column: usize| {
-        let later = if column == input { dead_time } else { 0.0 };
+        let later = if column == following.input { following.dead_time } else { 0.0 };
         let stretches = pieces.iter().map(|piece| piece.stretch(column));
         let mut late: Vec<Stretch> =
             stretches.map(|one| Stretch { start: one.start + later, end: one.end + later, ..one }).collect();
@@ -260,6 +257,6 @@ mod tests {
             piece(0.125, 0.1875, [0.0, 6.0], true),
             piece(0.1875, 0.5, [1.0, 6.0], true),
         ];
-        assert_eq!(delayed(&both, 2, (late.input, late.dead_time)), expected);
+        assert_eq!(delayed(&both, 2, &late), expected);
     }
 }

@@ -131,6 +131,13 @@ pub struct Effect {
     pub parameters: &'static [FreeParameter],
 }
 
+impl Effect {
+    /// Whether it begins at a level that has to be found.
+    pub fn has_level(&self) -> bool {
+        self.parameters.iter().any(|free| matches!(free.first, InitialGuess::Range(_)))
+    }
+}
+
 /// What a sensor does to its readings.
 pub trait Reading {
     /// Changes the readings at `times` (s) in place, by the parameters in the order of the card, SI.
