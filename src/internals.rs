@@ -30,6 +30,7 @@ rooms! {
     report,
     residual,
     rig,
+    settings,
     simulation,
     #[cfg(feature = "store")]
     store,

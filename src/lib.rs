@@ -79,6 +79,7 @@ mod record;
 mod report;
 mod residual;
 mod rig;
+mod settings;
 #[cfg(feature = "cli")]
 mod shards;
 mod simulation;
@@ -121,6 +122,7 @@ pub use model::{Model, Reading, Simulation, SolverEffort};
 pub use record::{Channel, Inputs, Record};
 pub use residual::Detection;
 pub use rig::Rig;
+pub use settings::{Setting, Settings};
 pub use simulation::{Method, Simulated, SimulationOptions, simulate};
 #[cfg(all(feature = "parquet", feature = "store"))]
 pub use store::export_parquet;

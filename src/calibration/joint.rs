@@ -50,10 +50,6 @@ pub(super) struct Solutions<'a> {
     known: Mutex<Known>,
 }
 
-/// Derivatives are taken anew where a parameter has moved by more than this share of what was known of it before: laws bend
-/// over such a distance by less than a hundredth, which moves the optimum by less than a hundredth of a standard error.
-const BENT: f64 = 0.25;
-
 impl<'a> Solutions<'a> {
     /// With what the rig has otherwise in each record as an estimated parameter of that record.
     pub fn new(model: &'a Model, records: &'a [Healthy<'a>], open: Vec<Estimated>) -> Self {
@@ -153,7 +149,8 @@ impl<'a> Solutions<'a> {
     fn slopes(&self, theta: &[f64]) -> Result<Arc<Slopes>, SimulationError> {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(slopes) = &known.slopes {
-            let moved = |((a, b), estimated): ((&f64, &f64), &Estimated)| (a - b).abs() > BENT * estimated.scale;
+            let share = self.model.rig.settings().calibration.moved_share;
+            let moved = |((a, b), estimated): ((&f64, &f64), &Estimated)| (a - b).abs() > share * estimated.scale;
             if !slopes.at.iter().zip(theta).zip(&self.estimated).any(moved) {
                 return Ok(slopes.clone());
             }

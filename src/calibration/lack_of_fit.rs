@@ -10,9 +10,6 @@ use crate::diagnosis::noise::Weights;
 use crate::diagnosis::{adequate, tame_squares};
 use crate::model::SimulationError;
 
-/// Phases that tell the size of a tolerance to a half: a variance of `n` values has a relative standard error of `sqrt(2/n)`.
-pub(super) const PHASES: usize = 8;
-
 impl Rounds<'_> {
     /// Weighs by noise and tolerance alone.
     pub(super) fn forget_lack_of_fit(&mut self) {
@@ -23,9 +20,10 @@ impl Rounds<'_> {
     pub(super) fn estimate_lack_of_fit(&mut self, theta: &[f64], weights: &[Weights]) -> Result<bool, SimulationError> {
         let squares = self.squares(theta, weights)?;
         let stated = &self.solutions.model.rig.sensors;
+        let settings = self.rig.settings().diagnosis.clone();
         let mut any = false;
         for ((sensor, (tame, all, samples)), stated) in self.rig.sensors.iter_mut().zip(squares).zip(stated) {
-            if samples == 0 || adequate(tame / samples as f64, samples) {
+            if samples == 0 || adequate(&settings, tame / samples as f64, samples) {
                 continue;
             }
             let lacking = sensor.variance() * (all / samples as f64 - 1.0).max(0.0);
@@ -63,7 +61,7 @@ impl Rounds<'_> {
             weights.apply(&mut misfit);
             let rows = misfit.len() / sums.len();
             for (sensor, (sum, own)) in sums.iter_mut().zip(misfit.chunks_exact(rows)).enumerate() {
-                sum.0 += tame_squares(own);
+                sum.0 += tame_squares(&self.rig.settings().diagnosis, own);
                 sum.1 += own.iter().map(|r| r * r).sum::<f64>();
                 sum.2 += weights.samples(sensor);
             }

@@ -33,7 +33,6 @@ use crate::record::Record;
 use crate::residual::settling;
 use crate::rig::{Rig, Sensor, TOLERANCE};
 use joint::{Healthy, Joint, Solutions};
-use lack_of_fit::PHASES;
 use noise::Noise;
 pub use report::{CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit};
 use tolerance::{Evidence, PortVariables};
@@ -62,26 +61,9 @@ pub struct Calibrated {
     pub report: CalibrationReport,
 }
 
-/// Parameters are searched this many standard deviations to both sides.
-const REACH: f64 = 5.0;
-/// A positive value is searched down to this share of the data sheet's.
-const LEAST_SHARE: f64 = 0.1;
-/// A misfit of more standard deviations pulls with constant force only (Huber).
-const ROBUST: f64 = 3.0;
-/// Width of the loss while the parameters are still those of the data sheet.
-const FAR: f64 = 10.0;
 /// How far each of the fits before the first round may go, in standard deviations of the data sheet: the box widens slowly,
 /// because far steps over bent laws may end in another valley. They end when they change the cost by less than this share.
 const FIRST: [f64; 10] = [0.7, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 5.0, 5.0];
-const NEAR: f64 = 0.002;
-/// Relative decrease of the cost that ends each fit, far below a rise of 1 in chi-square, and steps after which derivatives
-/// are better taken anew.
-const END: f64 = 1e-5;
-const MOST_ITERATIONS: u64 = 3;
-/// Relative changes of noise and tolerance, and standard errors of a parameter, below which rounds are settled.
-const SETTLED: (f64, f64, f64) = (0.05, 0.25, 0.3);
-/// A tolerance is no less than this share of the noise of a sample.
-const LEAST_TOLERANCE: f64 = 0.02;
 
 /// Calibrates the rig of a rig file on healthy records. `rig_text` is the text of the file, `rig` what was read from it; a
 /// calibration that is already there is replaced, not used.
@@ -189,13 +171,14 @@ fn first_fits(
     let (mut theta, mut cost) = (start.to_vec(), f64::INFINITY);
     let count = rig.context().count("first fits, at most", reaches.len());
     for &reach in reaches {
-        let mut joint = Joint::new(solutions, rough.clone(), prior).robust(&theta, Loss::SoftL1 { k: FAR })?;
+        let mut joint = Joint::new(solutions, rough.clone(), prior)
+            .robust(&theta, Loss::SoftL1 { k: rig.settings().calibration.first_loss_width })?;
         joint.confine(reach);
-        let fit = joint.fit(&theta, ends())?;
+        let fit = joint.fit(&theta, ends(rig))?;
         count.one();
         let gained = cost - fit.cost;
         (theta, cost) = (fit.theta, fit.cost);
-        if gained.abs() < NEAR * cost {
+        if gained.abs() < rig.settings().calibration.first_decrease * cost {
             break;
         }
     }
@@ -243,9 +226,11 @@ impl Begun<'_> {
             if rounds.estimate_lack_of_fit(&theta, &weights)? {
                 weights = Rounds::weights(&rounds.rig, &rounds.events(&rounds.rig, &theta)?);
             }
-            let joint = rounds.joint(weights.clone(), &theta, Loss::Huber { k: ROBUST })?;
-            let fit = joint.fit(&theta, ends())?;
-            let settled = joint.within(&fit.theta, &theta, SETTLED.2)? && alike(&before, &rounds.rig);
+            let joint =
+                rounds.joint(weights.clone(), &theta, Loss::Huber { k: sheet.settings().calibration.huber_width })?;
+            let fit = joint.fit(&theta, ends(sheet))?;
+            let settled = joint.within(&fit.theta, &theta, sheet.settings().calibration.settled_deviation)?
+                && alike(&before, &rounds.rig);
             theta.clone_from(&fit.theta);
             count.one();
             if settled || round >= most_rounds {
@@ -256,15 +241,18 @@ impl Begun<'_> {
     }
 }
 
-fn ends() -> Steps {
-    Steps { function: END, ..Steps::steps(MOST_ITERATIONS, 0.0) }
+fn ends(rig: &Rig) -> Steps {
+    let settings = &rig.settings().calibration;
+    Steps { function: settings.decrease, ..Steps::steps(settings.iterations, 0.0) }
 }
 
 /// Whether noise and tolerance have settled.
 fn alike(before: &Rig, after: &Rig) -> bool {
+    let settings = &after.settings().calibration;
     before.sensors.iter().zip(&after.sensors).all(|(before, after)| {
-        (after.noise - before.noise).abs() <= SETTLED.0 * before.noise
-            && (after.tolerance - before.tolerance).abs() <= SETTLED.1 * before.tolerance.max(after.tolerance)
+        (after.noise - before.noise).abs() <= settings.settled_noise * before.noise
+            && (after.tolerance - before.tolerance).abs()
+                <= settings.settled_tolerance * before.tolerance.max(after.tolerance)
     })
 }
 
@@ -279,9 +267,16 @@ fn open(rig: &Rig) -> Vec<Estimated> {
             continue;
         }
         let (low, high) = fault.map_or(parameter.bounds, |fault| fault.bounds);
-        let (near, far) = (parameter.value - REACH * known, parameter.value + REACH * known);
+        let (near, far) = (
+            parameter.value - rig.settings().calibration.search_reach * known,
+            parameter.value + rig.settings().calibration.search_reach * known,
+        );
         // What is positive by its nature does not vanish: laws are singular there.
-        let low = if low >= 0.0 && parameter.value > 0.0 { low.max(LEAST_SHARE * parameter.value) } else { low };
+        let low = if low >= 0.0 && parameter.value > 0.0 {
+            low.max(rig.settings().calibration.least_share * parameter.value)
+        } else {
+            low
+        };
         open.push(Estimated { parameter: index, bounds: (low.max(near), high.min(far)), scale: known });
     }
     open
@@ -364,7 +359,7 @@ impl Rounds<'_> {
     fn estimate_tolerance(&mut self, theta: &[f64], events: &[Events], sweeps: usize) -> Result<(), SimulationError> {
         let mut free = self.rig.clone();
         free.sensors.iter_mut().for_each(|sensor| sensor.tolerance = 0.0);
-        if events.iter().map(|one| one.phases.len()).sum::<usize>() < PHASES {
+        if events.iter().map(|one| one.phases.len()).sum::<usize>() < free.settings().calibration.tolerance_phases {
             return Ok(());
         }
         let curves = self.solutions.curves(theta)?;
@@ -388,7 +383,7 @@ impl Rounds<'_> {
         let evidence = Evidence::new(&free, seen, precision, pull, &colour, scale);
         let start: Vec<f64> = self.rig.sensors.iter().map(|sensor| sensor.tolerance).collect();
         for (sensor, tolerance) in self.rig.sensors.iter_mut().zip(evidence.tolerances(&start, sweeps)) {
-            sensor.tolerance = tolerance.max(LEAST_TOLERANCE * sensor.noise);
+            sensor.tolerance = tolerance.max(free.settings().calibration.least_tolerance_share * sensor.noise);
         }
         Ok(())
     }

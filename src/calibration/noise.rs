@@ -3,6 +3,7 @@
 use super::joint::{Curves, Solutions};
 use crate::diagnosis::noise;
 use crate::rig::Rig;
+use crate::settings::CalibrationSettings;
 
 /// Noise of one sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,40 +21,31 @@ impl Noise {
     }
 }
 
-/// Rows over which a straight line is taken off: long against the memory of a sensor, short against that of a circuit.
-const BLOCK: usize = 40;
-/// Least rows of such a stretch.
-const LEAST: usize = 10;
-/// Stretches that must be there before a sensor is judged anew.
-const FEWEST: usize = 5;
-/// Share of a sensor's variance that an event may add to a sample that counts as quiet.
-const QUIET: f64 = 0.1;
 /// Deviations count as no more than this many standard deviations (Huber's proposal 2).
 const TAME: f64 = 2.0;
 /// Mean of `min(z², 4)` over a normal distribution.
 const TAME_MEAN: f64 = 0.920_537;
-/// Largest correlation of neighbours that is believed.
-const SLOWEST: f64 = 0.9;
-/// Noise is taken as no less than this share of the resolution, and of the noise that the rig file states.
-const FLOOR: (f64, f64) = (0.1, 0.02);
 
 /// The noise of every sensor; `None` where too few quiet rows show it.
 ///
-/// Deviations from straight lines over [`BLOCK`] quiet rows, their variance by Huber's proposal 2 (Huber and Ronchetti,
+/// Deviations from straight lines over 40 quiet rows, their variance by Huber's proposal 2 (Huber and Ronchetti,
 /// *Robust Statistics*, 6.4), less what rounding adds. Colour as of first order.
 pub(super) fn estimate(rig: &Rig, solutions: &Solutions<'_>, curves: &Curves) -> Vec<Option<Noise>> {
+    let settings = &rig.settings().calibration;
     let mut stretches: Vec<Vec<Vec<f64>>> = vec![Vec::new(); rig.sensors.len()];
     for (one, curves) in solutions.records.iter().zip(curves) {
         let views: Vec<&[f64]> = curves.iter().map(Vec::as_slice).collect();
         let variance = noise::variances(rig, one.record, &views, false);
         let phases = noise::phases(rig, &one.drive, &one.record.time, &variance);
         for (index, sensor) in rig.sensors.iter().enumerate() {
-            let quiet = |row: usize| variance[index][row] <= (1.0 + QUIET) * sensor.variance();
+            let quiet = |row: usize| variance[index][row] <= (1.0 + settings.quiet_share) * sensor.variance();
             for phase in &phases {
                 let rows: Vec<usize> = phase.clone().filter(|&row| variance[index][row].is_finite()).collect();
                 for run in rows.chunk_by(|&a, &b| quiet(a) == quiet(b)).filter(|run| quiet(run[0])) {
-                    let count = run.len().div_ceil(BLOCK).max(1);
-                    for block in run.chunks(run.len().div_ceil(count)).filter(|block| block.len() >= LEAST) {
+                    let count = run.len().div_ceil(settings.noise_rows).max(1);
+                    for block in
+                        run.chunks(run.len().div_ceil(count)).filter(|block| block.len() >= settings.noise_rows_least)
+                    {
                         let misfit = |&row: &usize| curves[index][row] - one.measured[index][row];
                         stretches[index].push(straightened(block.iter().map(misfit).collect()));
                     }
@@ -63,9 +55,10 @@ pub(super) fn estimate(rig: &Rig, solutions: &Solutions<'_>, curves: &Curves) ->
     }
     let each = rig.sensors.iter().zip(&stretches);
     each.map(|(sensor, stretches)| {
-        let (variance, correlation) = pooled(stretches)?;
+        let (variance, correlation) = pooled(settings, stretches)?;
         let rounding = sensor.resolution * sensor.resolution / 12.0;
-        let floor = (FLOOR.0 * sensor.resolution).max(FLOOR.1 * sensor.noise);
+        let floor =
+            (settings.noise_floor_resolution * sensor.resolution).max(settings.noise_floor_stated * sensor.noise);
         Some(Noise { sigma: (variance - rounding).max(floor * floor).sqrt(), correlation })
     })
     .collect()
@@ -85,8 +78,8 @@ fn straightened(mut values: Vec<f64>) -> Vec<f64> {
 }
 
 /// Variance and correlation of neighbours of what straightened stretches were before.
-fn pooled(stretches: &[Vec<f64>]) -> Option<(f64, f64)> {
-    if stretches.len() < FEWEST {
+fn pooled(settings: &CalibrationSettings, stretches: &[Vec<f64>]) -> Option<(f64, f64)> {
+    if stretches.len() < settings.noise_stretches {
         return None;
     }
     let all: Vec<f64> = stretches.iter().flatten().copied().collect();
@@ -115,7 +108,7 @@ fn pooled(stretches: &[Vec<f64>]) -> Option<(f64, f64)> {
     let mut lost = 0.0;
     for _ in 0..20 {
         lost = (2.0 * (1.0 + correlation) / (1.0 - correlation) / rows).min(0.5);
-        correlation = (raw * (1.0 - lost) + lost).clamp(0.0, SLOWEST);
+        correlation = (raw * (1.0 - lost) + lost).clamp(0.0, settings.correlation_most);
         if correlation < 3.0 / total.sqrt() {
             correlation = 0.0;
         }
@@ -140,7 +133,9 @@ mod tests {
                     state = correlation * state + (1.0 - correlation * correlation).sqrt() * new;
                     state
                 };
-                straightened((0..BLOCK).map(|row| draw() + 3.0 + 0.2 * row as f64).collect())
+                straightened(
+                    (0..CalibrationSettings::default().noise_rows).map(|row| draw() + 3.0 + 0.2 * row as f64).collect(),
+                )
             })
             .collect()
     }
@@ -148,7 +143,7 @@ mod tests {
     #[test]
     fn variance_and_colour_are_found_again() {
         for (seed, truth) in [(1, 0.0), (2, 0.3), (3, 0.6)] {
-            let (variance, correlation) = pooled(&stretches(truth, seed)).unwrap();
+            let (variance, correlation) = pooled(&CalibrationSettings::default(), &stretches(truth, seed)).unwrap();
             assert!((variance - 1.0).abs() < 0.12, "{truth}: variance {variance}");
             assert!((correlation - truth).abs() < 0.06, "{truth}: correlation {correlation}");
         }
@@ -160,7 +155,7 @@ mod tests {
         for stretch in wild.iter_mut().step_by(4) {
             stretch[5] = 100.0;
         }
-        let (variance, _) = pooled(&wild).unwrap();
+        let (variance, _) = pooled(&CalibrationSettings::default(), &wild).unwrap();
         assert!((variance - 1.0).abs() < 0.12, "{variance}");
     }
 

@@ -6,7 +6,7 @@ use super::clusters;
 use super::joint::Joint;
 use super::principal::{self, Sources};
 use super::report::{CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit, SCHEMA};
-use super::{Given, Noise, ROBUST, Rounds};
+use super::{Given, Noise, Rounds};
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::count_there;
 use crate::diagnosis::{adequate, tame_squares};
@@ -17,12 +17,6 @@ use crate::rig::{Calibration, NEVER_KNOWN, Rig};
 
 /// Digits of a reported number.
 const DIGITS: usize = 7;
-/// Records have told something of a parameter if they halved its variance.
-const INFORMED: f64 = 0.7;
-/// Standard deviations of the data sheet beyond which a parameter is not believed to be that of a healthy part.
-const FAR_OFF: f64 = 3.0;
-/// Tolerances that are so many times the stated one, and as large as the noise, hide something.
-const COARSE: f64 = 3.0;
 /// Share that is taken from all correlations where rounding has spoilt them; the least eigenvalue that counts as none.
 const SHRINK: f64 = 1e-6;
 const SPOILT: f64 = 1e-8;
@@ -55,7 +49,7 @@ impl Rounds<'_> {
         weights: Vec<Weights>,
         (rounds, settled): (usize, bool),
     ) -> Result<(Rig, CalibrationReport), FitError> {
-        let loss = Loss::Huber { k: ROBUST };
+        let loss = Loss::Huber { k: sheet.settings().calibration.huber_width };
         let joint = self.joint(weights, &fit.theta, loss)?;
         let whole = joint.whole(&fit.theta)?;
         let white = joint.covariance(&fit.theta)?;
@@ -118,7 +112,7 @@ impl Rounds<'_> {
                 (|si| rounded(unit.from_si(si), DIGITS), |si| rounded(unit.difference_from_si(si), DIGITS));
             let (before, sigma_before) = (self.prior.mean[i], self.prior.sigma[i]);
             let away = (found.value - before) / sigma_before;
-            if away.abs() > FAR_OFF {
+            if away.abs() > rig.settings().calibration.implausible_deviations {
                 let at_end = fit.theta[i] <= one.bounds.0 || fit.theta[i] >= one.bounds.1;
                 warnings.push(format!(
                     "`{}` came out at {}, {:.1} standard deviations {}{}",
@@ -145,7 +139,7 @@ impl Rounds<'_> {
                 sigma_before: spread(sigma_before),
                 after: value(found.value),
                 sigma_after: spread(found.sigma),
-                informed: found.sigma < INFORMED * sigma_before,
+                informed: found.sigma < rig.settings().calibration.informed_share * sigma_before,
                 fault: sheet.is_fault(one.parameter),
             });
         }
@@ -153,7 +147,9 @@ impl Rounds<'_> {
         for (index, (before, after)) in sheet.sensors.iter().zip(&rig.sensors).enumerate() {
             let unit = sheet.sensor_unit(before);
             let spread = |si| rounded(unit.difference_from_si(si), DIGITS);
-            if after.tolerance > COARSE * before.tolerance && after.tolerance > after.noise {
+            if after.tolerance > rig.settings().calibration.coarse_tolerance * before.tolerance
+                && after.tolerance > after.noise
+            {
                 loose.push(format!("`{}` {}", after.name, shown(spread(after.tolerance), &unit.symbol)));
             }
             sensors.push(CalibratedSensor {
@@ -201,11 +197,11 @@ impl Rounds<'_> {
             let (mut channels, mut missed) = (Vec::new(), Vec::new());
             for (sensor, (known, range)) in sheet.sensors.iter().zip(series.by_ref()).enumerate() {
                 let samples = count_there(one.measured[sensor]).max(1);
-                let chi2 = tame_squares(&fit.misfit[range]) / samples as f64;
+                let chi2 = tame_squares(&sheet.settings().diagnosis, &fit.misfit[range]) / samples as f64;
                 let after = plain.as_ref().map_or(f64::NAN, |errors| errors[record][sensor]);
                 let unit = sheet.sensor_unit(known);
                 let error = |si| rounded(unit.difference_from_si(si), DIGITS);
-                let adequate = adequate(chi2, samples);
+                let adequate = adequate(&sheet.settings().diagnosis, chi2, samples);
                 if !adequate {
                     missed.push(format!("`{}` {:.1}", known.name, chi2));
                 }

@@ -8,17 +8,14 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::joint::{Healthy, Solutions};
-use super::{REACH, first_fits, open, taken};
+use super::{first_fits, open, taken};
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::{away, over_sensors};
-use crate::diagnosis::switching::{self as spools, DYNAMICS, LEFT, Open, WORTH, beyond_noise};
+use crate::diagnosis::switching::{self as spools, DYNAMICS, Open, beyond_noise};
 use crate::estimation::Gaussian;
 use crate::estimation::criteria::bic;
 use crate::model::{InputSignals, Model, SimulationError};
 use crate::rig::{Rig, Sensor};
-
-/// Linearisations at which other dynamics are asked for, each where the fit with those before has led.
-const ROUNDS: usize = 4;
 
 /// The rig of the model with spools that follow as the records show, and the fit with them; `None` where they may be as stated, or the
 /// model cannot be solved with others. They are believed where they take away most of what the model misses beyond noise.
@@ -28,8 +25,8 @@ pub(super) fn with_other_spools(solutions: &Solutions<'_>, prior: &Gaussian, the
     stated.followers().find(|follower| stated.is_alone(follower))?;
     stated.context().stage("how spools follow");
     let missed = missed_by(stated, &solutions.errors(theta).ok()?);
-    let found = followed(stated, (solutions, theta, missed), prior, ROUNDS)?;
-    (found.missed < LEFT * missed).then_some((found.rig, found.theta))
+    let found = followed(stated, (solutions, theta, missed), prior, stated.settings().calibration.dynamics_rounds)?;
+    (found.missed < stated.settings().diagnosis.dynamics_left_share * missed).then_some((found.rig, found.theta))
 }
 
 /// A fit with other spools.
@@ -52,7 +49,7 @@ fn followed(
     let model = Model::new(rig);
     let taken = taken(&model.rig, solutions.records.iter().map(|one| one.record)).ok()?;
     let other = Solutions::new(&model, &taken, open(&model.rig));
-    let theta = first_fits(&other, prior, theta, &[REACH; 3]).ok()?;
+    let theta = first_fits(&other, prior, theta, &[stated.settings().calibration.search_reach; 3]).ok()?;
     let reached = missed_by(&model.rig, &other.errors(&theta).ok()?);
     if reached >= missed {
         return None;
@@ -71,7 +68,9 @@ fn searched(stated: &Rig, solutions: &Solutions<'_>, prior: &Gaussian, theta: &[
         fall.is_finite().then_some(fall)
     };
     let excess = profile.cost - profile.samples;
-    let worth = |gain: f64| gain > WORTH * excess && bic(-gain, DYNAMICS, profile.samples) < 0.0;
+    let worth = |gain: f64| {
+        gain > stated.settings().diagnosis.dynamics_gain_share * excess && bic(-gain, DYNAMICS, profile.samples) < 0.0
+    };
     Some(spools::searched(stated, rig, &fall, worth, Open::All)?.0)
 }
 

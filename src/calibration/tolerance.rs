@@ -11,14 +11,11 @@ use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 use crate::diagnosis::noise::Weights;
 use crate::rig::Rig;
+use crate::settings::CalibrationSettings;
 
 /// Sizes of a tolerance, in standard deviations of its sensor's noise, at which its likelihood is evaluated: the least, the
 /// largest, and the ratio of neighbours.
 const GRID: (f64, f64, f64) = (0.01, 30.0, 1.6);
-/// Degrees of freedom of the half-t prior of a tolerance (Gelman, Bayesian Analysis 1 (2006)).
-const FREEDOM: f64 = 4.0;
-/// What remains of a sample when the levels of its phase are taken off counts as no more than this.
-const WILD: f64 = 3.0;
 /// Directions that hold less than this share of the largest are rounding.
 const NOTHING: f64 = 1e-9;
 
@@ -43,6 +40,7 @@ pub(super) struct Evidence {
     noise: Vec<f64>,
     /// Scale of the prior, in standard deviations of the noise.
     scale: Vec<f64>,
+    settings: CalibrationSettings,
 }
 
 /// One record as the tolerances see it.
@@ -68,7 +66,8 @@ impl Evidence {
         scale: Vec<f64>,
     ) -> Self {
         let noise: Vec<f64> = rig.sensors.iter().map(|sensor| sensor.variance().sqrt()).collect();
-        let mut evidence = Self { phases: Vec::new(), precision, noise, scale };
+        let mut evidence =
+            Self { phases: Vec::new(), precision, noise, scale, settings: rig.settings().calibration.clone() };
         let mut pull = pull;
         for record in records {
             evidence.add(record, &mut pull, colour);
@@ -123,7 +122,8 @@ impl Evidence {
             let directions = &level * &turn;
             let flat = &directions * directions.tr_mul(&misfit);
             // Levels stay; only what is left of a sample is tamed.
-            let tamed = DVector::from_fn(picked.len(), |k, _| flat[k] + (misfit[k] - flat[k]).clamp(-WILD, WILD));
+            let most = self.settings.level_outlier_misfit;
+            let tamed = DVector::from_fn(picked.len(), |k, _| flat[k] + (misfit[k] - flat[k]).clamp(-most, most));
             let seen = directions.tr_mul(&tamed);
             let of_parameter = directions.tr_mul(&columns);
             *pull -= columns.tr_mul(&tamed) - of_parameter.tr_mul(&seen);
@@ -158,7 +158,7 @@ impl Evidence {
     /// They are too large about as often as too small; roots of the mean squares, which the long tail of few phases rules,
     /// make intervals wider than their name.
     pub fn tolerances(&self, start: &[f64], sweeps: usize) -> Vec<f64> {
-        let (least, most, ratio) = GRID;
+        let ((least, most, ratio), freedom) = (GRID, self.settings.tolerance_freedom);
         let mut sizes: Vec<f64> =
             start.iter().zip(&self.noise).map(|(start, noise)| (start / noise).clamp(least, most)).collect();
         let grid: Vec<f64> =
@@ -170,9 +170,9 @@ impl Evidence {
                     .iter()
                     .map(|&size| {
                         tried[sensor] = size;
-                        let distance = (size / self.scale[sensor]).powi(2) / FREEDOM;
+                        let distance = (size / self.scale[sensor]).powi(2) / freedom;
                         // On a logarithmic grid each point stands for an interval as long as its size.
-                        let prior = -(FREEDOM + 1.0) * distance.ln_1p() + 2.0 * size.ln();
+                        let prior = -(freedom + 1.0) * distance.ln_1p() + 2.0 * size.ln();
                         self.score(&tried).map_or(f64::NEG_INFINITY, |score| score + prior)
                     })
                     .collect();

@@ -138,7 +138,11 @@ impl Beside<'_> {
     /// Sensors whose columns read several times what the model says, and the same in words.
     fn misread(&self, healthy: &[Vec<f64>]) -> Vec<(usize, String)> {
         let told = self.rig.sensors.iter().enumerate().filter_map(|(index, sensor)| {
-            let ratio = ratio_to_healthy(&self.measured[index]?[..self.times.len()], &healthy[index])?;
+            let ratio = ratio_to_healthy(
+                &self.rig.settings().diagnosis,
+                &self.measured[index]?[..self.times.len()],
+                &healthy[index],
+            )?;
             let unit = self.rig.sensor_unit(sensor).symbol;
             Some((index, reads_otherwise(&format!("`{}`", sensor.column), ratio, &unit)))
         });

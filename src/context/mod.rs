@@ -1,4 +1,4 @@
-//! What a computation runs in: who hears of its progress, who may end it early, and on which threads it works.
+//! What a computation runs in: who hears of its progress, who may end it early, on which threads it works, and with which thresholds.
 //!
 //! A [`Context`] comes with the [rig](crate::rig::Rig) and so reaches every computation on it. There is nothing of it that the
 //! whole program shares: two diagnoses in one program have their own progress, cancellation and threads.
@@ -13,11 +13,12 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::complaint::{Complaint, Kind};
+use crate::settings::Settings;
 pub(crate) use crew::work_off;
 pub use progress::Progress;
 pub(crate) use progress::{Count, Listener};
 
-/// The progress listener, the cancellation flag, the threads and the effort of a computation. Clones share all of them.
+/// The progress listener, the cancellation flag, the threads, the effort and the settings of a computation. Clones share all of them.
 ///
 /// ```
 /// use borescope::Context;
@@ -37,6 +38,7 @@ pub struct Context {
     cancelled: Arc<AtomicBool>,
     threads: Option<Arc<ThreadPool>>,
     effort: Arc<Effort>,
+    settings: Arc<Settings>,
 }
 
 /// Who hears what a first look shows.
@@ -100,6 +102,17 @@ impl Context {
             Complaint::new(Kind::Bounds, format!("{threads} threads cannot be started: {error}")).help("ask for fewer")
         })?;
         Ok(Self { threads: Some(Arc::new(pool)), ..self })
+    }
+
+    /// The same with other thresholds.
+    #[must_use]
+    pub fn with_settings(self, settings: Settings) -> Self {
+        Self { settings: Arc::new(settings), ..self }
+    }
+
+    /// The thresholds of diagnosis, learning and calibration.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
     }
 
     /// What has been solved so far in this context and its clones.

@@ -12,20 +12,12 @@ use crate::model::{InputSignals, Model, SimulationError};
 use crate::record::Record;
 use crate::rig::FaultSet;
 use crate::rig::Rig;
+use crate::settings::DiagnosisSettings;
 
-/// A decrease of the cost of less is not worth a step towards a value that is reported.
-pub const EXACT: f64 = 0.02;
-/// Nor, where sets of faults are compared, one of less than this: what is promised itself is counted.
-pub const ROUGH: f64 = 0.5;
-/// Uncertain parameters are searched this many standard deviations to both sides.
-pub(crate) const REACH: f64 = 6.0;
-/// Least share of its stated value that something positive is estimated as.
-const LEAST: f64 = 0.1;
-/// How far a value that has not changed may be from what it was before, as a share of its uncertainty: as good as nothing,
-/// but more than rounding.
-const APART: f64 = 1e-3;
-/// A misfit of more standard deviations pulls with constant force only (Huber); one sample in 400 is beyond by chance.
-pub const ROBUST: Loss = Loss::Huber { k: 3.0 };
+/// The loss of a sample.
+pub(crate) fn robust(rig: &Rig) -> Loss {
+    Loss::Huber { k: rig.settings().diagnosis.huber_width }
+}
 
 /// A record, a rig, and all that may be estimated: the faults first, in their order, then what else is uncertain.
 pub struct Case<'a> {
@@ -60,7 +52,8 @@ impl<'a> Case<'a> {
         let mut covariance = rig.covariance(&known.iter().map(|&index| estimated[index].parameter).collect::<Vec<_>>());
         for (place, &index) in known.iter().enumerate() {
             if rig.before(estimated[index].parameter).is_some() {
-                covariance[(place, place)] *= 1.0 + APART * APART;
+                let unchanged = rig.settings().diagnosis.unchanged_share;
+                covariance[(place, place)] *= 1.0 + unchanged * unchanged;
             }
         }
         let mut full = RecordProblem::new(model, drive, &record.time, measured, weights, estimated);
@@ -70,6 +63,11 @@ impl<'a> Case<'a> {
 
     pub fn rig(&self) -> &'a Rig {
         &self.full.model.rig
+    }
+
+    /// The thresholds of diagnosis.
+    pub(crate) fn settings(&self) -> &'a DiagnosisSettings {
+        &self.rig().settings().diagnosis
     }
 
     /// Number of faults.
@@ -110,7 +108,7 @@ impl<'a> Case<'a> {
 
     /// `2 F` of record and prior while the faults of `set` are present, from the misfits of the record at `theta`.
     pub fn cost(&self, set: FaultSet, misfit: &[f64], theta: &[f64]) -> f64 {
-        2.0 * ROBUST.cost(misfit) + self.prior(set).misfit(theta).norm_squared()
+        2.0 * robust(self.rig()).cost(misfit) + self.prior(set).misfit(theta).norm_squared()
     }
 
     /// Width of the range in which a fault is searched, SI.
@@ -156,7 +154,7 @@ impl<'a> Case<'a> {
     /// # Errors
     /// The model cannot be solved there, or what it gives is not finite.
     pub fn local_model(&self, theta: &[f64]) -> Result<LocalModel, FitError> {
-        LocalModel::at(&self.full, theta, ROBUST)
+        LocalModel::at(&self.full, theta, robust(self.rig()))
     }
 
     /// Fits the faults of `set` along a local model from nearby, in so many steps.
@@ -252,9 +250,12 @@ pub(super) fn estimated(rig: &Rig) -> Vec<Estimated> {
     let stated =
         rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0 && !parameter.per_event);
     let uncertain = stated.filter(|(index, _)| !rig.is_fault(*index)).map(|(index, known)| {
-        let (low, high) = (known.value - REACH * known.sigma, known.value + REACH * known.sigma);
+        let settings = &rig.settings().diagnosis;
+        let reach = settings.search_reach * known.sigma;
+        let (low, high) = (known.value - reach, known.value + reach);
         // What is positive by nature stays of the size stated: a laminar start of nothing cannot be solved.
-        let least = if known.bounds.0 > 0.0 { known.bounds.0.max(known.value * LEAST) } else { known.bounds.0 };
+        let least =
+            if known.bounds.0 > 0.0 { known.bounds.0.max(known.value * settings.least_share) } else { known.bounds.0 };
         let bounds = (least.max(low), known.bounds.1.min(high));
         Estimated { parameter: index, bounds, scale: known.sigma }
     });

@@ -8,8 +8,8 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::case::ROBUST;
-use super::estimate::{self, Estimate, FROM_HEALTHY};
+use super::case::robust;
+use super::estimate::{self, Estimate};
 use super::noise::Weights;
 use super::problem::away;
 use super::weighing::prior_odds;
@@ -22,17 +22,6 @@ use crate::rig::{Quantity, Rig};
 
 /// Standard atmosphere, Pa (ISO 2533): what an absolute pressure sensor shows above a gauge one.
 const ATMOSPHERE: f64 = 101_325.0;
-/// Rate at which a clock is tried first: so small that curves shift by less than a row in most records.
-const FIRST_RATE: f64 = 1e-4;
-/// Largest rate that is searched. Quartz errs by 1e-4; beyond this the interval itself is mistaken, which `check` asks about.
-const MOST_RATE: f64 = 0.05;
-/// Most times that the rate is improved: misfits far beyond the noise pull with constant force only, so a large one is reached in
-/// several steps.
-const IMPROVED: usize = 8;
-/// Relinearisations of the fit without faults from which the rate is estimated.
-const RELINEARISED: usize = 3;
-/// Discrete causes that are explained in full, those that leave least to the healthy model.
-const EXPLAINED: usize = 2;
 
 /// A mistake in how a record was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -173,8 +162,8 @@ impl Diagnosed {
         let Ok(measured) = estimate::measured(rig, record) else { return f64::NEG_INFINITY };
         let mut misfit = away(&self.model, &measured);
         weights.apply(&mut misfit);
-        let own: f64 = self.misfit.iter().map(|channel| ROBUST.cost(channel)).sum();
-        self.evidence + own - ROBUST.cost(&misfit)
+        let own: f64 = self.misfit.iter().map(|channel| robust(rig).cost(channel)).sum();
+        self.evidence + own - robust(rig).cost(&misfit)
     }
 }
 
@@ -189,7 +178,7 @@ fn promising(model: &Model, record: &Record) -> Vec<Cause> {
         for (misfit, sensor) in misfit.chunks_mut(record.time.len().max(1)).zip(&rig.sensors) {
             misfit.iter_mut().for_each(|value| *value = if value.is_nan() { 0.0 } else { *value / sensor.noise });
         }
-        Some(ROBUST.cost(&misfit))
+        Some(robust(rig).cost(&misfit))
     };
     let Some(plain) = cost(record) else { return Vec::new() };
     let causes = Cause::discrete(rig).into_iter();
@@ -197,21 +186,21 @@ fn promising(model: &Model, record: &Record) -> Vec<Cause> {
         causes.filter_map(|cause| Some((cost(&cause.corrected(rig, record))?, cause))).collect();
     costs.retain(|(cost, _)| *cost < plain);
     costs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    costs.into_iter().take(EXPLAINED).map(|(_, cause)| cause).collect()
+    costs.into_iter().take(model.rig.settings().diagnosis.causes_explained).map(|(_, cause)| cause).collect()
 }
 
 /// The clock with the rate at which the model without faults explains the record best.
 fn clock(model: &Model, record: &Record) -> Option<Cause> {
     let mut rate = 0.0;
-    for _ in 0..IMPROVED {
+    for _ in 0..model.rig.settings().diagnosis.clock_improvements {
         let corrected = Cause::FastClock(rate).corrected(&model.rig, record);
         let drive = InputSignals::from_record(&model.rig, &corrected).ok()?;
         let near = estimate::near(model, &corrected, &drive, None, 1).ok()?;
-        let healthy = near.without_faults(RELINEARISED).ok()?;
+        let healthy = near.without_faults(model.rig.settings().diagnosis.clock_linearisations).ok()?;
         let score = score_of_rate(&healthy)?;
         // What is left of the first rate r by a further one s: (1 + r)(1 + s) - 1.
-        rate = (1.0 + rate).mul_add(1.0 + FIRST_RATE * score.factor, -1.0);
-        if rate.abs() > MOST_RATE {
+        rate = (1.0 + rate).mul_add(1.0 + model.rig.settings().diagnosis.clock_rate_tried * score.factor, -1.0);
+        if rate.abs() > model.rig.settings().diagnosis.clock_rate_most {
             return None;
         }
         // Less than a standard error further: the rate stands.
@@ -227,7 +216,7 @@ fn score_of_rate(near: &Estimate<'_>) -> Option<Score> {
     let (case, isolation) = (&near.case, &near.isolation);
     let (full, best) = (&case.full, &isolation.best);
     let values = full.parameters(&best.theta);
-    let record = Cause::FastClock(FIRST_RATE).corrected(case.rig(), case.record);
+    let record = Cause::FastClock(case.settings().clock_rate_tried).corrected(case.rig(), case.record);
     let drive = InputSignals::from_record(case.rig(), &record).ok()?;
     let plain = full.model.solve(&values, full.drive, full.times).ok()?.values;
     let with = full.model.solve(&values, &drive, &record.time).ok()?.values;
@@ -243,12 +232,12 @@ fn explain(model: &Model, record: &Record, cause: Cause) -> Option<Explained> {
     let record = cause.corrected(&model.rig, record);
     let (evidence, weights, missed) = {
         let drive = InputSignals::from_record(&model.rig, &record).ok()?;
-        let near = estimate::near(model, &record, &drive, None, FROM_HEALTHY).ok()?;
+        let near = estimate::near(model, &record, &drive, None, model.rig.settings().diagnosis.healthy_rounds).ok()?;
         let size = match cause {
             Cause::FastClock(_) => occam_of_rate(&near).unwrap_or(0.0),
             Cause::AbsolutePressures | Cause::Swapped(_) | Cause::Turned(_) => 0.0,
         };
-        let evidence = near.isolation.evidence(&near.case) + prior_odds(near.case.faults()) + size;
+        let evidence = near.isolation.evidence(&near.case) + prior_odds(&near.case) + size;
         (evidence, near.case.full.weights.clone(), near.missed())
     };
     Some(Explained { cause, record, evidence, weights, missed })
@@ -256,6 +245,7 @@ fn explain(model: &Model, record: &Record, cause: Cause) -> Option<Explained> {
 
 /// Logarithm of the share of its range that the record leaves the rate of a clock (Laplace's approximation).
 fn occam_of_rate(near: &Estimate<'_>) -> Option<f64> {
-    let sigma = FIRST_RATE / score_of_rate(near)?.information.sqrt();
-    Some(((2.0 * std::f64::consts::PI).sqrt() * sigma / (2.0 * MOST_RATE)).ln().min(0.0))
+    let settings = near.case.settings();
+    let sigma = settings.clock_rate_tried / score_of_rate(near)?.information.sqrt();
+    Some(((2.0 * std::f64::consts::PI).sqrt() * sigma / (2.0 * settings.clock_rate_most)).ln().min(0.0))
 }

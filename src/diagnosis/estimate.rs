@@ -2,13 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::case::{Case, ROBUST};
+use super::case::{Case, robust};
 use super::events::{weights, weights_along};
-use super::hypotheses::{Isolation, MOST_ROUNDS, Stopped, held, isolate, isolate_from};
+use super::hypotheses::{Isolation, Stopped, held, isolate, isolate_from};
 use super::noise::{self, Weights};
-use super::preliminary::{FIRST_FORMS, quick};
+use super::preliminary::quick;
 use super::search::{self, roughly};
-use super::summary::Missed;
 use super::unseen::{in_step, simpler, unseen};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::estimation::criteria::bic;
@@ -17,18 +16,6 @@ use crate::model::{InputSignals, Model};
 use crate::record::{Channel, Record};
 use crate::rig::FaultSet;
 use crate::rig::Rig;
-
-/// Cost per sample from which on a start is taken to have missed; noise alone costs 1/2.
-const POOR: f64 = 1.0;
-/// Most rounds of isolation and renewed weights. Weights hang on the fit only through when things happen, so two are
-/// enough unless the start was far.
-const MOST_RENEWALS: usize = 3;
-/// Rounds of isolation from the healthy rig: what it takes where the faults are small or those of sensors.
-pub const FROM_HEALTHY: u64 = 2;
-/// A round that leaves this share of a cost that is far too large is the last.
-const STUCK: f64 = 0.5;
-/// Standard errors by which no fault moves any more when the rounds end.
-const SETTLED: f64 = 0.3;
 
 /// The explanation of a record.
 pub struct Estimate<'a> {
@@ -62,12 +49,14 @@ pub fn estimate<'a>(
     drive: &'a InputSignals,
     guess: Option<(&[f64], FaultSet)>,
 ) -> Result<Estimate<'a>, Complaint> {
-    let mut near = near(model, record, drive, guess, if guess.is_some() { MOST_ROUNDS } else { FROM_HEALTHY })?;
+    let settings = &model.rig.settings().diagnosis;
+    let rounds = if guess.is_some() { settings.isolation_rounds } else { settings.healthy_rounds };
+    let mut near = near(model, record, drive, guess, rounds)?;
     if !near.missed() {
         return Ok(near);
     }
     let places = near.places();
-    Ok(near.best_from_places(&places, MOST_ROUNDS))
+    Ok(near.best_from_places(&places, settings.isolation_rounds))
 }
 
 /// Explains a record as that of the healthy rig, weighed by where the healthy model has its events, and isolates from there in so many
@@ -145,7 +134,7 @@ pub(super) fn case_at<'a>(
 fn renewed(case: &mut Case<'_>, theta: &[f64]) -> Result<LocalModel, FitError> {
     let (weights, solved) = weights_along(&case.full, case.record, theta)?;
     case.full.weights = weights;
-    LocalModel::of(&case.full, theta, case.full.linearised(theta, &solved), ROBUST)
+    LocalModel::of(&case.full, theta, case.full.linearised(theta, &solved), robust(case.rig()))
 }
 
 /// Isolates the faults of a record from values of all estimated parameters that are near already, with weights of there.
@@ -209,7 +198,7 @@ impl<'a> Estimate<'a> {
         let case = &mut self.case;
         let rough = rough(case.full.model, case.record, case.full.drive, &case.full.measured);
         let weights = std::mem::replace(&mut case.full.weights, rough);
-        let places = search::places(case, search::SEVERAL);
+        let places = search::places(case, search::Depth::several(case.settings()));
         self.case.full.weights = weights;
         places
     }
@@ -252,7 +241,8 @@ impl<'a> Estimate<'a> {
         let (set, theta, rounds) = (self.isolation.set(), self.isolation.best.theta, self.isolation.rounds);
         self.case.full.model = model;
         let record = self.case.record;
-        let exact = isolate(&self.case, &theta, set, MOST_ROUNDS).map_err(|error| unsolvable(model, record, error))?;
+        let exact = isolate(&self.case, &theta, set, self.case.settings().isolation_rounds)
+            .map_err(|error| unsolvable(model, record, error))?;
         Ok(Self { case: self.case, isolation: Isolation { rounds: rounds + exact.rounds, ..exact } })
     }
 
@@ -260,7 +250,8 @@ impl<'a> Estimate<'a> {
     #[must_use]
     pub fn resumed(mut self, theta: &[f64]) -> Self {
         let set = self.isolation.set();
-        if let Ok(isolation) = settle(&mut self.case, theta, set, MOST_ROUNDS) {
+        let rounds = self.case.settings().isolation_rounds;
+        if let Ok(isolation) = settle(&mut self.case, theta, set, rounds) {
             self.isolation = isolation;
         }
         self
@@ -285,7 +276,8 @@ impl<'a> Estimate<'a> {
         starts.dedup_by_key(|(_, set)| *set);
         let samples = unfollowed.full.weights.all_samples() as f64;
         let fitted = starts.par_iter().filter_map(|(start, set)| {
-            let fit = quick(&roughly, record, full.drive, (start, *set), FIRST_FORMS).ok()?;
+            let fit =
+                quick(&roughly, record, full.drive, (start, *set), self.case.settings().first_linearisations).ok()?;
             Some((fit.theta, *set, bic(fit.cost, set.len(), samples)))
         });
         let fitted: Vec<_> = fitted.collect();
@@ -308,7 +300,9 @@ impl<'a> Estimate<'a> {
 
     /// Whether the model explains every sensor within noise and tolerance.
     pub fn explains(&self) -> bool {
-        super::missed(&self.case.full.weights, &self.isolation.best.misfit).iter().all(Missed::is_explained)
+        let settings = self.case.settings();
+        let missed = super::missed(settings, &self.case.full.weights, &self.isolation.best.misfit);
+        missed.iter().all(|one| one.is_explained(settings))
     }
 
     /// Whether it leaves more than noise unexplained.
@@ -319,7 +313,7 @@ impl<'a> Estimate<'a> {
 
 fn missed(case: &Case<'_>, isolation: &Isolation) -> bool {
     let samples = case.full.weights.all_samples() as f64;
-    isolation.best.cost > 2.0 * POOR * samples
+    isolation.best.cost > 2.0 * case.settings().missed_cost * samples
 }
 
 /// Weights from the record alone, before any model has followed it.
@@ -331,21 +325,22 @@ fn rough(model: &Model, record: &Record, drive: &InputSignals, data: &[&[f64]]) 
 /// Explains the record from a guess. Where that does, weights are renewed where the explanation puts the events, and the
 /// explanation with them, until no fault moves.
 fn settle(case: &mut Case<'_>, guess: &[f64], set: FaultSet, most_rounds: u64) -> Result<Isolation, FitError> {
+    let settings = &case.full.model.rig.settings().diagnosis;
     let mut isolation = isolate(case, guess, set, most_rounds)?;
-    for _ in 0..MOST_RENEWALS {
-        if most_rounds < MOST_ROUNDS && missed(case, &isolation) {
+    for _ in 0..settings.weight_renewals {
+        if most_rounds < settings.isolation_rounds && missed(case, &isolation) {
             break;
         }
         let form = renewed(case, &isolation.best.theta)?;
         let before = isolation;
         isolation = isolate_from(case, form, before.set(), most_rounds)?;
-        if missed(case, &isolation) && isolation.best.cost > STUCK * before.best.cost {
+        if missed(case, &isolation) && isolation.best.cost > settings.stuck_share * before.best.cost {
             break;
         }
         let still = |fault: usize| {
             let sigma = isolation.schur.sigma(isolation.set().iter(), fault);
             let sigma = sigma.map_or(case.range(fault), |sigma| sigma * isolation.local.scale[fault]);
-            (isolation.best.theta[fault] - before.best.theta[fault]).abs() <= SETTLED * sigma
+            (isolation.best.theta[fault] - before.best.theta[fault]).abs() <= settings.settled_deviation * sigma
         };
         if isolation.set() != before.set() || !isolation.set().iter().all(still) {
             continue;
@@ -357,9 +352,9 @@ fn settle(case: &mut Case<'_>, guess: &[f64], set: FaultSet, most_rounds: u64) -
         isolation = isolate(case, &point.theta, set, most_rounds)?;
     }
     // Few rounds are for looking whether a start leads anywhere; one that does is walked to its end.
-    if isolation.stopped == Stopped::Rounds && most_rounds < MOST_ROUNDS && !missed(case, &isolation) {
+    if isolation.stopped == Stopped::Rounds && most_rounds < settings.isolation_rounds && !missed(case, &isolation) {
         let (theta, set) = (isolation.best.theta.clone(), isolation.set());
-        isolation = isolate(case, &theta, set, MOST_ROUNDS)?;
+        isolation = isolate(case, &theta, set, settings.isolation_rounds)?;
     }
     Ok(isolation)
 }

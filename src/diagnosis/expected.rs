@@ -39,9 +39,6 @@ pub struct Rival {
     pub mistaken: f64,
 }
 
-/// A set is called identifiable if noise turns the order against each rival in fewer than one record of this many.
-const ONE_IN: f64 = 100.0;
-
 /// What a record driven by `drive` at the rows of `record` would say if each `(fault, value)` (index among the rig's
 /// faults, SI) were present. Of `record` only times and inputs are used.
 ///
@@ -71,7 +68,10 @@ pub fn expected(
     let truth: FaultSet = faults.iter().map(|&(fault, _)| fault).collect();
     let rivals = rivals(&case, &schur, truth);
     let identifiable = faults.iter().map(|&(fault, _)| {
-        rivals.iter().filter(|(set, _)| !set.contains(fault)).all(|(_, rival)| rival.mistaken * ONE_IN <= 1.0)
+        rivals
+            .iter()
+            .filter(|(set, _)| !set.contains(fault))
+            .all(|(_, rival)| rival.mistaken * rig.settings().diagnosis.identifiable_records <= 1.0)
     });
     let identifiable = identifiable.collect();
     let sigma = |fault: usize| Some(schur.sigma(truth.iter(), fault)? * local.scale[fault]);
@@ -85,12 +85,12 @@ pub fn expected(
 
 /// Every other set that might be taken for `truth`.
 fn rivals(case: &Case<'_>, schur: &SchurComplement, truth: FaultSet) -> Vec<(FaultSet, Rival)> {
-    let odds = prior_odds(case.faults());
+    let odds = prior_odds(case);
     let priced = |set: FaultSet| schur.occam(set.iter(), 1.0) + odds * set.len() as f64;
     let Some(best) = schur.best(truth.iter()) else { return Vec::new() };
     let own = priced(truth);
     let alone = |set: FaultSet| Some(priced(set) - 0.5 * schur.best(set.iter())?.cost);
-    candidates(case.faults(), truth, alone)
+    candidates(case.settings(), case.faults(), truth, alone)
         .into_iter()
         .filter(|&set| set != truth)
         .filter_map(|set| {

@@ -9,14 +9,12 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::case::{Case, ROUGH};
-use super::weighing::{Around, SETTLED, STEPS, Weighed, Weighing, inflations, overtaking, prior_odds, weigh};
+use super::case::Case;
+use super::weighing::{Around, Weighed, Weighing, inflations, overtaking, prior_odds, weigh};
 use crate::estimation::{Fit, FitError, LocalModel, Options, SchurComplement};
 use crate::model::SimulationError;
 use crate::rig::FaultSet;
 
-/// Most rounds.
-pub const MOST_ROUNDS: u64 = 8;
 /// Sets with less probability are left out of the list.
 const NEGLIGIBLE: f64 = 1e-6;
 
@@ -44,9 +42,12 @@ pub struct Isolation {
 }
 
 /// What ended the search.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stopped {
-    Settled,
+    /// No step promises a decrease of this or more.
+    Settled {
+        decrease: f64,
+    },
     Rounds,
     Unsolvable,
 }
@@ -54,9 +55,9 @@ pub enum Stopped {
 impl fmt::Display for Stopped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Settled => write!(
+            Self::Settled { decrease } => write!(
                 f,
-                "no other fault combination is more probable, and no step lowers chi-square by more than {SETTLED}"
+                "no other fault combination is more probable, and no step lowers chi-square by more than {decrease}"
             ),
             Self::Rounds => f.write_str(
                 "the limit of iterations was reached while fault combinations or values still changed: probabilities and last digits are approximate",
@@ -74,7 +75,7 @@ impl Isolation {
     /// Logarithm of the evidence of its set, up to what is the same for all sets of the record.
     pub fn evidence(&self, case: &Case<'_>) -> f64 {
         let set = self.set();
-        prior_odds(case.faults()) * set.len() as f64 + self.schur.occam(set.iter(), 1.0) - 0.5 * self.best.cost
+        prior_odds(case) * set.len() as f64 + self.schur.occam(set.iter(), 1.0) - 0.5 * self.best.cost
     }
 
     /// Probability of each set, in the order of `weighed`.
@@ -141,19 +142,22 @@ pub(super) fn isolate_from(
                     reason: "no fault combination can be simulated".to_owned(),
                 })
             };
-            let best = case.fit(&local, centre, &local.theta, Options::steps(0, ROUGH)).map_err(|_| unsolvable())?;
+            let best = case
+                .fit(&local, centre, &local.theta, Options::steps(0, case.settings().rough_decrease))
+                .map_err(|_| unsolvable())?;
             let stopped = Stopped::Unsolvable;
             return Ok(Isolation { weighed, best, local, schur, inflation, rounds, stopped });
         };
         let gained = case.cost(set, &local.misfit, &local.theta) - best.cost;
-        let stays = set == centre && gained < SETTLED;
+        let stays = set == centre && gained < case.settings().isolation_decrease;
         let further = match stays {
             _ if rounds >= most_rounds => None,
             true => overtaking(case, around, &mut weighed, reached),
             false => Some((set, best.clone())),
         };
         let Some((set, point)) = further else {
-            let stopped = if stays { Stopped::Settled } else { Stopped::Rounds };
+            let stopped =
+                if stays { Stopped::Settled { decrease: case.settings().isolation_decrease } } else { Stopped::Rounds };
             return Ok(Isolation { weighed, best, local, schur, inflation, rounds, stopped });
         };
         damping = point.damping;
@@ -169,24 +173,36 @@ pub(super) fn isolate_from(
 pub(super) fn held(case: &Case<'_>, local: LocalModel, set: FaultSet) -> Result<Isolation, FitError> {
     let schur = case.schur_complement(&local);
     let inflation = vec![1.0; case.faults()];
-    let best = case.fit(&local, set, &local.theta, Options::steps(STEPS, ROUGH))?;
+    let best = case.fit(
+        &local,
+        set,
+        &local.theta,
+        Options::steps(case.settings().isolation_steps, case.settings().rough_decrease),
+    )?;
     let weighed = vec![Weighed { set, score: 0.0, point: Some(best.clone()) }];
-    Ok(Isolation { weighed, best, local, schur, inflation, rounds: 1, stopped: Stopped::Settled })
+    Ok(Isolation {
+        weighed,
+        best,
+        local,
+        schur,
+        inflation,
+        rounds: 1,
+        stopped: Stopped::Settled { decrease: case.settings().isolation_decrease },
+    })
 }
 
 /// Groups of faults of which one is there and which one stays open: each pair that takes the other's place in sets of
 /// some probability.
-pub fn ambiguity(isolation: &Isolation, faults: usize) -> Vec<Vec<usize>> {
-    const OPEN: f64 = 0.05;
+pub fn ambiguity(isolation: &Isolation, case: &Case<'_>) -> Vec<Vec<usize>> {
     let probabilities = isolation.probabilities();
     let instead = |a: usize, b: usize| -> f64 {
         let pairs = isolation.weighed.iter().zip(&probabilities);
         pairs.filter(|(set, _)| set.set.contains(a) && !set.set.contains(b)).map(|(_, probability)| probability).sum()
     };
     let mut groups: Vec<Vec<usize>> = Vec::new();
-    for a in 0..faults {
+    for a in 0..case.faults() {
         for b in 0..a {
-            if instead(a, b) < OPEN || instead(b, a) < OPEN {
+            if instead(a, b).min(instead(b, a)) < case.settings().ambiguity_probability {
                 continue;
             }
             match groups.iter_mut().find(|group| group.contains(&a) || group.contains(&b)) {

@@ -4,7 +4,7 @@
 
 use rayon::prelude::*;
 
-use super::case::{Case, EXACT};
+use super::case::Case;
 use super::estimate::Estimate;
 use super::hypotheses::Isolation;
 use super::weighing::prior_odds;
@@ -12,20 +12,6 @@ use crate::estimation::profile::{QUANTILE, RISE};
 use crate::estimation::{End, Fit, Interval, LocalModel, Options, ProfilePoint, Side, interval as profile};
 use crate::rig::FaultSet;
 
-/// A set of this probability is as good as open.
-const OPEN: f64 = 0.05;
-/// Steps of a fit along one local model.
-const STEPS: u64 = 6;
-/// A fit that a relinearisation would lower by less is at its end.
-const ENOUGH: f64 = 0.1;
-/// Most relinearisations of the fit that an interval is drawn around.
-const MOST_RELINEARISATIONS: usize = 2;
-/// How often an interval is drawn again around a better fit that was met on the way.
-const MOST_REDRAWN: usize = 2;
-/// How often a better optimum, found on a profile, restarts the fit.
-const RESTARTS: usize = 3;
-/// A restart that lowers the cost by less is the last one, and one that would is not made.
-const WORTH_RESTARTING: f64 = 1.0;
 /// Points of a profile that is known in full, and how far it is drawn, in standard errors.
 const DRAWN: (usize, f64) = (21, 3.0);
 
@@ -54,18 +40,22 @@ impl Base {
         let best = fitted(case, &isolation.local, set, &isolation.best.theta)?;
         let base = Self { best, local: None };
         // From afar: the steps that are left need a Jacobian of their own.
-        if base.best.promised < ENOUGH { Some(base) } else { Self::relinearised(case, set, &base.best.theta) }
+        if base.best.promised < case.settings().interval_decrease {
+            Some(base)
+        } else {
+            Self::relinearised(case, set, &base.best.theta)
+        }
     }
 
     /// The same from elsewhere, with a local model of there.
     fn relinearised(case: &Case<'_>, set: FaultSet, theta: &[f64]) -> Option<Self> {
         let mut theta = theta.to_vec();
         let mut base = None;
-        for _ in 0..MOST_RELINEARISATIONS {
+        for _ in 0..case.settings().interval_relinearisations {
             let local = case.local_model(&theta).ok()?;
             let best = fitted(case, &local, set, &theta)?;
             theta.clone_from(&best.theta);
-            let done = best.promised < ENOUGH;
+            let done = best.promised < case.settings().interval_decrease;
             base = Some(Self { best, local: Some(local) });
             if done {
                 break;
@@ -80,20 +70,20 @@ impl Base {
         let (set, best) = (isolation.set(), isolation.best.cost);
         let near = self.local.as_ref().unwrap_or(&isolation.local);
         let occam = case.schur_complement(near).occam([fault].into_iter(), 1.0);
-        let evidence = 0.5 * (best - self.best.cost) / isolation.inflation[fault] + prior_odds(case.faults()) + occam;
+        let evidence = 0.5 * (best - self.best.cost) / isolation.inflation[fault] + prior_odds(case) + occam;
         let without = || fitted(case, near, set, &case.without_others(&self.best.theta, set));
-        evidence > 0.0 || without().is_some_and(|alone| alone.cost < best - WORTH_RESTARTING)
+        evidence > 0.0 || without().is_some_and(|alone| alone.cost < best - case.settings().restart_decrease)
     }
 }
 
 /// The fit of a fault combination along a local model, from values of all estimated parameters.
 fn fitted(case: &Case<'_>, near: &LocalModel, set: FaultSet, theta: &[f64]) -> Option<Fit> {
-    case.fit(near, set, theta, Options::steps(STEPS, EXACT)).ok()
+    case.fit(near, set, theta, Options::steps(case.settings().interval_steps, case.settings().exact_decrease)).ok()
 }
 
 /// The intervals of all faults, and the estimate that they are drawn around: where a profile leads to a better one, that.
 pub fn settled(mut estimate: Estimate<'_>) -> (Estimate<'_>, Vec<Option<Interval>>) {
-    let mut restarts = 0;
+    let (mut restarts, settings) = (0, estimate.case.settings());
     loop {
         let (case, isolation) = (&estimate.case, &estimate.isolation);
         // Those of present faults first: where one of them leads elsewhere, the others need not be drawn here.
@@ -106,7 +96,7 @@ pub fn settled(mut estimate: Estimate<'_>) -> (Estimate<'_>, Vec<Option<Interval
                 drawn[*fault] = interval;
             }
             let others = drawn.iter().flatten().filter_map(|interval| interval.better.as_ref());
-            better = others.min_by(|a, b| a.cost.total_cmp(&b.cost)).filter(|_| restarts < RESTARTS);
+            better = others.min_by(|a, b| a.cost.total_cmp(&b.cost)).filter(|_| restarts < settings.interval_restarts);
             if better.is_some() {
                 break;
             }
@@ -118,8 +108,8 @@ pub fn settled(mut estimate: Estimate<'_>) -> (Estimate<'_>, Vec<Option<Interval
         restarts += 1;
         let before = isolation.best.cost;
         estimate = estimate.resumed(&theta);
-        if estimate.isolation.best.cost > before - WORTH_RESTARTING {
-            restarts = RESTARTS;
+        if estimate.isolation.best.cost > before - settings.restart_decrease {
+            restarts = settings.interval_restarts;
         }
     }
 }
@@ -144,7 +134,11 @@ fn widened(case: &Case<'_>, isolation: &Isolation, mut intervals: Vec<Option<Int
         }
     }
     for (other, probability) in isolation.weighed.iter().zip(isolation.probabilities()) {
-        let Some(point) = other.point.as_ref().filter(|_| probability >= OPEN && other.set != isolation.set()) else {
+        let Some(point) = other
+            .point
+            .as_ref()
+            .filter(|_| probability >= case.settings().interval_probability && other.set != isolation.set())
+        else {
             continue;
         };
         for fault in other.set.iter() {
@@ -185,7 +179,7 @@ fn interval(case: &Case<'_>, isolation: &Isolation, fault: usize) -> Option<Inte
         if other.leads_on(case, isolation, fault) {
             return Some(found);
         }
-        if redrawn == MOST_REDRAWN {
+        if redrawn == case.settings().interval_redraws {
             return Some(Interval { better: None, ..found });
         }
         redrawn += 1;

@@ -34,6 +34,7 @@ use crate::number::rounded;
 use crate::record::Record;
 use crate::residual::{self, Detection};
 use crate::rig::Rig;
+use crate::settings::DiagnosisSettings;
 pub use common_cause::CommonCause;
 use estimate::Estimate;
 pub use fitted::{FittedReport, ProfileReport};
@@ -89,26 +90,13 @@ impl Diagnosed {
     }
 }
 
-/// A weighted misfit is counted as no more than this, so that a few wild samples do not condemn a model.
-pub(crate) const WILD: f64 = 5.0;
-/// Mean square of the weighted misfit of a channel up to which the model is adequate: what is left unexplained is then less
-/// than half of what the noise of a single sample is, in variance.
-const ADEQUATE: f64 = 1.5;
 /// Whether the mean square of the weighted misfits of a channel of so many samples is that of an adequate model.
-pub(crate) fn adequate(chi2: f64, samples: usize) -> bool {
-    chi2 <= ADEQUATE + MOST_DEVIATIONS * (2.0 / samples.max(1) as f64).sqrt()
+pub(crate) fn adequate(settings: &DiagnosisSettings, chi2: f64, samples: usize) -> bool {
+    let chance = settings.adequate_deviations * (2.0 / samples.max(1) as f64).sqrt();
+    chi2 <= settings.adequate_mean_square + chance
 }
-/// Standard deviations that chance is given: one normal value in 30,000 is above.
-const MOST_DEVIATIONS: f64 = 4.0;
-/// A fault is called present from this probability on.
-pub(crate) const PRESENT: f64 = 0.5;
 /// Digits of a reported number: more than any interval allows, fewer than rounding spoils.
 const DIGITS: usize = 7;
-/// So many faults at once are believed only where fewer, looked for from afar, explain the record less well.
-const SEVERAL: usize = 3;
-/// How often spools are found to follow otherwise than the rig file has it: the second time from an explanation that the first one
-/// has led to.
-const MOST_FOUND: usize = 2;
 /// Diagnoses one record of a rig as its file describes it; see [`crate::diagnose`] for one that may lack an effect.
 ///
 /// # Errors
@@ -172,16 +160,16 @@ fn diagnose_again(
     // The way is gone roughly; where it ends is walked over once more, exactly.
     let (roughly, before) = (search::roughly(model), Model::new(rig.with_before()).with_tolerance(model.tolerance));
     let before_roughly = search::roughly(&before);
-    let mut first = estimate::near(&roughly, record, &drive, None, estimate::FROM_HEALTHY)?;
+    let mut first = estimate::near(&roughly, record, &drive, None, rig.settings().diagnosis.healthy_rounds)?;
     let mut begun = None;
-    if first.missed() || first.isolation.set().len() >= SEVERAL {
+    if first.missed() || first.isolation.set().len() >= rig.settings().diagnosis.several_faults {
         let places = first.places();
         // Faults as old as the record that leave nothing need no beginning.
-        if first.missed() && !places.iter().any(search::Place::leaves_nothing) {
+        if first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case)) {
             begun = onset::find(&before_roughly, record, &drive, &first);
         }
         if begun.is_none() {
-            first = first.best_from_places(&places, hypotheses::MOST_ROUNDS);
+            first = first.best_from_places(&places, rig.settings().diagnosis.isolation_rounds);
         }
     }
     if begun.is_none() && !first.missed() {
@@ -196,7 +184,8 @@ fn diagnose_again(
     };
     rig.context().first_look(|| summary::first_look(&estimate));
     let with_other_spools = |estimate: &Estimate<'_>| -> Result<Option<Diagnosed>, Complaint> {
-        let doubtful = found < MOST_FOUND && !(estimate.explains() && estimate.isolation.set().is_empty());
+        let doubtful = found < rig.settings().diagnosis.dynamics_renewals
+            && !(estimate.explains() && estimate.isolation.set().is_empty());
         let Some(dynamics) = doubtful.then(|| switching::found(estimate)).flatten() else { return Ok(None) };
         let other = Model::new(switching::applied(rig, &dynamics)).with_tolerance(model.tolerance);
         let again = diagnose_again(&other, record, start, options, found + 1)?;
@@ -246,7 +235,7 @@ fn diagnose_again(
     let samples = case.full.weights.all_samples().saturating_sub(rig.faults.len()).max(1) as f64;
     let id = |fault: usize| rig.fault_id(fault).to_owned();
     let measured = channels.iter().map(|channel| (channel.samples > 0).then_some(channel.times_noise));
-    let groups = hypotheses::ambiguity(isolation, case.faults());
+    let groups = hypotheses::ambiguity(isolation, case);
     let (parameters, correlation) = fitted::fitted(&estimate);
     let diagnosis = Diagnosis {
         schema: SCHEMA,
@@ -264,7 +253,8 @@ fn diagnose_again(
         hypotheses: isolation.hypotheses(case),
         residuals,
         fit: FitReport {
-            chi2_reduced: misfit.iter().map(|channel| summary::tame_squares(channel)).sum::<f64>() / samples,
+            chi2_reduced: misfit.iter().map(|channel| summary::tame_squares(case.settings(), channel)).sum::<f64>()
+                / samples,
             iterations: isolation.rounds,
             solves: case.full.solves(),
             stopped_because: isolation.stopped.to_string(),
@@ -309,10 +299,11 @@ fn parted_at(estimate: &Estimate<'_>, detection: &Detection) -> Option<f64> {
     let rows = problem.times.len();
     let span = problem.times.last()? - problem.times.first()?;
     let between = detection.hours_between_false_alarms * 3600.0 * rows as f64 / span;
+    let tame = |misfit: f64| summary::tame(case.settings(), misfit);
     let mut sum = 0.0_f64;
     let alarm = (0..rows).find(|&row| {
         let samples = problem.series().into_iter().map(|range| range.start + row);
-        let gain: f64 = samples.map(|at| 0.5 * (summary::tame(without[at]) - summary::tame(with[at]))).sum();
+        let gain: f64 = samples.map(|at| 0.5 * (tame(without[at]) - tame(with[at]))).sum();
         sum = (sum + gain).max(0.0);
         sum > between.ln()
     })?;

@@ -24,6 +24,7 @@ use crate::estimation::dot;
 use crate::model::{InputSignals, Late};
 use crate::record::{Record, Sampling};
 use crate::rig::{Hold, Rig};
+use crate::settings::DiagnosisSettings;
 use crate::units::Dimension;
 
 /// One standard deviation of the moment at which held inputs acted, s: an edge that shows between two rows came anywhere between
@@ -83,7 +84,7 @@ pub fn variances(rig: &Rig, record: &Record, curves: &[&[f64]], measured: bool) 
         let interval = own_interval(record, &rows);
         let stride = if interval > 0.0 { (tau / interval).round().max(1.0) as usize } else { 1 };
         let rows_shifted = if interval > 0.0 { tau / interval } else { 0.0 };
-        let sudden = sudden_slopes(&curve, stride);
+        let sudden = sudden_slopes(&curve, stride, rig.settings().diagnosis.steady_strides * stride);
         // A central difference over `2 stride` rows has this variance by noise alone.
         let floor = if measured { 0.5 * variance / (stride * stride) as f64 } else { 0.0 };
         let mut all = vec![f64::INFINITY; whole.len()];
@@ -97,11 +98,8 @@ pub fn variances(rig: &Rig, record: &Record, curves: &[&[f64]], measured: bool) 
     rig.sensors.iter().zip(curves).map(one).collect()
 }
 
-/// Strides to each side over which a slope counts as steady.
-const STEADY: usize = 25;
-
 /// Slope at each row, per row, less the median slope around it.
-fn sudden_slopes(curve: &[f64], stride: usize) -> Vec<f64> {
+fn sudden_slopes(curve: &[f64], stride: usize, steady: usize) -> Vec<f64> {
     let rows = curve.len();
     let slope = |row: usize| {
         let (early, late) = (row.saturating_sub(stride), (row + stride).min(rows - 1));
@@ -111,9 +109,9 @@ fn sudden_slopes(curve: &[f64], stride: usize) -> Vec<f64> {
     let mut around = Vec::new();
     (0..rows)
         .map(|row| {
-            let first = row.saturating_sub(STEADY * stride);
+            let first = row.saturating_sub(steady);
             around.clear();
-            around.extend(slopes[first..rows.min(row + STEADY * stride + 1)].iter().step_by(stride));
+            around.extend(slopes[first..rows.min(row + steady + 1)].iter().step_by(stride));
             let middle = around.len() / 2;
             slopes[row] - *around.select_nth_unstable_by(middle, f64::total_cmp).1
         })
@@ -136,7 +134,7 @@ pub fn phases(rig: &Rig, drive: &InputSignals, times: &[f64], variance: &[Vec<f6
             quiet += 1;
             continue;
         }
-        if quiet >= LEAST_PHASE {
+        if quiet >= rig.settings().diagnosis.quiet_rows {
             starts.push(row);
         }
         quiet = 0;
@@ -147,9 +145,6 @@ pub fn phases(rig: &Rig, drive: &InputSignals, times: &[f64], variance: &[Vec<f6
     starts.dedup();
     starts.windows(2).map(|pair| pair[0]..pair[1]).collect()
 }
-
-/// Quiet rows before a bend counts as the start of a new phase and not as part of the last event.
-const LEAST_PHASE: usize = 10;
 
 /// Weights of the misfits: what makes them independent and of variance 1 if the model is right within its tolerance.
 #[derive(Debug, Clone)]
@@ -244,13 +239,9 @@ impl Weights {
     /// what each may differ by, and how many independent ones that is. A way counts at a sensor by the share that it has there; those
     /// that no sensor tells from noise are left out. What a part has otherwise than stated, it has so in all phases, so no more are
     /// independent than one phase has. Nothing where events cannot be judged, or are few.
-    pub fn asked_of_events(&self, weighted: &[f64]) -> Vec<(f64, f64)> {
+    pub(crate) fn asked_of_events(&self, settings: &DiagnosisSettings, weighted: &[f64]) -> Vec<(f64, f64)> {
         /// `1 - 1/sqrt(1 + size²)` of a way as large as noise.
         const TOLD: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
-        /// A way counts as no more than this, twice what a wild sample does, so that one wild event does not condemn a model.
-        const WILD: f64 = 10.0;
-        /// Ways that tell their mean square to a half; fewer are ruled by single events.
-        const FEWEST: f64 = 8.0;
         let mut asked = vec![(0.0, 0.0); self.inverse.len()];
         if !self.events_are_judged {
             return asked;
@@ -266,13 +257,13 @@ impl Weights {
                 let along: f64 = parts().map(|(sensor, part)| dot(part, of_sensor(sensor))).sum();
                 for (sensor, part) in parts() {
                     let share = dot(part, part);
-                    asked[sensor].0 += share * along.abs().min(WILD).powi(2);
+                    asked[sensor].0 += share * along.abs().min(settings.event_outlier_misfit).powi(2);
                     asked[sensor].1 += share;
                 }
             }
         }
         let mean = |(sum, ways): (f64, f64)| {
-            if ways < FEWEST { (0.0, 0.0) } else { (sum / ways, ways.min(most as f64)) }
+            if ways < settings.event_directions { (0.0, 0.0) } else { (sum / ways, ways.min(most as f64)) }
         };
         asked.into_iter().map(mean).collect()
     }
@@ -389,7 +380,7 @@ mod events {
         let weights = Weights::new(&exact, &phases, &variance, std::slice::from_ref(&change));
         let mut misfit: Vec<f64> = change.iter().flatten().map(|change| 3.0 * change).collect();
         weights.apply(&mut misfit);
-        let asked = weights.asked_of_events(&misfit);
+        let asked = weights.asked_of_events(&DiagnosisSettings::default(), &misfit);
         approx::assert_relative_eq!(asked[0].0, 9.0, max_relative = 1e-3);
         approx::assert_relative_eq!(asked[0].1, 1.0, max_relative = 1e-12);
         assert!(asked[1..].iter().all(|&(_, ways)| ways == 0.0));

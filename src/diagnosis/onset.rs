@@ -7,29 +7,15 @@
 
 use rayon::prelude::*;
 
-use super::SEVERAL;
 use super::case::Case;
 use super::estimate::{self, Estimate};
 use super::hypotheses::Isolation;
 use super::problem::away;
-use super::summary::tame;
+use super::summary::{tame, tame_squares};
 use crate::estimation::Problem;
 use crate::model::{Before, InputSignals, Model, Onset};
 use crate::record::Record;
 use crate::rig::FaultSet;
-
-/// What a beginning must win, in nats, beyond the logarithm of the number of rows that it is chosen among.
-const WORTH: f64 = 5.0;
-/// Faults as old as the record show at once, or when the first command shakes it; so near to either none is looked for, s.
-const CLEAR: f64 = 0.2;
-/// Rounds of isolation for faults as old as the record, from those of a beginning.
-const COMPARED: u64 = 3;
-/// Moments, evenly over the record, among which the search for the moment starts.
-const MOMENTS: usize = 50;
-/// How often the distance to the next moment tried is divided by three.
-const THIRDS: usize = 5;
-/// Rounds of moment and faults.
-const ROUNDS: usize = 2;
 
 /// A beginning within the record, and the faults since then.
 pub struct Begun {
@@ -45,16 +31,17 @@ pub struct Begun {
 /// bad, and `model` is that of its rig [with what faults were before](crate::rig::Rig::with_before). `None` also where the
 /// model cannot be solved with one.
 pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estimate<'_>) -> Option<Begun> {
-    let worth = WORTH + (record.time.len() as f64).ln();
+    let settings = first.case.settings();
+    let worth = settings.onset_evidence + (record.time.len() as f64).ln();
     let shaken = plain.pieces.iter().skip(1).find(|piece| piece.jump).map_or(f64::INFINITY, |piece| piece.start);
     // Several faults, or what does not explain the record, may all stand in for one that is not there.
-    let explained = !first.missed() && first.isolation.set().len() < SEVERAL && first.explains();
+    let explained = !first.missed() && first.isolation.set().len() < settings.several_faults && first.explains();
     let row = if explained { parting(&first.case, &first.isolation, plain, worth) } else { left(&first.case) };
     let old = [record.time.first().copied()?, shaken];
-    let mut row = row.filter(|&row| old.iter().all(|old| (record.time[row] - old).abs() > CLEAR))?;
+    let mut row = row.filter(|&row| old.iter().all(|old| (record.time[row] - old).abs() > settings.onset_clearance))?;
     let mut guess: Option<(Vec<f64>, FaultSet)> = None;
     let mut found: Option<(Begun, f64)> = None;
-    for _ in 0..ROUNDS {
+    for _ in 0..settings.onset_rounds {
         let begun = |time: f64| begun(model, plain, time);
         let drive = begun(record.time[row]);
         let start = guess.as_ref().map(|(theta, set)| (&theta[..], *set));
@@ -72,7 +59,8 @@ pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estima
     let (begun, cost) = found?;
     // Do the same faults, as old as the record, explain it as well?
     let theta = &begun.theta[..first.case.count()];
-    let old = estimate::near(first.case.full.model, record, plain, Some((theta, begun.set)), COMPARED);
+    let old =
+        estimate::near(first.case.full.model, record, plain, Some((theta, begun.set)), settings.onset_rounds_compared);
     let old = old.map_or(f64::INFINITY, |old| old.isolation.best.cost);
     let better = 0.5 * (old.min(first.isolation.best.cost) - cost) > worth;
     better.then_some(begun)
@@ -90,7 +78,7 @@ fn left(case: &Case<'_>) -> Option<usize> {
     let healthy = by_sample(case, case.full.drive, &case.mean)?;
     let rows = case.full.times.len();
     let series = case.full.series();
-    let square = |row: usize| series.iter().map(|range| tame(healthy[range.start + row])).sum::<f64>();
+    let square = |row: usize| series.iter().map(|range| tame(case.settings(), healthy[range.start + row])).sum::<f64>();
     let squares: Vec<f64> = (0..rows).map(square).collect();
     // Noise alone makes a square of 1 in each channel.
     let between = f64::midpoint(series.len() as f64, squares.iter().sum::<f64>() / rows as f64);
@@ -114,7 +102,7 @@ fn parting(case: &Case<'_>, isolation: &Isolation, plain: &InputSignals, worth: 
     let rows = case.full.times.len();
     let series = case.full.series();
     let parted = |healthy: &[f64], faulty: &[f64]| {
-        let gain = |at: usize| 0.5 * (tame(healthy[at]) - tame(faulty[at]));
+        let gain = |at: usize| 0.5 * (tame(case.settings(), healthy[at]) - tame(case.settings(), faulty[at]));
         least((0..rows).map(|row| series.iter().map(|range| gain(range.start + row)).sum()))
     };
     let (row, sum) = parted(&case.full.misfit(&theta).ok()?, &faulty.misfit);
@@ -153,17 +141,17 @@ fn least(values: impl Iterator<Item = f64>) -> (usize, f64) {
 /// The moment at which a beginning explains the record best, s, with the faults as they are: from the best of `from` and
 /// moments all over the record, since where several faults begin at once each of them shows at its own time.
 fn refined(case: &Case<'_>, begun: impl Fn(f64) -> InputSignals + Sync, theta: &[f64], from: f64) -> f64 {
-    let times = case.full.times;
+    let (times, settings) = (case.full.times, case.settings());
     let cost = |time: f64| {
-        by_sample(case, &begun(time), theta).map_or(f64::INFINITY, |misfit| misfit.iter().map(|r| tame(*r)).sum())
+        by_sample(case, &begun(time), theta).map_or(f64::INFINITY, |misfit| tame_squares(settings, &misfit))
     };
     let (first, last) = (times[0], times[times.len() - 1]);
-    let mut step = (last - first) / MOMENTS as f64;
-    let moments = (1..MOMENTS).map(|k| first + k as f64 * step);
+    let mut step = (last - first) / settings.onset_moments as f64;
+    let moments = (1..settings.onset_moments).map(|k| first + k as f64 * step);
     let tried: Vec<(f64, f64)> = moments.collect::<Vec<_>>().into_par_iter().map(|time| (time, cost(time))).collect();
     let start = (from, cost(from));
     let mut best = tried.into_iter().fold(start, |best, other| if other.1 < best.1 { other } else { best });
-    for _ in 0..THIRDS {
+    for _ in 0..settings.onset_refinements {
         // Uphill on both sides before the step becomes smaller.
         loop {
             let sides = [best.0 - step, best.0 + step].map(|time| time.clamp(first, last));

@@ -1,19 +1,12 @@
 //! Fits that look where a start leads, and need not go to their end.
 
-use super::case::{Case, ROUGH};
+use super::case::Case;
 use super::estimate::{case_at, unsolvable};
 use crate::complaint::Complaint;
 use crate::estimation::{FitError, LocalModel, Options};
 use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::FaultSet;
-
-/// What a fit may still fall by, in falls of its last form: the next ones would have to lose no more than a sixth each.
-pub(crate) const HOPE: f64 = 5.0;
-/// Forms of a first fit of each of several starts.
-pub(crate) const FIRST_FORMS: usize = 2;
-/// Steps along one form where only a neighbourhood is looked for.
-const QUICK: u64 = 4;
 
 /// A fit that did not have to go to its end.
 pub struct PreliminaryFit {
@@ -40,7 +33,7 @@ pub fn quick(
 ) -> Result<PreliminaryFit, Complaint> {
     let (case, form) = case_at(model, record, drive, start)?;
     let fit = walked(&case, form, (start, set), forms).map_err(|error| unsolvable(model, record, error))?;
-    if forms <= FIRST_FORMS {
+    if forms <= model.rig.settings().diagnosis.first_linearisations {
         return Ok(fit);
     }
     let expected = case.as_expected(&fit.theta);
@@ -50,9 +43,12 @@ pub fn quick(
     let again = |start: &[f64], forms: usize| {
         case.local_model(start).and_then(|form| walked(&case, form, (start, set), forms)).ok()
     };
-    let near = |again: &PreliminaryFit| again.cost - HOPE * again.gained < fit.cost;
-    let fresh = again(&expected, FIRST_FORMS).filter(near);
-    let further = fresh.and_then(|fresh| again(&fresh.theta, forms - FIRST_FORMS));
+    let near = |again: &PreliminaryFit| {
+        again.cost - model.rig.settings().diagnosis.predicted_decreases * again.gained < fit.cost
+    };
+    let fresh = again(&expected, model.rig.settings().diagnosis.first_linearisations).filter(near);
+    let further =
+        fresh.and_then(|fresh| again(&fresh.theta, forms - model.rig.settings().diagnosis.first_linearisations));
     Ok(further.filter(|further| further.cost < fit.cost).unwrap_or(fit))
 }
 
@@ -66,7 +62,7 @@ fn walked(
     let mut fit = PreliminaryFit { theta: start.to_vec(), cost: f64::INFINITY, gained: f64::INFINITY };
     let mut damping = 0.0;
     for left in (0..forms).rev() {
-        let steps = Options::steps(QUICK, ROUGH).damped(damping);
+        let steps = Options::steps(case.settings().preliminary_steps, case.settings().rough_decrease).damped(damping);
         let Ok(point) = case.fit(&form, set, &fit.theta, steps) else { break };
         let before = if fit.cost.is_finite() { fit.cost } else { case.cost(set, &form.misfit, &form.theta) };
         damping = point.damping;

@@ -114,6 +114,9 @@ pub struct ChannelReport {
     pub events_chi2: Option<f64>,
     /// Whether the model explains it within noise and tolerance, and asks no more of events than they may differ by.
     pub adequate: bool,
+    /// Whether it does so where nothing is asked of events.
+    #[serde(skip)]
+    pub within_noise: bool,
     /// Measured over healthy model, where the sensor is not explained and reads as if its column were in another unit than it
     /// says, or counted the other way.
     pub ratio_to_healthy: Option<f64>,

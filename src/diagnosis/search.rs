@@ -9,47 +9,21 @@ use argmin::core::{CostFunction, Error, Executor};
 use argmin::solver::brent::BrentOpt;
 use rayon::prelude::*;
 
-use super::case::{Case, ROBUST};
+use super::case::{Case, robust};
 use super::events::weights;
 use super::noise::{self, Weights};
 use super::problem::RecordProblem;
 use crate::estimation::{self, Loss, Options, Problem};
 use crate::model::{Model, Tolerance};
 use crate::rig::FaultSet;
+use crate::settings::DiagnosisSettings;
 
-/// Places are compared by how much of the record they explain: a sample that is missed counts, hardly by how much. Position
-/// adds up what is wrong before it, and would drown the rest.
-const FAR: Loss = Loss::Cauchy { k: WIDTH };
-const WIDTH: f64 = 10.0;
-/// A fit widens its loss until this share of the misfits lies within: among misfits that pull with constant force it would
-/// only creep.
-const WITHIN: f64 = 0.75;
-/// Cost per sample up to which a place may be the explanation, before and after its events have got their tolerance; noise
-/// alone costs 1/2.
-const EXPLAINED: (f64, f64) = (20.0, 2.0);
-/// Cost per sample, after, up to which nothing further is looked for.
-const NOTHING_LEFT: f64 = 0.8;
-/// Simulations of a single fault between two of its levels, and the share of their distance to which its best value is found.
-const SECTIONS: u64 = 10;
-const BRACKET: f64 = 0.005;
 /// Shares of the way to a bound at which single faults are simulated before any is fitted.
 const LEVELS: [f64; 3] = [0.2, 0.5, 0.75];
 /// The same for each of a pair.
 const PAIRED: [f64; 1] = [0.45];
-/// Most faults of a grown place.
-const MOST: usize = 3;
-/// How many further faults are fitted at each growth, the most promising ones.
-const TRIED: usize = 3;
-/// Share of the cost that a further fault has to take away.
-const GROWTH: f64 = 0.1;
 /// Errors of a thousandth of a bar, which is far below what places, or rough fits, differ by.
 pub(crate) const ROUGH: Tolerance = Tolerance { relative: 1e-5, absolute: 1e-5 };
-/// Relative decrease of the cost that ends a fit.
-const NEIGHBOURHOOD: f64 = 1e-2;
-/// Iterations of each round of a fit.
-const ITERATIONS: u64 = 4;
-/// Rounds of a fit, each with the tolerance of the events where it begins.
-const ROUNDS: usize = 4;
 
 /// How far a search goes.
 #[derive(Debug, Clone, Copy)]
@@ -60,10 +34,17 @@ pub struct Depth {
     grown: usize,
 }
 
-/// Single faults, as far as they go.
-pub const SINGLE: Depth = Depth { fitted: 2, grown: 0 };
-/// Several faults at once, where neither the healthy rig nor one fault leads to them.
-pub const SEVERAL: Depth = Depth { fitted: 6, grown: 2 };
+impl Depth {
+    /// Single faults, as far as they go.
+    pub(crate) fn single(settings: &DiagnosisSettings) -> Self {
+        Self { fitted: settings.single_starts_fitted, grown: 0 }
+    }
+
+    /// Several faults at once, where neither the healthy rig nor one fault leads to them.
+    pub(crate) fn several(settings: &DiagnosisSettings) -> Self {
+        Self { fitted: settings.several_starts_fitted, grown: settings.several_starts_grown }
+    }
+}
 
 /// A model, solved as roughly as places, and fits on the way, need it.
 pub(crate) fn roughly(model: &Model) -> Model {
@@ -84,8 +65,8 @@ pub struct Place {
 
 impl Place {
     /// Whether it leaves so little that nothing further is looked for.
-    pub fn leaves_nothing(&self) -> bool {
-        self.left <= NOTHING_LEFT
+    pub fn leaves_nothing(&self, case: &Case<'_>) -> bool {
+        self.left <= case.settings().start_cost_sufficient
     }
 
     pub fn set(&self) -> FaultSet {
@@ -113,7 +94,9 @@ pub fn places(case: &Case<'_>, depth: Depth) -> Vec<Place> {
     // Of each fault its best level: several of one would take the place of others.
     let mut singles: Vec<Place> = Vec::new();
     for place in &screened {
-        if singles.len() < SINGLE.fitted && !singles.iter().any(|known| known.set() == place.set()) {
+        if singles.len() < case.settings().single_starts_fitted
+            && !singles.iter().any(|known| known.set() == place.set())
+        {
             singles.push(place.clone());
         }
     }
@@ -125,7 +108,7 @@ pub fn places(case: &Case<'_>, depth: Depth) -> Vec<Place> {
     // One fault that leaves nothing needs no others beside it.
     if let Some(one) = singles.first_mut() {
         one.left = search.left(one);
-        if one.leaves_nothing() {
+        if one.leaves_nothing(case) {
             singles.truncate(1);
             return singles;
         }
@@ -138,7 +121,7 @@ pub fn places(case: &Case<'_>, depth: Depth) -> Vec<Place> {
     let mut grown: Vec<Place> = Vec::new();
     for place in fitted.into_iter().take(depth.grown) {
         let place = search.grown(place);
-        if place.left <= EXPLAINED.1 {
+        if place.left <= case.settings().start_cost_after {
             return vec![place];
         }
         grown.push(place);
@@ -209,7 +192,10 @@ impl Search<'_> {
         let theta: Vec<f64> = faults.iter().map(|(_, value)| *value).collect();
         let problem = self.problem(&faults);
         let outputs = problem.outputs(&problem.parameters(&theta), problem.drive).ok()?;
-        let cost = FAR.cost(&problem.weigh(&outputs));
+        // By how much of the record is explained: a sample that is missed counts, hardly by how much. Position adds up what is wrong
+        // before it, and would drown the rest.
+        let far = Loss::Cauchy { k: self.case.settings().start_loss_width };
+        let cost = far.cost(&problem.weigh(&outputs));
         Some((Place { faults, cost, left: f64::INFINITY, is_fitted: false }, outputs))
     }
 
@@ -229,8 +215,10 @@ impl Search<'_> {
             from: beside(|end, best| end < best, f64::max),
             to: beside(|end, best| end > best, f64::min),
         };
-        let solver = BrentOpt::new(0.0, 1.0).set_tolerance(0.0, BRACKET);
-        let found = Executor::new(&along, solver).configure(|state| state.max_iters(SECTIONS)).run();
+        let solver = BrentOpt::new(0.0, 1.0).set_tolerance(0.0, self.case.settings().bracket_share);
+        let found = Executor::new(&along, solver)
+            .configure(|state| state.max_iters(self.case.settings().bracket_simulations))
+            .run();
         let share = found.ok().and_then(|found| found.state.best_param);
         let found = share.and_then(|share| self.simulated(vec![(fault, along.value(share))]));
         found.filter(|found| found.cost < place.cost).unwrap_or(place)
@@ -242,14 +230,21 @@ impl Search<'_> {
     /// further than events last. So each round gives the model's own events their tolerance, as the record's have theirs.
     fn fitted(&self, place: Place) -> Option<Place> {
         let (mut best, mut outputs) = self.solved(place.faults)?;
-        for _ in 0..ROUNDS {
+        for _ in 0..self.case.settings().start_fit_rounds {
             let start: Vec<f64> = best.faults.iter().map(|(_, value)| *value).collect();
             let mut problem = self.problem(&best.faults);
             problem.weights = self.tolerant(&outputs);
             let mut sizes: Vec<f64> = problem.weigh(&outputs).into_iter().map(f64::abs).collect();
-            let at = ((sizes.len() as f64 * WITHIN) as usize).min(sizes.len().checked_sub(1)?);
-            let loss = Loss::SoftL1 { k: sizes.select_nth_unstable_by(at, f64::total_cmp).1.max(WIDTH) };
-            let options = Options { function: NEIGHBOURHOOD, max_iterations: ITERATIONS, ..Options::default() };
+            let at = ((sizes.len() as f64 * self.case.settings().start_share_within) as usize)
+                .min(sizes.len().checked_sub(1)?);
+            let loss = Loss::SoftL1 {
+                k: sizes.select_nth_unstable_by(at, f64::total_cmp).1.max(self.case.settings().start_loss_width),
+            };
+            let options = Options {
+                function: self.case.settings().start_fit_decrease,
+                max_iterations: self.case.settings().start_fit_iterations,
+                ..Options::default()
+            };
             let Ok(found) = estimation::fit(&problem, &start, loss, options) else { break };
             let faults = best.faults.iter().zip(&found.theta).map(|(&(fault, _), &value)| (fault, value)).collect();
             let Some((next, there)) = self.solved(faults) else { break };
@@ -257,7 +252,7 @@ impl Search<'_> {
             if fallen > 0.0 {
                 (best, outputs) = (next, there);
             }
-            if fallen < NEIGHBOURHOOD {
+            if fallen < self.case.settings().start_fit_decrease {
                 break;
             }
         }
@@ -280,22 +275,22 @@ impl Search<'_> {
         let full = &self.case.full;
         let samples = full.weights.all_samples() as f64;
         let theta = place.theta(self.case);
-        if place.cost > EXPLAINED.0 * samples {
+        if place.cost > self.case.settings().start_cost_before * samples {
             return f64::INFINITY;
         }
         let Ok(weights) = weights(full, self.case.record, &theta) else { return f64::INFINITY };
         let mut there = self.problem(&place.faults);
         there.weights = weights;
         let theta: Vec<f64> = place.faults.iter().map(|(_, value)| *value).collect();
-        there.misfit(&theta).map_or(f64::INFINITY, |misfit| ROBUST.cost(&misfit) / samples)
+        there.misfit(&theta).map_or(f64::INFINITY, |misfit| robust(self.case.rig()).cost(&misfit) / samples)
     }
 
     /// With one fault more at a time, or one for another where there are enough, while each change takes away a good share
     /// of the cost.
     fn grown(&self, mut place: Place) -> Place {
         place.left = self.left(&place);
-        while !place.leaves_nothing() {
-            let bases: Vec<Vec<(usize, f64)>> = if place.faults.len() < MOST {
+        while !place.leaves_nothing(self.case) {
+            let bases: Vec<Vec<(usize, f64)>> = if place.faults.len() < self.case.settings().start_faults {
                 vec![place.faults.clone()]
             } else {
                 // Without each of them in turn: the first ones were chosen while the others still hid what they do.
@@ -315,9 +310,9 @@ impl Search<'_> {
             };
             let mut next: Vec<Place> = tried.into_par_iter().filter_map(at_its_best_level).collect();
             sort(&mut next);
-            next.truncate(TRIED);
+            next.truncate(self.case.settings().growth_fits);
             match self.all_fitted(next).into_iter().next() {
-                Some(next) if next.cost < (1.0 - GROWTH) * place.cost => place = next,
+                Some(next) if next.cost < (1.0 - self.case.settings().growth_share) * place.cost => place = next,
                 _ => break,
             }
             place.left = self.left(&place);

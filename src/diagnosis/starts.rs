@@ -5,9 +5,6 @@ use super::problem::RecordProblem;
 use crate::model::{SimulationError, level_per_pressure};
 use crate::rig::{InitialPressure, NodeKind, Quantity, Target};
 
-/// Share to which the pressures at the start are known.
-const START: f64 = 0.01;
-
 /// What each start, off by one standard deviation, changes of the readings `outputs`. Pressures are forgotten behind the `first`
 /// rows; a position or a level is not.
 pub(super) fn changes(
@@ -41,10 +38,14 @@ fn unknown(problem: &RecordProblem<'_>, parameters: &[f64], node: usize) -> Opti
     }
     let known = match initial {
         _ if shown.is_some() => 0.0,
-        InitialPressure::Given(pressure) => START * pressure.abs(),
+        InitialPressure::Given(pressure) => {
+            problem.model.rig.settings().diagnosis.start_pressure_share * pressure.abs()
+        }
         // What is estimated, or another node's.
         InitialPressure::Uncertain(_) | InitialPressure::Like(_) => return None,
-        InitialPressure::Balance | InitialPressure::Record => START * problem.drive.readings[node].abs(),
+        InitialPressure::Balance | InitialPressure::Record => {
+            problem.model.rig.settings().diagnosis.start_pressure_share * problem.drive.readings[node].abs()
+        }
     };
     // No better than a sensor shows, nor than to a hundredth.
     let sensors = rig.sensors.iter().filter(|sensor| sensor.target == Target::Node(node));

@@ -4,19 +4,20 @@ use super::estimate::Estimate;
 use super::noise::Weights;
 use super::problem::root_mean_square;
 use super::result::{ChannelReport, FaultReport, UncertainReport};
-use super::{DIGITS, MOST_DEVIATIONS, PRESENT, WILD, adequate};
+use super::{DIGITS, adequate};
 use crate::estimation::profile::{QUANTILE, RISE};
 use crate::estimation::{End, Identifiable, Interval, Side};
 use crate::number::{rounded, text, with_unit};
+use crate::settings::DiagnosisSettings;
 
 /// Sum of squares of weighted misfits, wild ones tamed.
-pub(crate) fn tame_squares(misfit: &[f64]) -> f64 {
-    misfit.iter().map(|r| tame(*r)).sum()
+pub(crate) fn tame_squares(settings: &DiagnosisSettings, misfit: &[f64]) -> f64 {
+    misfit.iter().map(|r| tame(settings, *r)).sum()
 }
 
 /// Square of a weighted misfit, that of a wild one cut off.
-pub(crate) fn tame(misfit: f64) -> f64 {
-    misfit.abs().min(WILD).powi(2)
+pub(crate) fn tame(settings: &DiagnosisSettings, misfit: f64) -> f64 {
+    misfit.abs().min(settings.outlier_misfit).powi(2)
 }
 
 /// Whether the fit has a sample of this weighted misfit: the others weigh nothing.
@@ -36,16 +37,21 @@ pub(crate) struct Missed {
 
 impl Missed {
     /// Whether the model explains the sensor within noise and tolerance, with events as they may be.
-    pub fn is_explained(&self) -> bool {
-        adequate(self.square, self.samples) && self.are_events_plausible()
+    pub fn is_explained(&self, settings: &DiagnosisSettings) -> bool {
+        self.is_within_noise(settings) && self.are_events_plausible(settings)
+    }
+
+    /// The same whatever is asked of events.
+    pub fn is_within_noise(&self, settings: &DiagnosisSettings) -> bool {
+        adequate(settings, self.square, self.samples)
     }
 
     /// What is allowed for events is no licence: `n` ways to differ have a mean square of 1 where the rig file is right about them, and
     /// chance makes it no larger than its quantile (Wilson and Hilferty, Proceedings of the National Academy of Sciences 17 (1931)).
-    fn are_events_plausible(&self) -> bool {
+    fn are_events_plausible(&self, settings: &DiagnosisSettings) -> bool {
         let (square, ways) = self.events;
         let variance = 2.0 / (9.0 * ways);
-        ways == 0.0 || square <= (1.0 - variance + MOST_DEVIATIONS * variance.sqrt()).powi(3)
+        ways == 0.0 || square <= (1.0 - variance + settings.adequate_deviations * variance.sqrt()).powi(3)
     }
 
     /// Mean square of what is asked of events, in what they may differ by; `None` without any.
@@ -56,12 +62,12 @@ impl Missed {
 }
 
 /// How a model misses each sensor, by its weighted misfits.
-pub(crate) fn missed(weights: &Weights, misfit: &[f64]) -> Vec<Missed> {
+pub(crate) fn missed(settings: &DiagnosisSettings, weights: &Weights, misfit: &[f64]) -> Vec<Missed> {
     let sensors = weights.sensors();
-    let events = weights.asked_of_events(misfit);
+    let events = weights.asked_of_events(settings, misfit);
     let one = |(sensor, misfit): (usize, &[f64])| {
         let samples = weights.samples(sensor);
-        Missed { square: tame_squares(misfit) / samples.max(1) as f64, samples, events: events[sensor] }
+        Missed { square: tame_squares(settings, misfit) / samples.max(1) as f64, samples, events: events[sensor] }
     };
     // Behind the sensors may stand what is known before.
     misfit.chunks(weights.rows().max(1)).take(sensors).enumerate().map(one).collect()
@@ -88,16 +94,16 @@ const FIRST_DIGITS: usize = 3;
 /// How well the model follows each sensor.
 pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], healthy: &[Vec<f64>]) -> Vec<ChannelReport> {
     let rig = estimate.case.rig();
-    let full = &estimate.case.full;
+    let (full, settings) = (&estimate.case.full, estimate.case.settings());
     rig.sensors
         .iter()
-        .zip(missed(&full.weights, &estimate.isolation.best.misfit))
+        .zip(missed(settings, &full.weights, &estimate.isolation.best.misfit))
         .enumerate()
         .map(|(index, (sensor, missed))| {
             let unit = rig.sensor_unit(sensor);
             let model = outputs.get(index).map_or(&[][..], Vec::as_slice);
             let healthy = healthy.get(index).map_or(&[][..], Vec::as_slice);
-            let adequate = missed.is_explained();
+            let adequate = missed.is_explained(settings);
             let rms = root_mean_square(model, full.measured[index]).unwrap_or(0.0);
             ChannelReport {
                 name: sensor.name.clone(),
@@ -109,26 +115,25 @@ pub(super) fn channels(estimate: &Estimate<'_>, outputs: &[Vec<f64>], healthy: &
                 chi2_reduced: missed.square,
                 events_chi2: missed.events(),
                 adequate,
-                ratio_to_healthy: if adequate { None } else { ratio_to_healthy(full.measured[index], healthy) },
+                within_noise: missed.is_within_noise(settings),
+                ratio_to_healthy: if adequate {
+                    None
+                } else {
+                    ratio_to_healthy(settings, full.measured[index], healthy)
+                },
             }
         })
         .collect()
 }
 
-/// Ratio from which on a sensor is asked about rather than believed: psi for bar is 14, powers of ten are further off, and faults
-/// move what a sensor shows by less, but for flows that stop.
-const FAR: f64 = 5.0;
-/// Share of the squares of what is measured that goes with the model: what else is wrong with it bends the rest.
-const GOES_ALONG: f64 = 0.5;
-
 /// What is measured over what the healthy model says, where that is far from 1 or has the other sign.
-pub(crate) fn ratio_to_healthy(measured: &[f64], healthy: &[f64]) -> Option<f64> {
+pub(crate) fn ratio_to_healthy(settings: &DiagnosisSettings, measured: &[f64], healthy: &[f64]) -> Option<f64> {
     let pairs = || measured.iter().zip(healthy).filter(|(y, m)| y.is_finite() && m.is_finite());
     let sum = |product: fn(f64, f64) -> f64| pairs().map(|(y, m)| product(*y, *m)).sum::<f64>();
     let (squares, along) = (sum(|_, m| m * m), sum(|y, m| y * m));
     let (ratio, share) = (along / squares, along * along / (squares * sum(|y, _| y * y)));
-    let odd = ratio < 0.0 || !(1.0 / FAR..FAR).contains(&ratio);
-    (odd && share > GOES_ALONG).then(|| rounded(ratio, 3))
+    let odd = ratio < 0.0 || !(1.0 / settings.odd_ratio..settings.odd_ratio).contains(&ratio);
+    (odd && share > settings.odd_ratio_share).then(|| rounded(ratio, 3))
 }
 
 /// What is said and asked of a column with such a ratio.
@@ -168,7 +173,8 @@ pub(super) fn faults(
                 limit: fault.limit.map(shown),
                 ci95: ends.map(|end| end.map(shown)),
                 // What the record does not bound away from its healthy value is not called a fault, however a set scores.
-                present: probabilities[i] >= PRESENT && !holds(ends, fault.healthy),
+                present: probabilities[i] >= estimate.case.settings().present_probability
+                    && !holds(ends, fault.healthy),
                 probability: probabilities[i],
                 identifiable: match ends {
                     [Some(_), Some(_)] => Identifiable::Bounded,
@@ -261,9 +267,10 @@ pub(super) fn uncertain(estimate: &Estimate<'_>) -> Vec<UncertainReport> {
 #[cfg(test)]
 mod events {
     use super::Missed;
+    use crate::settings::DiagnosisSettings;
 
     fn is_explained(square: f64, ways: f64) -> bool {
-        Missed { square: 1.0, samples: 1000, events: (square, ways) }.is_explained()
+        Missed { square: 1.0, samples: 1000, events: (square, ways) }.is_explained(&DiagnosisSettings::default())
     }
 
     #[test]

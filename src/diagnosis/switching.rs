@@ -28,15 +28,6 @@ const SHARES: [f64; 3] = [0.0, 0.39, 0.69];
 const DEAD_TIMES: [f64; 2] = [0.0, 0.5];
 /// First steps of the search, and how often they are halved: to a sixteenth, a hundredth of the lag and of the damping.
 const STEPS: Dynamics = [0.2, 0.15, 0.25];
-const HALVED: usize = 4;
-/// Most rounds of the search.
-const ROUNDS: usize = 40;
-/// Share of what an explanation leaves beyond noise that other spools have to take away: where it is their doing they take most of it,
-/// a quarter where false faults stand in for them; where something else is wrong, less than a hundredth.
-pub(crate) const WORTH: f64 = 0.1;
-/// Largest share of the error beyond noise that may remain with other spools for them to be believed: with more, most of it has another
-/// cause.
-pub(crate) const LEFT: f64 = 0.5;
 /// What an error, times the sensor noise, is beyond noise, as a square.
 pub(crate) fn beyond_noise(times_noise: f64) -> f64 {
     (times_noise * times_noise - 1.0).max(0.0)
@@ -66,7 +57,8 @@ pub(super) fn found(near: &Estimate<'_>) -> Option<Vec<(usize, f64)>> {
     let samples = near.case.full.weights.all_samples() as f64;
     let worth = |gain: f64| bic(-gain, DYNAMICS, samples) < 0.0;
     let (other, reached) = searched(rig, rig, &|other| asked.fall(other), worth, Open::All)?;
-    (reached > WORTH * (near.isolation.best.cost - samples)).then(|| values(rig, &other, Open::All))
+    (reached > near.case.settings().dynamics_gain_share * (near.isolation.best.cost - samples))
+        .then(|| values(rig, &other, Open::All))
 }
 
 /// What of the dynamics of spools is searched.
@@ -256,13 +248,14 @@ impl<F: Fn(&Rig) -> Option<f64> + Sync> Search<'_, F> {
         if best.1 <= 0.0 && self.at_hand().is_none() {
             return None;
         }
+        let settings = &self.stated.settings().diagnosis;
         let (mut steps, mut halved) = (STEPS, 0);
         let ways: &[Way] = if self.is_lag_open() { &Way::ALL } else { &[Way::Mass, Way::DeadTime] };
-        for _ in 0..ROUNDS {
+        for _ in 0..settings.dynamics_steps {
             let around = ways.iter().flat_map(|way| [-1.0, 1.0].map(|sign| way.step(best.0, steps, sign)));
             match self.best_of(around.collect()).filter(|next| next.1 > best.1) {
                 Some(next) => best = next,
-                None if halved == HALVED => break,
+                None if halved == settings.dynamics_halvings => break,
                 None => {
                     steps = steps.map(|step| 0.5 * step);
                     halved += 1;

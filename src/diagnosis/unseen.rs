@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::case::{Case, Holding, ROUGH};
+use super::case::{Case, Holding};
 use super::hypotheses::Isolation;
 use super::weighing::{inflation_between, prior_odds};
 use crate::estimation::criteria::bic;
@@ -16,16 +16,8 @@ use crate::rig::FaultSet;
 
 /// Shares of the way to a bound at which a fault is tried that the form may not see: a clearance leaks with its cube.
 const PROBES: [f64; 2] = [0.08, 0.35];
-/// A change of the misfits that the form misses by more than this share, squared, is one that it does not see.
-const UNSEEN: f64 = 0.1;
 /// Levels at which a fault is tried in place of others, as shares of the way to a bound.
 const LEVELS: [f64; 4] = [0.1, 0.25, 0.45, 0.7];
-/// Such faults that are fitted, the most promising ones.
-const FITTED: usize = 3;
-/// Forms, and steps with each, of such a fit.
-const STEPS: u64 = 3;
-/// Least fall of the cost for which a fit goes on from elsewhere.
-const IN_STEP: f64 = 1.0;
 
 /// A fault of a component that explains the record better than several of the best set do, or one of two that are of the same
 /// sensor.
@@ -42,18 +34,27 @@ pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)
         let levels = case.levels(fault, &LEVELS).filter_map(|at| {
             let start = case.without_others(&point.theta, kept);
             let held = Holding { parameter: fault, value: at };
-            let near = case.fit_held(&isolation.local, other, held, &start, Options::steps(1, ROUGH)).ok()?;
+            let near = case
+                .fit_held(&isolation.local, other, held, &start, Options::steps(1, case.settings().rough_decrease))
+                .ok()?;
             Some((bic(near.cost, other.len(), samples), other, near.theta))
         });
         levels.min_by(|a, b| a.0.total_cmp(&b.0))
     };
     let mut screened: Vec<(f64, FaultSet, Vec<f64>)> = tried.into_par_iter().filter_map(at_its_best_level).collect();
     screened.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let odds = prior_odds(case.faults());
-    for (_, other, mut theta) in screened.into_iter().take(FITTED) {
-        for _ in 0..STEPS {
+    let odds = prior_odds(case);
+    for (_, other, mut theta) in screened.into_iter().take(case.settings().replacements_fitted) {
+        for _ in 0..case.settings().replacement_linearisations {
             let near = case.local_model(&theta).ok()?;
-            let Ok(fit) = case.fit(&near, other, &theta, Options::steps(STEPS, ROUGH)) else { break };
+            let Ok(fit) = case.fit(
+                &near,
+                other,
+                &theta,
+                Options::steps(case.settings().replacement_linearisations, case.settings().rough_decrease),
+            ) else {
+                break;
+            };
             let inflation = inflation_between(other, set, &isolation.inflation);
             let occam = case.schur_complement(&near).occam(other.iter(), 1.0) - isolation.schur.occam(set.iter(), 1.0);
             let fewer = odds * (other.len() as f64 - set.len() as f64);
@@ -89,14 +90,21 @@ pub fn in_step(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)
     let Isolation { local, best: point, .. } = isolation;
     let mut theta = case.as_expected(&point.theta);
     let misfit = case.full.misfit(&theta).ok()?;
-    if local.foresees(at(&point.theta, &point.misfit), at(&theta, &misfit), UNSEEN) {
+    if local.foresees(at(&point.theta, &point.misfit), at(&theta, &misfit), case.settings().unforeseen_share) {
         return None;
     }
     let set = isolation.set();
-    for _ in 0..STEPS {
+    for _ in 0..case.settings().replacement_linearisations {
         let near = case.local_model(&theta).ok()?;
-        let fit = case.fit(&near, set, &theta, Options::steps(STEPS, ROUGH)).ok()?;
-        if fit.cost < point.cost - IN_STEP {
+        let fit = case
+            .fit(
+                &near,
+                set,
+                &theta,
+                Options::steps(case.settings().replacement_linearisations, case.settings().rough_decrease),
+            )
+            .ok()?;
+        if fit.cost < point.cost - case.settings().elsewhere_decrease {
             return Some((set, fit));
         }
         theta = fit.theta;
@@ -106,7 +114,7 @@ pub fn in_step(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)
 
 /// A better set than the best so far, with one fault more, that its quadratic form does not promise.
 pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)> {
-    let odds = prior_odds(case.faults());
+    let odds = prior_odds(case);
     let Isolation { local, schur, best: point, inflation, .. } = isolation;
     let set = isolation.set();
     let others = (0..case.faults()).filter(|&fault| !set.contains(fault) && !case.is_of_sensor(fault));
@@ -115,12 +123,12 @@ pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)>
         let mut theta = point.theta.clone();
         theta[fault] = value;
         let misfit = case.full.misfit(&theta).ok()?;
-        if local.foresees(at(&point.theta, &point.misfit), at(&theta, &misfit), UNSEEN) {
+        if local.foresees(at(&point.theta, &point.misfit), at(&theta, &misfit), case.settings().unforeseen_share) {
             return None;
         }
         let more = set.with(fault);
         let held = Holding { parameter: fault, value };
-        let near = case.fit_held(local, more, held, &theta, Options::steps(1, ROUGH)).ok()?;
+        let near = case.fit_held(local, more, held, &theta, Options::steps(1, case.settings().rough_decrease)).ok()?;
         // The best value along the way is not known yet, so what the fault costs is taken at its cheapest.
         let gain = 0.5 * (point.cost - near.cost + near.promised) / inflation[fault] + odds;
         let price = schur.occam([fault].into_iter(), 1.0).min(0.0);

@@ -4,25 +4,9 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::candidates::candidates;
-use super::case::{Case, EXACT, ROBUST, ROUGH};
+use super::case::{Case, robust};
 use crate::estimation::{Fit, LocalModel, Options, SchurComplement};
 use crate::rig::FaultSet;
-
-/// Number of faults expected in a record before it is seen.
-const EXPECTED: f64 = 0.3;
-/// Steps of each fit in a round.
-pub(super) const STEPS: u64 = 3;
-/// A winner that promises no more than this decrease of the cost stays.
-pub(super) const SETTLED: f64 = 0.1;
-/// Sets within this logarithm of the best, in the quadratic form, are fitted to the record.
-const IN_QUESTION: f64 = 5.0;
-/// Most sets that are fitted in each round.
-const MOST_FITS: usize = 8;
-/// The same where the cost of a sample is still larger than this.
-const MOST_FITS_FAR: usize = 3;
-const FAR: f64 = 4.0;
-/// Most sets that are fitted on where their steps ended before their promise was kept.
-const MOST_OPEN: usize = 3;
 
 /// One set with the logarithm of its evidence, relative to the others only.
 #[derive(Debug, Clone)]
@@ -34,13 +18,13 @@ pub struct Weighed {
 }
 
 /// Probability of each of so many faults before the record.
-pub fn prior(faults: usize) -> f64 {
-    EXPECTED / faults.max(3) as f64
+pub fn prior(expected: f64, faults: usize) -> f64 {
+    expected / faults.max(3) as f64
 }
 
 /// Logarithm of its odds.
-pub(super) fn prior_odds(faults: usize) -> f64 {
-    let each = prior(faults);
+pub(super) fn prior_odds(case: &Case<'_>) -> f64 {
+    let each = prior(case.settings().expected_faults, case.faults());
     (each / (1.0 - each)).ln()
 }
 
@@ -61,7 +45,7 @@ impl Around<'_> {
     /// What the faults of a set cost before the record is asked: the logarithm of their odds and Occam factor.
     fn priced(&self, case: &Case<'_>, set: FaultSet) -> f64 {
         let inflation = inflation_between(set, FaultSet::EMPTY, self.inflation);
-        self.schur.occam(set.iter(), inflation) + prior_odds(case.faults()) * set.len() as f64
+        self.schur.occam(set.iter(), inflation) + prior_odds(case) * set.len() as f64
     }
 
     /// Score of a set that leaves a cost where that of the centre is a `reference`.
@@ -82,7 +66,7 @@ pub(super) fn weigh(case: &Case<'_>, around: Around<'_>) -> Weighing {
     let Around { local, schur, centre, damping, .. } = around;
     let reference = schur.best(centre.iter()).map_or(0.0, |best| best.cost);
     let alone = |set: FaultSet| Some(around.score(case, set, schur.best(set.iter())?.cost, reference));
-    let mut weighed: Vec<(Weighed, Vec<f64>)> = candidates(case.faults(), centre, alone)
+    let mut weighed: Vec<(Weighed, Vec<f64>)> = candidates(case.settings(), case.faults(), centre, alone)
         .into_iter()
         .filter_map(|set| {
             let best = schur.best(set.iter())?;
@@ -93,12 +77,14 @@ pub(super) fn weigh(case: &Case<'_>, around: Around<'_>) -> Weighing {
     weighed.sort_by(|a, b| b.0.score.total_cmp(&a.0.score));
     let top = weighed.first().map_or(0.0, |(best, _)| best.score);
     // From afar the form is too rough to tell more than a few sets apart.
-    let far = local.misfit.len() as f64 * FAR < 2.0 * ROBUST.cost(&local.misfit);
-    let most = if far { MOST_FITS_FAR } else { MOST_FITS };
+    let far =
+        local.misfit.len() as f64 * case.settings().far_mean_square < 2.0 * robust(case.rig()).cost(&local.misfit);
+    let most = if far { case.settings().isolation_fits_far } else { case.settings().isolation_fits };
     let mut fitted = 0;
     let mut in_question: Vec<(usize, &mut (Weighed, Vec<f64>))> = weighed.iter_mut().enumerate().collect();
     in_question.retain(|(place, (set, _))| {
-        let fit = set.set == centre || ((*place == 0 || set.score > top - IN_QUESTION) && fitted < most);
+        let fit = set.set == centre
+            || ((*place == 0 || set.score > top - case.settings().isolation_evidence) && fitted < most);
         fitted += usize::from(fit);
         fit
     });
@@ -112,8 +98,10 @@ pub(super) fn weigh(case: &Case<'_>, around: Around<'_>) -> Weighing {
                 start[fault] += deviation * local.scale[fault];
             }
         }
-        let enough = if place == 0 || stay { EXACT } else { ROUGH };
-        set.point = case.fit(local, set.set, &start, Options::steps(STEPS, enough).damped(damping)).ok();
+        let enough = if place == 0 || stay { case.settings().exact_decrease } else { case.settings().rough_decrease };
+        set.point = case
+            .fit(local, set.set, &start, Options::steps(case.settings().isolation_steps, enough).damped(damping))
+            .ok();
     });
     // Fitted sets are compared by what they reach; the others keep what the form promises, from the same reference.
     let stays = weighed.iter().find(|(set, _)| set.set == centre).and_then(|(set, _)| set.point.as_ref());
@@ -143,16 +131,20 @@ pub(super) fn overtaking(
     let best = weighed.first()?.score;
     let hope = |set: FaultSet, point: &Fit| around.score(case, set, point.cost - point.promised.max(0.0), reached);
     let open = weighed.iter_mut().filter_map(|set| {
-        let point = set.point.as_ref().filter(|point| set.set != around.centre && point.promised > SETTLED)?;
+        let point = set
+            .point
+            .as_ref()
+            .filter(|point| set.set != around.centre && point.promised > case.settings().isolation_decrease)?;
         Some((hope(set.set, point), set)).filter(|(hope, _)| *hope > best)
     });
     let mut open: Vec<(f64, &mut Weighed)> = open.collect();
     open.sort_by(|a, b| b.0.total_cmp(&a.0));
-    for (_, one) in open.into_iter().take(MOST_OPEN) {
-        for _ in 0..STEPS {
+    for (_, one) in open.into_iter().take(case.settings().overtaking_fits) {
+        for _ in 0..case.settings().isolation_steps {
             let Some(point) = one.point.as_ref() else { break };
             let further = case.local_model(&point.theta).and_then(|near| {
-                let steps = Options::steps(STEPS, ROUGH).damped(point.damping);
+                let steps = Options::steps(case.settings().isolation_steps, case.settings().rough_decrease)
+                    .damped(point.damping);
                 case.fit(&near, one.set, &point.theta, steps)
             });
             let Ok(further) = further else { break };

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use crate::learn::phase::{SWITCH, jumps};
+use crate::learn::phase::jumps;
 use crate::model::InputSignals;
 use crate::number::{difference_in_unit, in_unit, rounded, with_unit};
 use crate::record::Record;
@@ -85,6 +85,11 @@ impl Runs<'_> {
         (&self.rig.sensors[index], [&self.with_fault[index][self.from..], &self.without_fault[index][self.from..]])
     }
 
+    /// How long a switching takes, s.
+    fn switching(&self) -> f64 {
+        self.rig.settings().learn.switching_time
+    }
+
     fn time(&self) -> &[f64] {
         &self.record.time[self.from..]
     }
@@ -94,7 +99,7 @@ impl Runs<'_> {
         let mut same = vec![true; self.time().len()];
         for index in self.positions() {
             let (sensor, [with, without]) = self.curves(index);
-            let rests = [with, without].map(|curve| steady(self.time(), curve, sensor.noise));
+            let rests = [with, without].map(|curve| steady(self.time(), curve, sensor.noise, self.switching()));
             for (row, same) in same.iter_mut().enumerate() {
                 *same &= rests[0][row] == rests[1][row];
             }
@@ -110,11 +115,12 @@ impl Runs<'_> {
     fn mean(&self, index: usize, same_motion: &[bool], of_sensor: bool) -> Option<Consequence> {
         let time = self.time();
         let (sensor, [with, without]) = self.curves(index);
-        let stands = [with, without].map(|curve| steady(time, curve, sensor.noise));
+        let stands = [with, without].map(|curve| steady(time, curve, sensor.noise, self.switching()));
         let both: Vec<bool> = (0..time.len()).map(|row| stands[0][row] && stands[1][row] && same_motion[row]).collect();
         let mean = |curve: &[f64], rows: &Range<usize>| curve[rows.clone()].iter().sum::<f64>() / rows.len() as f64;
         let change = |rows: &Range<usize>| mean(with, rows) - mean(without, rows);
-        let long = |rows: &Range<usize>| rows.len() >= ROWS && time[rows.end - 1] - time[rows.start] >= SWITCH;
+        let long =
+            |rows: &Range<usize>| rows.len() >= ROWS && time[rows.end - 1] - time[rows.start] >= self.switching();
         let phases = runs(&both).into_iter().filter(long);
         let rows = phases.max_by(|a, b| change(a).abs().total_cmp(&change(b).abs()))?;
         let size = change(&rows);
@@ -175,7 +181,8 @@ impl Runs<'_> {
         let ends: Vec<usize> = std::iter::once(0).chain(jumps).chain([time.len()]).collect();
         let late = |phase: &[usize]| {
             let rows = phase[0]..phase[1];
-            let [a, b] = [with, without].map(|curve| arrival(time, &curve[rows.clone()], rows.start, sensor.noise));
+            let [a, b] = [with, without]
+                .map(|curve| arrival((time, &curve[rows.clone()]), rows.start, sensor.noise, self.switching()));
             let (a, b) = (a?, b?);
             let same_end = (with[rows.end - 1] - without[rows.end - 1]).abs() <= sensor.noise;
             // The samples of a record show a time to one interval.
@@ -212,11 +219,11 @@ fn figure(change: f64) -> f64 {
     rounded(change.abs(), 2)
 }
 
-/// Rows around which a curve without noise moves by no more than the noise of one sample within [`SWITCH`].
-fn steady(time: &[f64], curve: &[f64], noise: f64) -> Vec<bool> {
+/// Rows around which a curve without noise moves by no more than the noise of one sample within a switching.
+fn steady(time: &[f64], curve: &[f64], noise: f64, switching: f64) -> Vec<bool> {
     let one = |row: usize| {
-        let from = time.partition_point(|&t| t < time[row] - 0.5 * SWITCH).min(row.saturating_sub(ROWS / 2));
-        let to = time.partition_point(|&t| t <= time[row] + 0.5 * SWITCH).max((row + ROWS / 2 + 1).min(time.len()));
+        let from = time.partition_point(|&t| t < time[row] - 0.5 * switching).min(row.saturating_sub(ROWS / 2));
+        let to = time.partition_point(|&t| t <= time[row] + 0.5 * switching).max((row + ROWS / 2 + 1).min(time.len()));
         let (low, high) = curve[from..to]
             .iter()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| (low.min(value), high.max(value)));
@@ -240,9 +247,9 @@ fn runs(marked: &[bool]) -> Vec<Range<usize>> {
 
 /// The row from which on a curve differs from its last value by no more than the noise of one sample; `None` where it moves
 /// by no more at all, or still moves at the end.
-fn arrival(time: &[f64], curve: &[f64], first: usize, noise: f64) -> Option<usize> {
+fn arrival((time, curve): (&[f64], &[f64]), first: usize, noise: f64, switching: f64) -> Option<usize> {
     let end = *curve.last()?;
     let row = curve.iter().rposition(|value| (value - end).abs() > noise)? + 1 + first;
     let last = first + curve.len() - 1;
-    (time[last] - time[row.min(last)] >= SWITCH).then_some(row)
+    (time[last] - time[row.min(last)] >= switching).then_some(row)
 }

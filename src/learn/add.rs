@@ -22,8 +22,6 @@ use crate::units::Unit;
 
 /// Digits of a value and of its standard error.
 const DIGITS: (usize, usize) = (7, 3);
-/// Standard uncertainty of an effect that nothing has been fitted to, in typical sizes.
-const WIDE: f64 = 3.0;
 
 /// A parameter as it is written: name, value and standard error, both in SI, and the unit.
 pub(super) struct Written {
@@ -77,7 +75,7 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
         };
         let nothing = nothing(rig, &placed, free);
         let size = (first - nothing.unwrap_or(0.0)).abs();
-        let sigma = if size > 0.0 { WIDE * size } else { range_deviation(&unit, free) };
+        let sigma = if size > 0.0 { rig.settings().learn.unfitted_sigma * size } else { range_deviation(&unit, free) };
         parameters.push(Written { name: free.name, value: nothing.unwrap_or(first), sigma, unit });
     }
     Ok(Added { text: insert(&rig.path, text, &id, &parameters)?, delta_bic: None, warnings: Vec::new() })

@@ -12,6 +12,7 @@ use super::trial_steps::{ScoreContext, best_try};
 use crate::diagnosis::estimate::Estimate;
 use crate::physics::effect::{Form, FreeParameter, InitialGuess};
 use crate::rig::{EffectInstance, ParameterSetting, Rig};
+use crate::settings::LearningSettings;
 
 /// A candidate with what the score test says of it.
 #[derive(Debug, Clone)]
@@ -52,9 +53,6 @@ impl Candidate {
     }
 }
 
-/// Share of the noise that an effect has to explain where the model is within its tolerance: what is less is tolerance.
-const NEAR: f64 = 0.03;
-
 /// Fall of chi-square that one of so many effects has to promise to be looked at: more than the best of them does by chance in
 /// one of 1,000 records (Bonferroni), and more than `tolerance`.
 pub fn worth(effects: usize, tolerance: f64) -> f64 {
@@ -62,8 +60,8 @@ pub fn worth(effects: usize, tolerance: f64) -> f64 {
 }
 
 /// Fall of chi-square that is within the tolerance of a model that explains so many samples.
-pub fn tolerated(samples: f64) -> f64 {
-    NEAR * samples
+pub(crate) fn tolerated(settings: &LearningSettings, samples: f64) -> f64 {
+    settings.tolerated_share * samples
 }
 
 /// All effects that the rig may have and does not, the most promising first; `stand` is where the estimate stands, `tolerance`

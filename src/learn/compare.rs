@@ -3,10 +3,10 @@
 use super::comparison::{
     ChannelComparison, Comparison, Correlation, FittedParameter, MisfitPlace, MissedPhase, SCHEMA,
 };
-use super::fitted_model::{MOST_WEIGHINGS, Run, run_with};
+use super::fitted_model::{Run, run_with};
 use super::lack_of_fit::{is_alike, with_lack_of_fit};
 use super::phase::{Stretch, stretches};
-use super::refit::{self, FORMS};
+use super::refit;
 use super::with_faults::{Explained, with_faults};
 use crate::complaint::Complaint;
 use crate::diagnosis::{estimate, missed};
@@ -15,12 +15,10 @@ use crate::number::{rounded, text};
 use crate::record::Record;
 use crate::rig::FaultSet;
 use crate::rig::{Quantity, Rig, Sensor, Target};
+use crate::settings::LearningSettings;
 
 /// Phases that are named of each sensor.
 const WORST: usize = 3;
-/// Correlation from which on a misfit goes with a quantity, and share of the greatest from which on it is named too.
-const GOES_WITH: f64 = 0.2;
-const AS_WELL: f64 = 0.9;
 /// Quantities that are named at most.
 const NAMED: usize = 3;
 /// Digits of a reported number.
@@ -96,10 +94,11 @@ fn followed(rig: &Rig, record: &Record, drive: &InputSignals) -> Result<(Vec<f64
     let (mut weighed, mut values, mut weighings) = (rig.clone(), rig.healthy(), 1);
     loop {
         let model = Model::new(weighed.clone());
-        (values, _) = refit::fitted(&model, record, drive, &values, (FaultSet::EMPTY, FORMS))?;
+        (values, _) =
+            refit::fitted(&model, record, drive, &values, (FaultSet::EMPTY, rig.settings().learn.linearisations))?;
         let run = run_with(&model, record, drive, &values)?;
         let lacking = with_lack_of_fit(rig, &run);
-        if weighings > MOST_WEIGHINGS || is_alike(&lacking, &weighed) {
+        if weighings > rig.settings().learn.weighings || is_alike(&lacking, &weighed) {
             return Ok((values, run));
         }
         (weighed, weighings) = (lacking, weighings + 1);
@@ -131,7 +130,7 @@ impl Comparison {
         let phases = stretches(rig, record, &drive, &measured);
         let signals = signals(rig, record, &drive, run);
         let rows = record.time.len().max(1);
-        let channels: Vec<ChannelComparison> = missed(&run.weights, &run.misfit)
+        let channels: Vec<ChannelComparison> = missed(&rig.settings().diagnosis, &run.weights, &run.misfit)
             .into_iter()
             .enumerate()
             .map(|(index, missed)| {
@@ -148,9 +147,10 @@ impl Comparison {
                     samples: missed.samples,
                     chi2_reduced: missed.square,
                     events_chi2: missed.events(),
-                    adequate: missed.is_explained(),
+                    adequate: missed.is_explained(&rig.settings().diagnosis),
+                    within_noise: missed.is_within_noise(&rig.settings().diagnosis),
                     autocorrelation: autocorrelation(&misfit),
-                    goes_with: goes_with(&misfit, &there, &signals),
+                    goes_with: goes_with(&rig.settings().learn, &misfit, &there, &signals),
                     worst: worst(record, &phases, (measured[index], &run.outputs[index]), &misfit)
                         .into_iter()
                         .map(|miss| MissedPhase { rmse: rounded(unit.difference_from_si(miss.rmse), DIGITS), ..miss })
@@ -289,7 +289,12 @@ fn slopes(times: &[f64], values: &[f64]) -> Vec<f64> {
 }
 
 /// The signals that a misfit goes with, closest first.
-fn goes_with(misfit: &[f64], there: &[bool], signals: &[(String, Vec<f64>)]) -> Vec<Correlation> {
+fn goes_with(
+    settings: &LearningSettings,
+    misfit: &[f64],
+    there: &[bool],
+    signals: &[(String, Vec<f64>)],
+) -> Vec<Correlation> {
     let only = |values: &[f64]| -> Vec<f64> {
         values.iter().zip(there).filter(|(_, there)| **there).map(|(value, _)| *value).collect()
     };
@@ -300,10 +305,10 @@ fn goes_with(misfit: &[f64], there: &[bool], signals: &[(String, Vec<f64>)]) -> 
             signal: name.clone(),
             coefficient: rounded(correlation(&misfit, &only(values)), 4),
         })
-        .filter(|goes| goes.coefficient.abs() >= GOES_WITH)
+        .filter(|goes| goes.coefficient.abs() >= settings.named_correlation)
         .collect();
     all.sort_by(|a, b| b.coefficient.abs().total_cmp(&a.coefficient.abs()));
-    let least = all.first().map_or(0.0, |first| AS_WELL * first.coefficient.abs());
+    let least = all.first().map_or(0.0, |first| settings.named_share * first.coefficient.abs());
     all.retain(|goes| goes.coefficient.abs() >= least);
     all.truncate(NAMED);
     all

@@ -52,6 +52,9 @@ pub struct ChannelComparison {
     pub events_chi2: Option<f64>,
     /// Whether the model explains it within noise and tolerance, and asks no more of events than they may differ by.
     pub adequate: bool,
+    /// Whether it does so where nothing is asked of events.
+    #[serde(skip)]
+    pub within_noise: bool,
     /// Of neighbouring weighted misfits: near 0 where nothing but noise is left, near 1 where something slow is.
     pub autocorrelation: f64,
     /// The quantities that the misfit goes with, closest first.

@@ -3,14 +3,7 @@
 use super::candidate::Candidate;
 use super::fitted_model::{FittedModel, Run};
 use super::warning::Warning;
-use crate::diagnosis::missed;
-use crate::diagnosis::summary::Missed;
 use crate::rig::Location;
-
-/// Rounds of isolation of each fit.
-pub(super) const ROUNDS: u64 = 4;
-/// Difference of the information criterion within which two explanations are rivals (Kass and Raftery 1995: very strong).
-pub const RIVAL: f64 = 10.0;
 
 /// One word on what the record says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -87,5 +80,5 @@ pub(super) fn joined(effects: &[Candidate]) -> String {
 
 /// Whether a run is within noise and tolerance in every channel.
 pub fn is_adequate(run: &Run) -> bool {
-    missed(&run.weights, &run.misfit).iter().all(Missed::is_explained)
+    run.is_adequate
 }

@@ -5,22 +5,17 @@ use std::collections::BTreeMap;
 use super::lack_of_fit::{has_lack_of_fit, is_alike, with_lack_of_fit, without_lack_of_fit};
 use super::refit::effect_parameters;
 use crate::complaint::Complaint;
-use crate::diagnosis::case::ROBUST;
+use crate::diagnosis::case::robust;
 use crate::diagnosis::estimate::{self, Estimate};
-use crate::diagnosis::events;
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::{away, over_sensors, root_mean_square};
-use crate::diagnosis::{WILD, is_there};
+use crate::diagnosis::{self, events, is_there};
 use crate::estimation::Problem;
 use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::FaultSet;
 use crate::rig::Rig;
-
-/// Most fits of a model with the lack of fit that the one before left.
-pub(super) const MOST_WEIGHINGS: usize = 3;
-/// Rows to each side that say whether a misfit lasts.
-const AROUND: usize = 2;
+use crate::settings::Settings;
 
 /// What a record says through one model.
 #[derive(Debug, Clone)]
@@ -55,6 +50,8 @@ pub struct Run {
     pub chi2: f64,
     /// The same of each sensor.
     pub of_sensors: Vec<f64>,
+    /// Whether every sensor is explained within noise and tolerance.
+    pub is_adequate: bool,
 }
 
 impl FittedModel {
@@ -108,7 +105,7 @@ impl FittedModel {
     /// Columns that are missing, or a model that cannot be solved there.
     pub fn fitted(rig: &Rig, record: &Record, values: &[f64], set: FaultSet, rounds: u64) -> Result<Self, Complaint> {
         let mut fitted = Self::at(rig, record, values, (set, f64::INFINITY), None)?;
-        for _ in 0..MOST_WEIGHINGS {
+        for _ in 0..rig.settings().learn.weighings {
             let model = Model::new(with_lack_of_fit(&fitted.rig, &fitted.fit));
             let drive = InputSignals::from_record(&model.rig, record)?;
             let theta = estimate::picked(&model.rig, &fitted.values);
@@ -200,7 +197,7 @@ impl Judge {
     fn cost(&self, record: &Record, model: &FittedModel, run: &Run) -> Result<f64, Complaint> {
         let mut misfit = away(&run.outputs, &estimate::measured(&model.rig, record)?);
         self.weights.apply(&mut misfit);
-        Ok(2.0 * ROBUST.cost(&misfit))
+        Ok(2.0 * robust(&model.rig).cost(&misfit))
     }
 }
 
@@ -249,25 +246,26 @@ pub(super) fn run_of(rig: &Rig, record: &Record, outputs: Vec<Vec<f64>>, weights
     let normalised = times_noise(rig, &missed);
     let rmse = missed.iter().map(|rms| rms.unwrap_or(0.0)).collect();
     weights.apply(&mut misfit);
-    let squares: Vec<f64> = misfit.chunks(weights.rows().max(1)).take(rig.sensors.len()).map(lasting_squares).collect();
+    let lasting = |misfit: &[f64]| lasting_squares(rig.settings(), misfit);
+    let squares: Vec<f64> = misfit.chunks(weights.rows().max(1)).take(rig.sensors.len()).map(lasting).collect();
     let chi2 = squares.iter().sum::<f64>() / weights.all_samples().max(1) as f64;
     let mean = |(sensor, squares): (usize, &f64)| squares / weights.samples(sensor).max(1) as f64;
     let of_sensors = squares.iter().enumerate().map(mean).collect();
-    Ok(Run { outputs, misfit, weights, rmse, normalised, chi2, of_sensors })
+    let settings = &rig.settings().diagnosis;
+    let is_adequate = diagnosis::missed(settings, &weights, &misfit).iter().all(|one| one.is_explained(settings));
+    Ok(Run { outputs, misfit, weights, rmse, normalised, chi2, of_sensors, is_adequate })
 }
 
 /// Sum of squares of the weighted misfits of a sensor. One that base points out from those around it counts as no more than a wild
 /// sample; what lasts counts in full, so that twice the error is four times the sum however large it is.
-fn lasting_squares(misfit: &[f64]) -> f64 {
+fn lasting_squares(settings: &Settings, misfit: &[f64]) -> f64 {
+    let (lasting, outlier) = (settings.learn.lasting_rows, settings.diagnosis.outlier_misfit);
     let sizes: Vec<f64> = misfit.iter().copied().filter(|misfit| is_there(*misfit)).map(f64::abs).collect();
     let around = |row: usize| {
-        let mut near = [0.0; 2 * AROUND + 1];
-        let rows = row.saturating_sub(AROUND)..(row + AROUND + 1).min(sizes.len());
-        let near = &mut near[..rows.len()];
-        near.copy_from_slice(&sizes[rows]);
+        let mut near = sizes[row.saturating_sub(lasting)..(row + lasting + 1).min(sizes.len())].to_vec();
         near.sort_by(f64::total_cmp);
         near[near.len() / 2]
     };
-    let one = |(row, size): (usize, &f64)| if *size <= WILD { *size } else { size.min(around(row).max(WILD)) };
+    let one = |(row, size): (usize, &f64)| if *size <= outlier { *size } else { size.min(around(row).max(outlier)) };
     sizes.iter().enumerate().map(one).map(|size| size * size).sum()
 }

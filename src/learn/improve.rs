@@ -2,28 +2,18 @@
 
 use super::add::with_effects;
 use super::comparison::{Comparison, MisfitPlace};
-use super::evaluated::{Conclusion, EvaluatedModel, RIVAL, ROUNDS, is_adequate};
+use super::evaluated::{Conclusion, EvaluatedModel, is_adequate};
 use super::fitted_model::{FittedModel, Run};
 use super::separate::Experiment;
 use super::suggest::{Suggestion, suggest, suggest_from};
-use super::verdict::{CLEARLY, are_part, explained};
+use super::verdict::{are_part, explained};
 use super::warning::Warning;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate;
-use crate::diagnosis::hypotheses::MOST_ROUNDS;
 use crate::diagnosis::switching::DynamicsReport;
 use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::Rig;
-
-/// Most additions.
-const MOST: usize = 5;
-/// Share of what is missed on the fit record, and of the error on the check record, that an addition has to take away.
-const WORTH: (f64, f64) = (0.05, 0.03);
-/// The same for a curve without a formula, which fits almost anything a little.
-const WORTH_EMPIRICAL: (f64, f64) = (0.3, 0.1);
-/// Share of the check error of the best single effect that a pair has to take away.
-const PAIR: f64 = 0.1;
 
 /// One row of the ledger.
 #[derive(Debug, Clone)]
@@ -112,7 +102,7 @@ fn add_while_asked(
     told(&steps[0]);
     let mut found = Conclusion::UnknownEffect;
     let (mut rivals, mut experiment) = last.judged.first().map_or_else(Default::default, |best| alike(&last, best));
-    while steps.len() <= MOST && last.conclusion != Conclusion::Adequate {
+    while steps.len() <= rig.settings().learn.additions && last.conclusion != Conclusion::Adequate {
         let before = &steps[steps.len() - 1];
         let Some(chosen) = chosen(&last, before) else { break };
         found = last.conclusion;
@@ -120,7 +110,7 @@ fn add_while_asked(
         let refused = refused(&last, chosen);
         // Candidates are compared by a few rounds each; what is added is fitted to its end.
         let FittedModel { rig, values, set, .. } = &chosen.trial;
-        trial = FittedModel::fitted(rig, fit, values, *set, MOST_ROUNDS)?;
+        trial = FittedModel::fitted(rig, fit, values, *set, rig.settings().diagnosis.isolation_rounds)?;
         let next = step(Some(chosen.id()), &trial, chosen.warnings.clone(), refused)?;
         told(&next);
         steps.push(next);
@@ -132,12 +122,13 @@ fn add_while_asked(
         let model = Model::new(trial.rig.clone());
         let drive = InputSignals::from_record(&model.rig, fit)?;
         let theta = estimate::picked(&model.rig, &trial.values);
-        let again = estimate::isolated(&model, fit, &drive, (&theta, trial.set), ROUNDS)?;
+        let again =
+            estimate::isolated(&model, fit, &drive, (&theta, trial.set), rig.settings().learn.isolation_rounds)?;
         let base_point = FittedModel::of(&again)?;
         let cost = base_point.cost;
         last = suggest_from(&again, base_point, Some(check))?;
         // It may have found a better fit of the same model.
-        if last.base.cost < cost - RIVAL
+        if last.base.cost < cost - model.rig.settings().learn.rival_bic
             && let (Some(reached), Some(on_check)) = (steps.last_mut(), &last.base_check)
         {
             trial = last.base.clone();
@@ -151,7 +142,9 @@ fn add_while_asked(
         _ if trial.rig.effects.iter().any(|effect| effect.placed.effect.empirical) => Conclusion::UnknownEffect,
         (_, Conclusion::Adequate) => Conclusion::EffectFound,
         (_, Conclusion::Confounded) => Conclusion::Confounded,
-        (last, _) if are_part(explained_by(&steps[0], &steps[last - 1])) => Conclusion::PartlyExplained,
+        (last, _) if are_part(&rig.settings().learn, explained_by(&steps[0], &steps[last - 1])) => {
+            Conclusion::PartlyExplained
+        }
         _ => Conclusion::UnknownEffect,
     };
     let rest = if last.conclusion == Conclusion::Adequate {
@@ -183,6 +176,7 @@ fn alike(last: &Suggestion, one: &EvaluatedModel) -> (Vec<String>, Option<Experi
 
 /// The best addition that is worth it: a law with physical sense if there is one, else a curve.
 fn chosen<'a>(last: &'a Suggestion, before: &ImprovementStep) -> Option<&'a EvaluatedModel> {
+    let settings = &last.base.rig.settings().learn;
     let worth = |judged: &&EvaluatedModel, (on_fit, on_check): (f64, f64)| {
         let missed = |run: &Run| (run.chi2 - 1.0).max(0.0);
         let Some(check) = &judged.check else { return false };
@@ -190,18 +184,25 @@ fn chosen<'a>(last: &'a Suggestion, before: &ImprovementStep) -> Option<&'a Eval
             && missed(&judged.trial.fit) <= (1.0 - on_fit) * missed(&before.fit)
             && check.normalised <= (1.0 - on_check) * before.check.normalised
     };
-    let laws = || last.judged.iter().filter(|judged| !judged.is_empirical()).filter(|judged| worth(judged, WORTH));
+    let worth_of_law = (settings.addition_share_fit, settings.addition_share_check);
+    let worth_of_curve = (settings.curve_share_fit, settings.curve_share_check);
+    let laws =
+        || last.judged.iter().filter(|judged| !judged.is_empirical()).filter(|judged| worth(judged, worth_of_law));
     let best = |is_one: &dyn Fn(&EvaluatedModel) -> bool| {
         let sensible = || laws().filter(|judged| !judged.senseless() && is_one(judged));
         let single = sensible().find(|judged| judged.effects.len() == 1);
         let pair = sensible().find(|judged| judged.effects.len() > 1);
-        single.filter(|single| pair.is_none_or(|pair| pair.error() > (1.0 - PAIR) * single.error())).or(pair)
+        single
+            .filter(|single| pair.is_none_or(|pair| pair.error() > (1.0 - settings.pair_share) * single.error()))
+            .or(pair)
     };
     let (physics, any) = (best(&|judged| !judged.is_of_sensor()), best(&|_| true));
-    let clearly = |any: &&EvaluatedModel| physics.is_none_or(|physics| any.error() < (1.0 - CLEARLY) * physics.error());
+    let clearly = |any: &&EvaluatedModel| {
+        physics.is_none_or(|physics| any.error() < (1.0 - settings.clear_share) * physics.error())
+    };
     any.filter(clearly)
         .or(physics)
-        .or_else(|| last.judged.iter().filter(|one| one.is_empirical()).find(|judged| worth(judged, WORTH_EMPIRICAL)))
+        .or_else(|| last.judged.iter().filter(|one| one.is_empirical()).find(|judged| worth(judged, worth_of_curve)))
         .or_else(|| laws().next())
 }
 

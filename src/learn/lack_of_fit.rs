@@ -12,29 +12,23 @@ use super::fitted_model::Run;
 use crate::diagnosis::adequate;
 use crate::record::Record;
 use crate::rig::Rig;
+use crate::settings::LearningSettings;
 
-/// Ratio of stated to shown noise from which on the record is believed: noise of first order with a correlation of 0.5 between
-/// neighbours, as filtered sensors have, makes the second differences show 0.65 of it.
-const APART: f64 = 2.0;
 /// Median of the absolute second difference of independent normal noise, in its standard deviations: 0.6745 sqrt(6).
 const SECOND_DIFFERENCE: f64 = 1.652;
-/// Fewest second differences that show a noise: their median is then known to a fifth.
-const FEWEST: usize = 50;
-/// Ratio of two lacks of fit that count as the same.
-const SAME: f64 = 1.25;
 
 /// The rig with the noise that a record shows where that is not what the rig file states.
 pub(super) fn with_shown_noise(rig: &Rig, record: &Record) -> Rig {
-    let mut rig = rig.clone();
+    let (mut rig, settings) = (rig.clone(), &rig.settings().learn);
     let columns: Vec<Option<&[f64]>> = rig
         .sensors
         .iter()
         .map(|sensor| rig.sensor_column(record, sensor).ok().map(|channel| channel.values.as_slice()))
         .collect();
     for (sensor, values) in rig.sensors.iter_mut().zip(columns) {
-        let Some(shown) = values.and_then(|values| shown(values, sensor.resolution)) else { continue };
+        let Some(shown) = values.and_then(|values| shown(settings, values, sensor.resolution)) else { continue };
         let ratio = shown / sensor.noise;
-        if (1.0 / APART..=APART).contains(&ratio) {
+        if (1.0 / settings.noise_ratio..=settings.noise_ratio).contains(&ratio) {
             continue;
         }
         sensor.noise = shown;
@@ -48,10 +42,10 @@ pub(super) fn with_shown_noise(rig: &Rig, record: &Record) -> Rig {
 
 /// Noise of a channel by its second differences, SI: steady motion has none. No less than half a digit; `None` where
 /// too few rows show any.
-fn shown(values: &[f64], resolution: f64) -> Option<f64> {
+fn shown(settings: &LearningSettings, values: &[f64], resolution: f64) -> Option<f64> {
     let there: Vec<f64> = values.iter().copied().filter(|value| !value.is_nan()).collect();
     let mut bends: Vec<f64> = there.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs()).collect();
-    if bends.len() < FEWEST {
+    if bends.len() < settings.noise_differences {
         return None;
     }
     let middle = bends.len() / 2;
@@ -63,11 +57,11 @@ fn shown(values: &[f64], resolution: f64) -> Option<f64> {
 
 /// The rig with the lack of fit that a run of it leaves at each sensor.
 pub(super) fn with_lack_of_fit(rig: &Rig, run: &Run) -> Rig {
-    let mut rig = rig.clone();
+    let (mut rig, settings) = (rig.clone(), &rig.settings().diagnosis);
     for (index, sensor) in rig.sensors.iter_mut().enumerate() {
         sensor.lack_of_fit = 0.0;
         let chi2 = run.of_sensors[index];
-        if !adequate(chi2, run.weights.samples(index)) {
+        if !adequate(settings, chi2, run.weights.samples(index)) {
             sensor.lack_of_fit = (sensor.variance() * (chi2 - 1.0)).sqrt();
         }
     }
@@ -88,7 +82,8 @@ pub(super) fn has_lack_of_fit(rig: &Rig) -> bool {
 
 /// Whether two rigs lack as much at each sensor.
 pub(super) fn is_alike(a: &Rig, b: &Rig) -> bool {
-    let spread = |a: f64, b: f64| a.max(b) <= SAME * SAME * a.min(b);
+    let same = a.settings().learn.lack_of_fit_ratio;
+    let spread = |a: f64, b: f64| a.max(b) <= same * same * a.min(b);
     a.sensors.iter().zip(&b.sensors).all(|(a, b)| spread(a.variance(), b.variance()))
 }
 
@@ -103,7 +98,7 @@ mod tests {
         let values: Vec<f64> = (0..2000)
             .map(|row| 0.01 * f64::from(row) + if row > 700 { 40.0 } else { 0.0 } + 0.25 * random.normal())
             .collect();
-        let found = shown(&values, 0.0).unwrap();
+        let found = shown(&LearningSettings::default(), &values, 0.0).unwrap();
         // The median of 2,000 correlated values is known to some percent.
         assert!((found / 0.25 - 1.0).abs() < 0.1, "{found}");
     }
@@ -111,8 +106,8 @@ mod tests {
     #[test]
     fn a_channel_that_only_shows_its_digits_has_noise_of_half_a_digit_at_most() {
         let values: Vec<f64> = (0..500).map(|row| (0.003 * f64::from(row)).floor()).collect();
-        assert_eq!(shown(&values, 1.0), Some(0.5));
-        assert_eq!(shown(&[1.0; 500], 0.0), None);
-        assert_eq!(shown(&[1.0, 2.0, 1.0], 0.0), None);
+        assert_eq!(shown(&LearningSettings::default(), &values, 1.0), Some(0.5));
+        assert_eq!(shown(&LearningSettings::default(), &[1.0; 500], 0.0), None);
+        assert_eq!(shown(&LearningSettings::default(), &[1.0, 2.0, 1.0], 0.0), None);
     }
 }

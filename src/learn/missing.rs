@@ -19,15 +19,12 @@ use crate::physics::effect::InitialGuess;
 use crate::physics::effect::spline::{Curve, HEIGHTS};
 use crate::record::Record;
 use crate::rig::{EffectInstance, Location, ParameterSetting, Quantity, Rig};
+use crate::settings::LearningSettings;
 
 /// Points of a picture over the whole axis.
 const POINTS: usize = 120;
 /// Sizes of the bend that are tried, in typical sizes of the curve.
 const BENDS: [f64; 7] = [1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3];
-/// Standard deviation of the heights before the record, in typical sizes: next to nothing is known.
-const WIDE: f64 = 1e4;
-/// Influence of a height, of the largest, from which on the record has been there.
-const VISITED: f64 = 0.02;
 
 /// How a curve without a formula is told.
 struct Told {
@@ -178,10 +175,11 @@ fn one(
     values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
     let model = Model::new(rig);
     let heights = columns(&model, &values, &indices, &drive, record, &base.fit).ok()?;
-    let visited = visited(&heights)?;
+    let visited = visited(model.rig.settings().learn.visited_share, &heights)?;
     let unit = model.rig.effect_unit(placed, placed.effect.parameters[0].name);
     let InitialGuess::Value(typical) = placed.effect.parameters[0].first else { return None };
-    let fitted = Fitted::new(own, &heights, &base.fit.misfit, unit.difference_to_si(typical))?;
+    let fitted =
+        Fitted::new(&base.rig.settings().learn, (own, &heights), &base.fit.misfit, unit.difference_to_si(typical))?;
     let (step, spread) = fitted.curve(&fitted.pull);
     let seen = with.map(|change| fitted.curve(&fitted.slope(change)).0);
     let axis = Axis::of(&model.rig, told)?;
@@ -210,10 +208,10 @@ fn placed_name(rig: &Rig, placed: &EffectInstance) -> String {
 }
 
 /// First and last place of the axis, as shares of it, that the record has visited.
-fn visited(heights: &[Vec<f64>]) -> Option<(f64, f64)> {
+fn visited(least: f64, heights: &[Vec<f64>]) -> Option<(f64, f64)> {
     let sizes: Vec<f64> = heights.iter().map(|column| column.iter().map(|c| c * c).sum::<f64>().sqrt()).collect();
     let largest = sizes.iter().copied().fold(0.0, f64::max);
-    let seen = |size: &f64| largest > 0.0 && *size >= VISITED * largest;
+    let seen = |size: &f64| largest > 0.0 && *size >= least * largest;
     let (first, last) = (sizes.iter().position(seen)?, sizes.iter().rposition(seen)?);
     let peak = |height: usize| ((height as f64 - 1.0) / (HEIGHTS - 3) as f64).clamp(0.0, 1.0);
     (last > first).then(|| (peak(first), peak(last)))
@@ -259,7 +257,12 @@ struct Fitted<'a> {
 }
 
 impl<'a> Fitted<'a> {
-    fn new(own: &'a Slopes, heights: &'a [Vec<f64>], misfit: &[f64], typical: f64) -> Option<Self> {
+    fn new(
+        settings: &LearningSettings,
+        (own, heights): (&'a Slopes, &'a [Vec<f64>]),
+        misfit: &[f64],
+        typical: f64,
+    ) -> Option<Self> {
         let columns: Vec<&[f64]> = own.columns.iter().chain(heights).map(Vec::as_slice).collect();
         let count = columns.len();
         let mut square = DMatrix::zeros(count, count);
@@ -276,7 +279,7 @@ impl<'a> Fitted<'a> {
         }
         let first = own.columns.len();
         let bent = |bend: f64| {
-            let prior = prior(typical, bend);
+            let prior = prior(settings.curve_sigma, typical, bend);
             let mut whole = square.clone();
             let mut corner = whole.view_mut((first, first), (HEIGHTS, HEIGHTS));
             corner += &prior;
@@ -317,8 +320,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Precision of the heights: their second differences are small, they themselves anything.
-fn prior(typical: f64, bend: f64) -> DMatrix<f64> {
-    let mut precision = DMatrix::identity(HEIGHTS, HEIGHTS) / (WIDE * typical).powi(2);
+fn prior(sigma: f64, typical: f64, bend: f64) -> DMatrix<f64> {
+    let mut precision = DMatrix::identity(HEIGHTS, HEIGHTS) / (sigma * typical).powi(2);
     let weight = 1.0 / (bend * typical).powi(2);
     for middle in 1..HEIGHTS - 1 {
         let difference = [(middle - 1, 1.0), (middle, -2.0), (middle + 1, 1.0)];

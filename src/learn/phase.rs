@@ -6,6 +6,7 @@ use crate::model::InputSignals;
 use crate::physics::card::PortKind;
 use crate::record::Record;
 use crate::rig::{Quantity, Rig, Target};
+use crate::settings::LearningSettings;
 
 /// Consecutive rows over which the circuit does one thing.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -15,25 +16,16 @@ pub struct Stretch {
     pub name: String,
 }
 
-/// What is called switching behind a jump of an input: this long (s), and no less than so many rows.
-pub(crate) const SWITCH: f64 = 0.1;
-const SWITCH_ROWS: usize = 10;
 /// Way before an end stop that is a phase of its own, m, and the least stroke that has one.
 const LAST: f64 = 0.02;
 const STROKE_WITH_LAST: f64 = 4.0 * LAST;
-/// Rows to each side over which a speed is taken.
-const HALF: usize = 5;
-/// Standard deviations of the speed, and share of the greatest, from which on a body moves.
-const MOVES: f64 = 5.0;
-const MOVES_SHARE: f64 = 0.02;
-/// Rows below which a stretch belongs to that before it.
-const SHORT: usize = 10;
 
 /// The stretches of a record, one after the other without gap. `measured` are the readings of the rig's sensors, SI.
 pub fn stretches(rig: &Rig, record: &Record, drive: &InputSignals, measured: &[&[f64]]) -> Vec<Stretch> {
+    let settings = &rig.settings().learn;
     let rows = record.time.len();
     let mut jumps = jumps(record, drive);
-    let switching: Vec<Range<usize>> = jumps.iter().map(|&row| switch(&record.time, row)).collect();
+    let switching: Vec<Range<usize>> = jumps.iter().map(|&row| switch(settings, &record.time, row)).collect();
     let mut switches = vec![false; rows];
     for range in switching {
         switches[range].fill(true);
@@ -51,7 +43,7 @@ pub fn stretches(rig: &Rig, record: &Record, drive: &InputSignals, measured: &[&
     let mut sensors = rig.sensors.iter().zip(measured);
     let position = sensors.position(|(sensor, values)| sensor.quantity == Quantity::Position && shows(values));
     match position {
-        Some(sensor) => merged(&labels(rig, sensor, &record.time, measured[sensor], &switches)),
+        Some(sensor) => merged(settings.phase_rows, &labels(rig, sensor, &record.time, measured[sensor], &switches)),
         None => between(&jumps, rows),
     }
 }
@@ -67,8 +59,9 @@ pub(crate) fn jumps(record: &Record, drive: &InputSignals) -> Vec<usize> {
     rows
 }
 
-fn switch(times: &[f64], row: usize) -> Range<usize> {
-    let end = times.partition_point(|&time| time < times[row] + SWITCH).max(row + SWITCH_ROWS);
+fn switch(settings: &LearningSettings, times: &[f64], row: usize) -> Range<usize> {
+    let end =
+        times.partition_point(|&time| time < times[row] + settings.switching_time).max(row + settings.switching_rows);
     row..end.min(times.len())
 }
 
@@ -86,7 +79,9 @@ fn between(jumps: &[usize], rows: usize) -> Vec<Stretch> {
 
 /// What the body does in each row.
 fn labels(rig: &Rig, sensor: usize, times: &[f64], position: &[f64], switches: &[bool]) -> Vec<&'static str> {
-    let speeds: Vec<(f64, f64)> = (0..times.len()).map(|row| speed(times, position, row)).collect();
+    let settings = &rig.settings().learn;
+    let speeds: Vec<(f64, f64)> =
+        (0..times.len()).map(|row| speed(settings.speed_rows, times, position, row)).collect();
     let greatest = speeds.iter().map(|(speed, _)| speed.abs()).fold(0.0, f64::max);
     let noise = rig.sensors[sensor].noise;
     let (low, high) = travel(rig, sensor).unwrap_or_else(|| ends(position));
@@ -94,7 +89,8 @@ fn labels(rig: &Rig, sensor: usize, times: &[f64], position: &[f64], switches: &
     (0..times.len())
         .map(|row| {
             let (speed, per_noise) = speeds[row];
-            let moves = speed.abs() > (MOVES * per_noise * noise).max(MOVES_SHARE * greatest);
+            let moves =
+                speed.abs() > (settings.moving_deviations * per_noise * noise).max(settings.moving_share * greatest);
             let ahead = if speed > 0.0 { high - position[row] } else { position[row] - low };
             match (switches[row], moves) {
                 (true, _) => "switch",
@@ -108,11 +104,11 @@ fn labels(rig: &Rig, sensor: usize, times: &[f64], position: &[f64], switches: &
 }
 
 /// Slope of a straight line through the rows around one, and its standard error for noise 1.
-fn speed(times: &[f64], values: &[f64], row: usize) -> (f64, f64) {
+fn speed(half: usize, times: &[f64], values: &[f64], row: usize) -> (f64, f64) {
     let near = |half: usize| -> Vec<usize> {
         (row.saturating_sub(half)..(row + half + 1).min(times.len())).filter(|&row| !values[row].is_nan()).collect()
     };
-    let mut half = HALF;
+    let mut half = half;
     let mut rows = near(half);
     // Where samples are rare, as far as the nearest few.
     while rows.len() < 3 && half < times.len() {
@@ -147,13 +143,13 @@ fn ends(values: &[f64]) -> (f64, f64) {
 }
 
 /// Runs of equal labels, short ones counted to that before them.
-fn merged(labels: &[&'static str]) -> Vec<Stretch> {
+fn merged(short: usize, labels: &[&'static str]) -> Vec<Stretch> {
     let mut stretches: Vec<Stretch> = Vec::new();
     let mut start = 0;
     for run in labels.chunk_by(|a, b| a == b) {
         let end = start + run.len();
         match stretches.last_mut() {
-            Some(last) if run.len() < SHORT || last.name == run[0] => last.rows.end = end,
+            Some(last) if run.len() < short || last.name == run[0] => last.rows.end = end,
             _ => stretches.push(Stretch { rows: start..end, name: run[0].to_owned() }),
         }
         start = end;

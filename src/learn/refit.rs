@@ -5,7 +5,7 @@ use super::evaluated::EvaluatedModel;
 use super::fitted_model::FittedModel;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate;
-use crate::diagnosis::preliminary::{self, FIRST_FORMS, PreliminaryFit};
+use crate::diagnosis::preliminary::{self, PreliminaryFit};
 use crate::diagnosis::search::ROUGH;
 use crate::estimation::criteria::bic;
 use crate::model::{InputSignals, Model, Tolerance};
@@ -14,14 +14,6 @@ use crate::record::Record;
 use crate::rig::FaultSet;
 use crate::rig::{ParameterSetting, Rig};
 use crate::units::Unit;
-
-/// Forms of a fit that goes on to its end.
-pub(super) const FORMS: usize = 12;
-/// Standard uncertainty of an effect before the record, in typical sizes, or in tried ones if those are larger: next to nothing
-/// is known.
-const WIDE: f64 = 10.0;
-/// The same of what only shapes it.
-const SHAPE: f64 = 1.0;
 
 /// A model with some effects, fitted with the faults as they were.
 #[derive(Clone)]
@@ -88,7 +80,7 @@ pub(super) fn refitted(
         for start in starts {
             values[start.parameter] = if at_size { start.tried } else { start.neutral };
         }
-        quick(&rig, record, &values, (set, FIRST_FORMS), Some(ROUGH))
+        quick(&rig, record, &values, (set, rig.settings().diagnosis.first_linearisations), Some(ROUGH))
     };
     // At its neutral value an effect is nothing: a fit that ends above the one without it has gone astray from its start.
     let not_above = |without: f64, begun: &dyn Fn(bool) -> Option<PreliminaryModel>| {
@@ -160,9 +152,9 @@ fn with_effects(rig: &Rig, effects: &[Candidate]) -> Option<(Rig, Vec<Start>)> {
                 let absolute = matches!(free.first, InitialGuess::Range(_));
                 let sigma = match neutral {
                     _ if size == 0.0 => range_deviation(&unit, free),
-                    Some(_) => WIDE * size,
-                    None if absolute => 0.3 * SHAPE * size,
-                    None => SHAPE * size,
+                    Some(_) => rig.settings().learn.effect_sigma * size,
+                    None if absolute => 0.3 * rig.settings().learn.shape_sigma * size,
+                    None => rig.settings().learn.shape_sigma * size,
                 };
                 ParameterSetting { name: free.name.to_owned(), value: neutral.unwrap_or(tried.value), sigma }
             })

@@ -13,9 +13,6 @@ use crate::physics::effect::FreeParameter;
 use crate::record::Record;
 use crate::rig::{EffectInstance, Rig, document};
 
-/// Standard uncertainty of an effect that is refitted, in typical sizes, or in the size that it has if that is larger.
-const WIDE: f64 = 10.0;
-
 /// The text of a rig file with the effects of `moved` at these values (all parameters of the rig, SI), without those of `off`.
 ///
 /// # Errors
@@ -68,7 +65,11 @@ pub fn refitted(text: &str, rig: &Rig, record: &Record) -> Result<(String, Fitte
 fn wide(rig: &Rig, placed: &EffectInstance, free: &FreeParameter, value: f64) -> f64 {
     let neutral = neutral(rig, placed, free).unwrap_or(0.0);
     let size = rig.first_size(placed, free).map_or(0.0, |first| (first - neutral).abs()).max((value - neutral).abs());
-    if size > 0.0 { WIDE * size } else { range_deviation(&rig.effect_unit(placed, free.name), free) }
+    if size > 0.0 {
+        rig.settings().learn.revised_sigma * size
+    } else {
+        range_deviation(&rig.effect_unit(placed, free.name), free)
+    }
 }
 
 /// The value, SI, at which a parameter of an effect that the rig has does nothing; `None` where only others of it say so.

@@ -8,15 +8,13 @@
 use rayon::prelude::*;
 
 use super::candidate::{Candidate, places};
-use super::evaluated::RIVAL;
 use super::fitted_model::{FittedModel, Judge};
-use super::refit::{BasePoint, FORMS, quick, refitted};
+use super::refit::{BasePoint, quick, refitted};
 use super::trial_steps::{ScoreContext, sign_fits, small_tries};
 use super::verdict::warnings;
 use super::warning::Warning;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate::{self, Estimate};
-use crate::diagnosis::preliminary::HOPE;
 use crate::diagnosis::search::ROUGH;
 use crate::diagnosis::{Diagnosis, RivalEffect};
 use crate::estimation::EstimatedAt;
@@ -25,11 +23,6 @@ use crate::number::rounded;
 use crate::record::Record;
 use crate::rig::{FaultSet, Rig};
 
-/// Share of what a fault explains that an effect in its place has to keep, in the local model, to be fitted. What bends keeps less than
-/// it promises to a straight line: at a correlation of 0.9 of both changes, 0.8 is kept.
-const KEPT: f64 = 0.8;
-/// Effects that are fitted in place of each fault.
-const FITTED: usize = 2;
 /// Digits of a size.
 const DIGITS: usize = 4;
 
@@ -79,7 +72,7 @@ fn promising(estimate: &Estimate<'_>) -> Vec<(usize, Candidate)> {
         for (tried, score) in &scored {
             let Some((rise, factor)) = score.in_place_of(estimated) else { continue };
             let share = 1.0 - rise / estimated.rise();
-            if share < KEPT || !sign_fits(&tried.placed, factor) {
+            if share < case.rig().settings().learn.rival_share || !sign_fits(&tried.placed, factor) {
                 continue;
             }
             // Of several tries of an effect the one that keeps most.
@@ -92,7 +85,7 @@ fn promising(estimate: &Estimate<'_>) -> Vec<(usize, Candidate)> {
             }
         }
         kept.sort_by(|a, b| b.0.total_cmp(&a.0));
-        kept.into_iter().take(FITTED).map(move |(_, effect)| (fault, effect))
+        kept.into_iter().take(case.rig().settings().learn.rivals_fitted).map(move |(_, effect)| (fault, effect))
     };
     isolation.set().iter().flat_map(of_fault).collect()
 }
@@ -119,17 +112,19 @@ impl InPlace<'_> {
         let first = refitted(base, &start, &[], record, std::slice::from_ref(&effect))?;
         let trial = FittedModel::at(&first.rig, record, &first.values, (first.set, first.cost), None).ok()?;
         let delta_bic = trial.gain_over(base, record, judge).ok()?;
-        if delta_bic + HOPE * first.gained < -RIVAL {
+        if delta_bic + rig.settings().diagnosis.predicted_decreases * first.gained < -rig.settings().learn.rival_bic {
             return None;
         }
-        let end = quick(&first.rig, record, &first.values, (first.set, FORMS), Some(ROUGH)).unwrap_or(first);
+        let end =
+            quick(&first.rig, record, &first.values, (first.set, rig.settings().learn.linearisations), Some(ROUGH))
+                .unwrap_or(first);
         // A solution as rough as on the way is off by many standard errors of a large fault.
         let model = Model::new(end.rig.clone());
         let drive = InputSignals::from_record(&model.rig, record).ok()?;
         let theta = estimate::picked(&model.rig, &end.values);
         let trial = FittedModel::of(&estimate::held_near(&model, record, &drive, (&theta, end.set)).ok()?).ok()?;
         let delta_bic = trial.gain_over(base, record, judge).ok()?;
-        if delta_bic < -RIVAL || warnings(&trial, base).iter().any(Warning::is_senseless) {
+        if delta_bic < -rig.settings().learn.rival_bic || warnings(&trial, base).iter().any(Warning::is_senseless) {
             return None;
         }
         let added = trial.rig.effects.iter().find(|one| one.id == effect.id)?;

@@ -3,28 +3,15 @@
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
-use super::evaluated::{EvaluatedModel, RIVAL, ROUNDS, is_adequate, joined};
+use super::evaluated::{EvaluatedModel, is_adequate, joined};
 use super::fitted_model::{FittedModel, Judge, Run, run_under};
-use super::refit::{BasePoint, FORMS, PreliminaryModel, charged, effect_parameters, quick, refitted};
+use super::refit::{BasePoint, PreliminaryModel, charged, effect_parameters, quick, refitted};
 use super::verdict::{is_among, warnings};
 use crate::complaint::Complaint;
 use crate::diagnosis::noise::Weights;
-use crate::diagnosis::preliminary::HOPE;
 use crate::diagnosis::search::ROUGH;
 use crate::record::Record;
-
-/// Share of the best one's gain within which others are fitted to their end too.
-const CLOSE: f64 = 0.05;
-/// The same of those whose faults were isolated anew already.
-const CLOSE_ISOLATED: f64 = 0.01;
-/// Share of what its score promised that a rough fit has to keep: one that keeps less may have begun at a bad place, and
-/// where it promises this share of what the best there does, it begins anew at the data sheet. What begins at some pressure is
-/// fitted from others too where it promises as much.
-const KEPT: f64 = 0.5;
-/// Most effects that are isolated anew, faults and all.
-const ISOLATED: usize = 2;
-/// Most effects that go on to their end.
-const CONTINUED: usize = 3;
+use crate::settings::LearningSettings;
 
 /// A record that is looked at, with the model as given.
 pub(super) struct Screening<'a> {
@@ -46,7 +33,8 @@ struct PruningThreshold {
 impl PruningThreshold {
     /// Whether a fit has no hope to come near.
     fn is_beyond(&self, rough: &PreliminaryModel, samples: f64) -> bool {
-        !rough.cost.is_finite() || rough.priced(samples) - HOPE * rough.gained > self.cost + self.room
+        let hope = rough.rig.settings().diagnosis.predicted_decreases;
+        !rough.cost.is_finite() || rough.priced(samples) - hope * rough.gained > self.cost + self.room
     }
 }
 
@@ -71,6 +59,10 @@ fn starts(effects: &[Candidate]) -> Vec<Vec<Candidate>> {
 }
 
 impl Screening<'_> {
+    fn settings(&self) -> &LearningSettings {
+        &self.base.rig.settings().learn
+    }
+
     fn samples(&self) -> f64 {
         self.base.fit.weights.all_samples() as f64
     }
@@ -78,7 +70,8 @@ impl Screening<'_> {
     /// What the best so far sets.
     fn bar(&self, best: f64) -> PruningThreshold {
         let scale = (best / self.samples()).max(1.0);
-        let room = CLOSE * (self.cost_of(self.base) - best).max(0.0) + RIVAL * scale;
+        let room =
+            self.settings().close_share * (self.cost_of(self.base) - best).max(0.0) + self.settings().rival_bic * scale;
         PruningThreshold { cost: best, room }
     }
 
@@ -105,13 +98,19 @@ impl Screening<'_> {
         let continued = |rough: &mut [(Vec<Candidate>, PreliminaryModel)], best: f64| {
             let bar = self.bar(best);
             rough.par_iter_mut().filter(|(_, rough)| !bar.is_beyond(rough, samples)).for_each(|(_, rough)| {
-                if let Some(further) = quick(&rough.rig, self.record, &rough.values, (rough.set, FORMS), Some(ROUGH)) {
+                if let Some(further) = quick(
+                    &rough.rig,
+                    self.record,
+                    &rough.values,
+                    (rough.set, self.settings().linearisations),
+                    Some(ROUGH),
+                ) {
                     *rough = further;
                 }
             });
         };
         // The best goes on to its end first; of the others it is enough to know that they are worse.
-        let most = rough.len().min(CONTINUED);
+        let most = rough.len().min(self.settings().effects_continued);
         let (first, others) = rough[..most].split_at_mut(most.min(1));
         continued(first, best);
         best = first.iter().map(|(_, rough)| rough.priced(samples)).fold(best, f64::min);
@@ -127,7 +126,7 @@ impl Screening<'_> {
             count.one();
             judged
         };
-        let behind = rough.split_off(rough.len().min(ISOLATED));
+        let behind = rough.split_off(rough.len().min(self.settings().effects_isolated));
         let in_front = rough.into_par_iter().enumerate().filter_map(|(place, (effects, rough))| {
             let isolated = !(bar.is_beyond(&rough, samples) && (place > 0 || known.is_some()) && explained);
             one(isolated, None, (effects, rough))
@@ -180,7 +179,7 @@ impl Screening<'_> {
             }
             let [effect] = effects.as_slice() else { return };
             let Some(promised) = promised(effect, base_points) else { return };
-            if effect.score <= KEPT * most(effect.base_point) {
+            if effect.score <= self.settings().kept_share * most(effect.base_point) {
                 return;
             }
             if !effect.others.is_empty() {
@@ -189,7 +188,8 @@ impl Screening<'_> {
                 }
                 return;
             }
-            let kept = cost(rough) - price_of_effects(rough) <= promised + (1.0 - KEPT) * effect.score;
+            let kept =
+                cost(rough) - price_of_effects(rough) <= promised + (1.0 - self.settings().kept_share) * effect.score;
             if !kept {
                 let again =
                     refitted(base, &[BasePoint::healthy(&base.rig)], &[], record, &[effect.as_typical(&base.rig)]);
@@ -226,7 +226,8 @@ impl Screening<'_> {
                 0 => first.cloned()?,
                 _ => refitted(self.base, &self.base_points, &[], self.record, &start)?,
             };
-            let further = quick(&rough.rig, self.record, &rough.values, (rough.set, FORMS), Some(ROUGH));
+            let further =
+                quick(&rough.rig, self.record, &rough.values, (rough.set, self.settings().linearisations), Some(ROUGH));
             let end = further.unwrap_or(rough);
             let on_check = self.check.map_or(Some(0.0), |record| {
                 let run = run_under(&end.rig, record, &end.values, None).ok()?;
@@ -248,7 +249,7 @@ impl Screening<'_> {
     ) -> Option<EvaluatedModel> {
         let PreliminaryModel { rig, values, set, cost, .. } = rough;
         let trial = if isolated {
-            FittedModel::fitted(rig, self.record, values, *set, ROUNDS)
+            FittedModel::fitted(rig, self.record, values, *set, self.settings().isolation_rounds)
         } else {
             FittedModel::at(rig, self.record, values, (*set, *cost), weights.map(|(fit, _)| fit))
         };
@@ -275,15 +276,18 @@ impl Screening<'_> {
     pub fn settle(&self, judged: &mut [EvaluatedModel]) -> Result<(), Complaint> {
         let Some(top) = judged.first().map(|best| best.evidence) else { return Ok(()) };
         let near = |one: &EvaluatedModel| {
-            let share = if one.isolated { CLOSE_ISOLATED } else { CLOSE };
-            one.evidence > top - (share * top).max(RIVAL)
+            let share = if one.isolated { self.settings().close_share_isolated } else { self.settings().close_share };
+            one.evidence > top - (share * top).max(self.settings().rival_bic)
         };
-        if top <= RIVAL || judged.iter().filter(|one| near(one)).count() < 2 {
+        if top <= self.settings().rival_bic || judged.iter().filter(|one| near(one)).count() < 2 {
             return Ok(());
         }
         judged.par_iter_mut().filter(|one| near(one)).for_each(|one| {
             let FittedModel { rig, values, set, .. } = &one.trial;
-            let Ok(trial) = FittedModel::fitted(rig, self.record, values, *set, ROUNDS) else { return };
+            let Ok(trial) = FittedModel::fitted(rig, self.record, values, *set, self.settings().isolation_rounds)
+            else {
+                return;
+            };
             one.check = self.check.and_then(|record| trial.check(record).ok());
             one.warnings = warnings(&trial, self.base);
             one.trial = trial;
@@ -323,7 +327,7 @@ impl Screening<'_> {
                 (None, _) => true,
                 (Some(_), None) => false,
             };
-            one.supported = one.delta_bic > RIVAL && on_check;
+            one.supported = one.delta_bic > self.settings().rival_bic && on_check;
         }
         judged.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         Ok(())

@@ -14,9 +14,6 @@ use crate::rig::{Cycle, Rig};
 const SHARES: [f64; 5] = [0.0, 0.25, 0.5, 1.0, 1.5];
 /// The same of the lengths of its phases.
 const LENGTHS: [f64; 2] = [1.0, 0.5];
-/// Forms of the fit of the rival to what the other predicts, and of its beginning.
-const FORMS: usize = 4;
-const FIRST: usize = 1;
 
 /// A run of the rig's cycle, changed, that two explanations predict differently.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -45,7 +42,13 @@ pub fn separating(names: [String; 2], first: &FittedModel, second: &FittedModel)
     let apart = |&(share, length): &(f64, f64)| {
         let factors: Vec<f64> = scaled.iter().map(|scaled| if *scaled { share } else { 1.0 }).collect();
         let record = predicted(first, &cycle.scaled(&factors, || length)).ok()?;
-        let rival = quick(&second.rig, &record, &second.values, (second.set, FIRST), Some(ROUGH))?;
+        let rival = quick(
+            &second.rig,
+            &record,
+            &second.values,
+            (second.set, rig.settings().learn.experiment_first_linearisations),
+            Some(ROUGH),
+        )?;
         Some(Tried { share, length, record, rival, at_its_end: false })
     };
     let mut tried: Vec<Tried> = menu.par_iter().filter_map(apart).collect();
@@ -56,7 +59,16 @@ pub fn separating(names: [String; 2], first: &FittedModel, second: &FittedModel)
             break tried.swap_remove(most);
         }
         let one = &mut tried[most];
-        let further = quick(&second.rig, &one.record, &one.rival.values, (second.set, FORMS - FIRST), None);
+        let further = quick(
+            &second.rig,
+            &one.record,
+            &one.rival.values,
+            (
+                second.set,
+                rig.settings().learn.experiment_linearisations - rig.settings().learn.experiment_first_linearisations,
+            ),
+            None,
+        );
         if let Some(further) = further.filter(|further| further.cost < one.rival.cost) {
             one.rival = further;
         }

@@ -14,7 +14,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::DynamicsReport;
 use crate::diagnosis::estimate;
 use crate::diagnosis::problem::root_mean_square;
-use crate::diagnosis::switching::{self, LEFT, Open, WORTH, beyond_noise};
+use crate::diagnosis::switching::{self, Open, beyond_noise};
 use crate::model::{InputSignals, Model};
 use crate::number::written;
 use crate::record::Record;
@@ -42,7 +42,7 @@ pub(super) fn with_spools<T>(
         return Ok(given);
     };
     let missed = |of: &T| beyond_noise(best(of).fit.normalised);
-    Ok(if missed(&again) < LEFT * missed(&given) { again } else { given })
+    Ok(if missed(&again) < rig.settings().diagnosis.dynamics_left_share * missed(&given) { again } else { given })
 }
 
 /// The rig with spools that follow as a record shows at a model of it, which may have effects more; `None` where they may be as
@@ -66,7 +66,13 @@ fn otherwise(rig: &Rig, record: &Record, fitted: &FittedModel) -> Result<Option<
             outputs.iter().zip(&measured).map(|(curve, measured)| root_mean_square(curve, measured)).collect();
         Some(1.0 - beyond_noise(times_noise(rig, &missed)) / stated)
     };
-    let found = switching::searched(rig, rig, &fall, |gain| gain > WORTH, Open::MassAndDeadTime);
+    let found = switching::searched(
+        rig,
+        rig,
+        &fall,
+        |gain| gain > rig.settings().diagnosis.dynamics_gain_share,
+        Open::MassAndDeadTime,
+    );
     Ok(found.map(|(other, _)| other))
 }
 

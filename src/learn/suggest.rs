@@ -2,10 +2,10 @@
 
 use super::candidate::{Candidate, candidates, empirical, tolerated, worth};
 use super::compare::misses;
-use super::evaluated::{Conclusion, EvaluatedModel, RIVAL, ROUNDS, is_adequate};
-use super::fitted_model::{FittedModel, MOST_WEIGHINGS, Run};
+use super::evaluated::{Conclusion, EvaluatedModel, is_adequate};
+use super::fitted_model::{FittedModel, Run};
 use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
-use super::refit::{BasePoint, FORMS, charged, quick, refitted};
+use super::refit::{BasePoint, charged, quick, refitted};
 use super::screening::{Screening, promised};
 use super::separate::{Experiment, separating};
 use super::spools::{self, with_spools};
@@ -19,25 +19,7 @@ use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::FaultSet;
 use crate::rig::Rig;
-
-/// Candidates that are fitted.
-const FITTED: usize = 8;
-/// The same of those that show where no fault has bent to what is missing, and where the model is within its tolerance.
-const FITTED_NEAR: usize = 4;
-/// Candidates that are fitted though they promise no more than the tolerance of a model that is within it.
-const ANYWAY: usize = 2;
-/// Share of the best one's score that a candidate has to promise to be fitted.
-const PROMISING: f64 = 0.03;
-/// Candidates of which pairs are fitted where none explains the record alone.
-const PAIRED: usize = 5;
-/// Share of what is missed that two have to gain one by one for their pair to be fitted: together they may gain more.
-const PAIR_PROMISE: f64 = 0.1;
-/// Effects that are fitted beside one that explains much but not all.
-const BESIDE: usize = 3;
-/// Ratio of two scores within which the refit has to say which effect explains more.
-const SCORES_ALIKE: f64 = 1.2;
-/// Share of what an effect gains that the model as given must gain from there for all to begin anew.
-const BY_ITSELF: f64 = 0.3;
+use crate::settings::LearningSettings;
 
 /// What [`suggest`] found.
 #[derive(Debug, Clone)]
@@ -107,7 +89,7 @@ pub(super) fn rough_base<T>(
         let drive = InputSignals::from_record(&model.rig, fit)?;
         let guess = near.map(|near| (estimate::picked(&model.rig, &near.values), near.set));
         let guess = guess.as_ref().map(|(theta, set)| (&theta[..], *set));
-        let near = estimate::near(&model, fit, &drive, guess, estimate::FROM_HEALTHY)?;
+        let near = estimate::near(&model, fit, &drive, guess, rig.settings().diagnosis.healthy_rounds)?;
         let base = FittedModel::of(&near)?;
         if guess.is_none() && weighings == 1 {
             rig.context().first_look(|| misses(base.fit.normalised));
@@ -116,7 +98,7 @@ pub(super) fn rough_base<T>(
             return then(&near, base);
         }
         let lacking = with_lack_of_fit(&rig, &base.fit);
-        if weighings == MOST_WEIGHINGS || is_alike(&lacking, &rig) {
+        if weighings == rig.settings().learn.weighings || is_alike(&lacking, &rig) {
             return with_faults_of_components(&near, enough, then);
         }
         (rig, weighings) = (lacking, weighings + 1);
@@ -130,20 +112,21 @@ fn with_faults_of_components<T>(
     then: impl Fn(&Estimate<'_>, FittedModel) -> Result<T, Complaint>,
 ) -> Result<T, Complaint> {
     let (rig, fit) = (near.case.rig(), near.case.record);
-    let simple = near.by_components_alone(search::SINGLE, FORMS)?;
+    let settings = &rig.settings().learn;
+    let simple = near.by_components_alone(search::Depth::single(near.case.settings()), settings.linearisations)?;
     // Its faults may explain much: the others are looked for by what they leave.
     let left = with_lack_of_fit(rig, &FittedModel::of(&simple)?.fit);
     let model = Model::new(if is_alike(&left, rig) { rig.clone() } else { left });
     let drive = InputSignals::from_record(&model.rig, fit)?;
     let theta = &simple.isolation.best.theta;
-    let simple = estimate::held_at(&model, fit, &drive, (theta, simple.isolation.set()), FORMS)?;
+    let simple = estimate::held_at(&model, fit, &drive, (theta, simple.isolation.set()), settings.linearisations)?;
     let base = FittedModel::of(&simple)?;
     let (given, samples) = (then(&simple, base.clone())?, base.fit.weights.all_samples() as f64);
     if enough(&given) {
         return Ok(given);
     }
     rig.context().stage("fit with several faults");
-    let deep = simple.by_components_alone(search::SEVERAL, FORMS)?;
+    let deep = simple.by_components_alone(search::Depth::several(near.case.settings()), settings.linearisations)?;
     let cost = |estimate: &Estimate<'_>| bic(estimate.isolation.best.cost, estimate.isolation.set().len(), samples);
     if cost(&deep) < cost(&simple)
         && deep.isolation.set() != simple.isolation.set()
@@ -178,7 +161,10 @@ pub(super) fn refitted_alone(
             .at(Place::file(&record.path)));
     };
     let screened = rough.priced(base.fit.weights.all_samples() as f64);
-    Ok((FittedModel::fitted(&rough.rig, record, &rough.values, rough.set, ROUNDS)?, screened))
+    Ok((
+        FittedModel::fitted(&rough.rig, record, &rough.values, rough.set, base.rig.settings().learn.isolation_rounds)?,
+        screened,
+    ))
 }
 
 /// The same for a model that is fitted already, `base` being what it is fitted as.
@@ -190,14 +176,15 @@ pub fn suggest_from(
     base: FittedModel,
     check: Option<&Record>,
 ) -> Result<Suggestion, Complaint> {
+    let settings = &estimate.case.rig().settings().learn;
     let base_check = check.map(|record| base.check(record)).transpose()?;
     let near = is_adequate(&base.fit) && base_check.as_ref().is_none_or(is_adequate);
     // Faults bend to what is missing: what they hide shows where there are none.
     let of_components = base.set.iter().any(|fault| !estimate.case.is_of_sensor(fault));
     let bent = of_components || (!base.set.is_empty() && !near);
-    let healthy = || bent.then(|| estimate.without_faults(FORMS)).transpose();
+    let healthy = || bent.then(|| estimate.without_faults(settings.linearisations)).transpose();
     let samples = base.fit.weights.all_samples() as f64;
-    let tolerance = if near { tolerated(samples) } else { 0.0 };
+    let tolerance = if near { tolerated(settings, samples) } else { 0.0 };
     let (list, without) = rayon::join(|| candidates(estimate, 0, tolerance), healthy);
     let without = without?;
     let mut lists = vec![list];
@@ -212,17 +199,21 @@ pub fn suggest_from(
     let screening =
         Screening { record: estimate.case.record, base: &base, base_check: &base_check, check, base_points };
     let [chance, worth] = [0.0, tolerance].map(|tolerance| worth(lists[0].len(), tolerance));
-    let most = [if near { FITTED_NEAR } else { FITTED }, FITTED_NEAR];
+    let most = [
+        if near { settings.candidates_fitted_near } else { settings.candidates_fitted },
+        settings.candidates_fitted_near,
+    ];
     let promising = lists.iter().zip(most).flat_map(|(list, most)| {
-        let least = list.first().map_or(worth, |best| worth.max(PROMISING * best.score));
+        let least = list.first().map_or(worth, |best| worth.max(settings.candidate_share * best.score));
         // What a fit has bent to promises less than it has to give: the first few are fitted whatever they promise beyond chance.
-        let looked_at =
-            move |(place, one): &(usize, &Candidate)| one.score > if *place < ANYWAY { chance } else { least };
+        let looked_at = move |(place, one): &(usize, &Candidate)| {
+            one.score > if *place < settings.candidates_fitted_tolerated { chance } else { least }
+        };
         list.iter().enumerate().filter(looked_at).map(|(_, one)| one).take(most)
     });
     let promising = once_each(promising.collect(), &screening.base_points);
     let mut judged = screening.judge(promising.into_iter().map(|candidate| vec![candidate.clone()]).collect(), &[])?;
-    let more = alike(&judged, &lists);
+    let more = alike(settings, &judged, &lists);
     screening.join(&mut judged, more)?;
     // A fault that comes with an effect may stand in for a second one.
     let stands_in = judged.first().is_some_and(|best| !best.trial.set.difference(base.set).is_empty());
@@ -250,7 +241,7 @@ pub fn suggest_from(
     if conclusion == Conclusion::UnknownEffect {
         // What no law explains, a curve may at least describe.
         screening.join(&mut judged, empirical(&base.rig).into_iter().map(|curve| vec![curve]).collect())?;
-        in_order(&mut judged);
+        in_order(settings, &mut judged);
     }
     let experiment = apart(&judged, &base);
     let scored = lists.swap_remove(0);
@@ -269,7 +260,8 @@ pub(super) fn restarted<'a>(
     (best, screened): (&FittedModel, f64),
     gain: f64,
 ) -> Result<Option<Estimate<'a>>, Complaint> {
-    if gain <= RIVAL {
+    let settings = &base.rig.settings().learn;
+    if gain <= settings.rival_bic {
         return Ok(None);
     }
     // What an effect bends is as it was.
@@ -280,11 +272,11 @@ pub(super) fn restarted<'a>(
     let (full, record) = (&estimate.case.full, estimate.case.record);
     let samples = base.fit.weights.all_samples() as f64;
     let cost = charged(&base.rig, base.cost, base.set, samples);
-    let least = cost - (BY_ITSELF * (cost - screened)).max(RIVAL);
-    let fitted = quick(&base.rig, record, &values, (best.set, FORMS), Some(search::ROUGH));
+    let least = cost - (settings.restart_share * (cost - screened)).max(settings.rival_bic);
+    let fitted = quick(&base.rig, record, &values, (best.set, settings.linearisations), Some(search::ROUGH));
     let Some(rough) = fitted.filter(|rough| rough.priced(samples) < least) else { return Ok(None) };
     let start = estimate::picked(&base.rig, &rough.values);
-    let better = estimate::isolated(full.model, record, full.drive, (&start, rough.set), ROUNDS)?;
+    let better = estimate::isolated(full.model, record, full.drive, (&start, rough.set), settings.isolation_rounds)?;
     let cost = charged(&base.rig, better.isolation.best.cost, better.isolation.set(), samples);
     Ok((cost < least).then_some(better))
 }
@@ -297,23 +289,25 @@ fn once_each<'a>(promising: Vec<&'a Candidate>, base_points: &[BasePoint]) -> Ve
 }
 
 /// Candidates that promise as much as the best explanation where it was scored, and were not fitted.
-fn alike(judged: &[EvaluatedModel], lists: &[Vec<Candidate>]) -> Vec<Vec<Candidate>> {
+fn alike(settings: &LearningSettings, judged: &[EvaluatedModel], lists: &[Vec<Candidate>]) -> Vec<Vec<Candidate>> {
     let Some([best]) = judged.first().map(|best| best.effects.as_slice()) else { return Vec::new() };
     let list = best.base_point.and_then(|base_point| lists.get(base_point)).map_or(&[][..], Vec::as_slice);
     let known = |candidate: &Candidate| judged.iter().any(|one| one.id() == candidate.id);
-    let close = list.iter().filter(|candidate| candidate.score * SCORES_ALIKE > best.score && !known(candidate));
-    close.take(FITTED).map(|candidate| vec![candidate.clone()]).collect()
+    let close =
+        list.iter().filter(|candidate| candidate.score * settings.score_ratio > best.score && !known(candidate));
+    close.take(settings.candidates_fitted).map(|candidate| vec![candidate.clone()]).collect()
 }
 
 /// The best explanations, two by two, as far as they may explain together what is missed.
 fn pairs(judged: &[EvaluatedModel], base: &FittedModel) -> Vec<Vec<Candidate>> {
-    let best: Vec<&EvaluatedModel> = judged.iter().take(PAIRED).collect();
+    let settings = &base.rig.settings().learn;
+    let best: Vec<&EvaluatedModel> = judged.iter().take(settings.effects_paired).collect();
     let scale = judged.iter().map(|one| one.trial.fit.chi2).fold(f64::INFINITY, f64::min).max(1.0);
     let missed = (base.fit.chi2 - 1.0).max(0.0) * base.fit.weights.all_samples() as f64 / scale;
     let gain = |one: &EvaluatedModel| one.delta_bic.max(0.0);
     let mut pairs = Vec::new();
     for (place, a) in best.iter().enumerate() {
-        let others = best[..place].iter().filter(|b| gain(a) + gain(b) > PAIR_PROMISE * missed);
+        let others = best[..place].iter().filter(|b| gain(a) + gain(b) > settings.pair_gain_share * missed);
         pairs.extend(others.map(|b| [b.effects.clone(), a.effects.clone()].concat()));
     }
     pairs
@@ -325,13 +319,14 @@ fn pairs(judged: &[EvaluatedModel], base: &FittedModel) -> Vec<Vec<Candidate>> {
 /// The model cannot be solved there.
 fn beside(best: &EvaluatedModel, record: &Record) -> Result<Vec<Vec<Candidate>>, Complaint> {
     let rig = &best.trial.rig;
+    let settings = &rig.settings().learn;
     let model = Model::new(with_lack_of_fit(rig, &best.trial.fit));
     let drive = InputSignals::from_record(&model.rig, record)?;
     let of_components = best.trial.set.iter().filter(|&fault| !rig.is_of_sensor(rig.faults[fault].parameter)).collect();
     let start = (&estimate::picked(rig, &best.trial.values)[..], of_components);
-    let list = candidates(&estimate::held_at(&model, record, &drive, start, FORMS)?, 0, 0.0);
+    let list = candidates(&estimate::held_at(&model, record, &drive, start, settings.linearisations)?, 0, 0.0);
     let least = worth(list.len(), 0.0);
-    let asked = list.into_iter().filter(|one| one.score > least).take(BESIDE);
+    let asked = list.into_iter().filter(|one| one.score > least).take(settings.effects_beside);
     Ok(asked.map(|one| [best.effects.clone(), vec![Candidate { base_point: None, ..one }]].concat()).collect())
 }
 

@@ -8,36 +8,18 @@ use crate::estimation::ScoreTest;
 use crate::model::{InputSignals, Model};
 use crate::physics::effect::{self, Form, FreeParameter, InitialGuess};
 use crate::rig::{EffectInstance, Location, ParameterSetting, Quantity, Rig};
+use crate::settings::LearningSettings;
 
-/// Change of the weighted misfits below which a candidate is not excited, root sum of squares.
-const EXCITED: f64 = 0.1;
-/// Share of the influence below which a candidate counts as absorbed.
-const ABSORBED: f64 = 0.05;
-/// Factors on the tried size beyond which the form is not believed.
-const FAR: f64 = 20.0;
 /// Sizes that are tried, in typical ones. What shifts the time at which the piston arrives is straight only where the shift is
 /// less than a row.
 const SIZES: &[f64] = &[0.1, 1.0, 5.0, 25.0];
 /// The same of an effect that is not straight: it shows itself only near its own size.
 const BENT_SIZES: &[f64] = &[0.1, 1.0, 1.8, 3.0, 5.0, 9.0, 15.0, 25.0];
-/// Cosine between the changes by two neighbouring sizes below which one between them is tried too: what rings is in step with
-/// its own ringing only near its own size.
-const NEIGHBOURS: f64 = 0.7;
-/// Ratio of two sizes between which none is tried.
-const FINEST: f64 = 1.03;
-/// Most sizes that are tried of one effect.
-const MOST_SIZES: usize = 64;
 /// Shares of the highest pressure from which on an effect is tried, where it has one that has to be found: a valve stands at few
 /// pressures, and from each place between two of them another one is found.
 const ONSETS: &[f64] = &[0.8, 0.65, 0.5, 0.35];
-/// A change of the misfits that is longer than the misfits by this factor raises the cost, however it points.
-const HOPELESS: f64 = 2.0;
 /// Where both have the typical one.
 const TYPICAL: usize = 1;
-/// Cosine between the changes by two sizes above which they lie on a straight line. What rings or shifts in time does not.
-const STRAIGHT: f64 = 0.9;
-/// Larger ones are tried where the one before is too small by this factor.
-const BEYOND: f64 = 1.5;
 
 /// Where candidates are scored.
 pub(super) struct ScoreContext<'a, 'e> {
@@ -59,9 +41,14 @@ impl<'a, 'e> ScoreContext<'a, 'e> {
         Some(Self { estimate, scoring, plain, worth })
     }
 
+    fn settings(&self) -> &'e LearningSettings {
+        &self.estimate.case.rig().settings().learn
+    }
+
     /// Whether a try changes the misfits so much that it raises the cost, however it points.
     fn is_hopeless(&self, tried: &TrialStep) -> bool {
-        tried.information > HOPELESS * HOPELESS * self.estimate.isolation.best.cost
+        let most = self.settings().change_ratio;
+        tried.information > most * most * self.estimate.isolation.best.cost
     }
 }
 
@@ -170,20 +157,22 @@ impl TrialStep {
 fn sizes(here: &ScoreContext<'_, '_>, placed: &EffectInstance, onset: f64) -> Vec<TrialStep> {
     let mut tried: Vec<TrialStep> = Vec::new();
     for (place, &step) in SIZES.iter().enumerate() {
-        let Some(one) = TrialStep::at(here, placed, (step, onset), Some(FAR)) else { continue };
+        let Some(one) = TrialStep::at(here, placed, (step, onset), Some(here.settings().size_factor)) else { continue };
         let bent = place == TYPICAL
-            && tried.first().is_some_and(|least| cosine(&least.change, &one.change) < STRAIGHT)
+            && tried.first().is_some_and(|least| cosine(&least.change, &one.change) < here.settings().straight_cosine)
             && one.candidate.excited;
         if bent {
             // The least is near enough to nothing to be straight, but not far beyond itself.
             for least in &mut tried {
                 let attempt = std::mem::take(&mut least.candidate.tried);
-                (least.candidate, least.information) = scored(here, placed, attempt, &least.change, Some(BEYOND));
+                (least.candidate, least.information) =
+                    scored(here, placed, attempt, &least.change, Some(here.settings().larger_factor));
             }
             break;
         }
         // A size on a straight line that asks for no larger one has none that promises more.
-        let enough = place >= TYPICAL && !asks_for_more(&one.candidate, place == TYPICAL);
+        let enough =
+            place >= TYPICAL && !asks_for_more(here.settings().larger_factor, &one.candidate, place == TYPICAL);
         tried.push(one);
         if enough || (place == TYPICAL && !tried[tried.len() - 1].candidate.excited) {
             return tried;
@@ -203,9 +192,11 @@ fn sizes(here: &ScoreContext<'_, '_>, placed: &EffectInstance, onset: f64) -> Ve
     }
     let unlike = |pair: &[TrialStep]| {
         let between = !here.is_hopeless(&pair[0]) && pair.iter().all(|one| one.candidate.excited);
-        between && pair[1].step > FINEST * pair[0].step && cosine(&pair[0].change, &pair[1].change) < NEIGHBOURS
+        between
+            && pair[1].step > here.settings().size_ratio * pair[0].step
+            && cosine(&pair[0].change, &pair[1].change) < here.settings().neighbour_cosine
     };
-    while tried.len() < MOST_SIZES {
+    while tried.len() < here.settings().sizes {
         // The small ones first: they are likelier.
         let Some(place) = tried.windows(2).position(unlike) else { break };
         let step = (tried[place].step * tried[place + 1].step).sqrt();
@@ -239,8 +230,8 @@ fn cosine(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Whether the best size lies beyond the one that was tried. A typical one of the wrong sign does not say that.
-fn asks_for_more(tried: &Candidate, typical: bool) -> bool {
-    if tried.score > 0.0 { tried.factor.abs() > BEYOND } else { typical }
+fn asks_for_more(larger: f64, tried: &Candidate, typical: bool) -> bool {
+    if tried.score > 0.0 { tried.factor.abs() > larger } else { typical }
 }
 
 /// Shares or distances at which a level is tried, where an effect has one that has to be found.
@@ -330,7 +321,7 @@ fn scored(
         smallest: f64::INFINITY,
         own: 0.0,
         absorbed_by: None,
-        excited: size > EXCITED,
+        excited: size > here.settings().excited_change,
         others: Vec::new(),
     };
     if !candidate.excited {
@@ -339,7 +330,7 @@ fn scored(
     let score = here.scoring.of(change);
     candidate.own = score.own;
     candidate.smallest = if score.information > 0.0 { (here.worth / score.information).sqrt() } else { f64::INFINITY };
-    if score.own < ABSORBED {
+    if score.own < here.settings().absorbed_share {
         candidate.absorbed_by = score.absorbed_by.map(|index| {
             let parameter = full.estimated[index].parameter;
             full.model.rig.parameters[parameter].id.clone()

@@ -1,16 +1,10 @@
 //! What speaks against an effect as fitted, what it explains, and the one word on the record.
 
 use super::candidate::Candidate;
-use super::evaluated::{Conclusion, EvaluatedModel, RIVAL, is_adequate};
+use super::evaluated::{Conclusion, EvaluatedModel, is_adequate};
 use super::fitted_model::{FittedModel, Run};
 use super::warning::Warning;
-use crate::diagnosis::case::REACH;
-
-/// Share of what is missed that an effect has to explain to be called found.
-const EXPLAINED: f64 = 0.8;
-/// The same on the check record of one that is named as a part of it: less is what any effect takes that goes a little with the
-/// one that is missing.
-const PART: f64 = 1.0 / 3.0;
+use crate::settings::LearningSettings;
 
 /// What speaks against an effect as fitted.
 pub(super) fn warnings(trial: &FittedModel, base: &FittedModel) -> Vec<Warning> {
@@ -47,7 +41,7 @@ pub(super) fn warnings(trial: &FittedModel, base: &FittedModel) -> Vec<Warning> 
             && !trial.rig.is_of_effect(index)
         {
             let far = moved / parameter.sigma;
-            let at_end = far > 0.999 * REACH;
+            let at_end = far > 0.999 * trial.rig.settings().diagnosis.search_reach;
             warnings.push(Warning::Moved { id: parameter.id.clone(), deviations: far, at_end });
         }
     }
@@ -76,18 +70,22 @@ fn shares(judged: &EvaluatedModel, base: &FittedModel, base_check: &Option<Run>)
 }
 
 fn explains(judged: &EvaluatedModel, base: &FittedModel, base_check: &Option<Run>) -> bool {
+    let settings = &base.rig.settings().learn;
     let (on_fit, on_check) = shares(judged, base, base_check);
-    judged.supported && on_fit.min(on_check) >= EXPLAINED
+    judged.supported && on_fit.min(on_check) >= settings.explained_share
 }
 
 /// Whether a law with physical sense explains what an effect has to, but on the check record only a part of it.
 pub(super) fn is_part(judged: &EvaluatedModel, base: &FittedModel, base_check: &Option<Run>) -> bool {
-    judged.supported && !judged.senseless() && !judged.is_empirical() && are_part(shares(judged, base, base_check))
+    judged.supported
+        && !judged.senseless()
+        && !judged.is_empirical()
+        && are_part(&base.rig.settings().learn, shares(judged, base, base_check))
 }
 
 /// Whether these shares on the fit record and on the check record are a part of the explanation.
-pub(super) fn are_part((on_fit, on_check): (f64, f64)) -> bool {
-    on_fit >= EXPLAINED && on_check >= PART
+pub(super) fn are_part(settings: &LearningSettings, (on_fit, on_check): (f64, f64)) -> bool {
+    on_fit >= settings.explained_share && on_check >= settings.part_share_check
 }
 
 /// Whether an explanation leaves both records at their floor, and leans on nothing that was known otherwise.
@@ -101,19 +99,15 @@ pub(super) fn is_among(some: &[Candidate], more: &[Candidate]) -> bool {
     some.len() < more.len() && some.iter().all(|one| more.iter().any(|other| other.id == one.id))
 }
 
-/// Share of the error by which an explanation has to be better than one with fewer effects, or than one of physics alone where it has
-/// an effect of a sensor.
-pub(super) const CLEARLY: f64 = 0.03;
-
 /// What is supported comes first; of that, fewer effects before more, and physics before effects of sensors, where the others do not
 /// clearly explain more.
-pub(super) fn in_order(judged: &mut [EvaluatedModel]) {
+pub(super) fn in_order(settings: &LearningSettings, judged: &mut [EvaluatedModel]) {
     judged.sort_by_key(|one| !one.supported);
     let is_enough = |first: &EvaluatedModel, one: &EvaluatedModel| {
         one.supported
             && !one.senseless()
             && is_among(&one.effects, &first.effects)
-            && one.error() <= first.error() / (1.0 - CLEARLY)
+            && one.error() <= first.error() / (1.0 - settings.clear_share)
     };
     if let Some(first) = judged.first()
         && let Some(place) = judged.iter().position(|one| is_enough(first, one))
@@ -121,7 +115,7 @@ pub(super) fn in_order(judged: &mut [EvaluatedModel]) {
         judged[..=place].rotate_right(1);
     }
     let Some(first) = judged.first().filter(|first| first.is_of_sensor()) else { return };
-    let most = first.error() / (1.0 - CLEARLY);
+    let most = first.error() / (1.0 - settings.clear_share);
     let is_physics =
         |one: &EvaluatedModel| one.supported && !one.senseless() && !one.is_of_sensor() && !one.is_empirical();
     if let Some(place) = judged.iter().position(|one| is_physics(one) && one.error() <= most) {
@@ -137,12 +131,14 @@ pub(super) fn conclude_near(
     base_check: &Option<Run>,
     tolerance: f64,
 ) -> Conclusion {
+    let settings = &base.rig.settings().learn;
     let fall = |before: &Run, after: &Run| (before.chi2 - after.chi2) * after.weights.all_samples() as f64;
     judged.retain_mut(|one| {
         let on_check = base_check.as_ref().zip(one.check.as_ref()).map(|(before, after)| fall(before, after));
-        let better = one.delta_bic > RIVAL.max(tolerance) && on_check.is_none_or(|fall| fall > RIVAL);
+        let better =
+            one.delta_bic > settings.rival_bic.max(tolerance) && on_check.is_none_or(|fall| fall > settings.rival_bic);
         // Fewer faults with an effect in their place may explain the records as well.
-        let alike = one.trial.set.len() < base.set.len() && one.delta_bic > -RIVAL;
+        let alike = one.trial.set.len() < base.set.len() && one.delta_bic > -settings.rival_bic;
         one.supported = better;
         (better || alike) && !one.senseless()
     });
@@ -163,7 +159,8 @@ pub(super) fn conclude_near(
 }
 
 pub(super) fn conclude(judged: &mut [EvaluatedModel], base: &FittedModel, base_check: &Option<Run>) -> Conclusion {
-    in_order(judged);
+    let settings = &base.rig.settings().learn;
+    in_order(settings, judged);
     let Some(best) = judged.first() else { return Conclusion::UnknownEffect };
     if !explains(best, base, base_check) {
         let part = judged.iter().position(|one| is_part(one, base, base_check));
@@ -175,7 +172,9 @@ pub(super) fn conclude(judged: &mut [EvaluatedModel], base: &FittedModel, base_c
     let (top, size) = (best.evidence, best.effects.len());
     let close: Vec<bool> = judged
         .iter()
-        .map(|one| one.effects.len() <= size && one.evidence > top - RIVAL && explains(one, base, base_check))
+        .map(|one| {
+            one.effects.len() <= size && one.evidence > top - settings.rival_bic && explains(one, base, base_check)
+        })
         .collect();
     let ids: Vec<String> = judged.iter().map(EvaluatedModel::id).collect();
     let rivals = close.iter().filter(|close| **close).count();

@@ -6,8 +6,10 @@ use super::brief::wrapped;
 use super::caveats::followed_otherwise;
 use super::digits::plus_minus;
 use crate::learn::addition::{AddedParameter, AdditionReport};
-use crate::learn::evaluated::RIVAL;
 use crate::number::before_unit;
+
+/// From this fall of BIC on evidence is called very strong (Kass and Raftery, Journal of the American Statistical Association 90 (1995)).
+pub(super) const VERY_STRONG: f64 = 10.0;
 
 impl fmt::Display for AdditionReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -32,16 +34,16 @@ impl fmt::Display for AdditionReport {
         match self.delta_bic {
             Some(fall) if fall < 0.0 => writeln!(
                 f,
-                "  the record does not ask for it: with it BIC rises by {:.1}; a fall of {RIVAL:.0} is very strong evidence",
+                "  the record does not ask for it: with it BIC rises by {:.1}; a fall of {VERY_STRONG:.0} is very strong evidence",
                 -fall
             )?,
-            Some(fall) if fall < RIVAL => writeln!(
+            Some(fall) if fall < VERY_STRONG => writeln!(
                 f,
-                "  the record does not ask for it: with it BIC falls by {fall:.1}; {RIVAL:.0} is very strong evidence"
+                "  the record does not ask for it: with it BIC falls by {fall:.1}; {VERY_STRONG:.0} is very strong evidence"
             )?,
             Some(fall) => writeln!(
                 f,
-                "  the record asks for it: with it BIC falls by {fall:.1}; {RIVAL:.0} is very strong evidence"
+                "  the record asks for it: with it BIC falls by {fall:.1}; {VERY_STRONG:.0} is very strong evidence"
             )?,
             None => {}
         }

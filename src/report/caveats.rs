@@ -3,7 +3,6 @@
 use crate::diagnosis::summary::reads_otherwise;
 use crate::diagnosis::{Diagnosis, DynamicsReport, UncertainReport, Verdict};
 use crate::estimation::Identifiable;
-use crate::learn::phase::SWITCH;
 use crate::number::{rounded, text, with_unit};
 use crate::record::survey::{Doubt, Finding, told};
 
@@ -86,11 +85,14 @@ pub(super) fn learnt_with(dynamics: &[DynamicsReport]) -> Option<String> {
     followed_otherwise(dynamics).map(|told| told + " All errors are those with them.")
 }
 
+/// How long a directional valve of size 10 takes at most, s.
+const SWITCHING: f64 = 0.1;
+
 /// The longest stretch of missing rows, if it is long enough to hide a switching.
 fn longest_gap(diagnosis: &Diagnosis) -> Option<&Finding> {
     let missing = diagnosis.left_out.iter().filter(|finding| finding.doubt == Doubt::MissingRows);
     let length = |finding: &Finding| finding.to_s - finding.from_s;
-    missing.filter(|finding| length(finding) > SWITCH).max_by(|a, b| length(a).total_cmp(&length(b)))
+    missing.filter(|finding| length(finding) > SWITCHING).max_by(|a, b| length(a).total_cmp(&length(b)))
 }
 
 /// When the record shows that something is wrong.

@@ -3,7 +3,6 @@
 use super::brief::wrapped;
 use super::learn::{goes_with, multiple, named_fault, times};
 use super::table::{Head, aligned};
-use crate::diagnosis::adequate;
 use crate::finding::argument;
 use crate::learn::comparison::{ChannelComparison, Comparison, MisfitPlace, PresentFault, WithFaults};
 use crate::number::{rounded, text, with_unit};
@@ -46,9 +45,8 @@ pub fn brief(comparison: &Comparison) -> String {
 fn beyond_events(comparison: &Comparison) -> Vec<String> {
     let with_faults = comparison.with_faults.as_ref().map_or(&[][..], |with| &with.channels);
     let is_explained = |name: &str| with_faults.iter().any(|with| with.name == name && with.adequate);
-    let is_by_events = |channel: &&ChannelComparison| {
-        !channel.adequate && adequate(channel.chi2_reduced, channel.samples) && !is_explained(&channel.name)
-    };
+    let is_by_events =
+        |channel: &&ChannelComparison| !channel.adequate && channel.within_noise && !is_explained(&channel.name);
     let asked = comparison.channels.iter().filter(is_by_events).filter_map(|channel| channel.events_chi2);
     let most = asked.fold(0.0, f64::max);
     if most == 0.0 {
@@ -126,7 +124,7 @@ pub(super) fn table(comparison: &Comparison) -> (Vec<Head>, Vec<Vec<String>>) {
         let with = with_faults.and_then(|with_faults| same(&with_faults.channels));
         row.push(match with {
             Some(with) if with.adequate && !channel.adequate => "with faults".to_owned(),
-            _ => super::diagnosis::explained(channel.adequate, channel.samples, channel.chi2_reduced).to_owned(),
+            _ => super::diagnosis::explained(channel.adequate, channel.samples, channel.within_noise).to_owned(),
         });
         row
     });
@@ -164,6 +162,7 @@ mod tests {
             chi2_reduced: times_noise * times_noise,
             events_chi2: None,
             adequate: times_noise < 1.2,
+            within_noise: times_noise < 1.2,
             autocorrelation: 0.0,
             goes_with: Vec::new(),
             worst: Vec::new(),

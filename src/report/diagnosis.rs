@@ -11,7 +11,7 @@ use super::style::{bars, scale};
 use super::table::{Head, aligned};
 #[cfg(feature = "cli")]
 use crate::diagnosis::{Diagnosed, is_there};
-use crate::diagnosis::{Diagnosis, FaultReport, MissingEffect, PRESENT, UncertainReport, Verdict};
+use crate::diagnosis::{Diagnosis, FaultReport, MissingEffect, UncertainReport, Verdict};
 use crate::number::{before_unit, rounded, text, with_unit};
 use crate::record::survey::Doubt;
 #[cfg(feature = "cli")]
@@ -185,12 +185,12 @@ pub(super) const CHANNEL_HEADS: [Head; 6] = [
     ("explained", false),
 ];
 
-/// Whether the model explains a sensor of so many samples, of which the weighted misfits have this mean square.
-pub(super) fn explained(adequate: bool, samples: usize, chi2: f64) -> &'static str {
+/// Whether the model explains a sensor of so many samples, and whether it would if nothing were asked of events.
+pub(super) fn explained(adequate: bool, samples: usize, within_noise: bool) -> &'static str {
     match (adequate, samples) {
         (_, 0) => "no samples",
         (true, _) => "yes",
-        (false, _) if crate::diagnosis::adequate(chi2, samples) => "NO (events)",
+        (false, _) if within_noise => "NO (events)",
         (false, _) => "NO",
     }
 }
@@ -208,7 +208,7 @@ pub(super) fn channel_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
             text(rounded(channel.noise_sigma, 3)),
             channel.unit.clone(),
             of_samples(channel.samples, format!("{:.2}", channel.chi2_reduced)),
-            explained(channel.adequate, channel.samples, channel.chi2_reduced).to_owned(),
+            explained(channel.adequate, channel.samples, channel.within_noise).to_owned(),
         ]
     };
     diagnosis.channels.iter().map(row).collect()
@@ -260,6 +260,8 @@ pub(super) fn unblamed(diagnosis: &Diagnosis) -> Vec<String> {
     diagnosis.faults.iter().filter_map(why_unblamed).collect()
 }
 
+const MORE_LIKELY_THAN_NOT: f64 = 0.5;
+
 /// The same of one fault, if it is so: its interval takes it to be there.
 fn why_unblamed(fault: &FaultReport) -> Option<String> {
     if fault.present {
@@ -267,7 +269,7 @@ fn why_unblamed(fault: &FaultReport) -> Option<String> {
     }
     let probability = percent(fault.probability);
     if !fault.interval_misses(fault.healthy, 0.0) {
-        let probable = fault.probability >= PRESENT;
+        let probable = fault.probability >= MORE_LIKELY_THAN_NOT;
         let healthy = with_unit(fault.healthy, &fault.unit);
         return probable.then(|| {
             format!("{}: its interval holds its healthy {healthy} (probability of the fault: {probability})", fault.id)

@@ -1,5 +1,6 @@
 //! A diagnosis in a few lines: the verdict first, then each finding, the next command last.
 
+use super::addition::VERY_STRONG;
 use super::brief::wrapped;
 use super::caveats::{caveats, detected};
 use super::diagnosis::{headline, interval, percent, sized, sizes, tone};
@@ -7,7 +8,6 @@ use super::learn::{multiple, times};
 use super::style::Style;
 use crate::diagnosis::{Diagnosis, FaultReport, RivalEffect, Verdict};
 use crate::finding::{Finding, Rival, argument};
-use crate::learn::evaluated::RIVAL;
 use crate::number::with_unit;
 
 /// Lines of findings: with verdict, notes and next command a screen of 24 lines is not filled.
@@ -137,7 +137,7 @@ pub(super) fn faults_of(rival: &Rival) -> String {
 /// An effect in place of a fault, with its size and how well it explains the record.
 pub(super) fn in_place(rival: &RivalEffect) -> String {
     let size = with_unit(rival.value, &rival.unit);
-    let well = if rival.delta_bic > RIVAL { "better" } else { "as well" };
+    let well = if rival.delta_bic > VERY_STRONG { "better" } else { "as well" };
     format!("{} ({size}), which explains the record {well}", rival.effect)
 }
 

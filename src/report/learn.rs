@@ -40,7 +40,7 @@ fn channel_row(channel: &ChannelComparison) -> Vec<String> {
         of_samples(channel.samples, format!("{:.2}", channel.chi2_reduced)),
         of_samples(channel.samples, format!("{:.2}", channel.autocorrelation)),
         goes.map_or("-".to_owned(), |goes| format!("{} ({:+.2})", goes.signal, goes.coefficient)),
-        explained(channel.adequate, channel.samples, channel.chi2_reduced).to_owned(),
+        explained(channel.adequate, channel.samples, channel.within_noise).to_owned(),
     ]
 }
 

@@ -41,6 +41,8 @@ pub mod plot;
 #[cfg(all(feature = "cli", feature = "internals"))]
 pub mod reference;
 mod residuals;
+#[cfg(all(feature = "cli", feature = "internals"))]
+mod settings;
 #[cfg(feature = "cli")]
 pub mod simulation;
 pub mod style;

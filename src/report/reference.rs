@@ -52,6 +52,9 @@ pub const RIG_FILE: &[Part] = &[
 /// The generated parts of `effects.md`.
 pub const LIBRARY: &[Part] = &[("effects", super::effects::markdown)];
 
+/// The generated parts of `settings.md`.
+pub const SETTINGS: &[Part] = &[("settings", super::settings::markdown)];
+
 /// The page with every one of its generated parts as it is now.
 ///
 /// # Errors

@@ -29,6 +29,7 @@ use crate::physics::component::AnyLaw;
 use crate::physics::drop::Dropped;
 use crate::physics::effect::Effect;
 use crate::physics::fluid::Fluid;
+use crate::settings::Settings;
 use crate::units::Unit;
 
 pub(crate) use beside::Beside;
@@ -268,6 +269,11 @@ impl Rig {
     /// What computations on this rig run in.
     pub fn context(&self) -> &Context {
         &self.context
+    }
+
+    /// The thresholds that its computations go by.
+    pub(crate) fn settings(&self) -> &Settings {
+        self.context.settings()
     }
 
     /// Index of the parameter with this id.

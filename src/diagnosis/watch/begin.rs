@@ -7,9 +7,6 @@ use crate::record::Record;
 use crate::residual::{Shows, straight};
 use crate::rig::{NodeKind, Quantity, Rig, Target};
 
-/// Standard deviations within which a rate is none.
-const STILL: f64 = 3.0;
-
 /// How many rows there are up to the end of the first stretch in which every sensor of a node runs straight, and what these
 /// show there; a stretch at rest in the first half is preferred. `None` where there is no such stretch.
 ///
@@ -22,7 +19,8 @@ pub(super) fn begin(
 ) -> Result<Option<(usize, Vec<Shown>)>, Complaint> {
     let sensors = sensors(rig, record);
     let stretches = straight(rig, record, &sensors, options.detection.window)?;
-    let still = |shows: &Shows| shows.rate.abs() <= STILL * shows.rate_variance.sqrt();
+    let still =
+        |shows: &Shows| shows.rate.abs() <= rig.settings().diagnosis.standing_deviations * shows.rate_variance.sqrt();
     let half = record.time.len() / 2;
     let rests = stretches.iter().find(|stretch| stretch.end < half && stretch.shows.iter().all(still));
     let Some(stretch) = rests.or_else(|| stretches.first().filter(|stretch| stretch.end < half)) else {
