@@ -211,7 +211,7 @@ fn clock(model: &Model, record: &Record) -> Option<Cause> {
     Some(Cause::FastClock(rate))
 }
 
-/// What the misfits say of the rate of the clock, in units of [`FIRST_RATE`], everything uncertain following.
+/// What the misfits say of the rate of the clock, in units of the rate that is tried first, everything uncertain following.
 fn score_of_rate(near: &Estimate<'_>) -> Option<Score> {
     let (case, isolation) = (&near.case, &near.isolation);
     let (full, best) = (&case.full, &isolation.best);

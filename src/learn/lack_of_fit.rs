@@ -5,7 +5,7 @@
 //! what the fitted model leaves there (quasi-likelihood: Wedderburn, Biometrika 61, 1974; McCullagh and Nelder, *Generalized
 //! Linear Models*, 1989, section 9.2), and falls again as effects are added. A model that explains its record is weighed by noise.
 //!
-//! The noise is that of the rig file where the record bears it out. Where the two differ by more than [`APART`], the record is
+//! The noise is that of the rig file where the record bears it out. Where the two differ by more than `learn.noise_ratio`, the record is
 //! believed: what is named then does not hang on a number that nobody measured.
 
 use super::fitted_model::Run;

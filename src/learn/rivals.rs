@@ -3,7 +3,7 @@
 //! A fault that explains a record within noise and tolerance need not be the only thing that does: slip of a pump that nobody wrote
 //! down takes flow as a worn pump does. So the local model of the fit is asked what the record would cost with each effect of the
 //! library in place of each fault that is present. Those that promise to cost little more are fitted, and one that ends within
-//! [`RIVAL`] of the fault, by the information criterion, is its rival. A try of an effect is simulated once for all faults.
+//! `learn.rival_bic` of the fault, by the information criterion, is its rival. A try of an effect is simulated once for all faults.
 
 use rayon::prelude::*;
 

@@ -76,6 +76,7 @@ mod diagnosis {
     mod honest;
     mod measured;
     mod open_records;
+    mod settings;
     mod store;
     mod switching;
 }

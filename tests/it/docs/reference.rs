@@ -4,9 +4,10 @@ use crate::support::page;
 
 use std::fs;
 
-use borescope::internals::report::reference::{LIBRARY, PageError, Part, RIG_FILE, refresh};
+use borescope::internals::report::reference::{LIBRARY, PageError, Part, RIG_FILE, SETTINGS, refresh};
 
 const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/rig-file.md");
+const SETTINGS_PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/settings.md");
 const EFFECTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/effects.md");
 
 fn is_fresh(path: &str, parts: &[Part]) {
@@ -31,6 +32,11 @@ fn the_reference_is_that_of_the_cards() {
 #[test]
 fn the_effects_are_those_of_the_library() {
     is_fresh(EFFECTS, LIBRARY);
+}
+
+#[test]
+fn the_settings_are_those_of_the_tables() {
+    is_fresh(SETTINGS_PAGE, SETTINGS);
 }
 
 #[test]

@@ -84,6 +84,67 @@ impl Table {
     }
 }
 
+/// What a setting at another value changes: a row of `fixtures/studies/settings.csv`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Changed {
+    pub setting: String,
+    /// `half` or `double`.
+    pub side: String,
+    pub value: f64,
+    /// Largest change of a number, in half widths of its interval, where the words stay.
+    pub shift: f64,
+    /// Effort, over that with all settings as they are.
+    pub effort: f64,
+    /// Cases of which other words are said, with both.
+    pub otherwise: Vec<String>,
+}
+
+impl Changed {
+    const PATH: &str = "fixtures/studies/settings.csv";
+
+    pub fn all() -> Vec<Self> {
+        let Ok(mut reader) = csv::Reader::from_path(Self::PATH) else { return Vec::new() };
+        let row = |row: csv::StringRecord| Self {
+            setting: row[0].to_owned(),
+            side: row[1].to_owned(),
+            value: row[2].parse().unwrap(),
+            shift: row[3].parse().unwrap(),
+            effort: row[4].parse().unwrap(),
+            otherwise: row[5].split(" | ").filter(|one| !one.is_empty()).map(str::to_owned).collect(),
+        };
+        reader.records().map(|one| row(one.unwrap())).collect()
+    }
+
+    fn is_of(&self, other: &Self) -> bool {
+        (&self.setting, &self.side) == (&other.setting, &other.side)
+    }
+
+    /// Puts the row in the place of the one of its setting and side, or last.
+    pub fn write(self) {
+        let mut all = Self::all();
+        match all.iter_mut().find(|one| one.is_of(&self)) {
+            Some(old) => *old = self,
+            None => all.push(self),
+        }
+        let mut writer = csv::Writer::from_path(Self::PATH).unwrap();
+        writer.write_record(["setting", "side", "value", "shift", "effort", "otherwise"]).unwrap();
+        for one in all {
+            let numbers = [format!("{}", one.value), format!("{:.3}", one.shift), format!("{:.3}", one.effort)];
+            let [value, shift, effort] = numbers;
+            writer.write_record([one.setting, one.side, value, shift, effort, one.otherwise.join(" | ")]).unwrap();
+        }
+        writer.flush().unwrap();
+    }
+
+    /// It is what the study last wrote: the same cases otherwise, and the rest about as much.
+    pub fn is_as_written(&self) {
+        let all = Self::all();
+        let old = all.iter().find(|one| one.is_of(self)).unwrap_or_else(|| panic!("no row of {self:?}"));
+        let near = (self.shift - old.shift).abs() <= 0.1 + 0.2 * old.shift && (self.effort - old.effort).abs() < 0.1;
+        assert!(self.otherwise == old.otherwise && near, "{self:?}\nwas written as {old:?}");
+    }
+}
+
 #[test]
 fn equal_rates_may_be_equal_and_unequal_ones_may_not() {
     may_be_equal("the same", (18, 20), (19, 20));
