@@ -1,8 +1,10 @@
 //! Readings that the machine cannot give: more travel than the stroke, less pressure than vacuum.
 
 use crate::number::{difference_in_unit, in_unit, rounded, with_unit};
+use crate::physics::component::facts;
+use crate::physics::component::facts::Symbol;
 use crate::record::Record;
-use crate::rig::{Quantity, Rig, Sensor, Target};
+use crate::rig::{Component, Quantity, Rig, Sensor, Target};
 
 /// Share of the stroke by which the travel may exceed it: offset and gain of a sensor are not yet fitted.
 const TRAVEL: f64 = 1.1;
@@ -26,8 +28,9 @@ fn beyond(rig: &Rig, record: &Record, sensor: &Sensor) -> Option<String> {
     let unit = rig.sensor_unit(sensor);
     match (sensor.quantity, sensor.target) {
         (Quantity::Position, Target::Node(node)) => {
-            let cylinder =
-                rig.components.iter().find(|one| one.card.kind == "cylinder" && one.ports.contains(&node))?;
+            let moves_it =
+                |one: &&Component| facts(one.card).symbol == Symbol::Cylinder && one.ports.contains(&node);
+            let cylinder = rig.components.iter().find(moves_it)?;
             let stroke = rig.parameters[rig.parameter(&format!("{}.stroke", cylinder.name))?].value;
             let said = |si: f64| with_unit(rounded(difference_in_unit(si, &unit), 4), &unit.symbol);
             (high - low > TRAVEL * stroke + 2.0 * OFF * sensor.noise).then(|| {

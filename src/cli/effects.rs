@@ -7,8 +7,7 @@ use clap::Args;
 
 use super::{Failure, Format, Overwriting, Status, write_json, write_page};
 use crate::complaint::{Complaint, Kind, help_with_names};
-use crate::physics::effect::{EFFECTS, effect};
-use crate::report::effects::{EffectReport, LibraryReport, card, library};
+use crate::report::effects::{EffectReport, LibraryReport, all, card, library, named};
 use crate::report::pages;
 
 /// List the physical effects that can be added to a model, or show one of them
@@ -41,17 +40,22 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     };
     // `external-leakage@A` is how rig files and suggestions write it.
     let kind = name.split_once('@').map_or(name.as_str(), |(kind, _)| kind);
-    let Some(effect) = effect(kind) else {
+    let effects = named(kind);
+    if effects.is_empty() {
         return Err(Complaint::new(Kind::UnknownName, format!("there is no effect `{kind}`"))
-            .help(help_with_names(kind, "effects", EFFECTS.iter().map(|effect| effect.name)))
+            .help(help_with_names(kind, "effects", all().map(|effect| effect.name)))
             .into());
-    };
-    if let Some(path) = &arguments.report {
-        write_page(path, &pages::effects::card(effect))?;
     }
-    match arguments.format {
-        Format::Text => out.write_all(card(effect).as_bytes())?,
-        Format::Json => write_json(out, &EffectReport::new(effect))?,
+    if let Some(path) = &arguments.report {
+        write_page(path, &pages::effects::cards(&effects))?;
+    }
+    match (arguments.format, effects.as_slice()) {
+        (Format::Text, effects) => {
+            let cards: Vec<String> = effects.iter().map(|effect| card(effect)).collect();
+            out.write_all(cards.join("\n").as_bytes())?;
+        }
+        (Format::Json, [effect]) => write_json(out, &EffectReport::new(effect))?,
+        (Format::Json, effects) => write_json(out, &LibraryReport::of(effects))?,
     }
     Ok(Status::Done)
 }

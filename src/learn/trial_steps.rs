@@ -212,12 +212,15 @@ pub(super) fn distance(rig: &Rig, candidate: &Candidate) -> Option<f64> {
     Some((tried.value - nothing(rig, &candidate.placed, free)?).abs()).filter(|distance| *distance > 0.0)
 }
 
-/// The value, SI, at which a parameter of an effect does nothing: its neutral one, or that which the rig has.
+/// The value, SI, at which a parameter of an effect does nothing: its neutral one, or what the rig file states of a parameter that the
+/// circuit has anyway.
 pub(super) fn nothing(rig: &Rig, placed: &EffectInstance, free: &FreeParameter) -> Option<f64> {
-    match free.neutral {
-        Some(neutral) => Some(rig.effect_unit(placed, free.name).difference_to_si(neutral)),
-        None => Some(rig.parameters[rig.bent(placed, free.name)?].value),
-    }
+    let stated = || Some(rig.parameters[rig.bent(placed, free.name)?].value);
+    let Some(neutral) = free.neutral else { return stated() };
+    let neutral = Some(rig.effect_unit(placed, free.name).difference_to_si(neutral));
+    let in_circuit = matches!(placed.effect.form, Form::ParameterChange);
+    let installed = || rig.effects.iter().any(|present| present.id == rig.effect_id(placed));
+    if in_circuit && !installed() { stated().or(neutral) } else { neutral }
 }
 
 /// Cosine between two changes of the misfits; 0 where one is none.

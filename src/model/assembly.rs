@@ -1,9 +1,11 @@
 //! The equations of a circuit over one number type, as the integrator sees them.
 
+use std::sync::Arc;
+
 use super::drive::Piece;
 use super::layout::{Layout, Raw, Slot, Variable};
 use super::wiring::Wiring;
-use crate::numeric::{Dual, Real, Scalar, States, System};
+use crate::numeric::{Dual, Elimination, Real, Scalar, States, System};
 use crate::physics::component::{AnyLaw, PortFlows, PortVariables, VARIABLES};
 use crate::physics::fluid::{self, Fluid};
 use crate::physics::{ATMOSPHERE, GRAVITY};
@@ -245,6 +247,10 @@ impl<S: Scalar, const N: usize> System<S, N> for Assembly<'_, S> {
     fn states(&self) -> States {
         // Sensors that lag come last, and nothing depends on what they read.
         States { all: self.layout.states, coupled: self.layout.states - self.layout.filters.len() }
+    }
+
+    fn elimination(&self) -> Option<&Arc<Elimination>> {
+        self.layout.elimination.as_ref()
     }
 
     fn derivative(&mut self, t: f64, y: &[S; N], dydt: &mut [S; N]) {

@@ -1,6 +1,9 @@
 //! Who meets whom: the states of a rig and how components reach them. No numbers of the circuit.
 
+use std::sync::Arc;
+
 use super::wiring::Wiring;
+use crate::numeric::{Elimination, WHOLE};
 use crate::physics::component::{INPUTS, PORTS, VARIABLES};
 use crate::rig::{NodeKind, Quantity, Rig, Target};
 
@@ -86,6 +89,8 @@ pub struct Layout {
     /// Components of which a sensor without a lag reads a flow.
     pub shown: Vec<usize>,
     pub wiring: Wiring,
+    /// Along which pattern the equations of a step are eliminated, where there are enough states for that.
+    pub elimination: Option<Arc<Elimination>>,
 }
 
 /// Typical magnitudes for the integrator's absolute tolerance: 100 bar, 10 mm, 0.1 m/s.
@@ -112,6 +117,7 @@ impl Layout {
             filtered: Vec::new(),
             shown: Vec::new(),
             wiring: Wiring::default(),
+            elimination: None,
         };
         let mut node_balance = Vec::new();
         for (index, node) in rig.nodes.iter().enumerate() {
@@ -188,7 +194,30 @@ impl Layout {
             layout.filtered.push(state);
         }
         layout.wiring = Wiring::of(&layout);
+        if layout.states > WHOLE {
+            layout.elimination = Some(Arc::new(Elimination::of(layout.states, layout.dependencies())));
+        }
         layout
+    }
+
+    /// Which state's rate depends on which state.
+    fn dependencies(&self) -> Vec<(usize, usize)> {
+        let mut found = self.bodies.clone();
+        for slot in &self.slots {
+            let balances = slot.balances.iter().flatten().map(|&balance| self.balances[balance].state);
+            let rows = balances.chain(slot.first_state..slot.first_state + slot.states);
+            found.extend(rows.flat_map(|row| slot.states_seen().map(move |column| (row, column))));
+        }
+        for filter in &self.filters {
+            match self.raw[filter.sensor] {
+                Raw::Pressure(state) | Raw::Level(state) | Raw::State(state) => found.push((filter.state, state)),
+                Raw::Flow(component, ..) => {
+                    found.extend(self.slots[component].states_seen().map(|column| (filter.state, column)));
+                }
+                Raw::HeldPressure(_) => {}
+            }
+        }
+        found
     }
 
     fn push(&mut self, name: String, scale: f64) -> usize {

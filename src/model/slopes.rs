@@ -1,8 +1,10 @@
 //! Derivatives of a circuit's equations by its states and parameters, as sensitivities need them.
 
+use std::sync::Arc;
+
 use super::assembly::{Inputs, level_per_pressure};
 use super::layout::{Balance, Layout, Raw, Variable};
-use crate::numeric::{Curved, Dual, Entry, Real};
+use crate::numeric::{Curved, Dual, Elimination, Entry, Real};
 use crate::physics::ATMOSPHERE;
 use crate::physics::component::{AnyLaw, PortFlows, PortVariables, VARIABLES};
 use crate::physics::fluid::{self, Fluid};
@@ -244,6 +246,10 @@ impl Pass {
 impl<const N: usize> Curved<N> for Slopes<'_> {
     fn states(&self) -> usize {
         self.layout.states
+    }
+
+    fn elimination(&self) -> Option<&Arc<Elimination>> {
+        self.layout.elimination.as_ref()
     }
 
     fn slopes(&mut self, t: f64, y: &[f64; N], j: &mut [[f64; N]; N], by: &mut Vec<Entry>) {

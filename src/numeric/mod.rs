@@ -15,7 +15,7 @@ mod wide;
 /// Most states that the integrator is compiled for.
 pub const MOST_STATES: usize = 100;
 /// Largest size of which every number of states up to it has a size of its own nearby: loops run over whole arrays.
-const WHOLE: usize = 24;
+pub(crate) const WHOLE: usize = 24;
 
 /// How far loops over arrays of `N` run where so many states are in use: in a small array over all of it, which compiles to wide
 /// registers without a remainder.
@@ -28,6 +28,6 @@ pub use dual::Dual;
 #[cfg(feature = "internals")]
 pub use dual::jacobian;
 pub use real::Real;
-pub use rosenbrock::{Curved, Entry, IntegrationError, Options, Rosenbrock, Scalar, States, Step, System, Tangents};
+pub use rosenbrock::{Curved, Elimination, Entry, IntegrationError, Options, Rosenbrock, Scalar, States, Step, System, Tangents};
 #[cfg(feature = "internals")]
 pub use rosenbrock::{Inverse, Stats};

@@ -5,19 +5,22 @@ mod control;
 mod error;
 mod linear;
 mod options;
+mod sparse;
 mod stages;
 mod step;
 mod tangents;
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use super::in_use;
 use control::{factor, first_step, fit, norm};
 use stages::{Local, attempt, worst_state};
 
 pub use error::IntegrationError;
-pub use linear::{Inverse, Scalar, States};
+pub use linear::{Inverse, Scalar, Solver, States};
 pub use options::{Options, Stats};
+pub use sparse::Elimination;
 pub use step::Step;
 pub use tangents::{Curved, Entry, Tangents};
 
@@ -27,6 +30,11 @@ pub trait System<S: Scalar, const N: usize> {
     /// them are zero, and nothing depends on them.
     fn states(&self) -> States {
         States::all(N)
+    }
+
+    /// Along which pattern its matrix is eliminated, where that is known and pays.
+    fn elimination(&self) -> Option<&Arc<Elimination>> {
+        None
     }
 
     /// Writes `f(t, y)` into `dydt`, every entry.
@@ -178,6 +186,7 @@ impl<const N: usize> Rosenbrock<N> {
         let mut local = Local::new(t0, *y0);
         let mut stages = [[S::zero(); N]; 8];
         let mut error = [0.0; N];
+        let n = in_use::<N>(system.states().all);
         while local.t < t1 {
             local.linearise(system)?;
             self.stats.derivatives += 1;
@@ -202,7 +211,7 @@ impl<const N: usize> Rosenbrock<N> {
                 let attempt = attempt(system, &local, &self.options, h, &mut stages, &mut error);
                 self.stats.factorisations += 1;
                 self.stats.derivatives += if attempt.is_some() { 7 } else { 0 };
-                let norm = norm(&error, in_use::<N>(system.states().all));
+                let norm = norm(&error, n);
                 if let Some(y1) = attempt.filter(|_| norm <= 1.0) {
                     // The estimate sees real parts only: a derivative may have been lost on the way.
                     if let Some(worst_state) = y1.iter().position(|y| !y.is_finite()) {
@@ -213,7 +222,7 @@ impl<const N: usize> Rosenbrock<N> {
                     self.last_error = norm.max(1e-4);
                     // A step cut short to land on the end says little of what the next piece can bear.
                     self.hint = Some(if h < wanted { proposal.max(wanted) } else { proposal });
-                    let step = Step::new((t, t_end, h), &local.y, &y1, &stages);
+                    let step = Step::new((t, t_end, h), (&local.y, &y1), &stages, n);
                     if let ControlFlow::Break(at) = on_step(&step) {
                         let y = step.interpolate_all(at);
                         return Ok(Arrival { t: at, y, stopped: true });

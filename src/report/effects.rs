@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::table::{Head, aligned};
 use crate::number::with_unit;
+use crate::rig::catalogue;
 use crate::physics::card::Parameter;
-use crate::physics::component::CARDS;
 use crate::physics::effect::{At, EFFECTS, Effect, FreeParameter, InitialGuess};
 use crate::physics::fluid;
 
@@ -36,6 +36,8 @@ pub struct FreeReport {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectReport {
     pub name: &'static str,
+    #[serde(skip)]
+    of_catalogue: bool,
     pub meaning: &'static str,
     /// Where it may sit.
     pub at: String,
@@ -54,9 +56,25 @@ pub struct LibraryReport {
     pub effects: Vec<EffectReport>,
 }
 
+/// Every effect that a rig may have without describing it: those of the library, then those of the catalogue's components.
+pub fn all() -> impl Iterator<Item = &'static Effect> {
+    let of_catalogue = catalogue::kinds().into_iter().flatten().flat_map(|kind| &kind.effects);
+    EFFECTS.iter().chain(of_catalogue).copied()
+}
+
+/// The effects of this name; components of several kinds may have one each.
+pub fn named(name: &str) -> Vec<&'static Effect> {
+    all().filter(|effect| effect.name == name).collect()
+}
+
 impl LibraryReport {
     pub fn new() -> Self {
-        Self { schema: SCHEMA, effects: EFFECTS.iter().map(|effect| EffectReport::new(effect)).collect() }
+        Self { schema: SCHEMA, effects: all().map(EffectReport::new).collect() }
+    }
+
+    /// Of these effects alone.
+    pub fn of(effects: &[&Effect]) -> Self {
+        Self { schema: SCHEMA, effects: effects.iter().map(|effect| EffectReport::new(effect)).collect() }
     }
 }
 
@@ -74,7 +92,8 @@ impl EffectReport {
             At::Node => ("a node with a volume".to_owned(), "@NODE"),
             At::Actuator => ("a node with a cylinder".to_owned(), "@NODE"),
             At::Return => ("a node into which a directional valve drains".to_owned(), "@NODE"),
-            At::Component { kind, named } => (format!("a `{kind}`"), if named { "@COMPONENT" } else { "" }),
+            At::Component { card, named } => (format!("a `{}`", card.kind), if named { "@COMPONENT" } else { "" }),
+            At::Like { symbol, named } => (symbol.words().to_owned(), if named { "@COMPONENT" } else { "" }),
             At::Sensor => ("a sensor".to_owned(), "@SENSOR"),
             At::Named(node) => (format!("the node `{node}`"), ""),
             At::NamedSensor(sensor) => (format!("the sensor `{sensor}`"), ""),
@@ -82,6 +101,7 @@ impl EffectReport {
         };
         Self {
             name: effect.name,
+            of_catalogue: matches!(effect.at, At::Component { card, .. } if card.own.is_some()),
             meaning: effect.meaning,
             at,
             written: format!("{}{place}", effect.name),
@@ -98,7 +118,7 @@ pub fn entry(effect: &Effect, name: &str) -> Option<&'static Parameter> {
     let parameters = match (effect.form.card(), effect.at) {
         (Some(card), _) => card.parameters,
         (None, At::Fluid | At::Warmth) => fluid::CARD.parameters,
-        (None, At::Component { kind, .. }) => CARDS.iter().find(|card| card.kind == kind)?.parameters,
+        (None, At::Component { card, .. }) => card.parameters,
         (None, _) => return None,
     };
     parameters.iter().find(|own| own.name == name)
@@ -146,6 +166,18 @@ impl FreeReport {
             [None, Some(high)] => format!("{} or less", shown(high)),
             [None, None] => "any value".to_owned(),
         }
+    }
+}
+
+impl EffectReport {
+    /// Its name where names alone do not say which.
+    pub fn title(&self) -> String {
+        self.heading().replace('`', "")
+    }
+
+    fn heading(&self) -> String {
+        let of = if self.of_catalogue { format!(" of {}", self.at.trim_start_matches("a ")) } else { String::new() };
+        format!("`{}`{of}", self.name)
     }
 }
 
@@ -217,11 +249,13 @@ pub fn card(effect: &Effect) -> String {
 pub fn markdown(out: &mut String) -> fmt::Result {
     writeln!(out, "| effect | where | meaning |\n|---|---|---|")?;
     let effects = LibraryReport::new().effects;
+    let anchor = |title: &str| title.replace([':', '`'], "").replace(' ', "-");
     for effect in &effects {
-        writeln!(out, "| [`{0}`](#{0}) | {1} | {2} |", effect.name, effect.at, effect.meaning)?;
+        let title = effect.title();
+        writeln!(out, "| [`{}`](#{}) | {} | {} |", effect.name, anchor(&title), effect.at, effect.meaning)?;
     }
     for effect in &effects {
-        writeln!(out, "\n### `{}`\n\n{}\n", effect.name, effect.meaning)?;
+        writeln!(out, "\n### {}\n\n{}\n", effect.heading(), effect.meaning)?;
         writeln!(out, "```text\n{}\n```\n", effect.law)?;
         writeln!(out, "*Sits at:* {}, written `{}`.\n", effect.at, effect.written)?;
         writeln!(out, "*Holds for:* {}\n", effect.validity)?;

@@ -59,7 +59,7 @@ impl Rig {
             .collect()
     }
 
-    fn spots(&self, effect: &Effect) -> Vec<Location> {
+    fn spots(&self, effect: &'static Effect) -> Vec<Location> {
         match effect.at {
             At::Fluid => vec![Location::Fluid],
             At::Warmth => self.temperature.iter().map(|_| Location::Fluid).collect(),
@@ -83,10 +83,12 @@ impl Rig {
                 let drained = (0..self.nodes.len()).filter(|&node| self.draining(node).next().is_some());
                 drained.filter(|node| !has_one(node)).map(Location::Node).collect()
             }
-            At::Component { kind, .. } => (0..self.components.len())
-                .filter(|&component| self.components[component].card.kind == kind)
-                .map(Location::Component)
-                .collect(),
+            At::Component { card, .. } => self.components_with(|component| component.card.kind == card.kind),
+            At::Like { symbol, .. } => {
+                let mut spots = self.components_with(|component| facts(component.card).symbol == symbol);
+                spots.retain(|spot| self.has_what_it_needs(effect, *spot));
+                spots
+            }
             At::Sensor => (0..self.sensors.len()).map(Location::Sensor).collect(),
             At::NamedSensor(name) => {
                 self.sensors.iter().position(|sensor| sensor.name == name).map(Location::Sensor).into_iter().collect()
@@ -99,7 +101,21 @@ impl Rig {
         }
     }
 
-    /// Every effect that this rig may have: the library's, then its own.
+    fn components_with(&self, does: impl Fn(&Component) -> bool) -> Vec<Location> {
+        let own = self.components.iter().enumerate().filter(|(_, component)| does(component));
+        own.map(|(index, _)| Location::Component(index)).collect()
+    }
+
+    /// Whether a component has the ports and the parameters that an effect takes from it.
+    fn has_what_it_needs(&self, effect: &'static Effect, spot: Location) -> bool {
+        let Form::Shunt { joints, shared, .. } = effect.form else { return true };
+        let Location::Component(component) = spot else { return true };
+        let card = self.components[component].card;
+        self.joints(spot, joints).is_some()
+            && shared.iter().all(|(_, theirs)| card.parameters.iter().any(|own| own.name == *theirs))
+    }
+
+    /// Every effect that this rig may have: the library's, those of its components, then its own.
     fn effect_names(&self) -> impl Iterator<Item = &'static Effect> {
         EFFECTS.iter().chain(&self.own_effects).copied()
     }
@@ -134,8 +150,10 @@ impl Rig {
             Location::Node(node) => Some(&self.nodes[node].name),
             Location::Sensor(sensor) => Some(&self.sensors[sensor].name),
             Location::Component(component) => {
-                let said = matches!(effect.at, At::Component { named: true, .. } | At::NamedComponent(_))
-                    || self.spots(effect).len() > 1;
+                let said = matches!(
+                    effect.at,
+                    At::Component { named: true, .. } | At::Like { named: true, .. } | At::NamedComponent(_)
+                ) || self.spots(effect).len() > 1;
                 said.then(|| &self.components[component].name)
             }
         };
@@ -149,13 +167,18 @@ impl Rig {
     #[doc(hidden)]
     pub fn placed(&self, id: &str) -> Result<EffectInstance, Complaint> {
         let (name, place) = id.split_once('@').map_or((id, None), |(name, place)| (name, Some(place)));
-        let Some(effect) = self.effect_names().find(|effect| effect.name == name) else {
+        // The library and components may have effects of one name, each at places of its own.
+        let alike: Vec<&'static Effect> = self.effect_names().filter(|effect| effect.name == name).collect();
+        if alike.is_empty() {
             return Err(Complaint::new(Kind::UnknownName, format!("there is no effect `{name}`"))
                 .at(Place::file(&self.path))
                 .help(help_with_names(name, "effects", self.effect_names().map(|effect| effect.name))));
+        }
+        let places = |effect: &&'static Effect| {
+            let effect = *effect;
+            self.spots(effect).into_iter().map(move |spot| EffectInstance { effect, spot })
         };
-        let all: Vec<EffectInstance> =
-            self.spots(effect).into_iter().map(|spot| EffectInstance { effect, spot }).collect();
+        let all: Vec<EffectInstance> = alike.iter().flat_map(places).collect();
         let ids: Vec<String> = all.iter().map(|placed| self.effect_id(placed)).collect();
         let found = match place {
             Some(place) => all.iter().find(|placed| self.spot_name(placed.spot) == Some(place)),
@@ -166,7 +189,7 @@ impl Rig {
             let complaint = Complaint::new(Kind::UnknownName, format!("this rig cannot have the effect `{id}`"))
                 .at(Place::file(&self.path));
             if ids.is_empty() {
-                complaint.help(format!("`{name}` needs {}", needs(effect.at)))
+                complaint.help(format!("`{name}` needs {}", needs(alike[0].at)))
             } else {
                 complaint.help(help_with_names(id, "places", ids.iter().map(String::as_str)))
             }
@@ -257,7 +280,7 @@ impl Rig {
                 own
             }
             Form::Shunt { card, joints, shared } => {
-                let nodes = self.joints(placed, joints);
+                let nodes = self.joints(placed.spot, joints);
                 let Some(nodes) = nodes else {
                     return refuse(Kind::MissingEntry, format!("the effect `{id}` needs a tank in the rig"));
                 };
@@ -278,7 +301,7 @@ impl Rig {
                     return refuse(Kind::Contradiction, format!("`{id}` needs a node"));
                 };
                 let beyond = self.nodes.len();
-                let drains = placed.effect.at == At::Return;
+                let drains = matches!(placed.effect.at, At::Return);
                 let moved: Vec<(usize, usize)> =
                     if drains { self.draining(node).collect() } else { self.actuators(node).collect() };
                 let own = self.nodes[node].clone();
@@ -378,19 +401,19 @@ impl Rig {
         Ok(())
     }
 
-    /// The nodes that the ports of a joined effect meet; `None` without a tank where one is needed.
-    fn joints(&self, placed: &EffectInstance, joints: &[Joint]) -> Option<Vec<usize>> {
+    /// The nodes that the ports of a joined effect meet; `None` without a tank or a port where one is needed.
+    fn joints(&self, spot: Location, joints: &[Joint]) -> Option<Vec<usize>> {
         let tank = self.components.iter().find(|component| component.card.fixes_pressure.is_some());
         let tank = tank.map(|component| component.ports[0]);
-        let port = |name: &str| match placed.spot {
+        let port = |kind: PortKind, nth: usize| match spot {
             Location::Component(component) => {
                 let component = &self.components[component];
-                let place = component.card.ports.iter().position(|port| port.name == name)?;
-                Some(component.ports[place])
+                let ports = component.card.ports.iter().zip(&component.ports);
+                ports.filter(|(port, _)| port.kind == kind).nth(nth).map(|(_, node)| *node)
             }
             _ => None,
         };
-        let here = match placed.spot {
+        let here = match spot {
             Location::Node(node) => Some(node),
             Location::Component(component) => self.components[component].ports.first().copied(),
             _ => None,
@@ -400,7 +423,8 @@ impl Rig {
             .map(|joint| match joint {
                 Joint::Here => here,
                 Joint::Tank => tank,
-                Joint::Port(name) => port(name),
+                Joint::Hydraulic(nth) => port(PortKind::Hydraulic, *nth),
+                Joint::Body => port(PortKind::Mechanical, 0),
                 Joint::Next => self.next(here?).or(tank),
                 Joint::Named(name) => self.node(name),
             })
@@ -434,7 +458,8 @@ fn needs(at: At) -> String {
         At::Node => "a node with a volume".to_owned(),
         At::Actuator => "a node with a cylinder".to_owned(),
         At::Return => "a node into which a directional valve drains".to_owned(),
-        At::Component { kind, .. } => format!("a `{kind}`"),
+        At::Component { card, .. } => format!("a `{}`", card.kind),
+        At::Like { symbol, .. } => format!("{} with the ports and parameters that it needs", symbol.words()),
         At::Sensor => "a sensor".to_owned(),
         At::Named(node) => format!("the node `{node}`"),
         At::NamedSensor(sensor) => format!("the sensor `{sensor}`"),

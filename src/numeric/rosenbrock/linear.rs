@@ -1,5 +1,8 @@
-//! The stage equation `W k = b`, with one real inverse per step and a correction for derivatives.
+//! The stage equation `W k = b`, with one real elimination per step and a correction for derivatives.
 
+use std::sync::Arc;
+
+use super::sparse::{Elimination, Factors};
 use crate::numeric::wide::wide;
 use crate::numeric::{Dual, Real, WHOLE, in_use};
 
@@ -19,9 +22,49 @@ impl States {
     }
 }
 
+/// A real `N` by `N` matrix, made ready to solve its equations; by reference, since an inverse of many states takes longer to move than to use.
+#[derive(Clone, Copy, Debug)]
+pub enum Solver<'a, const N: usize> {
+    /// Few states: an explicit inverse pays, with eight products per step and none of the serial dependence of a triangular solve.
+    Inverse(&'a Inverse<N>),
+    /// Many states: most entries are zero, and elimination along the pattern touches a few of each row.
+    Sparse(&'a Factors<f64>),
+}
+
+impl<const N: usize> Solver<'_, N> {
+    /// The solution for the right-hand side `b`.
+    #[inline(always)]
+    fn solve(self, b: &[f64; N]) -> [f64; N] {
+        match self {
+            Self::Sparse(factors) if N > WHOLE => {
+                let mut x = *b;
+                factors.solve(&mut x);
+                x
+            }
+            Self::Inverse(inverse) => inverse.times(b),
+            Self::Sparse(_) => [f64::NAN; N],
+        }
+    }
+}
+
+/// `W = diagonal I - J` eliminated along the pattern of many states, where there is one and its pivots are safe.
+#[inline(always)]
+pub(super) fn along<S: Real, const N: usize>(
+    elimination: Option<&Arc<Elimination>>,
+    diagonal: f64,
+    j: &[[S; N]; N],
+    scale: &[f64; N],
+) -> Option<Factors<f64>> {
+    if N <= WHOLE {
+        return None;
+    }
+    Factors::of(elimination?, scale, |row, column| {
+        let own = -j[row][column].re();
+        if row == column { own + diagonal } else { own }
+    })
+}
+
 /// The inverse of a real `N` by `N` matrix.
-///
-/// An explicit inverse pays here: eight products per step, each without the serial dependence of a triangular solve.
 #[derive(Clone, Debug)]
 pub struct Inverse<const N: usize> {
     /// `columns[c][r]` is the entry of row `r`, column `c`: a product runs along memory.
@@ -162,28 +205,27 @@ wide! {
 ///
 /// Implemented for `f64` and, for sensitivities, `Dual<f64, P>`.
 pub trait Scalar: Real {
-    /// Solves `W k = b` with `W = I/(gamma h) - J`, given the inverse of the real part of `W` and `j[row][column] = J`.
+    /// Solves `W k = b` with `W = I/(gamma h) - J`, given the solver of the real part of `W` and `j[row][column] = J`.
     ///
     /// For each direction of a dual number the equation reads `W0 k1 - J1 k0 = b1`, so only the right-hand side changes
-    /// and the real inverse serves all directions. The result is the exact derivative of the real solution.
-    fn solve<const N: usize>(inverse: &Inverse<N>, j: &[[Self; N]; N], b: &[Self; N]) -> [Self; N];
+    /// and the real elimination serves all directions. The result is the exact derivative of the real solution.
+    fn solve<const N: usize>(solver: Solver<'_, N>, j: &[[Self; N]; N], b: &[Self; N]) -> [Self; N];
 }
 
 impl Scalar for f64 {
     #[inline]
-    fn solve<const N: usize>(inverse: &Inverse<N>, _j: &[[f64; N]; N], b: &[f64; N]) -> [f64; N] {
-        inverse.times(b)
+    fn solve<const N: usize>(solver: Solver<'_, N>, _j: &[[f64; N]; N], b: &[f64; N]) -> [f64; N] {
+        solver.solve(b)
     }
 }
 
 impl<const P: usize> Scalar for Dual<f64, P> {
     #[inline]
-    fn solve<const N: usize>(inverse: &Inverse<N>, j: &[[Self; N]; N], b: &[Self; N]) -> [Self; N] {
-        let value = inverse.times(&b.map(|entry| entry.re));
+    fn solve<const N: usize>(solver: Solver<'_, N>, j: &[[Self; N]; N], b: &[Self; N]) -> [Self; N] {
+        let value = solver.solve(&b.map(|entry| entry.re));
         let mut k = value.map(Self::lift);
         let mut right = [[0.0; P]; N];
-        let n = inverse.states;
-        for ((right, row), entry) in right.iter_mut().zip(j).zip(b).take(n) {
+        for ((right, row), entry) in right.iter_mut().zip(j).zip(b) {
             let mut sum = entry.eps;
             for (slope, factor) in row.iter().zip(&value) {
                 for (sum, slope) in sum.iter_mut().zip(&slope.eps) {
@@ -192,10 +234,20 @@ impl<const P: usize> Scalar for Dual<f64, P> {
             }
             *right = sum;
         }
-        for (column, right) in inverse.columns.iter().zip(&right).take(n) {
-            for (k, entry) in k.iter_mut().zip(column) {
-                for (sum, right) in k.eps.iter_mut().zip(right) {
-                    *sum += entry * right;
+        match solver {
+            Solver::Inverse(inverse) => {
+                for (column, right) in inverse.columns.iter().zip(&right).take(inverse.states) {
+                    for (k, entry) in k.iter_mut().zip(column) {
+                        for (sum, right) in k.eps.iter_mut().zip(right) {
+                            *sum += entry * right;
+                        }
+                    }
+                }
+            }
+            Solver::Sparse(_) => {
+                for direction in 0..P {
+                    let solved = solver.solve(&right.map(|right| right[direction]));
+                    k.iter_mut().zip(solved).for_each(|(k, solved)| k.eps[direction] = solved);
                 }
             }
         }

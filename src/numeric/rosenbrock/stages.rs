@@ -1,7 +1,8 @@
 //! One attempt at a step: its eight stages.
 
 use super::coefficients::{A2, A3, A4, A5, A6, C, C2, C3, C4, C5, C6, C7, C8, D, GAMMA};
-use super::{IntegrationError, Inverse, Options, Scalar, System};
+use super::linear::along;
+use super::{IntegrationError, Inverse, Options, Scalar, Solver, System};
 use crate::numeric::{Real, in_use};
 
 /// A point of the solution and the equations around it: what every attempt at a step from there shares.
@@ -61,15 +62,25 @@ pub(super) fn attempt<S: Scalar, const N: usize>(
     let tolerance = |i: usize, size: f64| options.atol[i] + options.rtol * size;
     let scale = std::array::from_fn(|i| tolerance(i, y[i].re().abs()));
     *error = [f64::NAN; N];
-    let inverse = Inverse::of_shifted(1.0 / (GAMMA * h), &local.jacobian, &scale, system.states())?;
+    let diagonal = 1.0 / (GAMMA * h);
+    let sparse = along(system.elimination(), diagonal, &local.jacobian, &scale);
+    let inverse;
+    let solver = match &sparse {
+        Some(factors) => Solver::Sparse(factors),
+        None => {
+            inverse = Inverse::of_shifted(diagonal, &local.jacobian, &scale, system.states())?;
+            Solver::Inverse(&inverse)
+        }
+    };
+    let n = in_use::<N>(system.states().all);
 
-    let mut stages = Stages { system, local, inverse: &inverse, h, k };
+    let mut stages = Stages { system, local, solver, n, h, k };
     stages.first();
-    stages.next(1, &plus(y, &combine(&A2, stages.k)), &C2);
-    stages.next(2, &plus(y, &combine(&A3, stages.k)), &C3);
-    stages.next(3, &plus(y, &combine(&A4, stages.k)), &C4);
-    stages.next(4, &plus(y, &combine(&A5, stages.k)), &C5);
-    let mut y1 = plus(y, &combine(&A6, stages.k));
+    stages.next(1, &plus(y, &combine(&A2, stages.k, n)), &C2);
+    stages.next(2, &plus(y, &combine(&A3, stages.k, n)), &C3);
+    stages.next(3, &plus(y, &combine(&A4, stages.k, n)), &C4);
+    stages.next(4, &plus(y, &combine(&A5, stages.k, n)), &C5);
+    let mut y1 = plus(y, &combine(&A6, stages.k, n));
     stages.next(5, &y1, &C6);
     y1 = plus(&y1, &stages.k[5]);
     stages.next(6, &y1, &C7);
@@ -88,7 +99,9 @@ pub(super) fn attempt<S: Scalar, const N: usize>(
 struct Stages<'a, S, Y, const N: usize> {
     system: &'a mut Y,
     local: &'a Local<S, N>,
-    inverse: &'a Inverse<N>,
+    solver: Solver<'a, N>,
+    /// States in use.
+    n: usize,
     h: f64,
     k: &'a mut [[S; N]; 8],
 }
@@ -106,7 +119,7 @@ impl<S: Scalar, Y: System<S, N>, const N: usize> Stages<'_, S, Y, N> {
     fn next<const M: usize>(&mut self, i: usize, y: &[S; N], c: &[f64; M]) {
         let mut right = [S::zero(); N];
         self.system.derivative(self.local.t + C[i] * self.h, y, &mut right);
-        let coupling = combine(c, self.k);
+        let coupling = combine(c, self.k, self.n);
         let per_step = 1.0 / self.h;
         for (right, coupling) in right.iter_mut().zip(&coupling) {
             *right += *coupling * per_step;
@@ -121,16 +134,16 @@ impl<S: Scalar, Y: System<S, N>, const N: usize> Stages<'_, S, Y, N> {
                 *right += *dfdt * (self.h * D[i]);
             }
         }
-        self.k[i] = S::solve(self.inverse, &self.local.jacobian, &right);
+        self.k[i] = S::solve(self.solver, &self.local.jacobian, &right);
     }
 }
 
-/// `sum c[j] k[j]` over the first `M` stages.
+/// `sum c[j] k[j]` over the first `M` stages, of the first `n` states.
 #[inline(always)]
-pub(super) fn combine<S: Real, const N: usize, const M: usize>(c: &[f64; M], k: &[[S; N]; 8]) -> [S; N] {
+pub(super) fn combine<S: Real, const N: usize, const M: usize>(c: &[f64; M], k: &[[S; N]; 8], n: usize) -> [S; N] {
     let mut sum = [S::zero(); N];
     for (c, k) in c.iter().zip(k) {
-        for (sum, k) in sum.iter_mut().zip(k) {
+        for (sum, k) in sum[..n].iter_mut().zip(k) {
             *sum += *k * *c;
         }
     }

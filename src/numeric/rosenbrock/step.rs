@@ -24,20 +24,28 @@ pub struct Step<'a, S, const N: usize> {
     /// States at the end.
     pub y1: &'a [S; N],
     stages: &'a [[S; N]; 8],
+    /// States in use.
+    n: usize,
     dense: OnceCell<[[S; N]; 3]>,
 }
 
 impl<'a, S: Real, const N: usize> Step<'a, S, N> {
+    /// From the time at the start, at the end and between, the states at both, and the stages of the first `n` states.
     #[inline]
-    pub(super) fn new((t, t_end, h): (f64, f64, f64), y0: &'a [S; N], y1: &'a [S; N], stages: &'a [[S; N]; 8]) -> Self {
-        Self { t, t_end, h, y0, y1, stages, dense: OnceCell::new() }
+    pub(super) fn new(
+        (t, t_end, h): (f64, f64, f64),
+        (y0, y1): (&'a [S; N], &'a [S; N]),
+        stages: &'a [[S; N]; 8],
+        n: usize,
+    ) -> Self {
+        Self { t, t_end, h, y0, y1, stages, n, dense: OnceCell::new() }
     }
 
     /// The coefficients `D_1, D_2, D_3`, each with one entry per state: with `s = (t - t0)/h`,
     /// `y(s) = (1 - s) y0 + s (y1 + (1 - s) (D_1 + s (D_2 + s D_3)))`.
     #[inline]
     pub fn dense(&self) -> &[[S; N]; 3] {
-        self.dense.get_or_init(|| H.map(|weights| combine(&weights, self.stages)))
+        self.dense.get_or_init(|| H.map(|weights| combine(&weights, self.stages, self.n)))
     }
 
     /// State number `i` at time `t` (s) within the step; outside, the polynomial goes on and its error grows fast.

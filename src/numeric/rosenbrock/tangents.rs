@@ -4,16 +4,24 @@
 //! iteration. Jacobians along the step do not depend on the parameter, so they are made and eliminated once per accepted step;
 //! what is left for each parameter is sums of products. Rejected attempts cost nothing.
 
+use std::sync::Arc;
+
 use super::Step;
 use super::linear::inverted;
-use crate::numeric::in_use;
+use super::sparse::{Element, Elimination, Factors};
 use crate::numeric::wide::wide;
+use crate::numeric::{WHOLE, in_use};
 
 /// The derivatives of a system of `N` states by states and parameters.
 pub trait Curved<const N: usize> {
     /// How many states are in use, from the first on.
     fn states(&self) -> usize {
         N
+    }
+
+    /// Along which pattern the equations of a step are eliminated, where that is known and pays.
+    fn elimination(&self) -> Option<&Arc<Elimination>> {
+        None
     }
 
     /// Writes the derivatives of `f(t, y)` by the states into `j[row][column]`, which arrives zeroed, and adds those by the
@@ -95,29 +103,32 @@ const VANISHED: f64 = 0.1;
 
 /// Whether the Jacobian has a kink within a step of length `h` that opens or shuts a loop of two states, one that is answered within
 /// the step. A state that acts on itself alone cannot grow: where it is stiff it stays small, and at the other stages it is the
-/// method's own.
-fn kinked<const N: usize>(h: f64, j: &[Matrix<N>], n: usize) -> bool {
+/// method's own. `places` are rows and columns of all entries.
+fn kinked<const N: usize>(h: f64, j: &[Matrix<N>], mut places: impl Iterator<Item = (usize, usize)>) -> bool {
     let ends = |row: usize, column: usize| {
         let at = |stage: usize| j[stage][row][column];
         let (low, high) = (at(0).min(at(1)).min(at(2)), at(0).max(at(1)).max(at(2)));
         if low.abs() < high.abs() { (low, high) } else { (high, low) }
     };
-    let opens = |row: usize, column: usize| {
+    let opens = |(row, column): (usize, usize)| {
         let (least, most) = ends(row, column);
         let back = ends(column, row).1;
         row != column && least / most < VANISHED && h * h * ((most - least) * back).abs() > 1.0
     };
-    (0..n).any(|row| (0..n).any(|column| opens(row, column)))
+    places.any(opens)
 }
 
 /// Gives all stages the mean Jacobian of the step.
-fn level<const N: usize>(j: &mut [Matrix<N>], n: usize) {
-    for row in 0..n {
-        for column in 0..n {
-            let mean: f64 = B.iter().zip(j.iter()).map(|(weight, j)| weight * j[row][column]).sum();
-            j.iter_mut().for_each(|j| j[row][column] = mean);
-        }
+fn level<const N: usize>(j: &mut [Matrix<N>], places: impl Iterator<Item = (usize, usize)>) {
+    for (row, column) in places {
+        let mean: f64 = B.iter().zip(j.iter()).map(|(weight, j)| weight * j[row][column]).sum();
+        j.iter_mut().for_each(|j| j[row][column] = mean);
     }
+}
+
+/// Rows and columns of a full matrix.
+fn all(n: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..n).flat_map(move |row| (0..n).map(move |column| (row, column)))
 }
 
 wide! {
@@ -191,26 +202,38 @@ fn plus<const N: usize>(mut a: Block<N>, factor: f64, b: &Block<N>) -> Block<N> 
     a
 }
 
+/// What is known of the equations of the stages of a step of length `h` for one block of parameters: the derivatives at its start, and those of
+/// the equations by the parameters. `n` states are in use.
+#[inline(always)]
+fn known<const N: usize>(
+    h: f64,
+    n: usize,
+    by: &[Vec<Entry>; STAGES],
+    block: usize,
+    before: &Block<N>,
+) -> [Block<N>; STAGES] {
+    let mut known = [[[0.0; WIDTH]; N]; STAGES];
+    for ((known, weights), by) in known.iter_mut().zip(&A).zip(by) {
+        let per_step = weights.iter().sum::<f64>() / h;
+        known[..n].iter_mut().zip(before).for_each(|(known, before)| axpy(known, per_step, before));
+        for entry in by {
+            if entry.parameter / WIDTH == block {
+                known[entry.row][entry.parameter % WIDTH] += entry.value;
+            }
+        }
+    }
+    known
+}
+
 wide! {
-    /// The derivatives by one block of parameters at the stages of a step of length `h`, from those at its start.
+    /// The derivatives by one block of parameters at the stages of a step of length `h`, from what is known of them.
     fn staged<const N: usize>(
         h: f64,
         eliminated: &[Matrix<N>],
         states: usize,
-        by: &[Vec<Entry>; STAGES],
-        block: usize,
-        before: &Block<N>,
+        known: &[Block<N>; STAGES],
     ) -> [Block<N>; STAGES] {
         let product = |matrix: usize, block: &Block<N>| product(&eliminated[matrix], block, states);
-        let mut known = [[[0.0; WIDTH]; N]; STAGES];
-        for ((known, weights), by) in known.iter_mut().zip(&A).zip(by) {
-            *known = plus(*known, weights.iter().sum::<f64>() / h, before);
-            for entry in by {
-                if entry.parameter / WIDTH == block {
-                    known[entry.row][entry.parameter % WIDTH] += entry.value;
-                }
-            }
-        }
         let (right, below) = (STAGES, STAGES + 1);
         let first = product(0, &known[0]);
         let second = product(1, &plus(known[1], -A[1][0] / h, &first));
@@ -219,6 +242,95 @@ wide! {
         let second = plus(second, -1.0, &product(1, &product(right, &third)));
         let rest = plus(plus(known[0], -A[0][1] / h, &second), -A[0][2] / h, &third);
         [product(0, &rest), second, third]
+    }
+}
+
+/// The entries of one place of the Jacobian in the equations of all stages.
+type Stagewise = [[f64; STAGES]; STAGES];
+
+impl Element for Stagewise {
+    const ZERO: Self = [[0.0; STAGES]; STAGES];
+    /// One row of each stage.
+    type Right = [Row; STAGES];
+
+    fn inverse(&self) -> Option<Self> {
+        let m = nalgebra::Matrix3::from_fn(|row, column| self[row][column]).try_inverse()?;
+        m.iter().all(|value| value.is_finite()).then(|| {
+            std::array::from_fn(|row| std::array::from_fn(|column| m[(row, column)]))
+        })
+    }
+
+    #[inline(always)]
+    fn times(&self, other: &Self) -> Self {
+        let mut result = Self::ZERO;
+        for (result, row) in result.iter_mut().zip(self) {
+            for (factor, other) in row.iter().zip(other) {
+                result.iter_mut().zip(other).for_each(|(sum, value)| *sum += factor * value);
+            }
+        }
+        result
+    }
+
+    #[inline(always)]
+    fn minus(&mut self, a: &Self, b: &Self) {
+        for (own, row) in self.iter_mut().zip(a) {
+            for (factor, b) in row.iter().zip(b) {
+                own.iter_mut().zip(b).for_each(|(sum, value)| *sum -= factor * value);
+            }
+        }
+    }
+
+    fn largest(&self) -> f64 {
+        self.iter().flatten().fold(0.0, |most, value| if value.abs() <= most { most } else { value.abs() })
+    }
+
+    #[inline(always)]
+    fn applied_to(&self, right: &[Row; STAGES]) -> [Row; STAGES] {
+        let mut result = [[0.0; WIDTH]; STAGES];
+        for (result, row) in result.iter_mut().zip(self) {
+            row.iter().zip(right).for_each(|(factor, right)| axpy(result, *factor, right));
+        }
+        result
+    }
+
+    #[inline(always)]
+    fn taken_from(&self, right: &mut [Row; STAGES], x: &[Row; STAGES]) {
+        for (right, row) in right.iter_mut().zip(self) {
+            row.iter().zip(x).for_each(|(factor, x)| axpy(right, -factor, x));
+        }
+    }
+}
+
+/// The equations of the stages, `(A/h - J) Z = right`, eliminated state by state along the pattern of the circuit.
+fn along<const N: usize>(
+    elimination: &Arc<Elimination>,
+    h: f64,
+    j: &[Matrix<N>],
+    scale: &[f64; N],
+) -> Option<Factors<Stagewise>> {
+    Factors::of(elimination, scale, |row, column| {
+        let mut entry = if row == column { A.map(|weights| weights.map(|weight| weight / h)) } else { Stagewise::ZERO };
+        for (stage, j) in j.iter().enumerate() {
+            entry[stage][stage] -= j[row][column];
+        }
+        entry
+    })
+}
+
+wide! {
+    /// The same as [`staged`] from equations that were eliminated along the pattern.
+    fn staged_along<const N: usize>(
+        factors: &Factors<Stagewise>,
+        n: usize,
+        known: &[Block<N>; STAGES],
+    ) -> [Block<N>; STAGES] {
+        let mut rows: Vec<[Row; STAGES]> = (0..n).map(|state| std::array::from_fn(|stage| known[stage][state])).collect();
+        factors.solve(&mut rows);
+        let mut stages = [[[0.0; WIDTH]; N]; STAGES];
+        for (state, row) in rows.iter().enumerate() {
+            stages.iter_mut().zip(row).for_each(|(stage, row)| stage[state] = *row);
+        }
+        stages
     }
 }
 
@@ -258,17 +370,24 @@ impl<const N: usize> Tangents<N> {
             by.clear();
             system.slopes(t, &y, j, by);
         }
-        if kinked(step.h, j, n) {
-            level(j, n);
+        let elimination = system.elimination().filter(|_| N > WHOLE);
+        let kinked = match elimination {
+            Some(elimination) => kinked(step.h, j, elimination.pattern().iter().copied()),
+            None => kinked(step.h, j, all(n)),
+        };
+        if kinked {
+            level(j, all(n));
         }
         std::mem::swap(&mut self.before, &mut self.blocks);
-        let regular = eliminate(step.h, j, &self.scale, n, eliminated);
+        let sparse = elimination.and_then(|elimination| along(elimination, step.h, j, &self.scale));
+        let regular = sparse.is_some() || eliminate(step.h, j, &self.scale, n, eliminated);
         for (block, before) in self.before.iter().enumerate() {
+            let known = known(step.h, n, &self.by, block, before);
             let stages = &mut self.stages[block];
-            *stages = if regular {
-                staged(step.h, eliminated, n, &self.by, block, before)
-            } else {
-                [[[f64::NAN; WIDTH]; N]; STAGES]
+            *stages = match &sparse {
+                Some(factors) => staged_along(factors, n, &known),
+                None if regular => staged(step.h, eliminated, n, &known),
+                None => [[[f64::NAN; WIDTH]; N]; STAGES],
             };
             self.blocks[block] = stages[STAGES - 1];
         }

@@ -27,7 +27,8 @@ pub const CARD: Card = Card {
     kind: "directional-valve",
     meaning: "4/3 directional control valve, closed centre, with both internal leaks.",
     law: "q_edge = alpha alpha_edge |s|^n_edge q_r/sqrt(dp_r) root(dp);  s > 0: P-A, B-T;  s < 0: P-B, A-T;\n\
-          leaks G_AT (p_A - p_T), G_PB (p_P - p_B);  T² s'' + tau s' + s = u(t - t_d)",
+          leaks G_AT (p_A - p_T), G_PB (p_P - p_B);  T² s'' + tau s' + s = u(t - t_d);\n\
+          with hysteresis tau s' = e - min(max(e, -h/2), h/2),  e = u - s",
     source: "paper, equations (11) to (19); (13) with the bracket under the root",
     validity: "Zero lap, equal edges; leaks laminar. The opening coefficient is common or per path.",
     parameters: &[
@@ -53,6 +54,7 @@ pub const CARD: Card = Card {
         Parameter::required("dead_band", "d", "-", "share of its way that the spool moves before an edge opens").or(0.0).within(0.0, 0.9),
         INERTIA_TIME,
         DEAD_TIME,
+        Parameter::required("hysteresis", "h", "-", "width of the command within which the spool does not follow it").or(0.0).within(0.0, 0.5),
     ],
     ports: &[
         Port::hydraulic("P", "pressure"),
@@ -96,6 +98,7 @@ pub struct DirectionalValve<T> {
     /// Of the edges PA, PB, AT, BT.
     progression: [T; 4],
     dead_band: T,
+    hysteresis: T,
 }
 
 /// Spool position below which an edge opens straight, a billionth of a molecule: a spool that lags never quite arrives, and the
@@ -127,6 +130,7 @@ impl<T: Real> Law<T> for DirectionalValve<T> {
             transition: p[10],
             progression: [p[11], p[12], p[13], p[14]],
             dead_band: p[15],
+            hysteresis: p[18],
         }
     }
 
@@ -155,11 +159,22 @@ impl<T: Real> Law<T> for DirectionalValve<T> {
             into_t -= at;
         }
         answers.through = [into_p, into_t, into_a, into_b];
-        answers.rate[0] = (seen.u[0] - position) / self.lag;
+        answers.rate[0] = self.past_hysteresis(seen.u[0] - position) / self.lag;
     }
 }
 
 impl<T: Real> DirectionalValve<T> {
+    /// What of a distance from the command moves the spool, with its sign: none within the hysteresis.
+    #[inline]
+    fn past_hysteresis(&self, distance: T) -> T {
+        if self.hysteresis.is_zero() {
+            return distance;
+        }
+        let half = self.hysteresis * 0.5;
+        let beyond = (distance.abs() - half).max(T::zero());
+        if distance.re() < 0.0 { -beyond } else { beyond }
+    }
+
     /// What of the spool's way opens an edge, with its sign.
     #[inline]
     fn past_dead_band(&self, position: T) -> T {

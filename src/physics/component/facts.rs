@@ -49,6 +49,15 @@ pub enum Symbol {
 }
 
 impl Symbol {
+    /// What has this symbol, of those that effects ask for.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Cylinder => "a cylinder",
+            Self::ReliefValve => "a relief valve",
+            _ => "a component",
+        }
+    }
+
     /// Whether it takes a place of its own in the circuit.
     #[cfg(feature = "cli")]
     pub fn has_place(self) -> bool {

@@ -11,7 +11,7 @@ pub const EFFECT: Effect = Effect {
     validity: "The same slope above it.",
     empirical: false,
     everywhere: false,
-    at: At::Component { kind: flow_source::CARD.kind, named: false },
+    at: At::Component { card: &flow_source::CARD, named: false },
     form: Form::ParameterChange,
     parameters: &[FreeParameter { name: "dead_voltage", neutral: Some(0.0), first: InitialGuess::Value(0.5), plausible: (0.0, 5.0) }],
 };

@@ -4,7 +4,8 @@ use super::spline::{Curve, HEIGHTS, card, free};
 use super::{At, Effect, Form, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables, cylinder};
+use crate::physics::component::{PortFlows, Law, PortVariables};
+use crate::physics::component::facts::Symbol;
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -15,8 +16,8 @@ pub const EFFECT: Effect = Effect {
     validity: CARD.validity,
     empirical: true,
     everywhere: false,
-    at: At::Component { kind: cylinder::CARD.kind, named: true },
-    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
+    at: At::Like { symbol: Symbol::Cylinder, named: true },
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Body], shared: &[] },
     parameters: &free(50.0),
 };
 

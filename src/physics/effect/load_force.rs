@@ -3,7 +3,8 @@
 use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables, cylinder};
+use crate::physics::component::{PortFlows, Law, PortVariables};
+use crate::physics::component::facts::Symbol;
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -14,8 +15,8 @@ pub const EFFECT: Effect = Effect {
     validity: CARD.validity,
     empirical: false,
     everywhere: false,
-    at: At::Component { kind: cylinder::CARD.kind, named: false },
-    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("rod")], shared: &[] },
+    at: At::Like { symbol: Symbol::Cylinder, named: false },
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Body], shared: &[] },
     parameters: &[FreeParameter { name: "force", neutral: Some(0.0), first: InitialGuess::Value(100.0), plausible: (-1e5, 1e5) }],
 };
 

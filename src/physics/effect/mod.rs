@@ -7,13 +7,14 @@
 pub(crate) mod spline;
 
 use super::card::Card;
+use super::component::facts::Symbol;
 use super::component::{Law, PortFlows, PortVariables};
 use super::fluid::Fluid;
 use super::formula;
 use crate::numeric::Real;
 
 /// Where an effect may sit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub enum At {
     /// The fluid, and so the whole rig.
     Fluid,
@@ -26,7 +27,9 @@ pub enum At {
     /// A node into which directional valves drain through their port `T`, held or with a volume; written `@node`.
     Return,
     /// A component of this kind; written `@name` where `named`, else only where there are several.
-    Component { kind: &'static str, named: bool },
+    Component { card: &'static Card, named: bool },
+    /// A component of whatever kind that has this symbol, and the ports and parameters that the effect needs; written in the same way.
+    Like { symbol: Symbol, named: bool },
     /// A sensor; written `@name`.
     Sensor,
     /// The node of this name, whatever stands there.
@@ -44,8 +47,10 @@ pub enum Joint {
     Here,
     /// The node of the rig's tank.
     Tank,
-    /// The node at this port of the component where the effect sits.
-    Port(&'static str),
+    /// The node at this hydraulic port, counted from 0, of the component where the effect sits.
+    Hydraulic(usize),
+    /// The body that the component moves where the effect sits.
+    Body,
     /// The node into which what stands at the first port drains; the tank where there is none.
     Next,
     /// The node of this name.
@@ -238,6 +243,7 @@ effects! {
         sensor_offset,
         spool_dead_band,
         spool_flow_force,
+        spool_hysteresis,
         spool_lag,
         viscosity_drift,
         viscosity_temperature,

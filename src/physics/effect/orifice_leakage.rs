@@ -3,7 +3,8 @@
 use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables, cylinder};
+use crate::physics::component::{PortFlows, Law, PortVariables};
+use crate::physics::component::facts::Symbol;
 use crate::physics::fluid::Fluid;
 
 use crate::physics::law::root;
@@ -16,8 +17,8 @@ pub const EFFECT: Effect = Effect {
     validity: CARD.validity,
     empirical: false,
     everywhere: true,
-    at: At::Component { kind: cylinder::CARD.kind, named: true },
-    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("A"), Joint::Port("B")], shared: &[] },
+    at: At::Like { symbol: Symbol::Cylinder, named: true },
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Hydraulic(0), Joint::Hydraulic(1)], shared: &[] },
     parameters: &[FreeParameter { name: "area", neutral: Some(0.0), first: InitialGuess::Value(0.05), plausible: (0.0, 5.0) }],
 };
 

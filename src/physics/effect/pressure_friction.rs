@@ -3,7 +3,8 @@
 use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables, cylinder};
+use crate::physics::component::{PortFlows, Law, PortVariables};
+use crate::physics::component::facts::Symbol;
 use crate::physics::fluid::Fluid;
 
 use crate::physics::ATMOSPHERE;
@@ -16,8 +17,8 @@ pub const EFFECT: Effect = Effect {
     validity: CARD.validity,
     empirical: false,
     everywhere: false,
-    at: At::Component { kind: cylinder::CARD.kind, named: true },
-    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("A"), Joint::Port("B"), Joint::Port("rod")], shared: &[] },
+    at: At::Like { symbol: Symbol::Cylinder, named: true },
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Hydraulic(0), Joint::Hydraulic(1), Joint::Body], shared: &[] },
     parameters: &[FreeParameter { name: "coefficient", neutral: Some(0.0), first: InitialGuess::Value(3.0), plausible: (0.0, 200.0) }],
 };
 

@@ -11,7 +11,7 @@ pub const EFFECT: Effect = Effect {
     validity: "Linear; for a pump of constant displacement it looks like slip.",
     empirical: false,
     everywhere: false,
-    at: At::Component { kind: pump::CARD.kind, named: false },
+    at: At::Component { card: &pump::CARD, named: false },
     form: Form::ParameterChange,
     parameters: &[FreeParameter { name: "droop", neutral: Some(0.0), first: InitialGuess::Value(0.0003), plausible: (0.0, 0.005) }],
 };

@@ -11,7 +11,7 @@ pub const EFFECT: Effect = Effect {
     validity: reversible_pump::CARD.validity,
     empirical: false,
     everywhere: false,
-    at: At::Component { kind: reversible_pump::CARD.kind, named: false },
+    at: At::Component { card: &reversible_pump::CARD, named: false },
     form: Form::ParameterChange,
     parameters: &[FreeParameter {
         name: "leakage",

@@ -14,8 +14,8 @@ pub const EFFECT: Effect = Effect {
     validity: CARD.validity,
     empirical: false,
     everywhere: false,
-    at: At::Component { kind: pump::CARD.kind, named: false },
-    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("P"), Joint::Port("T")], shared: &[] },
+    at: At::Component { card: &pump::CARD, named: false },
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Hydraulic(0), Joint::Hydraulic(1)], shared: &[] },
     parameters: &[FreeParameter { name: "conductance", neutral: Some(0.0), first: InitialGuess::Value(0.002), plausible: (0.0, 0.05) }],
 };
 

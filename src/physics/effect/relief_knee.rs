@@ -11,7 +11,7 @@ pub const EFFECT: Effect = Effect {
     validity: "Symmetric knee of width w.",
     empirical: false,
     everywhere: false,
-    at: At::Component { kind: relief_valve::CARD.kind, named: false },
+    at: At::Component { card: &relief_valve::CARD, named: false },
     form: Form::ParameterChange,
     parameters: &[FreeParameter { name: "knee", neutral: Some(0.0), first: InitialGuess::Value(1.0), plausible: (0.0, 30.0) }],
 };

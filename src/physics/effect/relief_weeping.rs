@@ -3,7 +3,8 @@
 use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables, relief_valve};
+use crate::physics::component::{PortFlows, Law, PortVariables};
+use crate::physics::component::facts::Symbol;
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -14,8 +15,8 @@ pub const EFFECT: Effect = Effect {
     validity: CARD.validity,
     empirical: false,
     everywhere: false,
-    at: At::Component { kind: relief_valve::CARD.kind, named: false },
-    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("P"), Joint::Port("T")], shared: &[] },
+    at: At::Like { symbol: Symbol::ReliefValve, named: false },
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Hydraulic(0), Joint::Hydraulic(1)], shared: &[] },
     parameters: &[FreeParameter { name: "conductance", neutral: Some(0.0), first: InitialGuess::Value(0.01), plausible: (0.0, 0.5) }, FreeParameter { name: "from", neutral: None, first: InitialGuess::Onset(80.0), plausible: (0.0, 400.0) }],
 };
 

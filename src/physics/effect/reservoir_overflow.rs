@@ -16,8 +16,8 @@ pub const EFFECT: Effect = Effect {
     validity: CARD.validity,
     empirical: false,
     everywhere: false,
-    at: At::Component { kind: reservoir::CARD.kind, named: true },
-    form: Form::Shunt { card: &CARD, joints: &[Joint::Port("P"), Joint::Next, Joint::Tank], shared: &[("area", "area")] },
+    at: At::Component { card: &reservoir::CARD, named: true },
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Hydraulic(0), Joint::Next, Joint::Tank], shared: &[("area", "area")] },
     parameters: &[FreeParameter { name: "height", neutral: None, first: InitialGuess::Range(0.85), plausible: (0.0, 1e4) }, FreeParameter { name: "share", neutral: None, first: InitialGuess::Value(0.3), plausible: (0.0, 1.0) }],
 };
 

@@ -11,7 +11,7 @@ pub const EFFECT: Effect = Effect {
     validity: "The same for all edges.",
     empirical: false,
     everywhere: false,
-    at: At::Component { kind: directional_valve::CARD.kind, named: false },
+    at: At::Component { card: &directional_valve::CARD, named: false },
     form: Form::ParameterChange,
     parameters: &[FreeParameter { name: "dead_band", neutral: Some(0.0), first: InitialGuess::Value(0.05), plausible: (0.0, 0.5) }],
 };

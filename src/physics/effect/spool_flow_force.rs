@@ -11,7 +11,7 @@ pub const EFFECT: Effect = Effect {
     validity: "Steady flow force; f is about 0.36 for a sharp edge.",
     empirical: false,
     everywhere: false,
-    at: At::Component { kind: flow_control_valve::CARD.kind, named: false },
+    at: At::Component { card: &flow_control_valve::CARD, named: false },
     form: Form::ParameterChange,
     parameters: &[FreeParameter { name: "flow_force", neutral: Some(0.0), first: InitialGuess::Value(0.2), plausible: (0.0, 1.0) }],
 };

@@ -11,7 +11,7 @@ pub const EFFECT: Effect = Effect {
     validity: "First order.",
     empirical: false,
     everywhere: false,
-    at: At::Component { kind: directional_valve::CARD.kind, named: false },
+    at: At::Component { card: &directional_valve::CARD, named: false },
     form: Form::ParameterChange,
     parameters: &[FreeParameter { name: "lag", neutral: None, first: InitialGuess::Value(16.0), plausible: (0.2, 2000.0) }],
 };

@@ -11,7 +11,7 @@ pub const EFFECT: Effect = Effect {
     validity: "Linear.",
     empirical: false,
     everywhere: false,
-    at: At::Component { kind: cylinder::CARD.kind, named: true },
+    at: At::Component { card: &cylinder::CARD, named: true },
     form: Form::ParameterChange,
     parameters: &[FreeParameter { name: "viscous_friction", neutral: None, first: InitialGuess::Value(1600.0), plausible: (0.0, 1e6) }],
 };

@@ -1,13 +1,13 @@
 //! The library of effects as a page of cards.
 
-use crate::physics::effect::{EFFECTS, Effect};
-use crate::report::effects::{EffectReport, FREE_HEADS, free_rows};
+use crate::physics::effect::Effect;
+use crate::report::effects::{EffectReport, FREE_HEADS, LibraryReport, free_rows};
 use crate::report::html::{Page, Section, Table};
 
 /// The whole library.
 pub fn library() -> String {
     let mut page = Page::new("Effects", "Physics beyond that of the components, which a model may be given");
-    let effects: Vec<EffectReport> = EFFECTS.iter().map(|effect| EffectReport::new(effect)).collect();
+    let effects = LibraryReport::new().effects;
     let mut list = Section::new("Library");
     let rows = effects
         .iter()
@@ -20,16 +20,19 @@ pub fn library() -> String {
     page.html()
 }
 
-/// One card.
-pub fn card(effect: &Effect) -> String {
-    let effect = EffectReport::new(effect);
-    let mut page = Page::new(effect.name, effect.meaning);
-    page.section(card_section(&effect));
+/// The cards of one name.
+pub fn cards(effects: &[&Effect]) -> String {
+    let effects: Vec<EffectReport> = effects.iter().map(|effect| EffectReport::new(effect)).collect();
+    let (name, meaning) = effects.first().map_or(("Effects", ""), |effect| (effect.name, effect.meaning));
+    let mut page = Page::new(name, meaning);
+    for effect in &effects {
+        page.section(card_section(effect));
+    }
     page.html()
 }
 
 fn card_section(effect: &EffectReport) -> Section {
-    let mut section = Section::new(effect.name);
+    let mut section = Section::new(effect.title());
     section.paragraph(effect.meaning).preformatted(effect.law);
     section.facts(vec![
         ("where".to_owned(), effect.at.replace('`', "")),

@@ -88,6 +88,9 @@ pub(super) fn read_component(rig: &mut Rig, kinds: &Kinds, name: &str, value: &V
         let fluid = Fluid::new(&nominal[..fluid::CARD.parameters.len()]);
         own.check_domain(&nominal[first_parameter..], &fluid, &value.place())?;
         initial.clone_from(&own.initial);
+        if rig.components.iter().all(|other| other.card.kind != card.kind) {
+            rig.own_effects.extend(&own.effects);
+        }
     }
     if let Some(value) = table.get("initial") {
         let states = value.table(format!("`initial` of component `{name}`"))?;

@@ -28,10 +28,11 @@ struct Own {
 
 /// Reads one effect, and adds it to those that the rig may have.
 pub(super) fn read_own_effect(rig: &mut Rig, name: &str, value: &Value<'_>) -> Result<(), Complaint> {
-    if effect(name).is_some() || name.contains('@') {
+    let known = effect(name).is_some() || rig.own_effects.iter().any(|other| other.name == name);
+    if known || name.contains('@') {
         return Err(Complaint::new(Kind::Duplicate, format!("an effect of one's own cannot be called `{name}`"))
             .at(value.place())
-            .help("the library has one of this name, or it holds an `@`: take another"));
+            .help("the library or a component has one of this name, or it holds an `@`: take another"));
     }
     let table = value.table(format!("effect `{name}`"))?;
     let at = table.require("at", "add the node, sensor or component where it acts, such as `at = \"A\"`")?;

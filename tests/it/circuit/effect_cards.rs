@@ -91,7 +91,8 @@ fn readings(rig: &Rig) -> Vec<Vec<f64>> {
 
 #[test]
 fn at_its_neutral_value_an_effect_does_nothing() {
-    for path in ["fixtures/telescopic/rig.toml", "fixtures/two_tanks/rig.toml"] {
+    for name in ["telescopic", "two_tanks", "servo_axis", "hydrostatic_drive"] {
+        let path = &format!("fixtures/{name}/rig.toml");
         let rig = Rig::read(path).unwrap();
         let without = readings(&rig);
         for placed in rig.effect_places() {

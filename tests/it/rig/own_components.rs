@@ -205,6 +205,11 @@ fn every_mistake_has_its_line_and_a_remedy() {
         ),
         ("kind = \"own:throttle\"", "kind = \"catalogue:filtr\"", &["unknown component kind", "catalogue:filter"]),
         ("symbol = \"orifice\"", "symbol = \"hole\"", &["`hole`", "orifice"]),
+        ("bounds = [0, 1]", "bounds = [0, 1], effect = { first = 0.1 }", &["has no `name`", "spool-hysteresis"]),
+        ("bounds = [0, 1]", "bounds = [0, 1], effect = { name = \"a@b\", first = 0.1 }", &["cannot be called `a@b`"]),
+        ("bounds = [0, 1]", "bounds = [0, 1], effect = { name = \"a\", first = 2 }", &["`first` of `clogging`", "shows"]),
+        ("bounds = [0, 1]", "bounds = [0, 1], effect = { name = \"a\", first = 0 }", &["the size of an effect", "shows"]),
+        ("default = 0, bounds = [0, 1]", "effect = { name = \"a\", first = 2 }", &["has no default", "without the effect"]),
         ("unit = \"-\", follows", "unit = \"-\", falls = 1, follows", &["has no key `falls`"]),
         ("inputs.command", "inputs.drop", &["`drop` names two things"]),
         ("command = \"u\", ", "", &["has no `command`"]),
@@ -333,4 +338,26 @@ fn a_solenoid_valve_has_the_centre_that_is_stated_and_two_switching_times() {
     let rate = |spool, solenoids: [f64; 2]| answers(&tandem, "valve", &at(spool), &solenoids).rate[0];
     assert_relative_eq!(rate(0.0, [1.0, 0.0]), 1.0 / 15e-3, max_relative = 1e-9);
     assert_relative_eq!(rate(-1.0, [0.0, 0.0]), 1.0 / 20e-3, max_relative = 1e-9);
+}
+
+#[test]
+fn the_physics_that_a_component_may_lack_is_an_effect_of_the_rig() {
+    let with = "bounds = [0, 1], effect = { name = \"clogged-element\", first = 0.1 }";
+    let rig = parse(text().replacen("bounds = [0, 1]", with, 1));
+    let places: Vec<String> = rig.effect_places().iter().map(|placed| rig.effect_id(placed)).collect();
+    assert!(places.contains(&"clogged-element@filter".to_owned()), "{places:?}");
+    let placed = rig.placed("clogged-element@filter").unwrap();
+    assert_eq!(placed.effect.parameters[0].neutral, Some(0.0));
+    assert_eq!(rig.parameters[rig.bent(&placed, "clogging").unwrap()].id, "filter.clogging");
+
+    // The catalogue's, and those of the library that sit at whatever is a cylinder.
+    let axis = Rig::read("fixtures/servo_axis/rig.toml").unwrap();
+    for id in ["spool-hysteresis@valve", "spool-dead-band@valve", "viscous-friction@cylinder", "seal-friction@cylinder"] {
+        let mut with = axis.clone();
+        let placed = axis.placed(id).unwrap_or_else(|complaint| panic!("{complaint}"));
+        with.give_effect(&placed, &[]).unwrap();
+        assert_eq!(with.effects[0].id, id);
+    }
+    assert!(axis.placed("end-cushioning@cylinder").is_ok());
+    assert!(Rig::read("fixtures/two_tanks/rig.toml").unwrap().placed("seal-friction").is_err());
 }

@@ -1,5 +1,6 @@
 //! The lines of a component of formulas: ports, parameters, inputs, states.
 
+use super::effects::{Belongs, belongs};
 use crate::complaint::{Complaint, Kind};
 use crate::physics::card::{ANY, Input, Parameter, Port, PortKind, Role};
 use crate::physics::component::{INPUTS, PORTS, STATES, VARIABLES};
@@ -88,9 +89,9 @@ fn unit(line: &Table<'_>) -> Result<Unit, Complaint> {
         .map_err(|error| Complaint::new(Kind::Unit, error.to_string()).at(value.place()).help(error.help()))
 }
 
-/// Its parameters.
-pub(super) fn parameters(table: &Table<'_>) -> Result<Vec<Parameter>, Complaint> {
-    let mut parameters = Vec::new();
+/// Its parameters, and which of them belong to effects.
+pub(super) fn parameters(table: &Table<'_>) -> Result<(Vec<Parameter>, Vec<Belongs>), Complaint> {
+    let (mut parameters, mut of_effects) = (Vec::new(), Vec::new());
     for (name, value) in lines(table, "parameters")? {
         if OF_EVERY_COMPONENT.contains(&name) {
             return Err(Complaint::new(Kind::Duplicate, format!("a parameter cannot be called `{name}`"))
@@ -100,12 +101,14 @@ pub(super) fn parameters(table: &Table<'_>) -> Result<Vec<Parameter>, Complaint>
         if parameters.len() == MOST_PARAMETERS {
             return Err(too_many(&value, "parameters", MOST_PARAMETERS, "make two components of it"));
         }
-        parameters.push(parameter(name, &value)?);
+        let (parameter, of_effect) = parameter(name, &value)?;
+        parameters.push(parameter);
+        of_effects.extend(of_effect);
     }
-    Ok(parameters)
+    Ok((parameters, of_effects))
 }
 
-fn parameter(name: &str, value: &Value<'_>) -> Result<Parameter, Complaint> {
+fn parameter(name: &str, value: &Value<'_>) -> Result<(Parameter, Option<Belongs>), Complaint> {
     const ROLES: &[(&str, Role)] =
         &[("lag", Role::Lag), ("smoothing", Role::Smoothing), ("mass", Role::Mass), ("volume", Role::Volume)];
     let line = value.table(format!("parameter `{name}`"))?;
@@ -130,16 +133,20 @@ fn parameter(name: &str, value: &Value<'_>) -> Result<Parameter, Complaint> {
         line.get("calibrated").map(|value| difference(&value, crate::units::Dimension::NONE)).transpose()?;
     let role = line.get("role").map(|value| named(&value, "roles", ROLES)).transpose()?.unwrap_or_default();
     let (name, symbol, meaning) = (kept(name), kept(&unit.symbol), meaning(&line)?);
+    let neutral = default.as_ref().map(|stated| shown(stated.value));
+    let effect = line.get("effect");
+    let of_effect = effect.map(|value| belongs(&value, &unit, name, meaning, neutral, bounds)).transpose()?;
     line.finish()?;
-    Ok(Parameter {
-        default: default.as_ref().map(|stated| shown(stated.value)),
+    let parameter = Parameter {
+        default: neutral,
         bounds,
         tolerance: default.as_ref().map_or(0.0, |stated| tolerance(stated, &unit)),
         per_event,
         role,
         spread: calibrated.unwrap_or(0.0),
         ..Parameter::required(name, name, symbol, meaning)
-    })
+    };
+    Ok((parameter, of_effect))
 }
 
 /// The uncertainty of a default, as cards have it: relative, or in the unit where the value is 0.

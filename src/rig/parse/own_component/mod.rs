@@ -1,6 +1,7 @@
 //! Components of formulas: `[own_components.NAME]`, in the rig file, in a file beside it or in the catalogue.
 
 mod domain;
+mod effects;
 mod facts;
 mod formulas;
 mod lines;
@@ -17,6 +18,7 @@ use super::own_effect::words;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::physics::card::{Card, Input, Parameter, Port, State};
 use crate::physics::component::INPUTS;
+use crate::physics::effect::Effect;
 use crate::physics::own::Own;
 use crate::rig::Beside;
 use crate::rig::source::{Table, Value};
@@ -33,6 +35,8 @@ pub(crate) struct OwnKind {
     pub initial: Vec<Option<f64>>,
     /// Files that its formulas read tables from.
     pub files: Vec<Beside>,
+    /// Physics that its parameters hold and that a model may be given.
+    pub effects: Vec<&'static Effect>,
     /// Where it begins.
     pub place: Place,
 }
@@ -46,7 +50,7 @@ pub(super) fn read_own_component(kind: &str, value: &Value<'_>) -> Result<OwnKin
     let validity = text("validity")?.unwrap_or("As its author meant it.");
     let symbol = facts::symbol(&table)?;
     let ports = lines::ports(&table)?;
-    let mut parameters = lines::parameters(&table)?;
+    let (mut parameters, of_effects) = lines::parameters(&table)?;
     let inputs = lines::inputs(&table)?;
     let (sheets, files) = tables::read(&table)?;
     let states = lines::states(&table, &ports, &mut parameters)?;
@@ -95,7 +99,8 @@ pub(super) fn read_own_component(kind: &str, value: &Value<'_>) -> Result<OwnKin
     };
     let card: &'static Card = Box::leak(Box::new(card));
     let card = Box::leak(Box::new(Card { worked: worked::read(card, numbers)?, ..*card }));
-    Ok(OwnKind { card, own, places, initial, files, place: value.place() })
+    let effects = effects::effects(card, &of_effects)?;
+    Ok(OwnKind { card, own, places, initial, files, effects, place: value.place() })
 }
 
 /// The laws as text, one line each.
