@@ -18,6 +18,7 @@ rooms! {
     estimation,
     expression,
     files,
+    finding,
     #[cfg(feature = "store")]
     history,
     isolability,

@@ -92,8 +92,6 @@ mod visible;
 
 pub mod results;
 
-#[cfg(all(test, feature = "cli"))]
-mod added_component;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals;

@@ -28,8 +28,7 @@ fn beyond(rig: &Rig, record: &Record, sensor: &Sensor) -> Option<String> {
     let unit = rig.sensor_unit(sensor);
     match (sensor.quantity, sensor.target) {
         (Quantity::Position, Target::Node(node)) => {
-            let moves_it =
-                |one: &&Component| facts(one.card).symbol == Symbol::Cylinder && one.ports.contains(&node);
+            let moves_it = |one: &&Component| facts(one.card).symbol == Symbol::Cylinder && one.ports.contains(&node);
             let cylinder = rig.components.iter().find(moves_it)?;
             let stroke = rig.parameters[rig.parameter(&format!("{}.stroke", cylinder.name))?].value;
             let said = |si: f64| with_unit(rounded(difference_in_unit(si, &unit), 4), &unit.symbol);

@@ -20,7 +20,7 @@ pub(crate) mod preliminary;
 pub mod problem;
 mod result;
 pub(crate) mod search;
-mod starts;
+pub mod starts;
 pub(crate) mod summary;
 pub(crate) mod switching;
 mod unseen;

@@ -7,7 +7,7 @@ use crate::rig::{InitialPressure, NodeKind, Quantity, Target};
 
 /// What each start, off by one standard deviation, changes of the readings `outputs`. Pressures are forgotten behind the `first`
 /// rows; a position or a level is not.
-pub(super) fn changes(
+pub fn changes(
     problem: &RecordProblem<'_>,
     parameters: &[f64],
     outputs: &[Vec<f64>],
@@ -27,7 +27,7 @@ pub(super) fn changes(
 }
 
 /// One standard deviation of the start of a node, SI, and whether it lasts.
-fn unknown(problem: &RecordProblem<'_>, parameters: &[f64], node: usize) -> Option<(f64, bool)> {
+pub fn unknown(problem: &RecordProblem<'_>, parameters: &[f64], node: usize) -> Option<(f64, bool)> {
     let rig = &problem.model.rig;
     let shown = problem.drive.shown_at(rig, node);
     let NodeKind::Volume { initial } = rig.nodes[node].kind else {
@@ -51,34 +51,4 @@ fn unknown(problem: &RecordProblem<'_>, parameters: &[f64], node: usize) -> Opti
     let sensors = rig.sensors.iter().filter(|sensor| sensor.target == Target::Node(node));
     let pressures = sensors.filter(|sensor| sensor.quantity == Quantity::Pressure);
     Some((pressures.map(|sensor| sensor.noise).fold(known, f64::max), false))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::noise::Weights;
-    use super::*;
-    use crate::model::{InputSignals, Model, Shown, cycle_times};
-    use crate::physics::GRAVITY;
-    use crate::rig::Rig;
-
-    #[test]
-    fn a_level_that_a_sensor_shows_is_as_uncertain_as_its_reading_and_is_not_forgotten() {
-        let model = Model::new(Rig::read("fixtures/two_tanks/rig.toml").unwrap());
-        let rig = &model.rig;
-        let cycle = rig.cycle.as_ref().unwrap();
-        let (times, mut drive) = (cycle_times(rig, cycle), InputSignals::from_cycle(rig, cycle));
-        drive.shown.push(Shown { sensor: 0, value: 0.1, sigma: 5e-4, rate: 0.0 });
-        let nothing = Weights::new(rig, &[], &[], &[]);
-        let problem = RecordProblem::new(&model, &drive, &times, Vec::new(), nothing, Vec::new());
-        let parameters = rig.nominal();
-        let Target::Node(upper) = rig.sensors[0].target else { panic!("a level is that of a node") };
-        let (sigma, lasts) = unknown(&problem, &parameters, upper).unwrap();
-        approx::assert_relative_eq!(sigma, 998.0 * GRAVITY * 5e-4, max_relative = 1e-12);
-        assert!(lasts);
-        // Half a millimetre at the start still shows behind the first rows.
-        let outputs = model.solve(&parameters, &drive, &times).unwrap().values;
-        let changed = changes(&problem, &parameters, &outputs, 2).unwrap();
-        let shows: Vec<f64> = changed[0][0][..6].to_vec();
-        assert!(shows.iter().all(|change| (4e-4..=5e-4 + 1e-9).contains(change)), "{shows:?}");
-    }
 }

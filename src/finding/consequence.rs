@@ -55,7 +55,7 @@ pub struct Consequence {
 }
 
 /// Two runs of the sensors of a rig, `[sensor][row]`, SI, and where its inputs switch.
-pub(super) struct Runs<'a> {
+pub struct Runs<'a> {
     pub rig: &'a Rig,
     pub record: &'a Record,
     pub drive: &'a InputSignals,

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::expected::{self, Expected};
+use crate::estimation::profile::QUANTILE;
 use crate::model::InputSignals;
 use crate::number::rounded;
 use crate::record::Record;
@@ -99,7 +100,7 @@ pub(super) fn expectation(
     let width = |(fault, sigma): (usize, &Option<f64>)| ExpectedWidth {
         id: parameter(fault).id.clone(),
         unit: parameter(fault).unit.symbol.clone(),
-        half_width: sigma.map(|sigma| rounded(parameter(fault).unit.difference_from_si(1.96 * sigma), 3)),
+        half_width: sigma.map(|sigma| rounded(parameter(fault).unit.difference_from_si(QUANTILE * sigma), 3)),
     };
     let present = |(&(fault, value), identifiable): (&(usize, f64), bool)| AssumedFault {
         id: parameter(fault).id.clone(),

@@ -11,14 +11,14 @@ use super::rivals::rival_effects;
 use super::spools;
 use super::suggest::suggest;
 use crate::complaint::Complaint;
-use crate::diagnosis::{self, Diagnosed, DiagnosisOptions, DynamicsReport, MissingEffect, Verdict};
+use crate::diagnosis::{self, Diagnosed, Diagnosis, DiagnosisOptions, DynamicsReport, MissingEffect, Verdict};
 use crate::model::Model;
 use crate::record::Record;
 use crate::rig::Rig;
 
 /// Diagnoses one record of a rig. Where faults do not explain it, they are sought beside the effect that the model lacks, if the
 /// library has one that explains more; the verdict stays [`Verdict::ModelInadequate`], and
-/// [`Diagnosis::missing_effect`](crate::Diagnosis::missing_effect) names the effect.
+/// [`Diagnosis::missing_effect`] names the effect.
 ///
 /// # Errors
 /// Columns that are missing, a model that cannot be solved, or a [context](crate::Context) that was cancelled.
@@ -58,7 +58,7 @@ impl Model {
     ///
     /// # Errors
     /// As [`diagnose`].
-    pub fn diagnose(&self, record: &Record) -> Result<crate::Diagnosis, Complaint> {
+    pub fn diagnose(&self, record: &Record) -> Result<Diagnosis, Complaint> {
         Ok(diagnose(self, record, &DiagnosisOptions::default())?.diagnosis)
     }
 }
@@ -85,7 +85,7 @@ fn joined(given: Diagnosed, mut beside: Diagnosed, best: &EvaluatedModel, rig: R
         .into_iter()
         .partition(|one| is_added(&one.id) && !before(&one.id));
     let explained = beside.diagnosis.verdict != Verdict::ModelInadequate;
-    beside.diagnosis = crate::Diagnosis {
+    beside.diagnosis = Diagnosis {
         verdict: Verdict::ModelInadequate,
         common_cause: given.diagnosis.common_cause,
         detected_at_s: given.diagnosis.detected_at_s,

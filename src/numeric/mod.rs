@@ -28,6 +28,8 @@ pub use dual::Dual;
 #[cfg(feature = "internals")]
 pub use dual::jacobian;
 pub use real::Real;
-pub use rosenbrock::{Curved, Elimination, Entry, IntegrationError, Options, Rosenbrock, Scalar, States, Step, System, Tangents};
+pub use rosenbrock::{
+    Curved, Elimination, Entry, IntegrationError, Options, Rosenbrock, Scalar, States, Step, System, Tangents,
+};
 #[cfg(feature = "internals")]
 pub use rosenbrock::{Inverse, Stats};

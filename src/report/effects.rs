@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use super::table::{Head, aligned};
 use crate::number::with_unit;
-use crate::rig::catalogue;
 use crate::physics::card::Parameter;
 use crate::physics::effect::{At, EFFECTS, Effect, FreeParameter, InitialGuess};
 use crate::physics::fluid;
+use crate::rig::catalogue;
 
 /// Name and version of the JSON schema.
 pub const SCHEMA: &str = "borescope.effects/1";

@@ -6,6 +6,7 @@ use std::fmt::Write;
 use crate::isolability::{Expectation, ExpectedWidth, SignatureRow};
 use crate::number::{self, in_unit, rounded};
 use crate::report::html::{Cell, Column, Table};
+use crate::residual::generators;
 use crate::rig::{Fault, Rig};
 
 /// Deviations from which on a field of the page is darkest.
@@ -50,6 +51,11 @@ pub fn signature_text(rig: &Rig, rows: Option<&[SignatureRow]>) -> String {
         return "\nNo signatures: they need an operating point, a `[cycle]` in the rig file or `--input RECORD`.\n"
             .to_owned();
     };
+    if generators(rig).is_empty() {
+        return "\nNo signatures: these sensors allow no residual. One needs the flow through a part, measured or known from its \
+                neighbours, and the pressures at its ports.\n"
+            .to_owned();
+    }
     if rows.is_empty() {
         return "\nNo signatures: no residual of these sensors has windows that count.\n".to_owned();
     }

@@ -34,6 +34,7 @@ mod circuit {
     mod own_effects;
     mod plant;
     mod properties;
+    mod run;
     mod solvers;
     mod viscosity;
 }
@@ -70,6 +71,7 @@ mod diagnosis {
     mod calibration_honest;
     mod campaign;
     mod common_cause;
+    mod consequences;
     mod context;
     mod cycle;
     mod effort;
@@ -82,8 +84,10 @@ mod diagnosis {
 }
 
 mod docs {
+    mod add_a_component;
     mod ambiguities;
     mod links;
+    mod map;
     mod noise;
     mod paper_figures;
     mod pictures;

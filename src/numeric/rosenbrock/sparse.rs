@@ -145,11 +145,7 @@ pub struct Factors<E> {
 impl<E: Element> Factors<E> {
     /// Eliminates the matrix of `entry(row, column)`, `scale[i] > 0` being the size at which state `i` matters; `None` where a pivot
     /// is singular or too small for its column.
-    pub(super) fn of(
-        elimination: &Arc<Elimination>,
-        scale: &[f64],
-        entry: impl Fn(usize, usize) -> E,
-    ) -> Option<Self> {
+    pub(super) fn of(elimination: &Arc<Elimination>, scale: &[f64], entry: impl Fn(usize, usize) -> E) -> Option<Self> {
         let mut values: Vec<E> = elimination.pattern().iter().map(|&(row, column)| entry(row, column)).collect();
         values.resize(elimination.entries.len(), E::ZERO);
         for pivot in &elimination.pivots {

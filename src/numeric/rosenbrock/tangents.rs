@@ -255,9 +255,9 @@ impl Element for Stagewise {
 
     fn inverse(&self) -> Option<Self> {
         let m = nalgebra::Matrix3::from_fn(|row, column| self[row][column]).try_inverse()?;
-        m.iter().all(|value| value.is_finite()).then(|| {
-            std::array::from_fn(|row| std::array::from_fn(|column| m[(row, column)]))
-        })
+        m.iter()
+            .all(|value| value.is_finite())
+            .then(|| std::array::from_fn(|row| std::array::from_fn(|column| m[(row, column)])))
     }
 
     #[inline(always)]

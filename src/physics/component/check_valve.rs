@@ -1,12 +1,17 @@
 //! Check valve.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{PortFlows, Law, PortVariables};
+use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::CheckValve, residuals: Residuals::None, balance: Balance::OneWay, settles: Settles::AtOnce };
+pub const FACTS: Facts = Facts {
+    symbol: Symbol::CheckValve,
+    residuals: Residuals::None,
+    balance: Balance::OneWay,
+    settles: Settles::AtOnce,
+};
 
 pub const CARD: Card = Card {
     kind: "check-valve",

@@ -1,12 +1,13 @@
 //! Dry friction of a body, such as that of seals and guides.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{PortFlows, Law, PortVariables};
+use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::Hidden, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
+pub const FACTS: Facts =
+    Facts { symbol: Symbol::Hidden, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
 
 pub const CARD: Card = Card {
     kind: "coulomb-friction",
@@ -16,7 +17,9 @@ pub const CARD: Card = Card {
     validity: "No sticking: below the transition speed it acts like viscous friction and a body at rest creeps.",
     parameters: &[
         Parameter::required("force", "F_c", "N", "friction force of the moving body"),
-        Parameter::required("transition_speed", "v_t", "mm/s", "speed at which 71 % of the force act").positive().or(1.0),
+        Parameter::required("transition_speed", "v_t", "mm/s", "speed at which 71 % of the force act")
+            .positive()
+            .or(1.0),
     ],
     ports: &[Port::mechanical("body", "what rubs")],
     worked: &[Worked {

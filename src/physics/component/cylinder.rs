@@ -1,15 +1,20 @@
 //! Double-acting cylinder with one rod.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{PortFlows, Law, PortVariables};
+use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::ATMOSPHERE;
-use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
+use crate::physics::card::{Answer, Card, Parameter, Port, Role, Worked};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::annular_gap_conductance;
 use std::f64::consts::PI;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::Cylinder, residuals: Residuals::Cylinder, balance: Balance::Chamber, settles: Settles::AtOnce };
+pub const FACTS: Facts = Facts {
+    symbol: Symbol::Cylinder,
+    residuals: Residuals::Cylinder,
+    balance: Balance::Chamber,
+    settles: Settles::AtOnce,
+};
 
 pub const CARD: Card = Card {
     kind: "cylinder",
@@ -23,11 +28,20 @@ pub const CARD: Card = Card {
         Parameter::required("bore", "D", "mm", "piston diameter").positive().usually(3.0, 3000.0),
         Parameter::required("rod", "D_r", "mm", "rod diameter").at_most("bore"),
         Parameter::required("stroke", "s", "mm", "way between the end stops").positive().usually(1.0, 30_000.0),
-        Parameter::required("dead_volume_A", "V_A0", "cm3", "volume at A, hose included, at x = 0").is(Role::Volume).uncertain_per_event(0.05).calibrated(0.1),
-        Parameter::required("dead_volume_B", "V_B0", "cm3", "volume at B, hose included, at x = s").is(Role::Volume).uncertain_per_event(0.05).calibrated(0.1),
+        Parameter::required("dead_volume_A", "V_A0", "cm3", "volume at A, hose included, at x = 0")
+            .is(Role::Volume)
+            .uncertain_per_event(0.05)
+            .calibrated(0.1),
+        Parameter::required("dead_volume_B", "V_B0", "cm3", "volume at B, hose included, at x = s")
+            .is(Role::Volume)
+            .uncertain_per_event(0.05)
+            .calibrated(0.1),
         Parameter::required("mass", "m", "kg", "moving mass").is(Role::Mass).positive(),
         Parameter::required("viscous_friction", "b", "N.s/m", "friction force per speed").or(0.0).calibrated(0.5),
-        Parameter::required("clearance", "c", "mm", "diametral clearance of the piston").is(Role::Clearance).or(0.0).at_most("bore"),
+        Parameter::required("clearance", "c", "mm", "diametral clearance of the piston")
+            .is(Role::Clearance)
+            .or(0.0)
+            .at_most("bore"),
         Parameter::required("land_length", "L", "mm", "length of the gap").positive().or(20.0),
         Parameter::required("eccentricity", "e", "-", "relative eccentricity of the piston").or(0.0).within(0.0, 1.0),
         Parameter::required("stop_stiffness", "k_s", "N/um", "stiffness of the end stops").or(50.0),

@@ -1,10 +1,10 @@
 //! Directional control valve: four ports, three positions.
 
-use super::orifice::TRANSITION;
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{PortFlows, Law, PortVariables};
+use super::orifice::TRANSITION;
+use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, DEAD_TIME, INERTIA_TIME, Input, Parameter, Port, State, Worked, Role};
+use crate::physics::card::{Answer, Card, DEAD_TIME, INERTIA_TIME, Input, Parameter, Port, Role, State, Worked};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::root;
 
@@ -21,7 +21,12 @@ const fn leak(name: &'static str, symbol: &'static str, meaning: &'static str) -
     Parameter::required(name, symbol, "L/min/bar", meaning).or(0.0)
 }
 
-pub const FACTS: Facts = Facts { symbol: Symbol::DirectionalValve, residuals: Residuals::Directional, balance: Balance::Ends, settles: Settles::Lag };
+pub const FACTS: Facts = Facts {
+    symbol: Symbol::DirectionalValve,
+    residuals: Residuals::Directional,
+    balance: Balance::Ends,
+    settles: Settles::Lag,
+};
 
 pub const CARD: Card = Card {
     kind: "directional-valve",
@@ -33,9 +38,7 @@ pub const CARD: Card = Card {
     validity: "Zero lap, equal edges; leaks laminar. The opening coefficient is common or per path.",
     parameters: &[
         Parameter::required("rated_flow", "q_r", "L/min", "flow of one path, fully open, at the rated drop"),
-        Parameter::required("rated_drop", "dp_r", "bar", "rated pressure drop of one path")
-            .positive()
-            .calibrated(0.05),
+        Parameter::required("rated_drop", "dp_r", "bar", "rated pressure drop of one path").positive().calibrated(0.05),
         share("opening", "alpha", "opening coefficient common to all paths"),
         share("opening_PA", "alpha_PA", "further opening coefficient of the path P to A").calibrated(0.02),
         share("opening_PB", "alpha_PB", "further opening coefficient of the path P to B").calibrated(0.02),
@@ -43,7 +46,9 @@ pub const CARD: Card = Card {
         share("opening_BT", "alpha_BT", "further opening coefficient of the path B to T").calibrated(0.02),
         leak("leak_AT", "G_AT", "internal leakage from A to T"),
         leak("leak_PB", "G_PB", "internal leakage from P to B"),
-        Parameter::required("lag", "tau", "ms", "time constant with which the spool follows the command").is(Role::Lag).positive()
+        Parameter::required("lag", "tau", "ms", "time constant with which the spool follows the command")
+            .is(Role::Lag)
+            .positive()
             .or(8.0)
             .uncertain_per_event(0.25),
         TRANSITION,
@@ -51,10 +56,14 @@ pub const CARD: Card = Card {
         progression("progression_PB", "n_PB", "exponent of the opening area of P to B over the spool position"),
         progression("progression_AT", "n_AT", "exponent of the opening area of A to T over the spool position"),
         progression("progression_BT", "n_BT", "exponent of the opening area of B to T over the spool position"),
-        Parameter::required("dead_band", "d", "-", "share of its way that the spool moves before an edge opens").or(0.0).within(0.0, 0.9),
+        Parameter::required("dead_band", "d", "-", "share of its way that the spool moves before an edge opens")
+            .or(0.0)
+            .within(0.0, 0.9),
         INERTIA_TIME,
         DEAD_TIME,
-        Parameter::required("hysteresis", "h", "-", "width of the command within which the spool does not follow it").or(0.0).within(0.0, 0.5),
+        Parameter::required("hysteresis", "h", "-", "width of the command within which the spool does not follow it")
+            .or(0.0)
+            .within(0.0, 0.5),
     ],
     ports: &[
         Port::hydraulic("P", "pressure"),
@@ -63,7 +72,13 @@ pub const CARD: Card = Card {
         Port::hydraulic("B", "consumer port B"),
     ],
     states: &[State { name: "spool", unit: "-", initial: 0.0, scale: 1.0, meaning: "spool position, -1 to 1" }],
-    inputs: &[Input { name: "command", unit: "-", meaning: "+1 connects P-A and B-T, -1 P-B and A-T, 0 closes all", range: (-1.0, 1.0), lag: Some("lag") }],
+    inputs: &[Input {
+        name: "command",
+        unit: "-",
+        meaning: "+1 connects P-A and B-T, -1 P-B and A-T, 0 closes all",
+        range: (-1.0, 1.0),
+        lag: Some("lag"),
+    }],
     worked: &[
         Worked {
             text: "half open, a quarter of the rated drop: a quarter of 8 L/min into P",

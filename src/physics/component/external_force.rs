@@ -1,12 +1,13 @@
 //! External force on a body, recorded or prescribed.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{PortFlows, Law, PortVariables};
+use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{ANY, Answer, Card, Input, Parameter, Port, Role, Worked};
 use crate::physics::fluid::Fluid;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::Force, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
+pub const FACTS: Facts =
+    Facts { symbol: Symbol::Force, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
 
 /// What calibration starts from for the gain: class 0.3 of industrial load cells.
 const SPREAD: f64 = 0.003;

@@ -19,7 +19,7 @@ impl Facts {
         Self { symbol: Symbol::Box, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
 }
 
-/// How a component is drawn, after ISO 1219-1.
+/// What a component is, and so how it is drawn, after ISO 1219-1: effects of cylinders and relief valves sit at whatever has their symbol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Symbol {
     Pump,
@@ -35,6 +35,7 @@ pub enum Symbol {
     Orifice,
     OneWayThrottle,
     Filter,
+    BypassFilter,
     Motor,
     FreeOutlet,
     Cylinder,

@@ -1,14 +1,19 @@
 //! Flow control valve: a reducing valve keeps the pressure drop over a throttle.
 
-use super::orifice::TRANSITION;
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{PortFlows, Law, PortVariables};
+use super::orifice::TRANSITION;
+use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Parameter, Port, State, Worked, Role};
+use crate::physics::card::{Answer, Card, Parameter, Port, Role, State, Worked};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::{orifice_conductance, root};
 
-pub const FACTS: Facts = Facts { symbol: Symbol::FlowControlValve, residuals: Residuals::FlowControl, balance: Balance::Through, settles: Settles::Lag };
+pub const FACTS: Facts = Facts {
+    symbol: Symbol::FlowControlValve,
+    residuals: Residuals::FlowControl,
+    balance: Balance::Through,
+    settles: Settles::Lag,
+};
 
 pub const CARD: Card = Card {
     kind: "flow-control-valve",
@@ -26,18 +31,28 @@ pub const CARD: Card = Card {
             .or(0.7)
             .within(0.1, 1.0)
             .calibrated(0.03),
-        Parameter::required("reducing_discharge_coefficient", "Cd1", "-", "discharge coefficient of the reducing valve")
-            .or(0.7)
-            .within(0.1, 1.0)
-            .calibrated(0.03),
+        Parameter::required(
+            "reducing_discharge_coefficient",
+            "Cd1",
+            "-",
+            "discharge coefficient of the reducing valve",
+        )
+        .or(0.7)
+        .within(0.1, 1.0)
+        .calibrated(0.03),
         Parameter::required("area_gradient", "W1", "mm2/mm", "area of the reducing valve per opening"),
-        Parameter::required("max_opening", "x_max", "mm", "opening at which the reducing valve is saturated").positive(),
+        Parameter::required("max_opening", "x_max", "mm", "opening at which the reducing valve is saturated")
+            .positive(),
         Parameter::required("spring_rate", "K", "N/m", "spring of the reducing valve").positive(),
         Parameter::required("spring_compression", "x1", "mm", "compression of the spring at zero opening")
             .calibrated(0.03),
         Parameter::required("spool_area", "A", "mm2", "area on which the throttle's pressure drop acts"),
         Parameter::required("flow_force", "f", "-", "Cv cos(theta) of the flow force; 0 switches it off").or(0.0),
-        Parameter::required("lag", "tau", "ms", "time constant of the opening").is(Role::Lag).positive().or(4.0).uncertain_per_event(0.25),
+        Parameter::required("lag", "tau", "ms", "time constant of the opening")
+            .is(Role::Lag)
+            .positive()
+            .or(4.0)
+            .uncertain_per_event(0.25),
         TRANSITION,
     ],
     ports: &[Port::hydraulic("in", "inlet"), Port::hydraulic("out", "outlet")],
@@ -126,9 +141,8 @@ impl<T: Real> Law<T> for FlowControlValve<T> {
         let drop = p_in - p_out;
         answers.through[0] = flow;
         answers.through[1] = -flow;
-        let wanted = self.compression
-            - self.area_per_rate * throttle_drop
-            - self.flow_force * opening * (drop - throttle_drop);
+        let wanted =
+            self.compression - self.area_per_rate * throttle_drop - self.flow_force * opening * (drop - throttle_drop);
         answers.rate[0] = (wanted.max(T::zero()).min(self.max_opening) - opening) / self.lag;
     }
 }
@@ -183,7 +197,10 @@ mod tests {
             let unit = crate::units::Unit::parse(parameter.unit).unwrap();
             unit.to_si(given.or(parameter.default).unwrap())
         };
-        FlowControlValve::new(&CARD.parameters.iter().map(value).collect::<Vec<_>>(), &Fluid::new(&[870.0, 0.0455, 1.4e9, 0.0, 0.0, 0.0]))
+        FlowControlValve::new(
+            &CARD.parameters.iter().map(value).collect::<Vec<_>>(),
+            &Fluid::new(&[870.0, 0.0455, 1.4e9, 0.0, 0.0, 0.0]),
+        )
     }
 
     #[test]

@@ -1,12 +1,17 @@
 //! Flow source: a pump whose flow follows a recorded signal.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{PortFlows, Law, PortVariables};
+use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{ANY, Answer, Card, Input, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::VariablePump, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
+pub const FACTS: Facts = Facts {
+    symbol: Symbol::VariablePump,
+    residuals: Residuals::None,
+    balance: Balance::Ends,
+    settles: Settles::AtOnce,
+};
 
 pub const CARD: Card = Card {
     kind: "flow-source",
@@ -14,7 +19,10 @@ pub const CARD: Card = Card {
     law: "q = k max(u - u_0, 0)",
     source: "linear characteristic",
     validity: "No dependence on pressure.",
-    parameters: &[Parameter::required("gain", "k", "L/min/V", "flow per volt").calibrated(0.1), Parameter::required("dead_voltage", "u_0", "V", "voltage below which nothing is delivered").or(0.0)],
+    parameters: &[
+        Parameter::required("gain", "k", "L/min/V", "flow per volt").calibrated(0.1),
+        Parameter::required("dead_voltage", "u_0", "V", "voltage below which nothing is delivered").or(0.0),
+    ],
     ports: &[Port::hydraulic("P", "outlet"), Port::hydraulic("T", "inlet")],
     inputs: &[Input { name: "voltage", unit: "V", meaning: "drive signal", range: ANY, lag: None }],
     worked: &[Worked {

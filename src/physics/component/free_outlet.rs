@@ -1,14 +1,15 @@
 //! Outlet from which the fluid falls freely into the next vessel.
 
-use super::orifice::{HOLE, Orifice};
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{PortFlows, Law, PortVariables};
+use super::orifice::{HOLE, Orifice};
+use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::ATMOSPHERE;
 use crate::physics::card::{Answer, Card, Port, Worked};
 use crate::physics::fluid::Fluid;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::FreeOutlet, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
+pub const FACTS: Facts =
+    Facts { symbol: Symbol::FreeOutlet, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
 
 pub const CARD: Card = Card {
     kind: "free-outlet",

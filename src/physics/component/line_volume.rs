@@ -1,12 +1,13 @@
 //! Line volume: the oil in a pipe or hose that makes a node compliant.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{PortFlows, Law, PortVariables};
+use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
+use crate::physics::card::{Answer, Card, Parameter, Port, Role, Worked};
 use crate::physics::fluid::Fluid;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::Hidden, residuals: Residuals::None, balance: Balance::Stores, settles: Settles::AtOnce };
+pub const FACTS: Facts =
+    Facts { symbol: Symbol::Hidden, residuals: Residuals::None, balance: Balance::Stores, settles: Settles::AtOnce };
 
 pub const CARD: Card = Card {
     kind: "line-volume",
@@ -14,7 +15,9 @@ pub const CARD: Card = Card {
     law: "C = V/beta;  C p' = sum of flows",
     source: "mass balance of a compressible volume; paper, equation (1)",
     validity: "One pressure in the whole volume: waves are much faster than the changes looked at.",
-    parameters: &[Parameter::required("volume", "V", "cm3", "enclosed volume").is(Role::Volume).uncertain_per_event(0.05)],
+    parameters: &[Parameter::required("volume", "V", "cm3", "enclosed volume")
+        .is(Role::Volume)
+        .uncertain_per_event(0.05)],
     ports: &[Port::hydraulic("P", "to the node")],
     worked: &[Worked {
         text: "50 cm3 of oil of 14000 bar take up 3.5714e-14 m3 per Pa",

@@ -65,17 +65,23 @@ pub trait Law<T: Real>: Sized {
 }
 
 macro_rules! components {
-    ($($(#[$condition:meta])* $module:ident :: $name:ident),+ $(,)?) => {
-        $($(#[$condition])* pub mod $module;)+
+    ($($module:ident :: $name:ident),+ $(,)?) => {
+        $(pub mod $module;)+
 
         /// Every component that a rig file may name.
-        pub const CARDS: &[&Card] = &[$($(#[$condition])* &$module::CARD),+];
+        pub const CARDS: &[&Card] = &[$(&$module::CARD),+];
 
-        $($(#[$condition])* const _: () = {
+        $(const _: () = {
             let card = $module::CARD;
-            assert!(!card.worked.is_empty() || card.fixes_pressure.is_some(), "a component has a number worked by hand");
+            assert!(
+                !card.worked.is_empty() || card.fixes_pressure.is_some(),
+                concat!("a component has a number worked by hand: ", stringify!($module))
+            );
             let lags = matches!($module::FACTS.settles, Settles::Lag);
-            assert!(lags == card.has(Role::Lag), "what settles with a lag has a parameter of Role::Lag");
+            assert!(
+                lags == card.has(Role::Lag),
+                concat!("what settles with a lag has a parameter of Role::Lag: ", stringify!($module))
+            );
         };)+
 
         /// What the component of a card is to the drawing, to residuals and to balances.
@@ -83,7 +89,7 @@ macro_rules! components {
             if let Some(own) = card.own {
                 return own.facts;
             }
-            $($(#[$condition])* {
+            $({
                 if card.kind == $module::CARD.kind {
                     return $module::FACTS;
                 }
@@ -94,7 +100,7 @@ macro_rules! components {
         /// Any component's law, chosen by kind.
         #[derive(Debug, Clone)]
         pub enum AnyLaw<T> {
-            $($(#[$condition])* $name($module::$name<T>),)+
+            $($name($module::$name<T>),)+
             /// What an effect has joined to the rig.
             Effect(EffectLaw<T>),
             /// What a user's effect has joined to it.
@@ -115,7 +121,7 @@ macro_rules! components {
                     return Some(AnyLaw::Own(Box::new(OwnLaw::new(card, own, parameters, fluid))));
                 }
                 let kind = card.kind;
-                $($(#[$condition])* {
+                $({
                     if kind == $module::CARD.kind {
                         return Some(AnyLaw::$name($module::$name::new(parameters, fluid)));
                     }
@@ -126,7 +132,7 @@ macro_rules! components {
             #[inline]
             pub fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
                 match self {
-                    $($(#[$condition])* AnyLaw::$name(law) => law.evaluate(seen, answers),)+
+                    $(AnyLaw::$name(law) => law.evaluate(seen, answers),)+
                     AnyLaw::Effect(law) => law.evaluate(seen, answers),
                     AnyLaw::Formula(law) => law.evaluate(seen, answers),
                     AnyLaw::Dropped(law) => law.evaluate(seen, answers),
@@ -144,8 +150,6 @@ components! {
     cylinder::Cylinder,
     directional_valve::DirectionalValve,
     external_force::ExternalForce,
-    #[cfg(test)]
-    filter::Filter,
     flow_control_valve::FlowControlValve,
     flow_source::FlowSource,
     free_outlet::FreeOutlet,
@@ -159,6 +163,7 @@ components! {
     reservoir::Reservoir,
     restrictor::Restrictor,
     reversible_pump::ReversiblePump,
+    suction_strainer::SuctionStrainer,
     tank::Tank,
 }
 

@@ -1,16 +1,17 @@
 //! Sharp-edged orifice.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{PortFlows, Law, PortVariables};
+use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
+use crate::physics::card::{Answer, Card, Parameter, Port, Role, Worked};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::{orifice_conductance, root};
 
 /// Pressure drop at which an orifice of a few millimetres passes from laminar to turbulent flow, in bar; its size
 /// follows from a transition Reynolds number between 100 and 1000 and is rarely known better than to a factor.
 pub const TRANSITION: Parameter =
-    Parameter::required("transition_pressure", "dp_t", "bar", "pressure drop below which the flow is laminar").is(Role::Smoothing)
+    Parameter::required("transition_pressure", "dp_t", "bar", "pressure drop below which the flow is laminar")
+        .is(Role::Smoothing)
         .or(0.05)
         .within(1e-4, 10.0)
         .uncertain(2.0);
@@ -25,7 +26,8 @@ pub const HOLE: &[Parameter] = &[
     TRANSITION,
 ];
 
-pub const FACTS: Facts = Facts { symbol: Symbol::Orifice, residuals: Residuals::None, balance: Balance::Through, settles: Settles::AtOnce };
+pub const FACTS: Facts =
+    Facts { symbol: Symbol::Orifice, residuals: Residuals::None, balance: Balance::Through, settles: Settles::AtOnce };
 
 pub const CARD: Card = Card {
     kind: "orifice",

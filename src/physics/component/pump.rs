@@ -1,12 +1,13 @@
 //! Fixed-displacement pump.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{PortFlows, Law, PortVariables};
+use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::Pump, residuals: Residuals::Pump, balance: Balance::Ends, settles: Settles::AtOnce };
+pub const FACTS: Facts =
+    Facts { symbol: Symbol::Pump, residuals: Residuals::Pump, balance: Balance::Ends, settles: Settles::AtOnce };
 
 pub const CARD: Card = Card {
     kind: "pump",
@@ -15,10 +16,14 @@ pub const CARD: Card = Card {
     source: "paper, table 1: 5.5 cc/rev at 1000 rev/min",
     validity: "Below the relief pressure the slip is part of `loss`; no ripple, no cavitation.",
     parameters: &[
-        Parameter::required("displacement", "D", "cc/rev", "volume per revolution").usually(0.01, 10_000.0).calibrated(0.02),
+        Parameter::required("displacement", "D", "cc/rev", "volume per revolution")
+            .usually(0.01, 10_000.0)
+            .calibrated(0.02),
         Parameter::required("speed", "n", "rev/min", "shaft speed"),
         Parameter::required("loss", "l", "-", "share of the flow that does not arrive").or(0.0).within(0.0, 1.0),
-        Parameter::required("droop", "k", "bar-1", "share of the speed that is lost per pressure").or(0.0).within(0.0, 0.1),
+        Parameter::required("droop", "k", "bar-1", "share of the speed that is lost per pressure")
+            .or(0.0)
+            .within(0.0, 0.1),
     ],
     ports: &[Port::hydraulic("P", "outlet"), Port::hydraulic("T", "inlet")],
     worked: &[Worked {

@@ -1,13 +1,14 @@
 //! Pressure-relief valve.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{PortFlows, Law, PortVariables};
+use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Parameter, Port, State, Worked, Role};
+use crate::physics::card::{Answer, Card, Parameter, Port, Role, State, Worked};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::root;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::ReliefValve, residuals: Residuals::Relief, balance: Balance::Ends, settles: Settles::Lag };
+pub const FACTS: Facts =
+    Facts { symbol: Symbol::ReliefValve, residuals: Residuals::Relief, balance: Balance::Ends, settles: Settles::Lag };
 
 pub const CARD: Card = Card {
     kind: "relief-valve",
@@ -21,7 +22,11 @@ pub const CARD: Card = Card {
         Parameter::required("rated_overpressure", "e_r", "bar", "pressure above cracking at the rated flow")
             .positive()
             .calibrated(0.2),
-        Parameter::required("lag", "tau", "ms", "time constant of the opening").is(Role::Lag).positive().or(3.0).uncertain_per_event(0.25),
+        Parameter::required("lag", "tau", "ms", "time constant of the opening")
+            .is(Role::Lag)
+            .positive()
+            .or(3.0)
+            .uncertain_per_event(0.25),
         Parameter::required("knee", "w", "bar", "width of a soft knee at the cracking pressure").or(0.0),
     ],
     ports: &[Port::hydraulic("P", "pressure side"), Port::hydraulic("T", "tank side")],
@@ -54,7 +59,8 @@ pub struct ReliefValve<T> {
 
 impl<T: Real> Law<T> for ReliefValve<T> {
     fn new(parameters: &[T], _fluid: &Fluid<T>) -> Self {
-        let [set_pressure, rated_flow, rated_overpressure, lag] = [parameters[0], parameters[1], parameters[2], parameters[3]];
+        let [set_pressure, rated_flow, rated_overpressure, lag] =
+            [parameters[0], parameters[1], parameters[2], parameters[3]];
         let knee = parameters[4];
         let gradient = rated_flow / (rated_overpressure * (set_pressure + rated_overpressure).sqrt());
         Self { set_pressure, gradient, lag, knee }

@@ -1,13 +1,14 @@
 //! Open reservoir whose level is its pressure.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{PortFlows, Law, PortVariables};
+use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::GRAVITY;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::Vessel, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
+pub const FACTS: Facts =
+    Facts { symbol: Symbol::Vessel, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
 
 pub const CARD: Card = Card {
     kind: "reservoir",

@@ -1,14 +1,19 @@
 //! Restrictor given by its rated flow at a rated pressure drop.
 
-use super::orifice::TRANSITION;
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{PortFlows, Law, PortVariables};
+use super::orifice::TRANSITION;
+use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::root;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::Restrictor, residuals: Residuals::None, balance: Balance::Through, settles: Settles::AtOnce };
+pub const FACTS: Facts = Facts {
+    symbol: Symbol::Restrictor,
+    residuals: Residuals::None,
+    balance: Balance::Through,
+    settles: Settles::AtOnce,
+};
 
 pub const CARD: Card = Card {
     kind: "restrictor",

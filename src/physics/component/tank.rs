@@ -1,12 +1,13 @@
 //! Tank: a boundary of constant pressure.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{PortFlows, Law, PortVariables};
+use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Card, Parameter, Port};
 use crate::physics::fluid::Fluid;
 
-pub const FACTS: Facts = Facts { symbol: Symbol::Hidden, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
+pub const FACTS: Facts =
+    Facts { symbol: Symbol::Hidden, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };
 
 pub const CARD: Card = Card {
     kind: "tank",
@@ -14,7 +15,9 @@ pub const CARD: Card = Card {
     law: "p = const",
     source: "boundary condition",
     validity: "A tank whose level does not matter; see `reservoir` for one whose level does.",
-    parameters: &[Parameter::required("pressure", "p", "bar", "gauge pressure in the tank").or(0.0).within(-1.0, f64::INFINITY)],
+    parameters: &[Parameter::required("pressure", "p", "bar", "gauge pressure in the tank")
+        .or(0.0)
+        .within(-1.0, f64::INFINITY)],
     ports: &[Port::hydraulic("T", "to the tank")],
     fixes_pressure: Some(0),
     ..Card::EMPTY

@@ -1,6 +1,6 @@
 //! A flow control valve that is slower or faster than its data sheet.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter};
+use super::{At, Effect, Form, FreeParameter, InitialGuess};
 use crate::physics::component::flow_control_valve;
 
 pub const EFFECT: Effect = Effect {
@@ -13,5 +13,10 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Component { card: &flow_control_valve::CARD, named: false },
     form: Form::ParameterChange,
-    parameters: &[FreeParameter { name: "lag", neutral: None, first: InitialGuess::Value(10.0), plausible: (0.2, 1000.0) }],
+    parameters: &[FreeParameter {
+        name: "lag",
+        neutral: None,
+        first: InitialGuess::Value(10.0),
+        plausible: (0.2, 1000.0),
+    }],
 };

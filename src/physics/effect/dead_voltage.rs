@@ -1,6 +1,6 @@
 //! Dead voltage of a pump drive.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter};
+use super::{At, Effect, Form, FreeParameter, InitialGuess};
 use crate::physics::component::flow_source;
 
 pub const EFFECT: Effect = Effect {
@@ -13,5 +13,10 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Component { card: &flow_source::CARD, named: false },
     form: Form::ParameterChange,
-    parameters: &[FreeParameter { name: "dead_voltage", neutral: Some(0.0), first: InitialGuess::Value(0.5), plausible: (0.0, 5.0) }],
+    parameters: &[FreeParameter {
+        name: "dead_voltage",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(0.5),
+        plausible: (0.0, 5.0),
+    }],
 };

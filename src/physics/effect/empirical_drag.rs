@@ -4,8 +4,8 @@ use super::spline::{Curve, HEIGHTS, card, free};
 use super::{At, Effect, Form, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::component::facts::Symbol;
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -21,7 +21,10 @@ pub const EFFECT: Effect = Effect {
     parameters: &free(50.0),
 };
 
-const MORE: &[Parameter] = &[Parameter::required("range", "v_r", "mm/s", "speed to both sides over which the curve runs").positive().or(150.0)];
+const MORE: &[Parameter] =
+    &[Parameter::required("range", "v_r", "mm/s", "speed to both sides over which the curve runs")
+        .positive()
+        .or(150.0)];
 
 pub const CARD: Card = Card {
     kind: "empirical-drag",
@@ -33,7 +36,28 @@ pub const CARD: Card = Card {
     ports: &[Port::mechanical("body", "what rubs")],
     worked: &[Worked {
         text: "200 N at every speed push back with 200 N",
-        parameters: &[("c01", 200.0), ("c02", 200.0), ("c03", 200.0), ("c04", 200.0), ("c05", 200.0), ("c06", 200.0), ("c07", 200.0), ("c08", 200.0), ("c09", 200.0), ("c10", 200.0), ("c11", 200.0), ("c12", 200.0), ("c13", 200.0), ("c14", 200.0), ("c15", 200.0), ("c16", 200.0), ("c17", 200.0), ("c18", 200.0), ("c19", 200.0), ("c20", 200.0)],
+        parameters: &[
+            ("c01", 200.0),
+            ("c02", 200.0),
+            ("c03", 200.0),
+            ("c04", 200.0),
+            ("c05", 200.0),
+            ("c06", 200.0),
+            ("c07", 200.0),
+            ("c08", 200.0),
+            ("c09", 200.0),
+            ("c10", 200.0),
+            ("c11", 200.0),
+            ("c12", 200.0),
+            ("c13", 200.0),
+            ("c14", 200.0),
+            ("c15", 200.0),
+            ("c16", 200.0),
+            ("c17", 200.0),
+            ("c18", 200.0),
+            ("c19", 200.0),
+            ("c20", 200.0),
+        ],
         at: &[0.05, 0.01],
         inputs: &[],
         answer: Answer::Through(0),

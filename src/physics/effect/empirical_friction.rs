@@ -4,8 +4,8 @@ use super::spline::{Curve, HEIGHTS, card, free};
 use super::{At, Effect, Form, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::component::facts::Symbol;
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -21,7 +21,12 @@ pub const EFFECT: Effect = Effect {
     parameters: &free(50.0),
 };
 
-const MORE: &[Parameter] = &[Parameter::required("stroke", "s", "mm", "way over which the curve runs").positive().or(100.0), Parameter::required("transition_speed", "v_t", "mm/s", "speed at which 71 % of the friction act").positive().or(1.0)];
+const MORE: &[Parameter] = &[
+    Parameter::required("stroke", "s", "mm", "way over which the curve runs").positive().or(100.0),
+    Parameter::required("transition_speed", "v_t", "mm/s", "speed at which 71 % of the friction act")
+        .positive()
+        .or(1.0),
+];
 
 pub const CARD: Card = Card {
     kind: "empirical-friction",
@@ -33,7 +38,29 @@ pub const CARD: Card = Card {
     ports: &[Port::mechanical("body", "what rubs")],
     worked: &[Worked {
         text: "10 N all along hold back a body at 0.75 of the transition speed with 6 N",
-        parameters: &[("c01", 10.0), ("c02", 10.0), ("c03", 10.0), ("c04", 10.0), ("c05", 10.0), ("c06", 10.0), ("c07", 10.0), ("c08", 10.0), ("c09", 10.0), ("c10", 10.0), ("c11", 10.0), ("c12", 10.0), ("c13", 10.0), ("c14", 10.0), ("c15", 10.0), ("c16", 10.0), ("c17", 10.0), ("c18", 10.0), ("c19", 10.0), ("c20", 10.0), ("transition_speed", 1.0)],
+        parameters: &[
+            ("c01", 10.0),
+            ("c02", 10.0),
+            ("c03", 10.0),
+            ("c04", 10.0),
+            ("c05", 10.0),
+            ("c06", 10.0),
+            ("c07", 10.0),
+            ("c08", 10.0),
+            ("c09", 10.0),
+            ("c10", 10.0),
+            ("c11", 10.0),
+            ("c12", 10.0),
+            ("c13", 10.0),
+            ("c14", 10.0),
+            ("c15", 10.0),
+            ("c16", 10.0),
+            ("c17", 10.0),
+            ("c18", 10.0),
+            ("c19", 10.0),
+            ("c20", 10.0),
+            ("transition_speed", 1.0),
+        ],
         at: &[0.05, 0.75e-3],
         inputs: &[],
         answer: Answer::Through(0),

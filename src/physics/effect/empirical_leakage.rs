@@ -4,7 +4,7 @@ use super::spline::{Curve, HEIGHTS, card, free};
 use super::{At, Effect, Form, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -20,7 +20,8 @@ pub const EFFECT: Effect = Effect {
     parameters: &free(0.05),
 };
 
-const MORE: &[Parameter] = &[Parameter::required("range", "p_r", "bar", "pressure over which the curve runs").positive().or(120.0)];
+const MORE: &[Parameter] =
+    &[Parameter::required("range", "p_r", "bar", "pressure over which the curve runs").positive().or(120.0)];
 
 pub const CARD: Card = Card {
     kind: "empirical-leakage",
@@ -32,7 +33,28 @@ pub const CARD: Card = Card {
     ports: &[Port::hydraulic("P", "what leaks"), Port::hydraulic("T", "tank")],
     worked: &[Worked {
         text: "0.3 L/min at every pressure",
-        parameters: &[("c01", 0.3), ("c02", 0.3), ("c03", 0.3), ("c04", 0.3), ("c05", 0.3), ("c06", 0.3), ("c07", 0.3), ("c08", 0.3), ("c09", 0.3), ("c10", 0.3), ("c11", 0.3), ("c12", 0.3), ("c13", 0.3), ("c14", 0.3), ("c15", 0.3), ("c16", 0.3), ("c17", 0.3), ("c18", 0.3), ("c19", 0.3), ("c20", 0.3)],
+        parameters: &[
+            ("c01", 0.3),
+            ("c02", 0.3),
+            ("c03", 0.3),
+            ("c04", 0.3),
+            ("c05", 0.3),
+            ("c06", 0.3),
+            ("c07", 0.3),
+            ("c08", 0.3),
+            ("c09", 0.3),
+            ("c10", 0.3),
+            ("c11", 0.3),
+            ("c12", 0.3),
+            ("c13", 0.3),
+            ("c14", 0.3),
+            ("c15", 0.3),
+            ("c16", 0.3),
+            ("c17", 0.3),
+            ("c18", 0.3),
+            ("c19", 0.3),
+            ("c20", 0.3),
+        ],
         at: &[51e5, 1e5],
         inputs: &[],
         answer: Answer::Through(0),

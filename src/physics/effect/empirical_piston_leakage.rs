@@ -4,8 +4,8 @@ use super::spline::{Curve, HEIGHTS, card, free};
 use super::{At, Effect, Form, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::component::facts::Symbol;
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -17,11 +17,16 @@ pub const EFFECT: Effect = Effect {
     empirical: true,
     everywhere: false,
     at: At::Like { symbol: Symbol::Cylinder, named: true },
-    form: Form::Shunt { card: &CARD, joints: &[Joint::Hydraulic(0), Joint::Hydraulic(1), Joint::Body], shared: &[("stroke", "stroke")] },
+    form: Form::Shunt {
+        card: &CARD,
+        joints: &[Joint::Hydraulic(0), Joint::Hydraulic(1), Joint::Body],
+        shared: &[("stroke", "stroke")],
+    },
     parameters: &free(0.002),
 };
 
-const MORE: &[Parameter] = &[Parameter::required("stroke", "s", "mm", "way over which the curve runs").positive().or(100.0)];
+const MORE: &[Parameter] =
+    &[Parameter::required("stroke", "s", "mm", "way over which the curve runs").positive().or(100.0)];
 
 pub const CARD: Card = Card {
     kind: "empirical-piston-leakage",
@@ -30,10 +35,35 @@ pub const CARD: Card = Card {
     source: "empirical: uniform cubic B-spline of 20 heights",
     validity: "Not a law: it says what happened on the way that the record covers.",
     parameters: &card::<{ HEIGHTS + 1 }>("L/min/bar", "conductance along the stroke", MORE),
-    ports: &[Port::hydraulic("A", "cap side"), Port::hydraulic("B", "rod side"), Port::mechanical("rod", "piston and rod")],
+    ports: &[
+        Port::hydraulic("A", "cap side"),
+        Port::hydraulic("B", "rod side"),
+        Port::mechanical("rod", "piston and rod"),
+    ],
     worked: &[Worked {
         text: "0.006 L/min/bar all along leak 0.3 L/min under 50 bar",
-        parameters: &[("c01", 0.006), ("c02", 0.006), ("c03", 0.006), ("c04", 0.006), ("c05", 0.006), ("c06", 0.006), ("c07", 0.006), ("c08", 0.006), ("c09", 0.006), ("c10", 0.006), ("c11", 0.006), ("c12", 0.006), ("c13", 0.006), ("c14", 0.006), ("c15", 0.006), ("c16", 0.006), ("c17", 0.006), ("c18", 0.006), ("c19", 0.006), ("c20", 0.006)],
+        parameters: &[
+            ("c01", 0.006),
+            ("c02", 0.006),
+            ("c03", 0.006),
+            ("c04", 0.006),
+            ("c05", 0.006),
+            ("c06", 0.006),
+            ("c07", 0.006),
+            ("c08", 0.006),
+            ("c09", 0.006),
+            ("c10", 0.006),
+            ("c11", 0.006),
+            ("c12", 0.006),
+            ("c13", 0.006),
+            ("c14", 0.006),
+            ("c15", 0.006),
+            ("c16", 0.006),
+            ("c17", 0.006),
+            ("c18", 0.006),
+            ("c19", 0.006),
+            ("c20", 0.006),
+        ],
         at: &[51e5, 1e5, 0.05, 0.0],
         inputs: &[],
         answer: Answer::Through(0),

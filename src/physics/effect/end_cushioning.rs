@@ -1,10 +1,10 @@
 //! End cushioning.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::component::facts::Symbol;
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -17,7 +17,15 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Like { symbol: Symbol::Cylinder, named: true },
     form: Form::Shunt { card: &CARD, joints: &[Joint::Body], shared: &[("stroke", "stroke")] },
-    parameters: &[FreeParameter { name: "coefficient", neutral: Some(0.0), first: InitialGuess::Value(50000.0), plausible: (0.0, 1e8) }, FreeParameter { name: "length", neutral: None, first: InitialGuess::Value(20.0), plausible: (1.0, 100.0) }],
+    parameters: &[
+        FreeParameter {
+            name: "coefficient",
+            neutral: Some(0.0),
+            first: InitialGuess::Value(50000.0),
+            plausible: (0.0, 1e8),
+        },
+        FreeParameter { name: "length", neutral: None, first: InitialGuess::Value(20.0), plausible: (1.0, 100.0) },
+    ],
 };
 
 pub const CARD: Card = Card {

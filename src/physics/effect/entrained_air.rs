@@ -1,6 +1,6 @@
 //! Free air in the oil.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter};
+use super::{At, Effect, Form, FreeParameter, InitialGuess};
 
 pub const EFFECT: Effect = Effect {
     name: "entrained-air",
@@ -12,5 +12,10 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Fluid,
     form: Form::ParameterChange,
-    parameters: &[FreeParameter { name: "air_fraction", neutral: Some(0.0), first: InitialGuess::Value(0.5), plausible: (0.0, 20.0) }],
+    parameters: &[FreeParameter {
+        name: "air_fraction",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(0.5),
+        plausible: (0.0, 20.0),
+    }],
 };

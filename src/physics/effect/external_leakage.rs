@@ -1,9 +1,9 @@
 //! External leakage through a laminar path.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,12 @@ pub const EFFECT: Effect = Effect {
     everywhere: true,
     at: At::Node,
     form: Form::Shunt { card: &CARD, joints: &[Joint::Here, Joint::Tank], shared: &[] },
-    parameters: &[FreeParameter { name: "conductance", neutral: Some(0.0), first: InitialGuess::Value(0.002), plausible: (0.0, 0.2) }],
+    parameters: &[FreeParameter {
+        name: "conductance",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(0.002),
+        plausible: (0.0, 0.2),
+    }],
 };
 
 pub const CARD: Card = Card {
@@ -25,9 +30,7 @@ pub const CARD: Card = Card {
     law: "q = G (p - p_T)",
     source: "Merritt (1967), eq. 2-53: laminar flow is proportional to the pressure drop",
     validity: "Laminar; no threshold below which a seal holds.",
-    parameters: &[
-        Parameter::required("conductance", "G", "L/min/bar", "flow per pressure").or(0.0),
-    ],
+    parameters: &[Parameter::required("conductance", "G", "L/min/bar", "flow per pressure").or(0.0)],
     ports: &[Port::hydraulic("P", "what leaks"), Port::hydraulic("T", "tank")],
     worked: &[Worked {
         text: "0.006 L/min/bar under 50 bar leak 0.3 L/min",

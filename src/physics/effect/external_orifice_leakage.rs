@@ -1,9 +1,9 @@
 //! External leakage through a hole.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 use crate::physics::law::root;
@@ -18,7 +18,12 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Node,
     form: Form::Shunt { card: &CARD, joints: &[Joint::Here, Joint::Tank], shared: &[] },
-    parameters: &[FreeParameter { name: "area", neutral: Some(0.0), first: InitialGuess::Value(0.02), plausible: (0.0, 2.0) }],
+    parameters: &[FreeParameter {
+        name: "area",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(0.02),
+        plausible: (0.0, 2.0),
+    }],
 };
 
 pub const CARD: Card = Card {
@@ -52,7 +57,7 @@ pub struct ExternalOrificeLeakage<T> {
 }
 
 impl<T: Real> Law<T> for ExternalOrificeLeakage<T> {
-    fn new(p: &[T],  fluid: &Fluid<T>) -> Self {
+    fn new(p: &[T], fluid: &Fluid<T>) -> Self {
         Self { conductance: p[1] * p[0] * (T::constant(2.0) / fluid.density()).sqrt() }
     }
 

@@ -1,9 +1,9 @@
 //! Compliance of a hose.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,12 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Node,
     form: Form::Shunt { card: &CARD, joints: &[Joint::Here], shared: &[] },
-    parameters: &[FreeParameter { name: "capacity", neutral: Some(0.0), first: InitialGuess::Value(0.002), plausible: (0.0, 1.0) }],
+    parameters: &[FreeParameter {
+        name: "capacity",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(0.002),
+        plausible: (0.0, 1.0),
+    }],
 };
 
 pub const CARD: Card = Card {
@@ -25,9 +30,7 @@ pub const CARD: Card = Card {
     law: "C = C_h",
     source: "elastic pipe; VDI 3833 style capacity per pressure",
     validity: "Linear: no stiffening, no damping of the wall.",
-    parameters: &[
-        Parameter::required("capacity", "C_h", "cm3/bar", "volume taken up per pressure").or(0.0),
-    ],
+    parameters: &[Parameter::required("capacity", "C_h", "cm3/bar", "volume taken up per pressure").or(0.0)],
     ports: &[Port::hydraulic("P", "node with the hose")],
     worked: &[Worked {
         text: "0.01 cm3/bar are 1e-13 m3/Pa",

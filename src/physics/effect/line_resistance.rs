@@ -1,9 +1,9 @@
 //! Resistance of the line between a valve and its cylinder.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter};
+use super::{At, Effect, Form, FreeParameter, InitialGuess};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
-use crate::physics::component::{PortFlows, Law, PortVariables};
+use crate::physics::card::{Answer, Card, Parameter, Port, Role, Worked};
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -17,7 +17,12 @@ pub const EFFECT: Effect = Effect {
     at: At::Actuator,
     form: Form::Series { card: &CARD },
     parameters: &[
-        FreeParameter { name: "turbulent", neutral: Some(0.0), first: InitialGuess::Value(0.03), plausible: (0.0, 10.0) },
+        FreeParameter {
+            name: "turbulent",
+            neutral: Some(0.0),
+            first: InitialGuess::Value(0.03),
+            plausible: (0.0, 10.0),
+        },
         FreeParameter { name: "laminar", neutral: Some(0.0), first: InitialGuess::Value(0.1), plausible: (0.0, 50.0) },
     ],
 };
@@ -31,7 +36,10 @@ pub const CARD: Card = Card {
     parameters: &[
         Parameter::required("turbulent", "K", "bar.min2/L2", "pressure drop per square of the flow").or(0.0),
         Parameter::required("laminar", "R", "bar.min/L", "pressure drop per flow").or(0.0),
-        Parameter::required("volume", "V", "cm3", "oil on the near side of the line").is(Role::Volume).positive().or(5.0),
+        Parameter::required("volume", "V", "cm3", "oil on the near side of the line")
+            .is(Role::Volume)
+            .positive()
+            .or(5.0),
     ],
     ports: &[Port::hydraulic("near", "where valves and sensors are"), Port::hydraulic("far", "where the cylinder is")],
     worked: &[Worked {

@@ -1,10 +1,10 @@
 //! A constant force that is not measured.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::component::facts::Symbol;
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -17,7 +17,12 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Like { symbol: Symbol::Cylinder, named: false },
     form: Form::Shunt { card: &CARD, joints: &[Joint::Body], shared: &[] },
-    parameters: &[FreeParameter { name: "force", neutral: Some(0.0), first: InitialGuess::Value(100.0), plausible: (-1e5, 1e5) }],
+    parameters: &[FreeParameter {
+        name: "force",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(100.0),
+        plausible: (-1e5, 1e5),
+    }],
 };
 
 pub const CARD: Card = Card {
@@ -26,9 +31,7 @@ pub const CARD: Card = Card {
     law: "F = -F_0",
     source: "sign convention of the measured load",
     validity: "Constant over the record.",
-    parameters: &[
-        Parameter::required("force", "F_0", "N", "the force").or(0.0).within(-1e6, 1e6),
-    ],
+    parameters: &[Parameter::required("force", "F_0", "N", "the force").or(0.0).within(-1e6, 1e6)],
     ports: &[Port::mechanical("body", "where it acts")],
     worked: &[Worked {
         text: "200 N push back with 200 N",

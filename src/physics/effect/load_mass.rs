@@ -1,10 +1,10 @@
 //! A mass that moves along.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
-use crate::physics::component::{PortFlows, Law, PortVariables};
+use crate::physics::card::{Answer, Card, Parameter, Port, Role, Worked};
 use crate::physics::component::facts::Symbol;
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -17,7 +17,12 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Like { symbol: Symbol::Cylinder, named: false },
     form: Form::Shunt { card: &CARD, joints: &[Joint::Body], shared: &[] },
-    parameters: &[FreeParameter { name: "mass", neutral: Some(0.0), first: InitialGuess::Value(20.0), plausible: (-50.0, 10000.0) }],
+    parameters: &[FreeParameter {
+        name: "mass",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(20.0),
+        plausible: (-50.0, 10000.0),
+    }],
 };
 
 pub const CARD: Card = Card {
@@ -26,9 +31,10 @@ pub const CARD: Card = Card {
     law: "m = m_0",
     source: "Newton",
     validity: "Rigid coupling.",
-    parameters: &[
-        Parameter::required("mass", "m_0", "kg", "further moving mass").is(Role::Mass).or(0.0).within(-1e4, 1e6),
-    ],
+    parameters: &[Parameter::required("mass", "m_0", "kg", "further moving mass")
+        .is(Role::Mass)
+        .or(0.0)
+        .within(-1e4, 1e6)],
     ports: &[Port::mechanical("body", "where it acts")],
     worked: &[Worked {
         text: "20 kg add 20 kg",

@@ -1,10 +1,10 @@
 //! A spring that is not measured.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::component::facts::Symbol;
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -17,7 +17,12 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Like { symbol: Symbol::Cylinder, named: false },
     form: Form::Shunt { card: &CARD, joints: &[Joint::Body], shared: &[] },
-    parameters: &[FreeParameter { name: "stiffness", neutral: Some(0.0), first: InitialGuess::Value(1.0), plausible: (-100.0, 1000.0) }],
+    parameters: &[FreeParameter {
+        name: "stiffness",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(1.0),
+        plausible: (-100.0, 1000.0),
+    }],
 };
 
 pub const CARD: Card = Card {
@@ -26,9 +31,7 @@ pub const CARD: Card = Card {
     law: "F = -k x",
     source: "Hooke",
     validity: "Linear, without preload (see load-force).",
-    parameters: &[
-        Parameter::required("stiffness", "k", "N/mm", "force per way").or(0.0).within(-1e4, 1e4),
-    ],
+    parameters: &[Parameter::required("stiffness", "k", "N/mm", "force per way").or(0.0).within(-1e4, 1e4)],
     ports: &[Port::mechanical("body", "where it acts")],
     worked: &[Worked {
         text: "2 N/mm at 100 mm push back with 200 N",

@@ -166,7 +166,7 @@ macro_rules! effects {
         #[cfg(feature = "internals")]
         pub const LAWS: &[&Card] = &[$(&$module::CARD),+];
 
-        $(const _: () = assert!(!$module::CARD.worked.is_empty(), "the law of an effect has a number worked by hand");)+
+        $(const _: () = assert!(!$module::CARD.worked.is_empty(), concat!("the law of an effect has a number worked by hand: ", stringify!($module)));)+
 
         /// The law of any joined effect, chosen by kind.
         #[derive(Debug, Clone)]

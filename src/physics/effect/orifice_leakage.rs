@@ -1,10 +1,10 @@
 //! Leakage past the piston through a hole.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::component::facts::Symbol;
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 use crate::physics::law::root;
@@ -19,7 +19,12 @@ pub const EFFECT: Effect = Effect {
     everywhere: true,
     at: At::Like { symbol: Symbol::Cylinder, named: true },
     form: Form::Shunt { card: &CARD, joints: &[Joint::Hydraulic(0), Joint::Hydraulic(1)], shared: &[] },
-    parameters: &[FreeParameter { name: "area", neutral: Some(0.0), first: InitialGuess::Value(0.05), plausible: (0.0, 5.0) }],
+    parameters: &[FreeParameter {
+        name: "area",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(0.05),
+        plausible: (0.0, 5.0),
+    }],
 };
 
 pub const CARD: Card = Card {
@@ -53,7 +58,7 @@ pub struct OrificeLeakage<T> {
 }
 
 impl<T: Real> Law<T> for OrificeLeakage<T> {
-    fn new(p: &[T],  fluid: &Fluid<T>) -> Self {
+    fn new(p: &[T], fluid: &Fluid<T>) -> Self {
         Self { conductance: p[1] * p[0] * (T::constant(2.0) / fluid.density()).sqrt() }
     }
 

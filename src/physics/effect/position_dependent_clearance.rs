@@ -1,10 +1,10 @@
 //! Leakage past the piston that changes along the stroke.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::component::facts::Symbol;
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -16,8 +16,17 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Like { symbol: Symbol::Cylinder, named: true },
-    form: Form::Shunt { card: &CARD, joints: &[Joint::Hydraulic(0), Joint::Hydraulic(1), Joint::Body], shared: &[("stroke", "stroke")] },
-    parameters: &[FreeParameter { name: "conductance", neutral: Some(0.0), first: InitialGuess::Value(0.01), plausible: (-0.2, 0.2) }],
+    form: Form::Shunt {
+        card: &CARD,
+        joints: &[Joint::Hydraulic(0), Joint::Hydraulic(1), Joint::Body],
+        shared: &[("stroke", "stroke")],
+    },
+    parameters: &[FreeParameter {
+        name: "conductance",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(0.01),
+        plausible: (-0.2, 0.2),
+    }],
 };
 
 pub const CARD: Card = Card {
@@ -27,10 +36,16 @@ pub const CARD: Card = Card {
     source: "laminar gap, Merritt (1967), eq. 2-53, its conductance straight over the position",
     validity: "Laminar; straight over the stroke; a negative value is wear at the other end on top of a clearance.",
     parameters: &[
-        Parameter::required("conductance", "G", "L/min/bar", "flow per pressure at the far end").or(0.0).within(-1.0, 1.0),
+        Parameter::required("conductance", "G", "L/min/bar", "flow per pressure at the far end")
+            .or(0.0)
+            .within(-1.0, 1.0),
         Parameter::required("stroke", "s", "mm", "way between the end stops").positive().or(100.0),
     ],
-    ports: &[Port::hydraulic("A", "cap side"), Port::hydraulic("B", "rod side"), Port::mechanical("rod", "piston and rod")],
+    ports: &[
+        Port::hydraulic("A", "cap side"),
+        Port::hydraulic("B", "rod side"),
+        Port::mechanical("rod", "piston and rod"),
+    ],
     worked: &[Worked {
         text: "0.01 L/min/bar at the end, half way, 60 bar: 0.3 L/min",
         parameters: &[("conductance", 0.01), ("stroke", 200.0)],

@@ -1,10 +1,10 @@
 //! Friction that grows with the pressure on the seals.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::component::facts::Symbol;
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 use crate::physics::ATMOSPHERE;
@@ -19,7 +19,12 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Like { symbol: Symbol::Cylinder, named: true },
     form: Form::Shunt { card: &CARD, joints: &[Joint::Hydraulic(0), Joint::Hydraulic(1), Joint::Body], shared: &[] },
-    parameters: &[FreeParameter { name: "coefficient", neutral: Some(0.0), first: InitialGuess::Value(3.0), plausible: (0.0, 200.0) }],
+    parameters: &[FreeParameter {
+        name: "coefficient",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(3.0),
+        plausible: (0.0, 200.0),
+    }],
 };
 
 pub const CARD: Card = Card {
@@ -30,7 +35,9 @@ pub const CARD: Card = Card {
     validity: "Gauge pressures of both chambers with one coefficient; no Stribeck branch.",
     parameters: &[
         Parameter::required("coefficient", "c", "N/bar", "friction per pressure").or(0.0),
-        Parameter::required("transition_speed", "v_t", "mm/s", "speed at which 71 % of the friction act").positive().or(1.0),
+        Parameter::required("transition_speed", "v_t", "mm/s", "speed at which 71 % of the friction act")
+            .positive()
+            .or(1.0),
     ],
     ports: &[Port::hydraulic("A", "cap side"), Port::hydraulic("B", "rod side"), Port::mechanical("body", "what rubs")],
     worked: &[Worked {

@@ -1,10 +1,10 @@
 //! A load that grows with the square of the position.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::component::facts::Symbol;
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -17,7 +17,12 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Like { symbol: Symbol::Cylinder, named: false },
     form: Form::Shunt { card: &CARD, joints: &[Joint::Body], shared: &[] },
-    parameters: &[FreeParameter { name: "rate", neutral: Some(0.0), first: InitialGuess::Value(0.01), plausible: (-10.0, 10.0) }],
+    parameters: &[FreeParameter {
+        name: "rate",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(0.01),
+        plausible: (-10.0, 10.0),
+    }],
 };
 
 pub const CARD: Card = Card {
@@ -26,9 +31,7 @@ pub const CARD: Card = Card {
     law: "F = -k x^2",
     source: "first curved term of any law of the position",
     validity: "Meant for one stroke; the sign may be either.",
-    parameters: &[
-        Parameter::required("rate", "k", "N/mm2", "force per square of the way").or(0.0).within(-1e3, 1e3),
-    ],
+    parameters: &[Parameter::required("rate", "k", "N/mm2", "force per square of the way").or(0.0).within(-1e3, 1e3)],
     ports: &[Port::mechanical("body", "where it acts")],
     worked: &[Worked {
         text: "0.02 N/mm2 at 100 mm push back with 200 N",

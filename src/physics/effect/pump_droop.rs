@@ -1,6 +1,6 @@
 //! Speed of a pump that droops under load.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter};
+use super::{At, Effect, Form, FreeParameter, InitialGuess};
 use crate::physics::component::pump;
 
 pub const EFFECT: Effect = Effect {
@@ -13,5 +13,10 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Component { card: &pump::CARD, named: false },
     form: Form::ParameterChange,
-    parameters: &[FreeParameter { name: "droop", neutral: Some(0.0), first: InitialGuess::Value(0.0003), plausible: (0.0, 0.005) }],
+    parameters: &[FreeParameter {
+        name: "droop",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(0.0003),
+        plausible: (0.0, 0.005),
+    }],
 };

@@ -1,9 +1,9 @@
 //! Slip of a pump.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables, pump};
+use crate::physics::component::{Law, PortFlows, PortVariables, pump};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -16,7 +16,12 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Component { card: &pump::CARD, named: false },
     form: Form::Shunt { card: &CARD, joints: &[Joint::Hydraulic(0), Joint::Hydraulic(1)], shared: &[] },
-    parameters: &[FreeParameter { name: "conductance", neutral: Some(0.0), first: InitialGuess::Value(0.002), plausible: (0.0, 0.05) }],
+    parameters: &[FreeParameter {
+        name: "conductance",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(0.002),
+        plausible: (0.0, 0.05),
+    }],
 };
 
 pub const CARD: Card = Card {
@@ -25,9 +30,7 @@ pub const CARD: Card = Card {
     law: "q = G (p_P - p_T)",
     source: "Wilson (1948); laminar slip of a displacement pump",
     validity: "Laminar; speed and viscosity constant.",
-    parameters: &[
-        Parameter::required("conductance", "G", "L/min/bar", "flow per pressure").or(0.0),
-    ],
+    parameters: &[Parameter::required("conductance", "G", "L/min/bar", "flow per pressure").or(0.0)],
     ports: &[Port::hydraulic("P", "outlet"), Port::hydraulic("T", "inlet")],
     worked: &[Worked {
         text: "0.003 L/min/bar under 100 bar slip 0.3 L/min",

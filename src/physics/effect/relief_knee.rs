@@ -1,6 +1,6 @@
 //! Soft knee of a relief valve.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter};
+use super::{At, Effect, Form, FreeParameter, InitialGuess};
 use crate::physics::component::relief_valve;
 
 pub const EFFECT: Effect = Effect {
@@ -13,5 +13,10 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Component { card: &relief_valve::CARD, named: false },
     form: Form::ParameterChange,
-    parameters: &[FreeParameter { name: "knee", neutral: Some(0.0), first: InitialGuess::Value(1.0), plausible: (0.0, 30.0) }],
+    parameters: &[FreeParameter {
+        name: "knee",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(1.0),
+        plausible: (0.0, 30.0),
+    }],
 };

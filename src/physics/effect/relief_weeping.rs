@@ -1,10 +1,10 @@
 //! A relief valve that weeps before it cracks.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::component::facts::Symbol;
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -17,7 +17,15 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Like { symbol: Symbol::ReliefValve, named: false },
     form: Form::Shunt { card: &CARD, joints: &[Joint::Hydraulic(0), Joint::Hydraulic(1)], shared: &[] },
-    parameters: &[FreeParameter { name: "conductance", neutral: Some(0.0), first: InitialGuess::Value(0.01), plausible: (0.0, 0.5) }, FreeParameter { name: "from", neutral: None, first: InitialGuess::Onset(80.0), plausible: (0.0, 400.0) }],
+    parameters: &[
+        FreeParameter {
+            name: "conductance",
+            neutral: Some(0.0),
+            first: InitialGuess::Value(0.01),
+            plausible: (0.0, 0.5),
+        },
+        FreeParameter { name: "from", neutral: None, first: InitialGuess::Onset(80.0), plausible: (0.0, 400.0) },
+    ],
 };
 
 pub const CARD: Card = Card {

@@ -1,9 +1,9 @@
 //! An open reservoir that overflows.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables, reservoir};
+use crate::physics::component::{Law, PortFlows, PortVariables, reservoir};
 use crate::physics::fluid::Fluid;
 
 use crate::physics::{ATMOSPHERE, GRAVITY};
@@ -17,8 +17,15 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Component { card: &reservoir::CARD, named: true },
-    form: Form::Shunt { card: &CARD, joints: &[Joint::Hydraulic(0), Joint::Next, Joint::Tank], shared: &[("area", "area")] },
-    parameters: &[FreeParameter { name: "height", neutral: None, first: InitialGuess::Range(0.85), plausible: (0.0, 1e4) }, FreeParameter { name: "share", neutral: None, first: InitialGuess::Value(0.3), plausible: (0.0, 1.0) }],
+    form: Form::Shunt {
+        card: &CARD,
+        joints: &[Joint::Hydraulic(0), Joint::Next, Joint::Tank],
+        shared: &[("area", "area")],
+    },
+    parameters: &[
+        FreeParameter { name: "height", neutral: None, first: InitialGuess::Range(0.85), plausible: (0.0, 1e4) },
+        FreeParameter { name: "share", neutral: None, first: InitialGuess::Value(0.3), plausible: (0.0, 1.0) },
+    ],
 };
 
 pub const CARD: Card = Card {
@@ -29,11 +36,17 @@ pub const CARD: Card = Card {
     validity: "The rim is wide: what stands above it leaves within tau.",
     parameters: &[
         Parameter::required("height", "h_r", "cm", "level at which it overflows"),
-        Parameter::required("share", "s", "-", "share of the overflow that reaches the next reservoir").or(0.0).within(0.0, 1.0),
+        Parameter::required("share", "s", "-", "share of the overflow that reaches the next reservoir")
+            .or(0.0)
+            .within(0.0, 1.0),
         Parameter::required("area", "A", "cm2", "horizontal cross-section").positive().or(100.0),
         Parameter::required("time", "tau", "s", "time in which what stands above the rim leaves").positive().or(1.0),
     ],
-    ports: &[Port::hydraulic("P", "what overflows"), Port::hydraulic("N", "next reservoir"), Port::hydraulic("T", "tank")],
+    ports: &[
+        Port::hydraulic("P", "what overflows"),
+        Port::hydraulic("N", "next reservoir"),
+        Port::hydraulic("T", "tank"),
+    ],
     worked: &[Worked {
         text: "1 cm above the rim of 100 cm2 leave within 1 s: 1e-4 m3/s",
         parameters: &[("height", 9.0), ("area", 100.0)],
@@ -54,8 +67,13 @@ pub struct ReservoirOverflow<T> {
 }
 
 impl<T: Real> Law<T> for ReservoirOverflow<T> {
-    fn new(p: &[T],  fluid: &Fluid<T>) -> Self {
-        Self { height: p[0], share: p[1], per_level: p[2] / p[3], level_per_pressure: T::one() / (fluid.density() * GRAVITY) }
+    fn new(p: &[T], fluid: &Fluid<T>) -> Self {
+        Self {
+            height: p[0],
+            share: p[1],
+            per_level: p[2] / p[3],
+            level_per_pressure: T::one() / (fluid.density() * GRAVITY),
+        }
     }
 
     #[inline]

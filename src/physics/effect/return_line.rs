@@ -1,8 +1,8 @@
 //! Resistance of the line into which directional valves drain.
 
 use super::line_resistance::{self, LineResistance};
-use super::{At, Effect, InitialGuess, Form, FreeParameter};
-use crate::physics::card::{Answer, Card, Parameter, Port, Worked, Role};
+use super::{At, Effect, Form, FreeParameter, InitialGuess};
+use crate::physics::card::{Answer, Card, Parameter, Port, Role, Worked};
 
 pub const EFFECT: Effect = Effect {
     name: "return-line",
@@ -15,7 +15,12 @@ pub const EFFECT: Effect = Effect {
     at: At::Return,
     form: Form::Series { card: &CARD },
     parameters: &[
-        FreeParameter { name: "turbulent", neutral: Some(0.0), first: InitialGuess::Value(0.01), plausible: (0.0, 10.0) },
+        FreeParameter {
+            name: "turbulent",
+            neutral: Some(0.0),
+            first: InitialGuess::Value(0.01),
+            plausible: (0.0, 10.0),
+        },
         FreeParameter { name: "laminar", neutral: Some(0.0), first: InitialGuess::Value(0.05), plausible: (0.0, 50.0) },
     ],
 };
@@ -27,7 +32,10 @@ pub const CARD: Card = Card {
     parameters: &[
         line_resistance::CARD.parameters[0],
         line_resistance::CARD.parameters[1],
-        Parameter::required("volume", "V", "cm3", "oil between the valves and the resistance").is(Role::Volume).positive().or(50.0),
+        Parameter::required("volume", "V", "cm3", "oil between the valves and the resistance")
+            .is(Role::Volume)
+            .positive()
+            .or(50.0),
     ],
     ports: &[Port::hydraulic("near", "where the valves drain"), Port::hydraulic("far", "the tank")],
     worked: &[Worked {

@@ -1,10 +1,10 @@
 //! Dry friction of seals.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Joint};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{PortFlows, Law, PortVariables};
 use crate::physics::component::facts::Symbol;
+use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
 
 pub const EFFECT: Effect = Effect {
@@ -17,7 +17,32 @@ pub const EFFECT: Effect = Effect {
     everywhere: true,
     at: At::Like { symbol: Symbol::Cylinder, named: true },
     form: Form::Shunt { card: &CARD, joints: &[Joint::Body], shared: &[] },
-    parameters: &[FreeParameter { name: "coulomb", neutral: Some(0.0), first: InitialGuess::Value(150.0), plausible: (0.0, 20000.0) }, FreeParameter { name: "breakaway", neutral: Some(0.0), first: InitialGuess::Value(100.0), plausible: (0.0, 20000.0) }, FreeParameter { name: "stribeck_velocity", neutral: None, first: InitialGuess::Value(8.0), plausible: (2.0, 200.0) }, FreeParameter { name: "transition_speed", neutral: None, first: InitialGuess::Value(0.5), plausible: (0.01, 5.0) }],
+    parameters: &[
+        FreeParameter {
+            name: "coulomb",
+            neutral: Some(0.0),
+            first: InitialGuess::Value(150.0),
+            plausible: (0.0, 20000.0),
+        },
+        FreeParameter {
+            name: "breakaway",
+            neutral: Some(0.0),
+            first: InitialGuess::Value(100.0),
+            plausible: (0.0, 20000.0),
+        },
+        FreeParameter {
+            name: "stribeck_velocity",
+            neutral: None,
+            first: InitialGuess::Value(8.0),
+            plausible: (2.0, 200.0),
+        },
+        FreeParameter {
+            name: "transition_speed",
+            neutral: None,
+            first: InitialGuess::Value(0.5),
+            plausible: (0.01, 5.0),
+        },
+    ],
 };
 
 pub const CARD: Card = Card {
@@ -29,8 +54,12 @@ pub const CARD: Card = Card {
     parameters: &[
         Parameter::required("coulomb", "F_c", "N", "friction of the moving body").or(0.0),
         Parameter::required("breakaway", "F_s", "N", "further friction from rest").or(0.0),
-        Parameter::required("stribeck_velocity", "v_s", "mm/s", "speed over which the breakaway friction fades").positive().or(8.0),
-        Parameter::required("transition_speed", "v_t", "mm/s", "speed at which 71 % of the friction act").positive().or(1.0),
+        Parameter::required("stribeck_velocity", "v_s", "mm/s", "speed over which the breakaway friction fades")
+            .positive()
+            .or(8.0),
+        Parameter::required("transition_speed", "v_t", "mm/s", "speed at which 71 % of the friction act")
+            .positive()
+            .or(1.0),
     ],
     ports: &[Port::mechanical("body", "what rubs")],
     worked: &[Worked {

@@ -1,6 +1,6 @@
 //! Time shift of a sensor.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Reading};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Reading};
 use crate::numeric::Real;
 use crate::physics::card::{Card, Parameter};
 
@@ -14,7 +14,12 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Sensor,
     form: Form::Reading { card: &CARD },
-    parameters: &[FreeParameter { name: "delay", neutral: Some(0.0), first: InitialGuess::Value(4.0), plausible: (-10000.0, 10000.0) }],
+    parameters: &[FreeParameter {
+        name: "delay",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(4.0),
+        plausible: (-10000.0, 10000.0),
+    }],
 };
 
 pub const CARD: Card = Card {
@@ -23,7 +28,9 @@ pub const CARD: Card = Card {
     law: "y(t) = raw(t - T)",
     source: "clock of the logger; transmission",
     validity: "Straight between samples; the first reading holds before the record.",
-    parameters: &[Parameter::required("delay", "T", "ms", "time by which the reading is late").or(0.0).within(-1e6, 1e6)],
+    parameters: &[Parameter::required("delay", "T", "ms", "time by which the reading is late")
+        .or(0.0)
+        .within(-1e6, 1e6)],
     ..Card::EMPTY
 };
 
@@ -42,7 +49,8 @@ impl Reading for SensorDelay {
             let (Some(&early), Some(&late)) = (raw.get(next - 1), raw.get(next)) else { continue };
             let share = (t - times[next - 1]) / (times[next] - times[next - 1]);
             let inside = share.re().clamp(0.0, 1.0);
-            *reading = if inside == share.re() { early + (late - early) * share } else { early + (late - early) * inside };
+            *reading =
+                if inside == share.re() { early + (late - early) * share } else { early + (late - early) * inside };
         }
     }
 }

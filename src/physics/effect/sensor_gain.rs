@@ -1,6 +1,6 @@
 //! Gain of a sensor.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter};
+use super::{At, Effect, Form, FreeParameter, InitialGuess};
 
 pub const EFFECT: Effect = Effect {
     name: "sensor-gain",
@@ -12,5 +12,10 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Sensor,
     form: Form::ParameterChange,
-    parameters: &[FreeParameter { name: "gain", neutral: Some(1.0), first: InitialGuess::Value(1.02), plausible: (0.5, 2.0) }],
+    parameters: &[FreeParameter {
+        name: "gain",
+        neutral: Some(1.0),
+        first: InitialGuess::Value(1.02),
+        plausible: (0.5, 2.0),
+    }],
 };

@@ -1,6 +1,6 @@
 //! Lag of a sensor.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Reading};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Reading};
 use crate::numeric::Real;
 use crate::physics::card::{Card, Parameter, Role};
 
@@ -14,7 +14,12 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Sensor,
     form: Form::Reading { card: &CARD },
-    parameters: &[FreeParameter { name: "lag", neutral: Some(0.0), first: InitialGuess::Value(4.0), plausible: (0.0, 10000.0) }],
+    parameters: &[FreeParameter {
+        name: "lag",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(4.0),
+        plausible: (0.0, 10000.0),
+    }],
 };
 
 pub const CARD: Card = Card {

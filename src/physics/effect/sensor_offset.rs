@@ -1,6 +1,6 @@
 //! Offset of a sensor.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter};
+use super::{At, Effect, Form, FreeParameter, InitialGuess};
 
 pub const EFFECT: Effect = Effect {
     name: "sensor-offset",
@@ -12,5 +12,10 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Sensor,
     form: Form::ParameterChange,
-    parameters: &[FreeParameter { name: "offset", neutral: Some(0.0), first: InitialGuess::Noise(1.0), plausible: (-1e30, 1e30) }],
+    parameters: &[FreeParameter {
+        name: "offset",
+        neutral: Some(0.0),
+        first: InitialGuess::Noise(1.0),
+        plausible: (-1e30, 1e30),
+    }],
 };

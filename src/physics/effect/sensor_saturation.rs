@@ -1,6 +1,6 @@
 //! Saturation of a sensor.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter, Reading};
+use super::{At, Effect, Form, FreeParameter, InitialGuess, Reading};
 use crate::numeric::Real;
 use crate::physics::card::{Card, Parameter};
 
@@ -14,7 +14,12 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Sensor,
     form: Form::Reading { card: &CARD },
-    parameters: &[FreeParameter { name: "limit", neutral: None, first: InitialGuess::Range(0.95), plausible: (-1e30, 1e30) }],
+    parameters: &[FreeParameter {
+        name: "limit",
+        neutral: None,
+        first: InitialGuess::Range(0.95),
+        plausible: (-1e30, 1e30),
+    }],
 };
 
 pub const CARD: Card = Card {

@@ -1,6 +1,6 @@
 //! Dead band of a directional control valve.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter};
+use super::{At, Effect, Form, FreeParameter, InitialGuess};
 use crate::physics::component::directional_valve;
 
 pub const EFFECT: Effect = Effect {
@@ -13,5 +13,10 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Component { card: &directional_valve::CARD, named: false },
     form: Form::ParameterChange,
-    parameters: &[FreeParameter { name: "dead_band", neutral: Some(0.0), first: InitialGuess::Value(0.05), plausible: (0.0, 0.5) }],
+    parameters: &[FreeParameter {
+        name: "dead_band",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(0.05),
+        plausible: (0.0, 0.5),
+    }],
 };

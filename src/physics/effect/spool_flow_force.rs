@@ -1,6 +1,6 @@
 //! Flow force on the spool of a flow control valve.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter};
+use super::{At, Effect, Form, FreeParameter, InitialGuess};
 use crate::physics::component::flow_control_valve;
 
 pub const EFFECT: Effect = Effect {
@@ -13,5 +13,10 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Component { card: &flow_control_valve::CARD, named: false },
     form: Form::ParameterChange,
-    parameters: &[FreeParameter { name: "flow_force", neutral: Some(0.0), first: InitialGuess::Value(0.2), plausible: (0.0, 1.0) }],
+    parameters: &[FreeParameter {
+        name: "flow_force",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(0.2),
+        plausible: (0.0, 1.0),
+    }],
 };

@@ -13,5 +13,10 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Component { card: &directional_valve::CARD, named: false },
     form: Form::ParameterChange,
-    parameters: &[FreeParameter { name: "hysteresis", neutral: Some(0.0), first: InitialGuess::Value(0.03), plausible: (0.0, 0.3) }],
+    parameters: &[FreeParameter {
+        name: "hysteresis",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(0.03),
+        plausible: (0.0, 0.3),
+    }],
 };

@@ -1,6 +1,6 @@
 //! Oil that gets thinner while the record runs, its temperature not measured.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter};
+use super::{At, Effect, Form, FreeParameter, InitialGuess};
 
 pub const EFFECT: Effect = Effect {
     name: "viscosity-drift",
@@ -12,5 +12,10 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Fluid,
     form: Form::ParameterChange,
-    parameters: &[FreeParameter { name: "viscosity_drift", neutral: Some(0.0), first: InitialGuess::Value(0.01), plausible: (-0.1, 0.1) }],
+    parameters: &[FreeParameter {
+        name: "viscosity_drift",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(0.01),
+        plausible: (-0.1, 0.1),
+    }],
 };

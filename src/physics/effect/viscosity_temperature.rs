@@ -1,6 +1,6 @@
 //! Oil that gets thinner as it gets warmer, its temperature measured.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter};
+use super::{At, Effect, Form, FreeParameter, InitialGuess};
 
 pub const EFFECT: Effect = Effect {
     name: "viscosity-temperature",
@@ -12,5 +12,10 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Warmth,
     form: Form::ParameterChange,
-    parameters: &[FreeParameter { name: "temperature_coefficient", neutral: Some(0.0), first: InitialGuess::Value(0.03), plausible: (0.0, 0.08) }],
+    parameters: &[FreeParameter {
+        name: "temperature_coefficient",
+        neutral: Some(0.0),
+        first: InitialGuess::Value(0.03),
+        plausible: (0.0, 0.08),
+    }],
 };

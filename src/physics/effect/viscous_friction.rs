@@ -1,6 +1,6 @@
 //! Viscous friction beyond the data sheet.
 
-use super::{At, Effect, InitialGuess, Form, FreeParameter};
+use super::{At, Effect, Form, FreeParameter, InitialGuess};
 use crate::physics::component::cylinder;
 
 pub const EFFECT: Effect = Effect {
@@ -13,5 +13,10 @@ pub const EFFECT: Effect = Effect {
     everywhere: false,
     at: At::Component { card: &cylinder::CARD, named: true },
     form: Form::ParameterChange,
-    parameters: &[FreeParameter { name: "viscous_friction", neutral: None, first: InitialGuess::Value(1600.0), plausible: (0.0, 1e6) }],
+    parameters: &[FreeParameter {
+        name: "viscous_friction",
+        neutral: None,
+        first: InitialGuess::Value(1600.0),
+        plausible: (0.0, 1e6),
+    }],
 };

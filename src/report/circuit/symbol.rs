@@ -26,9 +26,23 @@ impl Symbol {
         match self {
             Self::DirectionalValve | Self::OnOffValve => 78.0,
             Self::Cylinder => 100.0,
-            Self::Vessel => 36.0,
-            Self::ReliefValve => 36.0,
-            _ => 24.0,
+            Self::Vessel | Self::ReliefValve | Self::BypassFilter => 36.0,
+            Self::Pump
+            | Self::VariablePump
+            | Self::ReversiblePump
+            | Self::FlowControlValve
+            | Self::CheckValve
+            | Self::PilotCheckValve
+            | Self::Restrictor
+            | Self::Orifice
+            | Self::OneWayThrottle
+            | Self::Filter
+            | Self::Motor
+            | Self::FreeOutlet
+            | Self::Accumulator
+            | Self::Box
+            | Self::Hidden
+            | Self::Force => 24.0,
         }
     }
 
@@ -115,6 +129,11 @@ impl Symbol {
                     + "<circle cx=\"20\" cy=\"-2\" r=\"6\"/>"
             }
             Self::Filter => line("M0-18L18 0 0 18-18 0zM0-18V-30M0 18V30") + "<path class=\"pilot\" d=\"M-18 0H18\"/>",
+            Self::BypassFilter => {
+                Self::Filter.svg()
+                    + &line("M0 24H28V7M28-8l-4-2 8-3-8-3 4-2V-24H0M21-4L28 7 35-4")
+                    + "<circle cx=\"28\" cy=\"-2\" r=\"6\"/>"
+            }
             Self::Motor => "<circle r=\"22\"/>".to_owned() + &line("M0-22V-30M0 22V30M22-3H34M22 3H34M-20 10H-40") + &full("M0 8L-8 21H8z"),
             Self::Orifice => line(THROUGH) + &line("M-13-9L-3 0-13 9M13-9L3 0 13 9"),
             Self::FreeOutlet => line("M0 30V-8") + &line("M-13-9L-3 0-13 9M13-9L3 0 13 9") + "<path class=\"pilot\" d=\"M0-8V-30\"/>",

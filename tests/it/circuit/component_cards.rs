@@ -1,5 +1,7 @@
 //! Every component's card: its units read, its sizes fit, and its worked numbers come out.
 
+use std::cell::Cell;
+
 use crate::support::cards;
 
 use borescope::internals::physics::component::{AnyLaw, CARDS, INPUTS, PORTS, STATES, VARIABLES};
@@ -31,5 +33,28 @@ fn worked_numbers_come_out() {
         cards::worked_numbers_come_out(card, |parameters, fluid, seen, answers| {
             AnyLaw::new(card, parameters, fluid).unwrap().evaluate(seen, answers);
         });
+    }
+}
+
+#[test]
+fn a_card_says_whether_its_law_sees_the_viscosity() {
+    for card in CARDS {
+        let differs = Cell::new(false);
+        cards::worked_numbers_come_out(card, |parameters, fluid, seen, answers| {
+            let law = AnyLaw::new(card, parameters, fluid).unwrap();
+            law.evaluate(seen, answers);
+            let (mut thinner, mut other) = (*seen, *answers);
+            thinner.fluidity = 2.0 * seen.fluidity;
+            law.evaluate(&thinner, &mut other);
+            if (0..PORTS).any(|port| other.through[port] != answers.through[port]) {
+                differs.set(true);
+            }
+        });
+        // What a gap passes need not show in its worked number, but what shows has to be said.
+        assert!(
+            card.sees_viscosity || !differs.get(),
+            "{} uses `seen.fluidity` and does not say `sees_viscosity`",
+            card.kind
+        );
     }
 }

@@ -76,5 +76,9 @@ fn each_wrong_rig_gives_its_message_and_nothing_else() {
             .unwrap();
     }
     println!("{} wrong rigs", cases().len());
-    assert!(missed.is_empty(), "{}", missed.join("\n"));
+    assert!(
+        missed.is_empty(),
+        "{}\nif that is meant: BLESS=1 cargo test --release --test it -- cli::rig_wrong",
+        missed.join("\n")
+    );
 }

@@ -207,9 +207,21 @@ fn every_mistake_has_its_line_and_a_remedy() {
         ("symbol = \"orifice\"", "symbol = \"hole\"", &["`hole`", "orifice"]),
         ("bounds = [0, 1]", "bounds = [0, 1], effect = { first = 0.1 }", &["has no `name`", "spool-hysteresis"]),
         ("bounds = [0, 1]", "bounds = [0, 1], effect = { name = \"a@b\", first = 0.1 }", &["cannot be called `a@b`"]),
-        ("bounds = [0, 1]", "bounds = [0, 1], effect = { name = \"a\", first = 2 }", &["`first` of `clogging`", "shows"]),
-        ("bounds = [0, 1]", "bounds = [0, 1], effect = { name = \"a\", first = 0 }", &["the size of an effect", "shows"]),
-        ("default = 0, bounds = [0, 1]", "effect = { name = \"a\", first = 2 }", &["has no default", "without the effect"]),
+        (
+            "bounds = [0, 1]",
+            "bounds = [0, 1], effect = { name = \"a\", first = 2 }",
+            &["`first` of `clogging`", "shows"],
+        ),
+        (
+            "bounds = [0, 1]",
+            "bounds = [0, 1], effect = { name = \"a\", first = 0 }",
+            &["the size of an effect", "shows"],
+        ),
+        (
+            "default = 0, bounds = [0, 1]",
+            "effect = { name = \"a\", first = 2 }",
+            &["has no default", "without the effect"],
+        ),
         ("unit = \"-\", follows", "unit = \"-\", falls = 1, follows", &["has no key `falls`"]),
         ("inputs.command", "inputs.drop", &["`drop` names two things"]),
         ("command = \"u\", ", "", &["has no `command`"]),
@@ -352,7 +364,8 @@ fn the_physics_that_a_component_may_lack_is_an_effect_of_the_rig() {
 
     // The catalogue's, and those of the library that sit at whatever is a cylinder.
     let axis = Rig::read("fixtures/servo_axis/rig.toml").unwrap();
-    for id in ["spool-hysteresis@valve", "spool-dead-band@valve", "viscous-friction@cylinder", "seal-friction@cylinder"] {
+    for id in ["spool-hysteresis@valve", "spool-dead-band@valve", "viscous-friction@cylinder", "seal-friction@cylinder"]
+    {
         let mut with = axis.clone();
         let placed = axis.placed(id).unwrap_or_else(|complaint| panic!("{complaint}"));
         with.give_effect(&placed, &[]).unwrap();

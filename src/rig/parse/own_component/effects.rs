@@ -57,7 +57,10 @@ pub(super) fn effects(card: &'static Card, parameters: &[Belongs]) -> Result<Vec
     let mut names: Vec<&str> = parameters.iter().map(|own| own.effect.as_str()).collect();
     let mut before = std::collections::BTreeSet::new();
     names.retain(|name| before.insert(*name));
-    names.into_iter().map(|name| effect(card, name, parameters.iter().filter(|own| own.effect == name).collect())).collect()
+    names
+        .into_iter()
+        .map(|name| effect(card, name, parameters.iter().filter(|own| own.effect == name).collect()))
+        .collect()
 }
 
 fn effect(card: &'static Card, name: &str, parameters: Vec<&Belongs>) -> Result<&'static Effect, Complaint> {
@@ -71,9 +74,12 @@ fn effect(card: &'static Card, name: &str, parameters: Vec<&Belongs>) -> Result<
         .help("add the default at which the component is as it would be without the effect"));
     }
     if size.default == Some(size.first) {
-        return Err(Complaint::new(Kind::Bounds, format!("`first` of `{}`, the size of an effect, is its default", size.parameter))
-            .at(size.place.clone())
-            .help("write a value at which the effect shows"));
+        return Err(Complaint::new(
+            Kind::Bounds,
+            format!("`first` of `{}`, the size of an effect, is its default", size.parameter),
+        )
+        .at(size.place.clone())
+        .help("write a value at which the effect shows"));
     }
     let free = |(index, own): (usize, &&Belongs)| FreeParameter {
         name: own.parameter,

@@ -21,6 +21,7 @@ pub(super) const SYMBOLS: &[(&str, Symbol)] = &[
     ("orifice", Symbol::Orifice),
     ("one-way-throttle", Symbol::OneWayThrottle),
     ("filter", Symbol::Filter),
+    ("bypass-filter", Symbol::BypassFilter),
     ("motor", Symbol::Motor),
     ("accumulator", Symbol::Accumulator),
     ("cylinder", Symbol::Cylinder),

@@ -1,0 +1,44 @@
+//! What a fault changes at the sensors, against closed forms and the signs of the machine.
+
+use std::f64::consts::PI;
+
+use borescope::internals::finding::{Consequence, Measure, Runs};
+use borescope::internals::model::{InputSignals, Model};
+use borescope::{Record, Rig};
+
+const RECORD: &str = "fixtures/telescopic/healthy_1.csv";
+
+/// What a fault at a size changes under the inputs of a record of the telescopic rig, and the readings with it.
+fn caused_by(id: &str, size: &str) -> (Vec<Consequence>, Record, Vec<Vec<f64>>) {
+    let rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
+    let record = rig.record(RECORD).unwrap();
+    let drive = InputSignals::from_record(&rig, &record).unwrap();
+    let run = |model: &Model| model.solve(&model.rig.nominal(), &drive, &record.time).unwrap().values;
+    let (with_fault, without_fault) = (&run(&rig.model().with(id, size).unwrap()), &run(&rig.model()));
+    let runs = Runs { rig: &rig, record: &record, drive: &drive, from: 0, with_fault, without_fault };
+    (runs.consequences(id.starts_with("sensor.")), record, with_fault.clone())
+}
+
+#[test]
+fn a_clearance_causes_the_leak_of_its_gap() {
+    let (found, record, with_fault) = caused_by("cylinder.clearance", "0.2 mm");
+    let flow = found.iter().find(|one| one.sensor == "q_P" && one.measure == Measure::Mean).unwrap();
+    let rows: Vec<usize> =
+        (0..record.time.len()).filter(|&row| (flow.from_s..=flow.to_s).contains(&record.time[row])).collect();
+    let drop = rows.iter().map(|&row| with_fault[2][row] - with_fault[3][row]).sum::<f64>() / rows.len() as f64;
+    // Laminar flow through the annular gap at rest: pi D h^3 dp / (12 mu L), m3/s to L/min.
+    let leak = PI * 0.04 * 1e-4_f64.powi(3) * drop / (12.0 * 0.0455 * 0.0374) * 6e4;
+    assert!((flow.change - leak).abs() < 0.03 * leak, "{} L/min, closed form {leak} L/min", flow.change);
+}
+
+#[test]
+fn signs_are_those_of_the_machine() {
+    let (lower, ..) = caused_by("relief.set_pressure", "80 bar");
+    let pump = lower.iter().find(|one| one.sensor == "p_pump").unwrap();
+    assert!((pump.change + 20.0).abs() < 1.0 && pump.text.ends_with(" bar lower"), "{pump:?}");
+    let (slower, ..) = caused_by("flow_control.orifice_diameter", "1.9 mm");
+    let late = slower.iter().find(|one| one.measure == Measure::TravelTime).unwrap();
+    assert!(late.change > 0.0 && late.text.ends_with(" s later"), "{late:?}");
+    let (read, ..) = caused_by("sensor.q_A.offset", "0.5 L/min");
+    assert_eq!((read.len(), read[0].text.as_str()), (1, "q_A 0.5 L/min higher"));
+}
