@@ -45,7 +45,7 @@ pub use cusum::{first_alarm, run_length, threshold};
 #[cfg(feature = "cli")]
 pub use detect::Evaluated;
 pub use detect::{Detection, ResidualReport, detect};
-#[cfg(feature = "internals")]
+#[cfg(feature = "cli")]
 pub use find::generators;
 pub(crate) use frame::settling;
 pub use frame::{Shows, straight};
