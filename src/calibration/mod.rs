@@ -62,7 +62,7 @@ pub struct Calibrated {
 }
 
 /// How far each of the fits before the first round may go, in standard deviations of the data sheet: the box widens slowly,
-/// because far steps over bent laws may end in another valley. They end when they change the cost by less than this share.
+/// because far steps over bent laws may end in another valley.
 const FIRST: [f64; 10] = [0.7, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 5.0, 5.0];
 
 /// Calibrates the rig of a rig file on healthy records. `rig_text` is the text of the file, `rig` what was read from it; a

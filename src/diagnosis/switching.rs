@@ -26,7 +26,7 @@ const BOUNDS: [(f64, f64); 3] = [(-std::f64::consts::LN_2, std::f64::consts::LN_
 const LAGS: [f64; 3] = [-0.4, 0.0, 0.4];
 const SHARES: [f64; 3] = [0.0, 0.39, 0.69];
 const DEAD_TIMES: [f64; 2] = [0.0, 0.5];
-/// First steps of the search, and how often they are halved: to a sixteenth, a hundredth of the lag and of the damping.
+/// First steps of the search, which are halved where none leads on.
 const STEPS: Dynamics = [0.2, 0.15, 0.25];
 /// What an error, times the sensor noise, is beyond noise, as a square.
 pub(crate) fn beyond_noise(times_noise: f64) -> f64 {
