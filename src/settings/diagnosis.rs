@@ -217,7 +217,7 @@ settings! {
             "Numerical accuracy: 1/12,000 of the record, a row of most records.";
         /// Rounds of moment and faults.
         onset_rounds: usize = 2, "rounds",
-            "Cost only.";
+            "Numerical accuracy: the second moves a number by up to a quarter of its half width, a third by none.";
         // Intervals.
         /// A fault combination of this probability is held by the intervals too.
         interval_probability: f64 = 0.05, "probability",

@@ -36,6 +36,16 @@ impl Said {
         }
     }
 
+    /// Where the words differ: what `plain` says, and this.
+    fn otherwise_than(&self, plain: &Self) -> String {
+        let [before, after] = [plain, self].map(|one| one.words.split("; ").collect::<Vec<&str>>());
+        if before.len() != after.len() {
+            return format!("{} -> {}", plain.words, self.words);
+        }
+        let differ = before.iter().zip(&after).filter(|(before, after)| before != after);
+        differ.map(|(before, after)| format!("{before} -> {after}")).collect::<Vec<String>>().join("; ")
+    }
+
     /// Largest difference of a number, in half widths of what it is compared with.
     fn differs_by(&self, other: &Self) -> f64 {
         let shift = |(id, (value, half)): (&String, &(f64, f64))| {
@@ -326,7 +336,7 @@ mod studies {
                         let settings = Settings::default().with(setting.id, value).unwrap();
                         let said = (case.work)(&Context::new().with_settings(settings));
                         if said.words != plain.words {
-                            said_otherwise.push(format!("{}: {} -> {}", case.name, plain.words, said.words));
+                            said_otherwise.push(format!("{}: {}", case.name, said.otherwise_than(plain)));
                         } else {
                             shift = shift.max(said.differs_by(plain));
                         }

@@ -1,9 +1,10 @@
 //! The tables of rates and of the campaign in the book say what the studies wrote last, in `fixtures/studies`.
 
 use borescope::internals::campaign::statistics::{lower, upper};
+use borescope::internals::settings::Settings;
 
 use crate::support::page;
-use crate::support::study::Table;
+use crate::support::study::{Changed, Table};
 
 #[test]
 fn the_rates_of_learning_are_those_of_the_study() {
@@ -49,4 +50,43 @@ fn the_scores_of_the_campaign_are_those_of_the_study() {
         text += &format!("| {score} | {measured} | {bounds} |\n");
     }
     page::says("docs/how-to/run-a-campaign.md", "campaign", &text);
+}
+
+/// Shifts, in half widths of the 95 % interval, and changes of the effort that count as none.
+const SAME: (f64, f64) = (0.1, 0.02);
+
+#[test]
+fn the_settings_that_results_depend_on_are_those_of_the_study() {
+    let all = Changed::all();
+    let of = |id: &str, side: &str| {
+        let mut rows = all.iter().filter(|one| one.setting == id && one.side == side);
+        rows.next().unwrap_or_else(|| panic!("the study has no row of `{id}` at {side}"))
+    };
+    let (mut said, mut moved, mut cost, mut none) = (String::new(), String::new(), Vec::new(), Vec::new());
+    for setting in Settings::default().each() {
+        let sides = ["half", "double"].map(|side| of(setting.id, side));
+        let cells = |one: fn(&Changed) -> String| format!("| `{}` | {} |\n", setting.id, sides.map(one).join(" | "));
+        if sides.iter().any(|side| !side.otherwise.is_empty()) {
+            said += &cells(|side| side.otherwise.join("<br>"));
+        } else if sides.iter().any(|side| side.shift > SAME.0) {
+            moved += &cells(|side| format!("{:.2} | {:.2}", side.shift, side.effort));
+        } else if sides.iter().any(|side| (side.effort - 1.0).abs() > SAME.1) {
+            cost.push(cells(|side| format!("{:.2}", side.effort)));
+        } else {
+            none.push(format!("`{}`", setting.id));
+        }
+    }
+    let text = format!(
+        "## Another word\n\nWhat is said of some case is another at half or at double; on the left of each arrow with all settings as \
+         they are.\n\n| setting | at half | at double |\n|---|---|---|\n{said}\n\
+         ## Another number\n\nThe same words, and a number that moves by more than {} of the half width of its interval.\n\n\
+         | setting | at half, half widths | effort | at double, half widths | effort |\n|---|---|---|---|---|\n{moved}\n\
+         ## Another effort\n\nThe same words and numbers; the effort, over that with all settings as they are.\n\n\
+         | setting | at half | at double |\n|---|---|---|\n{}\n\
+         ## Nothing in these cases\n\n{}.\n",
+        SAME.0,
+        cost.concat(),
+        none.join(", ")
+    );
+    page::says("docs/theory/settings.md", "settings", &text);
 }
