@@ -13,7 +13,8 @@ what is there, and nothing is counted twice. Results are files; what goes throug
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,10 @@ _WINDOW = 3
 _EACH = 10
 #: Most shards of one work.
 _MOST = 99_999
+#: How often it is looked whether a shard is done, or the scheduler gone, in seconds.
+_LOOK = 0.02
+#: States of a client that has a scheduler, or still looks for it.
+_ALIVE = ("running", "connecting")
 
 
 def campaign(
@@ -105,6 +110,24 @@ def _shard(words: Sequence[str], index: int, of: int) -> tuple[int, str | None]:
     return index, str(wrong[0]) if wrong and not done else None
 
 
+def _lost() -> Complaint:
+    return Complaint(
+        "the scheduler of Dask does not answer any more",
+        remedy="start it again, or another one, with workers; the same call with a client of it goes on with what is done",
+    )
+
+
+def _finished(client: Any, flow: Any) -> Iterator[Any]:
+    """Futures as they finish. Dask waits for ever where the scheduler has died."""
+    while flow.count():
+        if flow.has_ready():
+            yield next(flow)
+        elif client.status not in _ALIVE:
+            raise _lost()
+        else:
+            time.sleep(_LOOK)
+
+
 def _work(client: Any, words: Sequence[str], of: int, retries: int, progress: Done | None) -> None:
     import distributed
 
@@ -115,6 +138,8 @@ def _work(client: Any, words: Sequence[str], of: int, retries: int, progress: Do
     of_future: dict[str, int] = {}
 
     def submit() -> Any:
+        if client.status not in _ALIVE:
+            raise _lost()
         index = waiting.pop()
         # What a shard leaves are files, so that its result is never taken from another call.
         future = client.submit(_shard, words, index, of, pure=False, retries=0)
@@ -124,7 +149,7 @@ def _work(client: Any, words: Sequence[str], of: int, retries: int, progress: Do
     window = max(_WINDOW * sum(client.nthreads().values()), 1)
     flow = as_completed([submit() for _ in range(min(window, of))])
     try:
-        for future in flow:
+        for future in _finished(client, flow):
             index = of_future.pop(future.key)
             if future.status == "finished":
                 wrong = future.result()[1]
@@ -133,6 +158,9 @@ def _work(client: Any, words: Sequence[str], of: int, retries: int, progress: Do
                 done += 1
                 if progress is not None:
                     progress(done, of)
+            elif client.status != "running":
+                # Dask cancels what it cannot ask for any more: no worker is to blame.
+                raise _lost()
             else:
                 tries[index] += 1
                 if tries[index] > retries:
@@ -146,4 +174,5 @@ def _work(client: Any, words: Sequence[str], of: int, retries: int, progress: Do
                 flow.add(submit())
     finally:
         # Ctrl-C leaves no work behind.
-        client.cancel(list(flow.futures))
+        if client.status == "running":
+            client.cancel(list(flow.futures))
