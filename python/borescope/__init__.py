@@ -17,7 +17,7 @@ from borescope._borescope import __version__
 from borescope._complaint import Complaint, Note
 from borescope._record import Record
 from borescope._result import Calibration, Diagnosis, Improvement, Item, Result, Table
-from borescope._rig import Rig, Store, diagnose_fleet, effects, fleet, history
+from borescope._rig import Rig, Store, components, diagnose_fleet, draft, effects, example, fleet, history
 
 __all__ = [
     "Calibration",
@@ -32,8 +32,11 @@ __all__ = [
     "Store",
     "Table",
     "__version__",
+    "components",
     "diagnose_fleet",
+    "draft",
     "effects",
+    "example",
     "fleet",
     "history",
 ]

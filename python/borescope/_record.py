@@ -7,7 +7,8 @@ import io
 import math
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, SupportsFloat
 
@@ -21,7 +22,8 @@ class Record:
     """Columns of equal length, each with its unit; one of them the time.
 
     ``columns`` is a mapping of arrays, or a DataFrame of pandas or polars. Units stand in the names, ``"p_A [bar]"``, or in
-    ``units``, ``{"p_A": "bar"}``. A DataFrame of pandas may have the time as its index. A value that is None or not a number
+    ``units``, ``{"p_A": "bar"}``. A DataFrame of pandas may have the time as its index. A time of dates, or of time differences,
+    needs no unit; dates count from the first row. A value that is None or not a number
     is a sample that is missing. ``name`` is what results call it.
 
     >>> record = Record({"time [s]": [0.0, 0.1], "p_A": [10.0, 10.5]}, units={"p_A": "bar"})
@@ -37,6 +39,9 @@ class Record:
         for head, values in _columns(columns):
             column, unit = _split(head)
             unit = given.pop(column, unit)
+            values = _listed(values)
+            if column.lower() in _TIMES and values and isinstance(values[0], (datetime, timedelta)):
+                values, unit = _seconds(column, values), "s"
             if column in self._columns:
                 raise Complaint(f"the column `{column}` comes twice", remedy="leave one away, or rename it")
             if unit is None:
@@ -98,6 +103,8 @@ class Record:
         return f"Record({self.name}: {len(self)} rows of {columns})"
 
 
+#: Names of a time that may be dates.
+_TIMES = ("time", "t", "timestamp", "datetime", "date/time")
 #: An address such as ``s3://rigs/stroke.csv``, or a chain of them; the one letter of a drive is none.
 _ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+(://|::)")
 #: Most bytes of a record, as of the command.
@@ -168,7 +175,9 @@ def _columns(columns: Any) -> Iterable[tuple[str, Any]]:
     kind = type(columns).__module__.split(".")[0]
     if kind == "pandas":
         index = columns.index
-        named = [(str(index.name), index.to_numpy())] if index.name else []
+        # Only an index of dates is a time whatever it is called; a bare one counts the rows.
+        dated = "datetime" in str(index.dtype) or "timedelta" in str(index.dtype)
+        named = [(str(index.name or "time"), index.to_numpy())] if index.name or dated else []
         return [*named, *((str(head), columns[head].to_numpy()) for head in columns.columns)]
     if kind == "polars":
         return [(head, columns[head].to_list()) for head in columns.columns]
@@ -186,9 +195,28 @@ def _split(head: str) -> tuple[str, str | None]:
     return head, None
 
 
-def _numbers(column: str, values: Any) -> list[float]:
+def _listed(values: Any) -> Sequence[Any]:
+    """Values as Python has them; dates of numpy would come as bare numbers of nanoseconds."""
+    kind = getattr(getattr(values, "dtype", None), "kind", None)
+    if kind in ("M", "m"):
+        values = values.astype(f"{'datetime' if kind == 'M' else 'timedelta'}64[us]")
+    return values.tolist() if hasattr(values, "tolist") else list(values)
+
+
+def _seconds(column: str, values: Sequence[Any]) -> list[float]:
+    """Dates as seconds from the first one, time differences as seconds."""
+    begin = values[0] if isinstance(values[0], datetime) else timedelta()
+    try:
+        return [(value - begin).total_seconds() for value in values]
+    except TypeError:
+        raise Complaint(
+            f"the column `{column}` has rows without a time, or times of several kinds", remedy="remove the rows without a time"
+        ) from None
+
+
+def _numbers(column: str, values: Sequence[Any]) -> list[float]:
     numbers = []
-    for row, value in enumerate(values.tolist() if hasattr(values, "tolist") else values):
+    for row, value in enumerate(values):
         if value is None:
             numbers.append(math.nan)
         elif isinstance(value, SupportsFloat):

@@ -135,6 +135,17 @@ class Rig:
             words += [] if at is None else ["--at", at]
             return Diagnosis(*desk.ask(words, progress, threads, curves=True))
 
+    def monitor(
+        self, record: RecordLike, window: float, *, fits: int = 3, progress: Progress = None, threads: int | None = None
+    ) -> Result:
+        """Looks through a record of any length in windows of so many seconds: ``borescope.windows/1``.
+
+        Of the windows in which a residual raises an alarm at most ``fits`` are diagnosed; the others are only listed.
+        """
+        with _desk() as desk:
+            words = ["diagnose", self._file(desk), path_of(record, desk.folder), "--window", str(window), "--fits", str(fits)]
+            return Result(desk.plain(desk.call([*words, "--format", "json"], progress, threads)))
+
     def compare(self, record: RecordLike, *, progress: Progress = None, threads: int | None = None) -> Result:
         """Where the model misses a record, and by how much: ``borescope.comparison/1``."""
         with _desk() as desk:
@@ -224,6 +235,41 @@ class Rig:
             words += ["--disturbance", str(disturbance)]
             words += [] if rigs is None else ["--rigs", str(rigs)]
             return Result(*desk.ask(words, threads=threads))
+
+
+def draft(
+    record: RecordLike,
+    *,
+    circuit: str | None = None,
+    command: str | None = None,
+    load: str | None = None,
+    bore: str | None = None,
+    rod: str | None = None,
+    stroke: str | None = None,
+) -> Rig:
+    """A commented rig to begin with, from the columns of a record; its text marks what only the data sheet knows.
+
+    ``circuit`` is ``"cylinder"`` (pump, relief valve, directional valve, cylinder) or ``"reservoirs"``, ``command`` and ``load`` are the
+    columns of the command and the load, ``bore``, ``rod`` and ``stroke`` the sizes of the cylinder, ``"63 mm"``. ``rig.save("rig.toml")``
+    writes it, to be edited and loaded again.
+    """
+    given = {"circuit": circuit, "command": command, "load": load, "bore": bore, "rod": rod, "stroke": stroke}
+    with _desk() as desk:
+        words = ["init", path_of(record, desk.folder), "-o", desk.new("new.toml")]
+        words += [word for name, value in given.items() if value is not None for word in (f"--{name}", value)]
+        desk.call(words)
+        return Rig(text=desk.text("new.toml") or "")
+
+
+def example(folder: str | os.PathLike[str], *, force: bool = False) -> Path:
+    """Writes a rig file and records to play with into a folder, which is made where it is missing; gives the folder."""
+    call(["example", os.fspath(folder), *(["--force"] if force else [])])
+    return Path(folder)
+
+
+def components() -> Result:
+    """Every kind of component that a rig file may name, with ports, parameters and faults: ``borescope.components/1``."""
+    return Result(call(["components", "--format", "json"]))
 
 
 def effects() -> Result:

@@ -106,7 +106,8 @@ fn command(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     py.detach(|| borescope::command(arguments))
 }
 
-#[pymodule]
+// Nothing here is shared between calls, so the free-threaded Python may run several at once.
+#[pymodule(gil_used = false)]
 fn _borescope(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(call, module)?)?;

@@ -82,6 +82,32 @@ def test_columns_frames_bytes_and_paths_give_the_same(tanks, clogged, tmp_path):
     assert values[0]["present"] and values[0]["ci95"][0] < 6.5 < values[0]["ci95"][1]
 
 
+def test_times_may_be_dates(tanks, clogged):
+    import pandas
+
+    frame = clogged.to_pandas()
+    seconds = frame.pop("time [s]")
+    start = pandas.Timestamp("2026-05-01T12:00:00")
+    apart = pandas.to_timedelta(seconds - seconds[0], unit="s").round("us")
+    wanted = [round(value, 6) for value in seconds - seconds[0]]
+    dated = frame.assign(timestamp=start + apart)
+    forms = [
+        frame.set_index(pandas.DatetimeIndex(start + apart)),
+        frame.set_index(pandas.DatetimeIndex(start + apart, tz="Europe/Berlin", name="time")),
+        frame.set_index(pandas.TimedeltaIndex(apart, name="time [s]")),
+        dated,
+    ]
+    for form in forms:
+        record = bs.Record(form)
+        time = next(name for name in record.keys() if name in ("time", "timestamp"))
+        assert record.units[time] == "s"
+        assert [round(value, 6) for value in record[time]] == wanted
+        assert tanks.diagnose(record).verdict == "faulty"
+    gap = dated.assign(timestamp=dated["timestamp"].where(dated.index != 3))
+    with pytest.raises(bs.Complaint, match="rows without a time"):
+        bs.Record(gap)
+
+
 def test_the_learning_loop_on_a_frame(tanks):
     leaking = tanks.add("external-leakage@lower")
     leak = next(one.id for one in leaking.check().rig.parameters if "leak" in one.id)
