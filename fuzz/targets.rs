@@ -24,6 +24,18 @@ pub const TARGETS: &[Target] = &[
     Target { name: "record_mat", run: record, corpus: &["formats/stroke_plain.mat", "formats/stroke_struct.mat"] },
     Target { name: "record_mdf", run: record, corpus: &["formats/stroke.mf4", "formats/stroke_rates.mf4"] },
     Target { name: "record_tdms", run: record, corpus: &["formats/stroke.tdms", "formats/stroke_rates.tdms"] },
+    #[cfg(feature = "hdf5")]
+    Target {
+        name: "record_hdf5",
+        run: record,
+        corpus: &[
+            "formats/stroke.h5",
+            "formats/stroke_rates.h5",
+            "formats/stroke_frame.h5",
+            "formats/stroke_v73.mat",
+            "formats/mixed.h5",
+        ],
+    },
     #[cfg(feature = "excel")]
     Target { name: "record_workbook", run: record, corpus: &["formats/stroke.xlsx", "formats/dates.xlsx"] },
     #[cfg(feature = "parquet")]

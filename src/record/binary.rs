@@ -82,7 +82,7 @@ impl Binary {
             Self::Parquet => parquet(path, bytes, care, asked),
             Self::Mat => gathered(mat::read(bytes, MOST)),
             Self::Mdf => gathered(mdf::read(bytes, MOST)),
-            Self::Hdf => Err(self.not_read(path, "save it in MATLAB with `writetable`, or in another way as CSV")),
+            Self::Hdf => hdf5(path, bytes, care, asked),
             Self::UnfinishedMdf => {
                 Err(self.not_read(path, "let the program that wrote it finish it, or repair it there"))
             }
@@ -111,6 +111,19 @@ impl Binary {
     fn not_read(self, path: &Path, help: &str) -> Complaint {
         Complaint::new(Kind::Syntax, format!("the file is {}, which is not read", self.name())).in_file(path).help(help)
     }
+}
+
+#[cfg(feature = "hdf5")]
+fn hdf5(path: &Path, bytes: &[u8], care: Care, asked: &Asked) -> Result<Standing, Complaint> {
+    super::hdf5::read(bytes, MOST).map_err(|broken| Binary::Hdf.told(path, broken))?.assemble(path, care, asked)
+}
+
+#[cfg(not(feature = "hdf5"))]
+fn hdf5(path: &Path, _: &[u8], _: Care, _: &Asked) -> Result<Standing, Complaint> {
+    let what = "the file is MATLAB v7.3 or HDF5, and this borescope was built without the feature `hdf5`";
+    Err(Complaint::new(Kind::Syntax, what).in_file(path).help(
+        "build it with `cargo build --release --features hdf5`, save it in MATLAB with `-v7`, or write the record as CSV",
+    ))
 }
 
 #[cfg(feature = "excel")]

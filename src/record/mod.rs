@@ -8,6 +8,8 @@ mod dialect;
 mod field;
 mod gaps;
 mod groups;
+#[cfg(feature = "hdf5")]
+mod hdf5;
 mod header;
 mod line;
 mod mat;
@@ -23,6 +25,8 @@ mod stream;
 pub mod survey;
 mod table;
 mod tdms;
+#[cfg(any(feature = "hdf5", feature = "parquet"))]
+mod unharmed;
 mod windows;
 #[cfg(feature = "excel")]
 mod workbook;

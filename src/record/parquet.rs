@@ -1,8 +1,6 @@
 //! Records in Parquet: flat columns of numbers, each named with its unit.
 
-use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 
 use bytes::Bytes;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -11,6 +9,7 @@ use parquet::record::Field;
 use super::Asked;
 use super::groups::{Column, Group, Groups, is_time, split_name};
 use super::read::{Care, Standing};
+use super::unharmed;
 use crate::complaint::{Complaint, Kind};
 
 /// Most rows of a record: a small file may promise more than the memory holds.
@@ -39,16 +38,9 @@ fn unread(path: &Path, why: impl std::fmt::Display) -> Complaint {
         .help("write it again, uncompressed or with Snappy, or write the record as CSV")
 }
 
-/// What is read, also where the library panics: it does at some damaged files, with words of its own that are kept silent.
+/// What is read, also where the library panics: it does at some damaged files.
 pub(crate) fn unharmed<T>(path: &Path, read: impl FnOnce() -> Result<T, Complaint>) -> Result<T, Complaint> {
-    // The hook is that of the whole program, so one reader at a time changes it.
-    static ONE: Mutex<()> = Mutex::new(());
-    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
-    let hook = panic::take_hook();
-    panic::set_hook(Box::new(|_| {}));
-    let read = panic::catch_unwind(AssertUnwindSafe(read));
-    panic::set_hook(hook);
-    read.unwrap_or_else(|_| Err(unread(path, "it is damaged")))
+    unharmed::unharmed(read).unwrap_or_else(|| Err(unread(path, "it is damaged")))
 }
 
 /// The columns of the file, the time among them.

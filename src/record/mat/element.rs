@@ -3,16 +3,16 @@
 use crate::record::bytes::{Broken, inflate, integer, part, signed, u16_at, u32_at};
 
 /// Structures within structures that are followed.
-const DEEPEST: usize = 8;
+pub(in crate::record) const DEEPEST: usize = 8;
 /// Most numbers that are taken from one file.
-const MOST_NUMBERS: usize = 1 << 27;
+pub(in crate::record) const MOST_NUMBERS: usize = 1 << 27;
 
 const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
 
 /// What a variable holds.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Value {
+pub(in crate::record) enum Value {
     /// Real numbers in the order of the file, with the sizes of their array.
     Numbers {
         sizes: Vec<usize>,
@@ -23,6 +23,14 @@ pub(super) enum Value {
     Fields(Vec<(String, Value)>),
     /// What holds no series, in words.
     Other(&'static str),
+}
+
+#[cfg(feature = "hdf5")]
+impl Value {
+    /// A row of numbers.
+    pub fn vector(values: Vec<f64>) -> Self {
+        Self::Numbers { sizes: vec![values.len()], values }
+    }
 }
 
 /// One element: its type and its bytes.

@@ -6,7 +6,10 @@ use std::collections::HashMap;
 
 use super::bytes::{Broken, part};
 use super::groups::{Column, Group, Groups, is_time};
-use element::{Budget, Elements, Value};
+pub(super) use element::Value;
+use element::{Budget, Elements};
+#[cfg(feature = "hdf5")]
+pub(super) use element::{DEEPEST, MOST_NUMBERS};
 
 /// Bytes before the first variable.
 const HEADER: usize = 128;
@@ -30,7 +33,7 @@ pub(super) fn read(bytes: &[u8], most: u64) -> Result<Groups, Broken> {
 }
 
 /// Vectors of one structure, or of the file itself, as a group; those of structures within as groups of their own.
-fn gather(groups: &mut Groups, path: &str, variables: Vec<(String, Value)>) {
+pub(super) fn gather(groups: &mut Groups, path: &str, variables: Vec<(String, Value)>) {
     let units = units(&variables);
     let mut group = Group { name: path.to_owned(), ..Group::default() };
     let mut inner = Vec::new();
@@ -61,7 +64,7 @@ fn gather(groups: &mut Groups, path: &str, variables: Vec<(String, Value)>) {
 }
 
 /// The structure whose fields name the units of the vectors beside it.
-const UNITS: &str = "units";
+pub(super) const UNITS: &str = "units";
 
 fn units(variables: &[(String, Value)]) -> HashMap<String, String> {
     let table = variables.iter().find(|(name, _)| name.eq_ignore_ascii_case(UNITS));

@@ -112,15 +112,13 @@ fn bytes() -> Vec<Case> {
         case("bzip2", b"BZh9".to_vec()),
         case("xz", b"\xFD7zXZ\0".to_vec()),
         case("7z", b"7z\xBC\xAF\x27\x1C".to_vec()),
-        case("HDF5", b"\x89HDF\r\n\x1A\n".to_vec()),
-        case("MATLAB 7.3", b"MATLAB 7.3 MAT-file".to_vec()),
         case("MDF 3", b"MDF     3.30    ".to_vec()),
         case("unfinished MDF", b"UnFinMF 4.10    ".to_vec()),
         case("gzip of nothing", b"\x1F\x8B".to_vec()),
         case("zstd of nothing", b"\x28\xB5\x2F\xFD".to_vec()),
         case("random bytes", (0..200_u32).map(|k| (k.wrapping_mul(2_654_435_761) >> 24) as u8).collect::<Vec<u8>>()),
     ];
-    for name in [
+    cases.extend(damaged(&[
         "stroke.csv.gz",
         "stroke.csv.zst",
         "stroke_plain.mat",
@@ -129,7 +127,14 @@ fn bytes() -> Vec<Case> {
         "stroke_rates.mf4",
         "stroke.tdms",
         "stroke_rates.tdms",
-    ] {
+    ]));
+    cases
+}
+
+/// Files of other programs, cut and overwritten.
+fn damaged(names: &[&str]) -> Vec<Case> {
+    let mut cases = Vec::new();
+    for name in names {
         let whole = fs::read(format!("fixtures/formats/{name}")).unwrap();
         for cut in [64, 128, 150, 500, whole.len() / 2] {
             cases.push(case(format!("{name} cut to {cut} bytes"), &whole[..cut]));
@@ -145,9 +150,25 @@ fn bytes() -> Vec<Case> {
 
 #[test]
 fn each_damaged_input_has_its_message() {
+    let refused = check(texts().into_iter().chain(bytes()), MESSAGES);
+    assert!(refused >= 100, "{refused}");
+}
+
+#[cfg(feature = "hdf5")]
+#[test]
+fn each_damaged_hdf5_file_has_its_message() {
+    let short = [case("nothing but the mark", *b"\x89HDF\r\n\x1A\n"), case("a header alone", *b"MATLAB 7.3 MAT-file")];
+    let files = damaged(&["stroke.h5", "stroke_rates.h5", "stroke_frame.h5", "stroke_v73.mat"]);
+    let promise = case("terabytes promised", fs::read("fixtures/formats/promise.h5").unwrap());
+    let refused = check(short.into_iter().chain(files).chain([promise]), "tests/it/cli/damaged_inputs/hdf5.txt");
+    assert!(refused >= 20, "{refused}");
+}
+
+/// Holds the messages to those in a file; gives how many inputs are refused.
+fn check(cases: impl Iterator<Item = Case>, messages: &str) -> usize {
     let mut table = String::new();
     let mut refused = 0;
-    for Case { what, bytes } in texts().into_iter().chain(bytes()) {
+    for Case { what, bytes } in cases {
         let told = match Asked::default().read_bytes("RECORD", bytes) {
             Ok(_) => "read".to_owned(),
             Err(complaint) => {
@@ -159,13 +180,13 @@ fn each_damaged_input_has_its_message() {
         };
         table.push_str(&format!("{what}\n  {}\n\n", told.replace('\n', "\n  ")));
     }
-    assert!(refused >= 100, "{refused}");
     if page::blessed() {
-        fs::write(MESSAGES, &table).unwrap();
+        fs::write(messages, &table).unwrap();
     }
-    let known = fs::read_to_string(MESSAGES).unwrap_or_default();
+    let known = fs::read_to_string(messages).unwrap_or_default();
     for (now, known) in table.split("\n\n").zip(known.split("\n\n")) {
         assert_eq!(now, known);
     }
     assert_eq!(table.len(), known.len());
+    refused
 }

@@ -137,8 +137,6 @@ fn formats_that_are_not_read_are_named() {
     for (bytes, what) in [
         (&b"PK\x03\x04rest"[..], "the file is a ZIP archive or a workbook of a spreadsheet"),
         (b"BZh9rest", "the file is packed with bzip2"),
-        (b"\x89HDF\r\n\x1a\n", "the file is MATLAB v7.3 or HDF5, which is not read"),
-        (b"MATLAB 7.3 MAT-file", "the file is MATLAB v7.3 or HDF5, which is not read"),
     ] {
         let message = read(bytes).unwrap_err();
         assert!(message.starts_with(&format!("error: RECORD: {what}")), "{message}");
@@ -149,6 +147,12 @@ fn formats_that_are_not_read_are_named() {
         let what = "the file is Parquet, and this borescope was built without the feature `parquet`";
         let help = "build it with `cargo build --release --features parquet`, or write the record as CSV";
         assert_eq!(read(b"PAR1rest").unwrap_err(), format!("error: RECORD: {what}\n  help: {help}"));
+    }
+    #[cfg(not(feature = "hdf5"))]
+    for bytes in [&b"\x89HDF\r\n\x1a\n"[..], b"MATLAB 7.3 MAT-file"] {
+        let message = read(bytes).unwrap_err();
+        let what = "the file is MATLAB v7.3 or HDF5, and this borescope was built without the feature `hdf5`";
+        assert!(message.starts_with(&format!("error: RECORD: {what}\n  help: ")), "{message}");
     }
     for (bytes, name) in
         [(&b"UnFinMF 4.10    "[..], "MDF whose writing broke off"), (b"MDF     3.30    ", "MDF before version 4")]
@@ -411,15 +415,17 @@ fn files_of_other_programs_read_alike() {
     if cfg!(feature = "excel") {
         names.push("stroke.xlsx");
     }
+    if cfg!(feature = "hdf5") {
+        names.extend(["stroke.h5", "stroke_frame.h5", "stroke_v73.mat"]);
+    }
     for name in names {
         let other = read(name);
         assert_eq!(other.time, plain.time, "{name}");
-        for (channel, plain) in other.channels.iter().zip(&plain.channels) {
-            assert_eq!(
-                (&channel.name, &channel.unit, &channel.values),
-                (&plain.name, &plain.unit, &plain.values),
-                "{name}"
-            );
+        assert_eq!(other.channels.len(), plain.channels.len(), "{name}");
+        // HDF5 keeps names in their own order.
+        for plain in &plain.channels {
+            let channel = other.channel(&plain.name).unwrap_or_else(|| panic!("{name}: {}", plain.name));
+            assert_eq!((&channel.unit, &channel.values), (&plain.unit, &plain.values), "{name}: {}", plain.name);
         }
         assert!(!other.origin.is_plain(), "{name}");
     }
@@ -430,7 +436,11 @@ fn files_of_other_programs_read_alike() {
 fn channels_of_other_rates_stay_at_their_times() {
     let plain = Record::read("fixtures/formats/stroke.csv").unwrap();
     // TDMS has multiples of an increment where the table has rounded decimals.
-    for (file, format, apart) in [("stroke_rates.mf4", "MDF 4", 0.0), ("stroke_rates.tdms", "TDMS", 1e-12)] {
+    let mut files = vec![("stroke_rates.mf4", "MDF 4", 0.0), ("stroke_rates.tdms", "TDMS", 1e-12)];
+    if cfg!(feature = "hdf5") {
+        files.push(("stroke_rates.h5", "MATLAB v7.3 or HDF5", 0.0));
+    }
+    for (file, format, apart) in files {
         let rates = Record::read(format!("fixtures/formats/{file}")).unwrap();
         assert_eq!((rates.time.len(), &rates.origin.read_as[..]), (plain.time.len(), format));
         for (time, plain) in rates.time.iter().zip(&plain.time) {
@@ -487,6 +497,58 @@ fn damaged_binary_files_are_told() {
             bytes[at] ^= 0xFF;
             let _ = read(&bytes);
         }
+    }
+}
+
+#[cfg(feature = "hdf5")]
+mod hdf5 {
+    use super::*;
+
+    /// No damage panics, fills the memory or takes long, wherever it is.
+    #[test]
+    fn damaged_files_are_told() {
+        for name in ["stroke.h5", "stroke_rates.h5", "stroke_frame.h5", "stroke_v73.mat"] {
+            let whole = fs::read(format!("fixtures/formats/{name}")).unwrap();
+            for cut in [20, 520, 1000, whole.len() / 2] {
+                let message = read(&whole[..cut]).unwrap_err();
+                let damaged = "error: RECORD: the MATLAB v7.3 or HDF5 file is damaged: ";
+                assert!(message.starts_with(damaged) && message.contains("  help: "), "{name} {cut}: {message}");
+            }
+            for at in (8..whole.len()).step_by(13) {
+                let mut bytes = whole.clone();
+                bytes[at] ^= 0xFF;
+                let _ = read(&bytes);
+            }
+        }
+    }
+
+    /// What is no series is left out with its reason, and the rest is read.
+    #[test]
+    fn what_is_no_series_is_left_out() {
+        let record = Record::read("fixtures/formats/mixed.h5").unwrap();
+        assert_eq!(record.channels.iter().map(|channel| &channel.name[..]).collect::<Vec<_>>(), ["on", "p_A"]);
+        let left: Vec<String> = record.origin.left_out.iter().map(|(name, why)| format!("{name}: {why}")).collect();
+        let mut left: Vec<&str> = left.iter().map(String::as_str).collect();
+        left.sort_unstable();
+        assert_eq!(
+            left,
+            [
+                "alone.around: a group once more",
+                "gain: one number",
+                "image: no vector",
+                "operator: text",
+                "other: a cell array",
+                "packed: packed in a way that is not read",
+                "z: no time with it",
+            ]
+        );
+    }
+
+    /// A few bytes that stand for terabytes, and links that lead in a circle, cost nothing.
+    #[test]
+    fn large_promises_are_refused() {
+        let message = Record::read("fixtures/formats/promise.h5").unwrap_err().to_string();
+        assert!(message.contains("larger than"), "{message}");
     }
 }
 
