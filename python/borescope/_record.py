@@ -116,7 +116,7 @@ RecordLike = Any
 
 def path_of(record: RecordLike, folder: Path, name: str = "record") -> str:
     """The path of a record; one in memory is written into ``folder``."""
-    if isinstance(record, str) and _ADDRESS.match(record):
+    if isinstance(record, str) and is_address(record):
         return _fetched(record, folder)
     if isinstance(record, (str, os.PathLike)):
         return os.fspath(record)
@@ -137,8 +137,13 @@ def path_of(record: RecordLike, folder: Path, name: str = "record") -> str:
     return str(path)
 
 
-def _fetched(address: str, folder: Path) -> str:
-    """The path of what is at an address, brought into ``folder``; it keeps its name, which results call it by."""
+def is_address(text: str) -> bool:
+    """Whether a text is an address that fsspec reads, and no path."""
+    return _ADDRESS.match(text) is not None
+
+
+def fetch(address: str) -> bytes:
+    """What is at an address."""
     try:
         import fsspec
     except ImportError:
@@ -159,6 +164,12 @@ def _fetched(address: str, folder: Path) -> str:
         ) from error
     if len(data) > _MOST:
         raise Complaint("the record is larger than 1024 MiB", file=address, remedy="split it; no more is read")
+    return bytes(data)
+
+
+def _fetched(address: str, folder: Path) -> str:
+    """The path of what is at an address, brought into ``folder``; it keeps its name, which results call it by."""
+    data = fetch(address)
     name = re.split("[?#]", address)[0].rstrip("/").rsplit("/", 1)[-1]
     name = name if name.strip(".") else "record"
     path, number = folder / name, 1

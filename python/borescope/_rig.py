@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from borescope._complaint import Complaint, Listener, call, call_all
+from borescope._fleet import ListLike, local
 from borescope._record import Record, RecordLike, path_of
 from borescope._result import Calibration, Diagnosis, Improvement, Result
 
@@ -278,7 +279,7 @@ def effects() -> Result:
 
 
 def diagnose_fleet(
-    manifest: str | os.PathLike[str],
+    manifest: ListLike,
     rig: str | os.PathLike[str],
     out: str | os.PathLike[str],
     *,
@@ -287,9 +288,12 @@ def diagnose_fleet(
 ) -> list[Complaint]:
     """Diagnoses the records that a list names, into the folder ``out``; ``shard`` is a piece of it, ``"3/100"``.
 
+    ``manifest`` is the path of a list, a pattern such as ``"s3://rigs/2026/*.mf4"``, or a sequence of paths and addresses. Records
+    at addresses are brought into ``out`` first; the list in ``out`` then names them.
     What is done already is not done again. Gives a complaint for each record that has no diagnosis.
     """
-    words = ["diagnose", os.fspath(rig), "--records", os.fspath(manifest), "-o", os.fspath(out)]
+    records = local(manifest, Path(out))
+    words = ["diagnose", os.fspath(rig), "--records", records, "-o", os.fspath(out)]
     words += [] if shard is None else ["--shard", shard]
     words += [] if threads is None else ["--threads", str(threads)]
     done, wrong = call_all(words)

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from borescope._complaint import Complaint, call, call_all
+from borescope._fleet import Errand, ListLike, do, local
 from borescope._result import Result
 from borescope._rig import Rig
 
@@ -60,7 +61,7 @@ def campaign(
     words += ["--disturbance", str(disturbance), "--threads", "1", "-o", str(folder / "shards")]
     words += [] if rigs is None else ["--rigs", str(rigs)]
     count = shards or min(_shards(client), rigs or max(cases // 25, 1))
-    _work(client, words, count, retries, progress)
+    _work_shards(client, words, count, retries, progress)
     merged = folder / "merged"
     text = call(["campaign", "--merge", str(folder / "shards"), "-o", str(merged), "--force", "--format", "json"])
     return Result(text)
@@ -69,7 +70,7 @@ def campaign(
 def diagnose_fleet(
     client: Any,
     rig: Rig | str | os.PathLike[str],
-    manifest: str | os.PathLike[str],
+    manifest: ListLike,
     out: str | os.PathLike[str],
     *,
     table: str | os.PathLike[str] | None = None,
@@ -79,11 +80,19 @@ def diagnose_fleet(
 ) -> Result:
     """Diagnoses the records that a list names, into ``table`` (CSV or Parquet; ``fleet.parquet`` in ``out`` without one): ``borescope.records/1``.
 
-    Records without a diagnosis are in ``.failures``. Workers see ``out``, the list and its records under the same paths.
+    ``manifest`` is the path of a list, a pattern such as ``"s3://rigs/2026/*.mf4"``, or a sequence of paths and addresses; records at
+    addresses are brought into ``out`` by the workers first. Records without a diagnosis are in ``.failures``. Workers see ``out``, the list and its records under the same paths.
     """
-    folder = Path(out)
-    words = ["diagnose", _rig_file(rig, folder), "--records", os.path.abspath(manifest), "--threads", "1"]
-    _work(client, [*words, "-o", str(folder / "shards")], shards or _shards(client), retries, progress)
+    folder, count = Path(out), shards or _shards(client)
+
+    def fetched(errands: Sequence[Errand]) -> list[str]:
+        wrong: list[str] = []
+        pieces = [errands[at::count] for at in range(min(count, len(errands)))]
+        _work(client, lambda index: (do, pieces[index - 1]), len(pieces), retries, None, wrong.extend)
+        return wrong
+
+    words = ["diagnose", _rig_file(rig, folder), "--records", local(manifest, folder, fetched), "--threads", "1"]
+    _work_shards(client, [*words, "-o", str(folder / "shards")], count, retries, progress)
     into = os.fspath(table or folder / "fleet.parquet")
     return Result(call(["diagnose", "--merge", str(folder / "shards"), "-o", into, "--force", "--format", "json"]))
 
@@ -103,11 +112,21 @@ def _shards(client: Any) -> int:
     return int(min(max(_EACH * sum(client.nthreads().values()), 1), _MOST))
 
 
-def _shard(words: Sequence[str], index: int, of: int) -> tuple[int, str | None]:
+def _shard(words: Sequence[str], index: int, of: int) -> str | None:
     """Does a shard, on a worker; gives what is wrong where it cannot be done."""
     done, wrong = call_all([*words, "--shard", f"{index}/{of}"], threads=1)
     # Of records some may be damaged: they are in the journal, and the shard is done.
-    return index, str(wrong[0]) if wrong and not done else None
+    return str(wrong[0]) if wrong and not done else None
+
+
+def _work_shards(client: Any, words: Sequence[str], of: int, retries: int, progress: Done | None) -> None:
+    words = [str(Path(word).resolve()) if before == "-o" else word for before, word in zip(["", *words], words)]
+
+    def take(wrong: str | None) -> None:
+        if wrong is not None:
+            raise Complaint(wrong)
+
+    _work(client, lambda index: (_shard, words, index, of), of, retries, progress, take)
 
 
 def _lost() -> Complaint:
@@ -128,12 +147,19 @@ def _finished(client: Any, flow: Any) -> Iterator[Any]:
             time.sleep(_LOOK)
 
 
-def _work(client: Any, words: Sequence[str], of: int, retries: int, progress: Done | None) -> None:
+def _work(
+    client: Any,
+    task: Callable[[int], tuple[Any, ...]],
+    of: int,
+    retries: int,
+    progress: Done | None,
+    take: Callable[[Any], None],
+) -> None:
+    """Has tasks 1 to ``of`` done, each a function and its arguments, and gives their results to ``take``."""
     import distributed
 
     # Dask says nothing of its types.
     as_completed: Any = distributed.as_completed
-    words = [str(Path(word).resolve()) if before == "-o" else word for before, word in zip(["", *words], words)]
     waiting, tries, done = list(range(of, 0, -1)), dict.fromkeys(range(1, of + 1), 0), 0
     of_future: dict[str, int] = {}
 
@@ -142,7 +168,8 @@ def _work(client: Any, words: Sequence[str], of: int, retries: int, progress: Do
             raise _lost()
         index = waiting.pop()
         # What a shard leaves are files, so that its result is never taken from another call.
-        future = client.submit(_shard, words, index, of, pure=False, retries=0)
+        function, *arguments = task(index)
+        future = client.submit(function, *arguments, pure=False, retries=0)
         of_future[future.key] = index
         return future
 
@@ -152,9 +179,7 @@ def _work(client: Any, words: Sequence[str], of: int, retries: int, progress: Do
         for future in _finished(client, flow):
             index = of_future.pop(future.key)
             if future.status == "finished":
-                wrong = future.result()[1]
-                if wrong is not None:
-                    raise Complaint(wrong)
+                take(future.result())
                 done += 1
                 if progress is not None:
                     progress(done, of)

@@ -46,6 +46,25 @@ def test_a_record_from_a_web_server(record):
         server.shutdown()
 
 
+def test_a_list_of_records_at_addresses(record, tmp_path):
+    system = fsspec.filesystem("memory")
+    for name in ("one", "two"):
+        system.pipe(f"/fleet/{name}.csv", record.read_bytes())
+    wrong = bs.diagnose_fleet("memory://fleet/*.csv", rig=TANKS, out=tmp_path / "rows")
+    assert wrong == []
+    listed = (tmp_path / "rows/list.csv").read_text().splitlines()
+    assert len(listed) == 3 and listed[1].endswith("Z") and "/one.csv" in listed[1]
+    # Files and addresses in one list, one of them gone: named and counted once.
+    (tmp_path / "list.csv").write_text(f"record;rig\n{record};first\nmemory://fleet/two.csv;second\nmemory://fleet/gone.csv;third\n")
+    with pytest.warns(bs.Note, match="gone.csv: the record cannot be read"):
+        wrong = bs.diagnose_fleet(tmp_path / "list.csv", rig=TANKS, out=tmp_path / "more")
+    assert len(wrong) == 1 and "gone.csv" in str(wrong[0])
+    bs._complaint.call(["diagnose", "--merge", str(tmp_path / "more"), "-o", str(tmp_path / "fleet.csv")])
+    assert {one.rig: one.state for one in bs.fleet(tmp_path / "fleet.csv").rigs} == {"first": "faulty", "second": "faulty"}
+    with pytest.raises(bs.Complaint, match="no records of this pattern"):
+        bs.diagnose_fleet("memory://nowhere/*.csv", rig=TANKS, out=tmp_path / "none")
+
+
 def test_a_record_from_a_bucket(record, monkeypatch):
     pytest.importorskip("s3fs", reason="s3:// was not tried: `pip install s3fs`")
     moto = pytest.importorskip("moto.server", reason='s3:// was not tried: `pip install "moto[s3,server]"`')
