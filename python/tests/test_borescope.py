@@ -1,5 +1,6 @@
 """The package beside the command: the same numbers, and a guest that behaves within Python."""
 
+import array
 import json
 import math
 import multiprocessing
@@ -73,6 +74,8 @@ def test_columns_frames_bytes_and_paths_give_the_same(tanks, clogged, tmp_path):
         clogged,
         columns,
         bs.Record(bare, units=clogged.units),
+        # As MATLAB hands over a structure of vectors.
+        bs.Record({name: array.array("d", bare[name]) for name in bare}, units=dict(zip(clogged.units, clogged.units.values()))),
         frame,
         frame.set_index("time [s]"),
         clogged.to_polars(),
