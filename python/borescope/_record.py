@@ -53,6 +53,11 @@ class Record:
             self._columns[column] = _numbers(column, values)
         if given:
             raise Complaint(f"`units` names columns that there are not: {', '.join(given)}", remedy="check the names")
+        # A frame may have its time anywhere; a table begins with it.
+        time = next((column for column in self._columns if column.lower() in _TIMES), None)
+        if time is not None:
+            self._columns = {time: self._columns[time], **self._columns}
+            self.units = {time: self.units[time], **self.units}
         lengths = {column: len(values) for column, values in self._columns.items()}
         if len(set(lengths.values())) > 1:
             told = ", ".join(f"`{column}` {length}" for column, length in lengths.items())

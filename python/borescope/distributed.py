@@ -15,6 +15,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import Any
 
@@ -179,7 +180,12 @@ def _work(
         for future in _finished(client, flow):
             index = of_future.pop(future.key)
             if future.status == "finished":
-                take(future.result())
+                try:
+                    result = future.result()
+                except CancelledError:
+                    # The scheduler died between the end of the task and the question for its result.
+                    raise _lost() from None
+                take(result)
                 done += 1
                 if progress is not None:
                     progress(done, of)

@@ -45,7 +45,7 @@ def outlives(work):
     assert len(set(killed)) == 2
     assert "the same call" in caught.value.remedy
     # What was under way when the scheduler died is not counted, and nothing after it.
-    assert reached == list(range(1, 56))
+    assert reached == list(range(1, 56)), reached
     again = []
     with Processes(3) as cluster, distributed.Client(cluster.address) as client:
         client.wait_for_workers(3)
