@@ -118,7 +118,8 @@ def test_a_fleet_of_300_records_outlives_two_workers_and_the_scheduler(tmp_path)
     )
     assert (result.counts.records, result.counts.failed) == (300, 2)
     assert sorted(Path(failure.record).name for failure in result.failures) == ["gone.csv", "torn.csv"]
-    wrong = bs.diagnose_fleet(records, rig=TANKS, out=tmp_path / "whole")
+    # Tables name the rig file.
+    wrong = bs.diagnose_fleet(records, rig=tmp_path / "fleet/rig.toml", out=tmp_path / "whole")
     assert len(wrong) == 2
     bs._complaint.call(["diagnose", "--merge", str(tmp_path / "whole"), "-o", str(tmp_path / "whole.csv")])
     assert rows(table, ["diagnosed_at"]) == rows(tmp_path / "whole.csv", ["diagnosed_at"])
