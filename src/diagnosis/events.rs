@@ -95,7 +95,7 @@ fn events_along(
         })
         .collect();
     let otherwise = driven_otherwise(problem, record, &parameters).into_par_iter();
-    let otherwise = otherwise.map(|drive| change(problem, &drive, &parameters, outputs, problem.times.len()));
+    let otherwise = otherwise.map(|drive| problem.change(&drive, &parameters, outputs, problem.times.len()));
     changes.extend(otherwise.collect::<Result<Vec<_>, _>>()?);
     changes.extend(starts::changes(problem, &parameters, outputs, phases.first().map_or(0, |phase| phase.end))?);
     Ok((Events { variance, phases, changes }, Sensitivities { outputs: run, derivatives }))
@@ -123,20 +123,4 @@ fn driven_otherwise(problem: &RecordProblem<'_>, record: &Record, parameters: &[
         problem.drive.clone().followed(rig, &followings)
     });
     late.chain(reshaped).collect()
-}
-
-/// What another drive changes of the readings, over so many rows from the first.
-pub(super) fn change(
-    problem: &RecordProblem<'_>,
-    drive: &InputSignals,
-    parameters: &[f64],
-    outputs: &[Vec<f64>],
-    rows: usize,
-) -> Result<Vec<Vec<f64>>, SimulationError> {
-    let mut changed = problem.model.solve(parameters, drive, &problem.times[..rows])?.values;
-    for (changed, plain) in changed.iter_mut().zip(outputs) {
-        changed.iter_mut().zip(plain).for_each(|(changed, plain)| *changed -= plain);
-        changed.resize(plain.len(), 0.0);
-    }
-    Ok(changed)
 }

@@ -112,6 +112,25 @@ impl<'a> RecordProblem<'a> {
         Ok(self.model.solve(parameters, drive, self.times)?.values)
     }
 
+    /// What another drive changes of the readings `outputs`, over so many rows from the first.
+    ///
+    /// # Errors
+    /// The model cannot be solved.
+    pub(super) fn change(
+        &self,
+        drive: &InputSignals,
+        parameters: &[f64],
+        outputs: &[Vec<f64>],
+        rows: usize,
+    ) -> Result<Vec<Vec<f64>>, SimulationError> {
+        let mut changed = self.model.solve(parameters, drive, &self.times[..rows])?.values;
+        for (changed, plain) in changed.iter_mut().zip(outputs) {
+            changed.iter_mut().zip(plain).for_each(|(changed, plain)| *changed -= plain);
+            changed.resize(plain.len(), 0.0);
+        }
+        Ok(changed)
+    }
+
     /// Misfits, had something else driven the rig.
     ///
     /// # Errors

@@ -1,6 +1,5 @@
 //! How well it is known where the circuit starts.
 
-use super::events::change;
 use super::problem::RecordProblem;
 use crate::model::{SimulationError, level_per_pressure};
 use crate::rig::{InitialPressure, NodeKind, Quantity, Target};
@@ -21,7 +20,7 @@ pub fn changes(
         let mut drive = problem.drive.clone();
         drive.nudges[node] = nudge;
         let rows = if lasting { problem.times.len() } else { first };
-        changes.push(change(problem, &drive, parameters, outputs, rows)?);
+        changes.push(problem.change(&drive, parameters, outputs, rows)?);
     }
     Ok(changes)
 }
