@@ -22,11 +22,11 @@ mod write;
 use nalgebra::{DMatrix, DVector};
 
 use crate::complaint::{Complaint, Kind, Place};
-use crate::diagnosis::estimate;
 use crate::diagnosis::events::{self, Events};
 use crate::diagnosis::noise::{Weights, phases, variances};
 use crate::diagnosis::problem::{Estimated, RecordProblem};
 use crate::diagnosis::switching::{self as spools, Open};
+use crate::diagnosis::weighed;
 use crate::estimation::{FitError, Gaussian, Loss, Options as Steps};
 use crate::model::{InputSignals, Model, SimulationError};
 use crate::record::Record;
@@ -149,7 +149,7 @@ fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Resul
 /// What the records say of a rig, and what drives it in them.
 fn taken<'a>(rig: &Rig, records: impl IntoIterator<Item = &'a Record>) -> Result<Vec<Healthy<'a>>, Complaint> {
     let one = |record: &'a Record| {
-        let measured = estimate::measured(rig, record)?;
+        let measured = weighed::measured(rig, record)?;
         // Noise and tolerance are learned of each sensor.
         for sensor in &rig.sensors {
             record.require(&sensor.column, sensor.dimension, sensor.place.clone())?;

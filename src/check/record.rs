@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::complaint::Complaint;
-use crate::diagnosis::estimate::measured;
+use crate::diagnosis::weighed::measured;
 use crate::model::InputSignals;
 use crate::number::{in_unit, rounded};
 use crate::record::survey::{Finding, survey, told};

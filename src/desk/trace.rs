@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use crate::complaint::Complaint;
-use crate::diagnosis::estimate;
 use crate::diagnosis::problem::{over_sensors, root_mean_square};
+use crate::diagnosis::weighed;
 use crate::model::{InputSignals, Model};
 use crate::number::rounded;
 use crate::record::Record;
@@ -56,7 +56,7 @@ impl Trace {
     /// Columns that are missing.
     pub fn new(rig: &Rig, record: Record) -> Result<Self, Complaint> {
         let drive = InputSignals::from_record(rig, &record)?;
-        estimate::measured(rig, &record)?;
+        weighed::measured(rig, &record)?;
         Ok(Self { record, drive, outputs: Vec::new() })
     }
 
@@ -82,7 +82,7 @@ impl Trace {
     /// # Errors
     /// Columns that are missing.
     pub fn gauges(&self, rig: &Rig) -> Result<Gauges, Complaint> {
-        let measured = estimate::measured(rig, &self.record)?;
+        let measured = weighed::measured(rig, &self.record)?;
         let missed = self.outputs.iter().zip(measured).map(|(model, measured)| root_mean_square(model, measured));
         let times_noise = missed.zip(&rig.sensors).map(|(rms, sensor)| rms.map(|rms| rms / sensor.stated_noise));
         let sensors: Vec<Option<f64>> = times_noise.collect();
@@ -100,7 +100,7 @@ impl Trace {
         let to = window.to.map_or(time.len(), |to| (time.partition_point(|t| *t <= to) + 1).min(time.len()));
         let rows = from.min(to)..to;
         let pixels = window.pixels.clamp(50, 4000);
-        let measured = estimate::measured(rig, &self.record)?;
+        let measured = weighed::measured(rig, &self.record)?;
         let each = rig.sensors.iter().zip(measured).zip(&self.outputs).map(|((sensor, measured), model)| {
             let unit = rig.sensor_unit(sensor);
             let bins: Vec<std::ops::Range<usize>> = if rows.len() <= DENSE * pixels {

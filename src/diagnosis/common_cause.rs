@@ -12,6 +12,7 @@ use super::case::robust;
 use super::estimate::{self, Estimate};
 use super::noise::Weights;
 use super::problem::away;
+use super::weighed;
 use super::weighing::prior_odds;
 use super::{Diagnosed, Verdict};
 use crate::estimation::Score;
@@ -159,7 +160,7 @@ pub(super) fn instead(model: &Model, record: &Record, plain: &Diagnosed) -> Opti
 impl Diagnosed {
     /// Logarithm of the evidence, had the record been weighed otherwise: costs compare under common weights only.
     fn evidence_under(&self, weights: &Weights, rig: &Rig, record: &Record) -> f64 {
-        let Ok(measured) = estimate::measured(rig, record) else { return f64::NEG_INFINITY };
+        let Ok(measured) = weighed::measured(rig, record) else { return f64::NEG_INFINITY };
         let mut misfit = away(&self.model, &measured);
         weights.apply(&mut misfit);
         let own: f64 = self.misfit.iter().map(|channel| robust(rig).cost(channel)).sum();
@@ -174,7 +175,7 @@ fn promising(model: &Model, record: &Record) -> Vec<Cause> {
     let Ok(outputs) = model.solve(&rig.healthy(), &drive, &record.time) else { return Vec::new() };
     // No weights by events: they would have to be made for every cause, and only the order counts.
     let cost = |record: &Record| -> Option<f64> {
-        let mut misfit = away(&outputs.values, &estimate::measured(rig, record).ok()?);
+        let mut misfit = away(&outputs.values, &weighed::measured(rig, record).ok()?);
         for (misfit, sensor) in misfit.chunks_mut(record.time.len().max(1)).zip(&rig.sensors) {
             misfit.iter_mut().for_each(|value| *value = if value.is_nan() { 0.0 } else { *value / sensor.noise });
         }

@@ -2,18 +2,19 @@
 
 use rayon::prelude::*;
 
-use super::case::{Case, robust};
-use super::events::{weights, weights_along};
+use super::case::Case;
+use super::events::weights;
 use super::hypotheses::{Isolation, Stopped, held, isolate, isolate_from};
 use super::noise::{self, Weights};
 use super::preliminary::quick;
 use super::search::{self, roughly};
 use super::unseen::{in_step, simpler, unseen};
-use crate::complaint::{Complaint, Kind, Place};
+use super::weighed::{case_at, measured, renewed, unsolvable, unweighed};
+use crate::complaint::Complaint;
+use crate::estimation::FitError;
 use crate::estimation::criteria::bic;
-use crate::estimation::{FitError, LocalModel};
 use crate::model::{InputSignals, Model};
-use crate::record::{Channel, Record};
+use crate::record::Record;
 use crate::rig::FaultSet;
 use crate::rig::Rig;
 
@@ -21,21 +22,6 @@ use crate::rig::Rig;
 pub struct Estimate<'a> {
     pub case: Case<'a>,
     pub isolation: Isolation,
-}
-
-/// The columns of a record that the rig's sensors read, SI; NaN where there is no sample. Some may have none at all.
-///
-/// # Errors
-/// A column that is missing or of another dimension, or not one that has a value.
-pub fn measured<'a>(rig: &Rig, record: &'a Record) -> Result<Vec<&'a [f64]>, Complaint> {
-    let channels = rig.sensors.iter().map(|sensor| rig.sensor_column(record, sensor));
-    let channels: Vec<&Channel> = channels.collect::<Result<_, _>>()?;
-    if channels.iter().all(|channel| channel.is_empty()) {
-        return Err(Complaint::new(Kind::Empty, "no sensor of the rig has a value in any row")
-            .at(record.header())
-            .help("take a record that has values of its sensors; `check` says what it has"));
-    }
-    Ok(channels.into_iter().map(|channel| channel.values.as_slice()).collect())
 }
 
 /// Explains a record by faults of the rig: from a guess of all estimated parameters and the set of faults or else from the
@@ -113,30 +99,6 @@ pub fn near<'a>(
     Ok(Estimate { case, isolation })
 }
 
-fn unweighed<'a>(model: &'a Model, record: &'a Record, drive: &'a InputSignals) -> Result<Case<'a>, Complaint> {
-    let none = Weights::new(&model.rig, &[], &[], &[]);
-    Ok(Case::new(model, record, drive, measured(&model.rig, record)?, none))
-}
-
-/// A record and a rig, weighted by where the model has its events at `theta`, and the form there.
-pub(super) fn case_at<'a>(
-    model: &'a Model,
-    record: &'a Record,
-    drive: &'a InputSignals,
-    theta: &[f64],
-) -> Result<(Case<'a>, LocalModel), Complaint> {
-    let mut case = unweighed(model, record, drive)?;
-    let form = renewed(&mut case, theta).map_err(|error| unsolvable(model, record, error))?;
-    Ok((case, form))
-}
-
-/// Renews the weights of a case at `theta`, and gives the form there.
-fn renewed(case: &mut Case<'_>, theta: &[f64]) -> Result<LocalModel, FitError> {
-    let (weights, solved) = weights_along(&case.full, case.record, theta)?;
-    case.full.weights = weights;
-    LocalModel::of(&case.full, theta, case.full.linearised(theta, &solved), robust(case.rig()))
-}
-
 /// Isolates the faults of a record from values of all estimated parameters that are near already, with weights of there.
 ///
 /// # Errors
@@ -181,15 +143,6 @@ pub fn held_near<'a>(
     let (case, form) = case_at(model, record, drive, theta)?;
     let isolation = held(&case, form, set).map_err(|error| unsolvable(model, record, error))?;
     Ok(Estimate { case, isolation })
-}
-
-/// The complaint about a model that cannot be solved on a record.
-pub(crate) fn unsolvable(model: &Model, record: &Record, error: impl Into<FitError>) -> Complaint {
-    let error = error.into();
-    Complaint::new(Kind::Computation, format!("the faults could not be fitted: {error}"))
-        .at(Place::file(&model.rig.path))
-        .at(Place::file(&record.path))
-        .help("check values and units of the rig with `borescope check`")
 }
 
 impl<'a> Estimate<'a> {

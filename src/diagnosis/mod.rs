@@ -25,6 +25,7 @@ pub(crate) mod summary;
 pub(crate) mod switching;
 mod unseen;
 pub mod watch;
+pub(crate) mod weighed;
 mod weighing;
 
 use crate::complaint::{Complaint, Kind, Place};
@@ -154,7 +155,7 @@ fn diagnose_again(
     let drive = InputSignals::from_record(rig, record)?;
     let shown = if shown.is_empty() { drive.shown.clone() } else { shown.to_vec() };
     let drive = InputSignals { shown, begun: begun.unwrap_or(drive.begun), ..drive };
-    estimate::measured(rig, record)?;
+    weighed::measured(rig, record)?;
     rig.context().stage("residuals and fit");
     let residuals = residual::detect(rig, record, &drive, &options.detection)?;
     // The way is gone roughly; where it ends is walked over once more, exactly.

@@ -1,7 +1,7 @@
 //! Fits that look where a start leads, and need not go to their end.
 
 use super::case::Case;
-use super::estimate::{case_at, unsolvable};
+use super::weighed::{case_at, unsolvable};
 use crate::complaint::Complaint;
 use crate::estimation::{FitError, LocalModel, Options};
 use crate::model::{InputSignals, Model};

@@ -9,7 +9,7 @@ use super::phase::{Stretch, stretches};
 use super::refit;
 use super::with_faults::{Explained, with_faults};
 use crate::complaint::Complaint;
-use crate::diagnosis::{estimate, missed};
+use crate::diagnosis::{estimate, missed, weighed};
 use crate::model::{InputSignals, Model};
 use crate::number::{rounded, text};
 use crate::record::Record;
@@ -125,7 +125,7 @@ impl Comparison {
     /// Columns that are missing.
     pub(crate) fn of(model: &Model, record: &Record, run: &Run) -> Result<Self, Complaint> {
         let rig = &model.rig;
-        let measured = estimate::measured(&model.rig, record)?;
+        let measured = weighed::measured(&model.rig, record)?;
         let drive = InputSignals::from_record(rig, record)?;
         let phases = stretches(rig, record, &drive, &measured);
         let signals = signals(rig, record, &drive, run);

@@ -9,7 +9,7 @@ use crate::diagnosis::case::robust;
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::{away, over_sensors, root_mean_square};
-use crate::diagnosis::{self, events, is_there};
+use crate::diagnosis::{self, events, is_there, weighed};
 use crate::estimation::Problem;
 use crate::model::{InputSignals, Model};
 use crate::record::Record;
@@ -171,7 +171,7 @@ impl Judge {
             let model = Model::new(rig);
             let drive = InputSignals::from_record(&model.rig, record)?;
             let solved = events::weights_of(&model, record, &drive, &best.values);
-            solved.map_err(|error| estimate::unsolvable(&model, record, error))?.0
+            solved.map_err(|error| weighed::unsolvable(&model, record, error))?.0
         } else {
             run.weights.clone()
         };
@@ -195,7 +195,7 @@ impl Judge {
     }
 
     fn cost(&self, record: &Record, model: &FittedModel, run: &Run) -> Result<f64, Complaint> {
-        let mut misfit = away(&run.outputs, &estimate::measured(&model.rig, record)?);
+        let mut misfit = away(&run.outputs, &weighed::measured(&model.rig, record)?);
         self.weights.apply(&mut misfit);
         Ok(2.0 * robust(&model.rig).cost(&misfit))
     }
@@ -210,7 +210,7 @@ pub fn run_with(model: &Model, record: &Record, drive: &InputSignals, values: &[
         return run_with(&Model::new(without_lack_of_fit(&model.rig)), record, drive, values);
     }
     let solved = events::weights_of(model, record, drive, values);
-    let (weights, outputs) = solved.map_err(|error| estimate::unsolvable(model, record, error))?;
+    let (weights, outputs) = solved.map_err(|error| weighed::unsolvable(model, record, error))?;
     run_of(&model.rig, record, outputs, weights)
 }
 
@@ -228,7 +228,7 @@ pub(crate) fn run_under(
     let drive = InputSignals::from_record(rig, record)?;
     let Some(weights) = weights else { return run_with(&model, record, &drive, values) };
     let solved = model.solve(values, &drive, &record.time);
-    let outputs = solved.map_err(|error| estimate::unsolvable(&model, record, error))?.values;
+    let outputs = solved.map_err(|error| weighed::unsolvable(&model, record, error))?.values;
     run_of(rig, record, outputs, weights.clone())
 }
 
@@ -239,7 +239,7 @@ pub(super) fn times_noise(rig: &Rig, missed: &[Option<f64>]) -> f64 {
 
 /// A run whose outputs are known.
 pub(super) fn run_of(rig: &Rig, record: &Record, outputs: Vec<Vec<f64>>, weights: Weights) -> Result<Run, Complaint> {
-    let data = estimate::measured(rig, record)?;
+    let data = weighed::measured(rig, record)?;
     let mut misfit = away(&outputs, &data);
     let missed: Vec<Option<f64>> =
         outputs.iter().zip(&data).map(|(model, measured)| root_mean_square(model, measured)).collect();

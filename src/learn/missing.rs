@@ -12,7 +12,7 @@ use super::candidate::empirical;
 use super::fitted_model::{FittedModel, Run};
 use super::highest::highest_at;
 use crate::complaint::Complaint;
-use crate::diagnosis::{estimate, is_there};
+use crate::diagnosis::{estimate, is_there, weighed};
 use crate::estimation::profile::QUANTILE;
 use crate::model::{InputSignals, Model};
 use crate::physics::effect::InitialGuess;
@@ -116,7 +116,7 @@ impl Slopes {
         let model = Model::new(rig.clone());
         let drive = InputSignals::from_record(rig, record)?;
         let columns = columns(&model, &base.values, &by, &drive, record, &base.fit)
-            .map_err(|error| estimate::unsolvable(&model, record, error))?;
+            .map_err(|error| weighed::unsolvable(&model, record, error))?;
         let sigma =
             |&index: &usize| Some(rig.parameters[index].sigma).filter(|sigma| *sigma > 0.0 && !rig.is_fault(index));
         Ok(Self {

@@ -12,9 +12,9 @@ use toml_edit::{DocumentMut, Item};
 use super::fitted_model::{FittedModel, times_noise};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::DynamicsReport;
-use crate::diagnosis::estimate;
 use crate::diagnosis::problem::root_mean_square;
 use crate::diagnosis::switching::{self, Open, beyond_noise};
+use crate::diagnosis::weighed;
 use crate::model::{InputSignals, Model};
 use crate::number::written;
 use crate::record::Record;
@@ -57,7 +57,7 @@ fn otherwise(rig: &Rig, record: &Record, fitted: &FittedModel) -> Result<Option<
         return Ok(None);
     }
     rig.context().stage("how spools follow");
-    let measured = estimate::measured(rig, record)?;
+    let measured = weighed::measured(rig, record)?;
     let fall = |other: &Rig| {
         let model = Model::new(switching::applied(&fitted.rig, &switching::values(rig, other, Open::MassAndDeadTime)));
         let drive = InputSignals::from_record(&model.rig, record).ok()?;

@@ -1,7 +1,7 @@
 //! Every sensor: measured, what models say of it, and the misfit below.
 
 use crate::complaint::Complaint;
-use crate::diagnosis::{estimate, is_there};
+use crate::diagnosis::{is_there, weighed};
 use crate::learn::phase::{Stretch, stretches};
 use crate::model::InputSignals;
 use crate::record::Record;
@@ -52,7 +52,7 @@ impl<'a> Shown<'a> {
     /// # Errors
     /// Columns that are missing.
     pub fn new(rig: &'a Rig, record: &'a Record, group: &'a str, records: usize) -> Result<Self, Complaint> {
-        let measured = estimate::measured(rig, record)?;
+        let measured = weighed::measured(rig, record)?;
         let drive = InputSignals::from_record(rig, record)?;
         let stretches = stretches(rig, record, &drive, &measured);
         Ok(Self { rig, record, stretches, group, records, detected_at_s: None })
