@@ -1,41 +1,13 @@
 //! What was fitted, as those who fit models themselves ask for it: estimates, standard errors, their correlation, profiles.
 
-use serde::Serialize;
-
 use super::DIGITS;
 use super::estimate::Estimate;
-use super::result::FaultReport;
+use super::result::{FaultReport, FittedReport, ProfileReport};
 use crate::estimation::Interval;
 use crate::number::rounded;
 
 /// Digits of a correlation and of a rise.
 const SHARE: usize = 4;
-
-/// A parameter that was fitted.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct FittedReport {
-    /// Such as `cylinder.clearance`.
-    pub id: String,
-    /// Estimate, in `unit`.
-    pub value: f64,
-    /// As the rig file has it.
-    pub unit: String,
-    /// One standard error for white misfits, in `unit`; intervals are wider where misfits are correlated.
-    pub standard_error: f64,
-    /// Whether it is a fault that is present; others are uncertain values of the rig file, healthy ones of absent faults included.
-    pub fault: bool,
-}
-
-/// Profile likelihood of a fault: how far the fit worsens where its value is held.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ProfileReport {
-    /// Of the fault.
-    pub id: String,
-    /// Unit of the values.
-    pub unit: String,
-    /// Value, and rise of chi-square there, inflated misfits counted as the fewer that they are worth: 3.84 ends the interval.
-    pub points: Vec<[f64; 2]>,
-}
 
 /// Present faults and uncertain parameters as fitted, and their correlation, row by row; both empty where the fit has none.
 pub(super) fn fitted(estimate: &Estimate<'_>) -> (Vec<FittedReport>, Vec<Vec<f64>>) {

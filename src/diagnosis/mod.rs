@@ -38,11 +38,11 @@ use crate::rig::Rig;
 use crate::settings::DiagnosisSettings;
 pub use common_cause::CommonCause;
 use estimate::Estimate;
-pub use fitted::{FittedReport, ProfileReport};
 pub use hypotheses::Hypothesis;
 use problem::over_sensors;
 pub use result::{
-    ChannelReport, Diagnosis, FaultReport, FitReport, MissingEffect, RivalEffect, SCHEMA, UncertainReport, Verdict,
+    ChannelReport, Diagnosis, FaultReport, FitReport, FittedReport, MissingEffect, ProfileReport, RivalEffect, SCHEMA,
+    UncertainReport, Verdict,
 };
 pub(crate) use summary::{is_there, missed, tame_squares};
 pub use switching::DynamicsReport;

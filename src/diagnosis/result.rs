@@ -1,6 +1,5 @@
 //! The diagnosis as programs read it (`borescope.diagnosis/1`) and writers print it.
 
-use super::fitted::{FittedReport, ProfileReport};
 use serde::{Serialize, Serializer};
 
 use super::common_cause::CommonCause;
@@ -137,6 +136,32 @@ pub struct UncertainReport {
     pub sigma_before: f64,
     /// Standard error with the record; `None` at a bound.
     pub sigma_after: Option<f64>,
+}
+
+/// A parameter that was fitted.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FittedReport {
+    /// Such as `cylinder.clearance`.
+    pub id: String,
+    /// Estimate, in `unit`.
+    pub value: f64,
+    /// As the rig file has it.
+    pub unit: String,
+    /// One standard error for white misfits, in `unit`; intervals are wider where misfits are correlated.
+    pub standard_error: f64,
+    /// Whether it is a fault that is present; others are uncertain values of the rig file, healthy ones of absent faults included.
+    pub fault: bool,
+}
+
+/// Profile likelihood of a fault: how far the fit worsens where its value is held.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ProfileReport {
+    /// Of the fault.
+    pub id: String,
+    /// Unit of the values.
+    pub unit: String,
+    /// Value, and rise of chi-square there, inflated misfits counted as the fewer that they are worth: 3.84 ends the interval.
+    pub points: Vec<[f64; 2]>,
 }
 
 /// How the fit went.
