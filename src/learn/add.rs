@@ -4,10 +4,10 @@ use std::path::Path;
 
 use toml_edit::{InlineTable, Item, Table};
 
-use super::candidate::candidate;
 use super::evaluated::is_adequate;
 use super::fitted_model::{FittedModel, Judge};
 use super::refit::range_deviation;
+use super::scoring::candidate;
 use super::spools::{with_dynamics, with_spools};
 use super::suggest::{refitted_alone, restarted, rough_base};
 use super::trial_steps::nothing;

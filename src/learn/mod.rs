@@ -5,7 +5,7 @@
 //! | [`compare`] | where, when and at which states does the model miss the record |
 //! | [`with_faults`] | which faults explain what the model misses, and what is then left |
 //! | [`phase`] | what the circuit does over each stretch of a record |
-//! | [`candidate`] | which effects might be missing, and how much of the misfit could each explain (score test) |
+//! | [`candidate`], `scoring` | which effects might be missing, and how much of the misfit could each explain (score test) |
 //! | `trial_steps` | at which sizes and levels each is tried |
 //! | [`fitted_model`] | what a record says once an effect is in the model, everything else fitted along |
 //! | [`suggest`] | which effect is missing, judged on a second record |
@@ -44,6 +44,7 @@ pub mod result;
 #[cfg(feature = "cli")]
 pub mod revise;
 mod rivals;
+mod scoring;
 mod screening;
 pub mod separate;
 mod spools;

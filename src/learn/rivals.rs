@@ -7,9 +7,10 @@
 
 use rayon::prelude::*;
 
-use super::candidate::{Candidate, places};
+use super::candidate::Candidate;
 use super::fitted_model::{FittedModel, Judge};
 use super::refit::{BasePoint, quick, refitted};
+use super::scoring::places;
 use super::trial_steps::{ScoreContext, sign_fits, small_tries};
 use super::verdict::warnings;
 use super::warning::Warning;

@@ -1,11 +1,12 @@
 //! Which effect is missing: candidates by score, joint refits of the best, one verdict.
 
-use super::candidate::{Candidate, candidates, empirical, tolerated, worth};
+use super::candidate::{Candidate, empirical};
 use super::compare::misses;
 use super::evaluated::{Conclusion, EvaluatedModel, is_adequate};
 use super::fitted_model::{FittedModel, Run};
 use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
 use super::refit::{BasePoint, charged, quick, refitted};
+use super::scoring::{candidates, tolerated, worth};
 use super::screening::{Screening, promised};
 use super::separate::{Experiment, separating};
 use super::spools::{self, with_spools};
