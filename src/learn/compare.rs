@@ -3,10 +3,11 @@
 use super::comparison::{
     ChannelComparison, Comparison, Correlation, FittedParameter, MisfitPlace, MissedPhase, SCHEMA,
 };
-use super::fitted_model::{Run, run_with};
+use super::fitted_model::run_with;
 use super::lack_of_fit::{is_alike, with_lack_of_fit};
 use super::phase::{Stretch, stretches};
 use super::refit;
+use super::run::Run;
 use super::with_faults::{Explained, with_faults};
 use crate::complaint::Complaint;
 use crate::diagnosis::{estimate, missed, weighed};

@@ -1,7 +1,8 @@
 //! A model with an effect, or a pair, fitted and judged on both records.
 
 use super::candidate::Candidate;
-use super::fitted_model::{FittedModel, Run};
+use super::fitted_model::FittedModel;
+use super::run::Run;
 use super::warning::Warning;
 use crate::rig::Location;
 

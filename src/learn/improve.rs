@@ -3,7 +3,8 @@
 use super::add::with_effects;
 use super::comparison::{Comparison, MisfitPlace};
 use super::evaluated::{Conclusion, EvaluatedModel, is_adequate};
-use super::fitted_model::{FittedModel, Run};
+use super::fitted_model::FittedModel;
+use super::run::Run;
 use super::separate::Experiment;
 use super::suggest::{Suggestion, suggest, suggest_from};
 use super::verdict::{are_part, explained};

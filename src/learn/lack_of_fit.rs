@@ -8,7 +8,7 @@
 //! The noise is that of the rig file where the record bears it out. Where the two differ by more than `learn.noise_ratio`, the record is
 //! believed: what is named then does not hang on a number that nobody measured.
 
-use super::fitted_model::Run;
+use super::run::Run;
 use crate::diagnosis::adequate;
 use crate::record::Record;
 use crate::rig::Rig;

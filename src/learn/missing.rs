@@ -9,8 +9,9 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
 use super::candidate::empirical;
-use super::fitted_model::{FittedModel, Run};
+use super::fitted_model::FittedModel;
 use super::highest::highest_at;
+use super::run::Run;
 use crate::complaint::Complaint;
 use crate::diagnosis::{estimate, is_there, weighed};
 use crate::estimation::profile::QUANTILE;

@@ -2,7 +2,7 @@
 
 use super::candidate::Candidate;
 use super::evaluated::EvaluatedModel;
-use super::fitted_model::FittedModel;
+use super::fitted_model::{FittedModel, effect_parameters};
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate;
 use crate::diagnosis::preliminary::{self, PreliminaryFit};
@@ -38,12 +38,6 @@ impl PreliminaryModel {
 /// A cost (`2 F` of record and prior) with faults and parameters of effects priced alike, as the information criterion does.
 pub(super) fn charged(rig: &Rig, cost: f64, set: FaultSet, samples: f64) -> f64 {
     bic(cost, set.len(), samples) + effect_parameters(rig) as f64 * samples.ln()
-}
-
-/// Number of parameters of effects that are fitted.
-pub(super) fn effect_parameters(rig: &Rig) -> usize {
-    let fitted = |&&parameter: &&usize| rig.parameters[parameter].sigma > 0.0;
-    rig.effects.iter().flat_map(|effect| &effect.parameters).filter(fitted).count()
 }
 
 /// Where a model without the effects stands.

@@ -4,8 +4,9 @@ use rayon::prelude::*;
 
 use super::candidate::Candidate;
 use super::evaluated::{EvaluatedModel, is_adequate, joined};
-use super::fitted_model::{FittedModel, Judge, Run, run_under};
-use super::refit::{BasePoint, PreliminaryModel, charged, effect_parameters, quick, refitted};
+use super::fitted_model::{FittedModel, Judge, effect_parameters, run_under};
+use super::refit::{BasePoint, PreliminaryModel, charged, quick, refitted};
+use super::run::Run;
 use super::verdict::{is_among, warnings};
 use crate::complaint::Complaint;
 use crate::diagnosis::noise::Weights;

@@ -9,7 +9,8 @@ use std::path::Path;
 
 use toml_edit::{DocumentMut, Item};
 
-use super::fitted_model::{FittedModel, times_noise};
+use super::fitted_model::FittedModel;
+use super::run::times_noise;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::DynamicsReport;
 use crate::diagnosis::problem::root_mean_square;

@@ -3,9 +3,10 @@
 use super::candidate::{Candidate, empirical};
 use super::compare::misses;
 use super::evaluated::{Conclusion, EvaluatedModel, is_adequate};
-use super::fitted_model::{FittedModel, Run};
+use super::fitted_model::FittedModel;
 use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
 use super::refit::{BasePoint, charged, quick, refitted};
+use super::run::Run;
 use super::scoring::{candidates, tolerated, worth};
 use super::screening::{Screening, promised};
 use super::separate::{Experiment, separating};

@@ -2,7 +2,8 @@
 
 use super::candidate::Candidate;
 use super::evaluated::{Conclusion, EvaluatedModel, is_adequate};
-use super::fitted_model::{FittedModel, Run};
+use super::fitted_model::FittedModel;
+use super::run::Run;
 use super::warning::Warning;
 use crate::settings::LearningSettings;
 

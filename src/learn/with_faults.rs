@@ -1,7 +1,7 @@
 //! What is left of a misfit once the faults that explain the record are in the model.
 
 use super::comparison::{Comparison, PresentFault, WithFaults};
-use super::fitted_model::run_of;
+use super::run::run_of;
 use crate::complaint::Complaint;
 use crate::diagnosis::{DiagnosisOptions, diagnose};
 use crate::model::Model;
