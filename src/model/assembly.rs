@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::drive::Piece;
-use super::layout::{Layout, Raw, Slot, Variable};
+use super::layout::{Layout, Raw};
+use super::slot::{Slot, Variable};
 use super::wiring::Wiring;
 use crate::numeric::{Dual, Elimination, Real, Scalar, States, System};
 use crate::physics::component::{AnyLaw, PortFlows, PortVariables, VARIABLES};

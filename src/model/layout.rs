@@ -2,41 +2,11 @@
 
 use std::sync::Arc;
 
+use super::slot::{Slot, Variable};
 use super::wiring::Wiring;
 use crate::numeric::{Elimination, WHOLE};
 use crate::physics::component::{INPUTS, PORTS, VARIABLES};
 use crate::rig::{NodeKind, Quantity, Rig, Target};
-
-/// Where a component's variable comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Variable {
-    Unused,
-    State(usize),
-    /// Pressure of a held node, by its index among the parameters.
-    Held(usize),
-}
-
-/// A component's place in the equations.
-#[derive(Debug, Clone, Copy)]
-pub struct Slot {
-    pub variables: [Variable; VARIABLES],
-    pub inputs: [Option<usize>; INPUTS],
-    /// Balance that each port takes part in; `None` at a held node.
-    pub balances: [Option<usize>; PORTS],
-    pub ports: usize,
-    pub first_state: usize,
-    pub states: usize,
-}
-
-impl Slot {
-    /// States that the component sees, its own included.
-    pub fn states_seen(&self) -> impl Iterator<Item = usize> + '_ {
-        self.variables.iter().filter_map(|variable| match variable {
-            Variable::State(state) => Some(*state),
-            Variable::Unused | Variable::Held(_) => None,
-        })
-    }
-}
 
 /// One balance: `rate of state = sign * sum of through / sum of capacity`.
 #[derive(Debug, Clone, Copy)]
@@ -193,7 +163,7 @@ impl Layout {
             }
             layout.filtered.push(state);
         }
-        layout.wiring = Wiring::of(&layout);
+        layout.wiring = Wiring::of(&layout.slots, layout.states, layout.clock);
         if layout.states > WHOLE {
             layout.elimination = Some(Arc::new(Elimination::of(layout.states, layout.dependencies())));
         }

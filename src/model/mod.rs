@@ -14,6 +14,7 @@ mod reshaped;
 mod run;
 mod simulate;
 mod slopes;
+mod slot;
 mod start;
 mod stretch;
 mod wiring;

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::assembly::{Inputs, level_per_pressure};
-use super::layout::{Balance, Layout, Raw, Variable};
+use super::layout::{Balance, Layout, Raw};
+use super::slot::Variable;
 use crate::numeric::{Curved, Dual, Elimination, Entry, Real};
 use crate::physics::ATMOSPHERE;
 use crate::physics::component::{AnyLaw, PortFlows, PortVariables, VARIABLES};

@@ -1,6 +1,6 @@
 //! The layout as indices into one row of numbers, so that the innermost loop asks nothing.
 
-use super::layout::{Layout, Slot, Variable};
+use super::slot::{Slot, Variable};
 use crate::numeric::Real;
 use crate::physics::component::{INPUTS, PortVariables, VARIABLES};
 
@@ -51,24 +51,25 @@ pub struct Wiring {
 }
 
 impl Wiring {
-    pub fn of(layout: &Layout) -> Self {
-        let mut held: Vec<usize> = layout.slots.iter().flat_map(|slot| slot.variables).filter_map(parameter).collect();
+    /// Of components in their places, with so many states; the clock is the last of the inputs.
+    pub fn of(slots: &[Slot], states: usize, clock: usize) -> Self {
+        let mut held: Vec<usize> = slots.iter().flat_map(|slot| slot.variables).filter_map(parameter).collect();
         held.sort_unstable();
         held.dedup();
-        let first_input = layout.states + held.len();
-        let zero = first_input + layout.clock + 1;
+        let first_input = states + held.len();
+        let zero = first_input + clock + 1;
         let variable = |variable: Variable| match variable {
             Variable::Unused => zero,
             Variable::State(state) => state,
-            Variable::Held(parameter) => layout.states + held.partition_point(|&other| other < parameter),
+            Variable::Held(parameter) => states + held.partition_point(|&other| other < parameter),
         };
         let sources = |slot: &Slot| Sources {
             variables: slot.variables.map(|one| variable(one) as u16),
             inputs: slot.inputs.map(|input| input.map_or(zero, |input| first_input + input) as u16),
         };
-        let sources = layout.slots.iter().map(sources).collect();
+        let sources = slots.iter().map(sources).collect();
         let (mut flows, mut rates) = (Vec::new(), Vec::new());
-        for (component, slot) in layout.slots.iter().enumerate() {
+        for (component, slot) in slots.iter().enumerate() {
             let link = |from: usize, to: usize| Link { component: component as u16, from: from as u16, to: to as u16 };
             let balances = slot.balances.iter().take(slot.ports).enumerate();
             flows.extend(balances.filter_map(|(port, balance)| Some(link(port, (*balance)?))));
