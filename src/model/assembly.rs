@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::drive::Piece;
 use super::layout::{Layout, Raw};
+use super::piece::Piece;
 use super::slot::{Slot, Variable};
 use super::wiring::Wiring;
 use crate::numeric::{Dual, Elimination, Real, Scalar, States, System};

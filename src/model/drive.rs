@@ -1,35 +1,13 @@
 //! What drives the circuit: the recorded commands and loads as pieces between which nothing jumps.
 
-use super::readings::{positions, readings};
+use super::piece::{Piece, merge, split, value};
+use super::readings::{Shown, positions, readings};
 use super::recording::cycle_times;
-use super::reshaped::Following;
+use super::reshaped::{Following, acting};
 use super::stretch::{Stretch, broken_line, fit_line, through};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::record::{Channel, Record, Sampling};
 use crate::rig::{Cycle, Hold, Rig, Target, Temperature};
-
-/// Inputs that run straight over an interval.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Piece {
-    /// s.
-    pub start: f64,
-    /// s.
-    pub end: f64,
-    /// Value of each input at the start, SI; behind them how much warmer the fluid is than its temperature of reference, K, where
-    /// the rig measures that.
-    pub from: Vec<f64>,
-    /// The same at the end.
-    pub to: Vec<f64>,
-    /// Whether an input jumps at the start.
-    pub jump: bool,
-}
-
-impl Piece {
-    /// One input over the piece.
-    pub(super) fn stretch(&self, input: usize) -> Stretch {
-        Stretch { start: self.start, end: self.end, from: self.from[input], to: self.to[input], may_jump: self.jump }
-    }
-}
 
 /// The pieces of a whole record, one after the other without gap.
 #[derive(Debug, Clone)]
@@ -48,19 +26,6 @@ pub struct InputSignals {
     pub shown: Vec<Shown>,
     /// When the run began of which this is a part, s: from there on time counts for what changes with it.
     pub begun: f64,
-}
-
-/// What a sensor shows of its node at the start, of which the rig file says nothing.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shown {
-    /// Index of a sensor of a pressure, a level or a position.
-    pub sensor: usize,
-    /// The reading, and one standard deviation of it by noise, SI.
-    pub value: f64,
-    /// One standard deviation of `value` by noise, SI.
-    pub sigma: f64,
-    /// Rate of the reading, SI per s.
-    pub rate: f64,
 }
 
 /// A moment until which some parameters have other values than after it, such as the beginning of a fault.
@@ -231,6 +196,18 @@ impl InputSignals {
         self
     }
 
+    /// The same commands, had the parts behind the inputs of a rig followed them like this.
+    #[must_use]
+    pub(crate) fn followed(mut self, rig: &Rig, followings: &[Following]) -> Self {
+        if let Some(commanded) = self.commanded.take() {
+            self.pieces = commanded;
+        }
+        if let Some(acting) = acting(&self.pieces, rig, followings) {
+            self.commanded = Some(std::mem::replace(&mut self.pieces, acting));
+        }
+        self
+    }
+
     /// What a sensor shows of a node at the start, if one does.
     pub fn shown_at(&self, rig: &Rig, node: usize) -> Option<&Shown> {
         self.shown.iter().find(|shown| rig.sensors[shown.sensor].target == Target::Node(node))
@@ -240,24 +217,6 @@ impl InputSignals {
     pub fn value(&self, input: usize, t: f64) -> f64 {
         value(self.commanded.as_ref().unwrap_or(&self.pieces), input, t)
     }
-}
-
-/// Cuts the piece that a time lies within, as if something jumped there.
-fn split(pieces: &mut Vec<Piece>, time: f64) {
-    let Some(index) = pieces.iter().position(|piece| piece.start < time && time < piece.end) else { return };
-    let whole = &pieces[index];
-    let middle: Vec<f64> = (0..whole.from.len()).map(|input| value(pieces, input, time)).collect();
-    let late = Piece { start: time, from: middle.clone(), jump: true, ..whole.clone() };
-    let early = Piece { end: time, to: middle, ..whole.clone() };
-    pieces.splice(index..=index, [early, late]);
-}
-
-/// Value of an input at a time, SI; at a jump the value before it.
-fn value(pieces: &[Piece], input: usize, t: f64) -> f64 {
-    let index = pieces.partition_point(|piece| piece.end < t).min(pieces.len().saturating_sub(1));
-    let Some(piece) = pieces.get(index) else { return 0.0 };
-    let share = ((t - piece.start) / (piece.end - piece.start)).clamp(0.0, 1.0);
-    piece.from[input] + share * (piece.to[input] - piece.from[input])
 }
 
 /// How much warmer the fluid is than its temperature of reference, K; not at all in a record that does not say.
@@ -279,42 +238,4 @@ fn warmth(temperature: &Temperature, record: &Record, interval: f64) -> Result<V
 /// The times at which a channel has a value, and the values.
 fn present(time: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     time.iter().zip(values).filter(|(_, value)| !value.is_nan()).map(|(time, value)| (*time, *value)).unzip()
-}
-
-/// Joins the broken lines of all inputs into pieces that end wherever one of them bends or jumps.
-/// Only what the first `inputs` of them leap by is a jump.
-pub(super) fn merge(lines: &[Vec<Stretch>], inputs: usize, start: f64, end: f64) -> Vec<Piece> {
-    let mut knots: Vec<f64> = lines.iter().flatten().map(|stretch| stretch.start).collect();
-    knots.push(start);
-    knots.push(end);
-    knots.retain(|knot| (start..=end).contains(knot));
-    knots.sort_by(f64::total_cmp);
-    // Knots of two inputs that differ by rounding only are one.
-    knots.dedup_by(|late, early| *late - *early < 1e-9 * (end - start));
-    let mut pieces: Vec<Piece> = Vec::new();
-    let mut at = vec![0; lines.len()];
-    for pair in knots.windows(2) {
-        let middle = f64::midpoint(pair[0], pair[1]);
-        let (mut from, mut to, mut may_jump) = (Vec::new(), Vec::new(), Vec::new());
-        for (line, at) in lines.iter().zip(&mut at) {
-            while *at + 1 < line.len() && line[*at].end <= middle {
-                *at += 1;
-            }
-            let Some(stretch) = line.get(*at) else { continue };
-            let value = |t: f64| {
-                let share = ((t - stretch.start) / (stretch.end - stretch.start)).clamp(0.0, 1.0);
-                stretch.from + share * (stretch.to - stretch.from)
-            };
-            from.push(value(pair[0]));
-            to.push(value(pair[1]));
-            may_jump.push(stretch.may_jump);
-        }
-        let continuous = |last: &Piece| {
-            let ends = last.to.iter().zip(&from).zip(&may_jump).take(inputs);
-            ends.filter(|(_, may_jump)| **may_jump).all(|((a, b), _)| (a - b).abs() <= 1e-9 * (a.abs() + b.abs()))
-        };
-        let jump = !pieces.last().is_some_and(continuous);
-        pieces.push(Piece { start: pair[0], end: pair[1], from, to, jump });
-    }
-    pieces
 }

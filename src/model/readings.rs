@@ -1,6 +1,5 @@
 //! Where nodes start that start at what their sensors show.
 
-use super::drive::Shown;
 use crate::complaint::{Complaint, Kind};
 use crate::physics::GRAVITY;
 use crate::record::Record;
@@ -11,6 +10,19 @@ const READINGS: usize = 3;
 /// Standard deviations by which the means of two stretches of readings may differ for the first to count as at rest: one record in
 /// twenty that rests is believed over a shorter stretch than it could be.
 const AT_REST: f64 = 2.0;
+
+/// What a sensor shows of its node at the start, of which the rig file says nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shown {
+    /// Index of a sensor of a pressure, a level or a position.
+    pub sensor: usize,
+    /// The reading, and one standard deviation of it by noise, SI.
+    pub value: f64,
+    /// One standard deviation of `value` by noise, SI.
+    pub sigma: f64,
+    /// Rate of the reading, SI per s.
+    pub rate: f64,
+}
 
 /// Mean of the readings from the beginning on, and how many: twice as many as long as those that are added show the same. What
 /// begins to move within the second half leaves the first alone; what accelerates within the first shows seven times as much in the

@@ -3,8 +3,7 @@
 //! A spool of second order follows `T² s'' + tau s' + s = u(t - t_d)`. A lag of first order that is driven by `v = s + tau s'` gives
 //! the same `s`, since `tau s' + s = v`. So another dynamic of the spool needs no other model, only another command.
 
-use super::InputSignals;
-use super::drive::{Piece, merge};
+use super::piece::{Piece, merge};
 use super::stretch::Stretch;
 use crate::rig::{Input, Rig};
 
@@ -88,26 +87,20 @@ impl Spool {
     }
 }
 
-impl InputSignals {
-    /// The same commands, had the parts behind the inputs of a rig followed them like this.
-    #[must_use]
-    pub(crate) fn followed(mut self, rig: &Rig, followings: &[Following]) -> Self {
-        if let Some(commanded) = self.commanded.take() {
-            self.pieces = commanded;
-        }
-        let late =
-            |(input, own): (usize, &Input)| Following { input, lag: 0.0, inertia_time: 0.0, dead_time: own.dead_time };
-        let of_inputs = rig.inputs.iter().enumerate().map(late);
-        for following in of_inputs.chain(followings.iter().copied()) {
-            let later = (following.dead_time > 0.0).then(|| delayed(&self.pieces, rig.inputs.len(), &following));
-            let acting = with_mass(later.as_deref().unwrap_or(&self.pieces), &following).or(later);
-            if let Some(acting) = acting {
-                let commanded = std::mem::replace(&mut self.pieces, acting);
-                self.commanded.get_or_insert(commanded);
-            }
-        }
-        self
+/// The pieces that act where these are commanded, had the parts behind the inputs of a rig followed them like this; `None` where they
+/// act as they are.
+pub(super) fn acting(commanded: &[Piece], rig: &Rig, followings: &[Following]) -> Option<Vec<Piece>> {
+    let late =
+        |(input, own): (usize, &Input)| Following { input, lag: 0.0, inertia_time: 0.0, dead_time: own.dead_time };
+    let of_inputs = rig.inputs.iter().enumerate().map(late);
+    let mut acting: Option<Vec<Piece>> = None;
+    for following in of_inputs.chain(followings.iter().copied()) {
+        let before = acting.as_deref().unwrap_or(commanded);
+        let later = (following.dead_time > 0.0).then(|| delayed(before, rig.inputs.len(), &following));
+        let reshaped = with_mass(later.as_deref().unwrap_or(before), &following).or(later);
+        acting = reshaped.or(acting);
     }
+    acting
 }
 
 /// Pieces in which an input acts later by a dead time; of `inputs` inputs leaps are jumps.
