@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::diagnose::Arguments;
+use super::diagnose_arguments::Arguments;
 use super::keep;
 use super::progress::Progress;
 use super::{Failure, Format, Status, export, terminal, write_json};

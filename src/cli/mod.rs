@@ -12,6 +12,7 @@ mod completions;
 mod components;
 mod desk;
 mod diagnose;
+mod diagnose_arguments;
 mod effects;
 mod example;
 mod export;
@@ -65,7 +66,7 @@ enum Verb {
     Completions(completions::Arguments),
     Components(components::Arguments),
     Desk(desk::Arguments),
-    Diagnose(diagnose::Arguments),
+    Diagnose(diagnose_arguments::Arguments),
     Effects(effects::Arguments),
     Example(example::Arguments),
     Export(export::Arguments),
