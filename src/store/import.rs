@@ -2,18 +2,13 @@
 
 use std::path::Path;
 
+use super::fields::Fields;
 use super::{Moment, StoredFault, StoredRun};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::files;
 
 /// Largest table, bytes.
 const MOST: u64 = 1 << 32;
-
-/// The fields of one row by the names of their columns.
-pub(super) trait Fields {
-    /// `None` where there is no such column or nothing in it.
-    fn get(&self, name: &str) -> Option<String>;
-}
 
 /// Reads the runs of a table, CSV or Parquet by its ending; rows of one run follow each other.
 ///

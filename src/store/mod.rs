@@ -5,6 +5,8 @@
 
 mod export;
 #[cfg(any(feature = "cli", feature = "internals"))]
+mod fields;
+#[cfg(any(feature = "cli", feature = "internals"))]
 mod import;
 mod insert;
 mod moment;

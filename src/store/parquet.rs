@@ -19,7 +19,7 @@ use parquet::schema::parser::parse_message_type;
 
 use super::export::{COLUMNS, Cell, rows};
 #[cfg(any(feature = "cli", feature = "internals"))]
-use super::import::Fields;
+use super::fields::Fields;
 use super::{Moment, StoredRun};
 #[cfg(any(feature = "cli", feature = "internals"))]
 use crate::complaint::{Complaint, Kind};
