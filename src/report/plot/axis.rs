@@ -2,6 +2,10 @@
 
 use super::Axis;
 
+/// The grid on which the curves of a page lie.
+pub(super) const WIDE: f64 = 10_000.0;
+pub(super) const HIGH: f64 = 5_000.0;
+
 /// Share of a step that may stand out over the last tick.
 const SLACK: f64 = 0.03;
 

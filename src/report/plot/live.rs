@@ -5,16 +5,13 @@
 
 use std::fmt::Write;
 
-use super::axis::Scale;
+use super::axis::{HIGH, Scale, WIDE};
 use super::room::{Room, Side};
 use super::thin::thin;
 use super::{Axis, Chart, DASHES, PALETTE, Rule, Series, Shape, pieces};
 use crate::number::rounded;
 use crate::report::escape;
 
-/// The grid on which curves lie.
-pub(super) const WIDE: f64 = 10_000.0;
-pub(super) const HIGH: f64 = 5_000.0;
 /// Ticks that an axis aims at.
 const TICKS: (f64, f64) = (super::TICK_COUNT, 4.0);
 /// Ticks of the x axis of a narrow one; `page.js` aims at as many.

@@ -1,7 +1,7 @@
 //! A map: rows of fields along one axis, each as dark as what it stands for is large.
 
-use super::axis::Scale;
-use super::live::{self, Live, NARROW, WIDE, percent, put};
+use super::axis::{Scale, WIDE};
+use super::live::{self, Live, NARROW, percent, put};
 use super::{Axis, TICK_COUNT};
 use crate::report::escape;
 

@@ -1,7 +1,6 @@
 //! Where a label has room: what is drawn in a chart, as straight pieces on its grid.
 
-use super::axis::Scale;
-use super::live::{HIGH, WIDE};
+use super::axis::{HIGH, Scale, WIDE};
 use super::{Chart, Rule, Shape, pieces};
 
 /// Width of a chart and of one beside others for which labels are placed, px; they stretch with the page.
