@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
+use super::running::{Judged, Task};
 use super::state::{Desk, Found, Note, Step};
-use super::task::{Judged, Task};
 use super::trace::Gauges;
 use crate::complaint::Complaint;
 use crate::estimation::profile::QUANTILE;

@@ -1,17 +1,19 @@
 //! One page and its messages on the loopback.
 
 use std::io::{Cursor, Read};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use tiny_http::{Header, Method, Request, Response};
 
 use super::guard::{Guard, Refusal};
 use super::message::BothGauges;
+use super::running::Task;
+use super::shared::Shared;
 use super::state::{Change, Desk};
-use super::task::{self, Task};
+use super::task;
 use super::trace::{SensorCurves, Window};
 use crate::complaint::{Complaint, Kind};
 use crate::context::{Context, Interrupted};
@@ -43,39 +45,6 @@ const HEADERS: [(&str, &str); 7] = [
     ("Cross-Origin-Resource-Policy", "same-origin"),
     ("Cache-Control", "no-store"),
 ];
-
-/// The desk as the threads of its server see it.
-#[derive(Debug)]
-pub struct Shared {
-    desk: Mutex<Desk>,
-    changed: Condvar,
-    /// When a tab was last heard of; `None` before the first.
-    heard: Mutex<Option<Instant>>,
-    busy: AtomicUsize,
-}
-
-impl Shared {
-    pub fn desk(&self) -> MutexGuard<'_, Desk> {
-        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    pub fn try_desk(&self) -> Option<MutexGuard<'_, Desk>> {
-        match self.desk.try_lock() {
-            Ok(desk) => Some(desk),
-            Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
-            Err(TryLockError::WouldBlock) => None,
-        }
-    }
-
-    /// Tells the tabs that something has changed.
-    pub fn tell(&self) {
-        self.changed.notify_all();
-    }
-
-    fn hear(&self) {
-        *self.heard.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
-    }
-}
 
 /// A desk at its address.
 pub struct Server {
@@ -133,9 +102,7 @@ impl Server {
             tiny_http::Server::http(("127.0.0.1", port.unwrap_or(0))).map_err(|error| failed(error.to_string()))?;
         let taken = http.server_addr().to_ip().map(|address| address.port());
         let guard = Guard::new(taken.ok_or_else(|| failed("it has no number".to_owned()))?)?;
-        let (changed, heard, busy) = (Condvar::new(), Mutex::new(None), AtomicUsize::new(0));
-        let shared = Shared { desk: Mutex::new(desk), changed, heard, busy };
-        Ok(Self { http, guard: Arc::new(guard), shared: Arc::new(shared) })
+        Ok(Self { http, guard: Arc::new(guard), shared: Arc::new(Shared::new(desk)) })
     }
 
     /// Where the page is, with the secret.
@@ -153,8 +120,7 @@ impl Server {
             if let Ok(Some(request)) = self.http.recv_timeout(LOOK) {
                 self.answer(request);
             }
-            let heard = *self.shared.heard.lock().unwrap_or_else(PoisonError::into_inner);
-            if heard.is_some_and(|heard| heard.elapsed() > LINGER) {
+            if self.shared.is_left_for(LINGER) {
                 return Ok(());
             }
         }
@@ -243,11 +209,7 @@ fn answered(shared: &Arc<Shared>, path: &str, request: &mut Request) -> Answer {
 /// The state, as soon as it is another one than that which the tab has.
 fn news(shared: &Shared, since: Option<u64>) -> Answer {
     shared.hear();
-    let desk = shared.desk();
-    let old = |desk: &mut Desk| since == Some(desk.revision);
-    let waited = shared.changed.wait_timeout_while(desk, WAIT, old);
-    let desk = waited.map_or_else(|poisoned| poisoned.into_inner().0, |(desk, _)| desk);
-    match desk.message() {
+    match shared.desk_after(since, WAIT).message() {
         Ok(state) => Answer::json(200, &state),
         Err(complaint) => Answer::complaint(&complaint),
     }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::task::{Judged, Running};
+use super::running::{Judged, Running};
 use super::trace::Trace;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::learn::add::{add, with_effects};

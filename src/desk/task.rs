@@ -3,14 +3,12 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
-
-use super::server::Shared;
+use super::running::{Judged, Running, Task};
+use super::shared::Shared;
 use super::state::{Desk, Found};
 use crate::complaint::{Complaint, Kind};
 use crate::context::{Context, Progress};
 use crate::learn::compare::compare;
-use crate::learn::comparison::Comparison;
 use crate::learn::fitted_model::FittedModel;
 use crate::learn::result::SuggestionReport;
 use crate::learn::revise::refitted;
@@ -20,35 +18,6 @@ use crate::rig::Rig;
 
 /// Least time between two words of progress.
 const PAUSE: Duration = Duration::from_millis(100);
-
-/// What takes longer than a moment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Task {
-    /// Which effect is missing.
-    Find,
-    /// The effects on the desk, with the faults that the record shows.
-    Fit,
-    /// Both records, as `compare` does.
-    Judge,
-}
-
-/// A task on its way.
-#[derive(Debug)]
-pub struct Running {
-    pub task: Task,
-    pub context: Context,
-    pub stage: String,
-    pub done: usize,
-    pub of: Option<usize>,
-}
-
-/// What `compare` says of the rig file as it stands.
-#[derive(Debug, Clone, Serialize)]
-pub struct Judged {
-    pub fit: Comparison,
-    pub check: Option<Comparison>,
-}
 
 enum Outcome {
     Found(Box<Suggestion>),
