@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::bytes::Broken;
+use super::care::{Care, MOST, Standing};
 use super::groups::Groups;
-use super::read::{Care, MOST, Standing};
 use super::{Asked, mat, mdf, tdms};
 use crate::complaint::{Complaint, Kind};
 

@@ -2,8 +2,18 @@
 
 use std::fmt;
 
-use super::header::UnitsIn;
 use crate::complaint::{Complaint, Kind};
+
+/// Where the units of a header stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum UnitsIn {
+    /// `p_A [bar]`.
+    SquareBrackets,
+    /// `p_A (bar)`, where no column has square ones.
+    RoundBrackets,
+    /// `p_A_bar`, where the first column is a time so written, such as `t_s`.
+    Names,
+}
 
 /// How a table is written.
 #[derive(Debug, Clone, PartialEq)]

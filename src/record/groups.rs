@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use super::care::{Care, MOST_COLUMNS, Standing};
 use super::dialect::counted_from;
 use super::field::FAR;
-use super::read::{Care, Standing};
 use super::sampling::Sampling;
 use super::{Asked, Channel, Origin, Record};
 use crate::complaint::{Complaint, Kind};
@@ -13,8 +13,6 @@ use crate::visible::unusable_name;
 
 /// Stamps that differ by less than this share of the shortest usual interval are one.
 const SAME: f64 = 0.01;
-/// Most columns of a record.
-pub(super) const MOST_COLUMNS: usize = 4096;
 /// Most numbers of a record: groups whose stamps never meet have rows of their own.
 const MOST_NUMBERS: usize = 1 << 27;
 

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::Asked;
-use super::groups::MOST_COLUMNS;
+use super::care::MOST_COLUMNS;
+use super::dialect::UnitsIn;
 use super::line::Line;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::units::{Dimension, Unit};
@@ -38,17 +39,6 @@ pub(super) struct Header {
     /// What is to be said of a time without a unit, unless the rows show that it needs none: they begin with dates.
     pub no_time_unit: Option<Complaint>,
     pub units: UnitsIn,
-}
-
-/// Where the units of a header stand.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum UnitsIn {
-    /// `p_A [bar]`.
-    SquareBrackets,
-    /// `p_A (bar)`, where no column has square ones.
-    RoundBrackets,
-    /// `p_A_bar`, where the first column is a time so written, such as `t_s`.
-    Names,
 }
 
 /// Whether the row below such a header may hold the units: the header has none.

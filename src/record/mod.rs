@@ -3,6 +3,7 @@
 mod asked;
 mod binary;
 mod bytes;
+mod care;
 mod columns;
 mod dialect;
 mod field;
@@ -19,6 +20,7 @@ mod packed;
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet;
 mod read;
+mod rows;
 mod sampling;
 mod stamp;
 mod stream;

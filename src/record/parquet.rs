@@ -7,8 +7,8 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
 use super::Asked;
+use super::care::{Care, Standing};
 use super::groups::{Column, Group, Groups, is_time, split_name};
-use super::read::{Care, Standing};
 use super::unharmed;
 use crate::complaint::{Complaint, Kind};
 

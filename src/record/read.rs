@@ -1,38 +1,47 @@
-//! From the text of a file to a record.
+//! From a file to a record.
 
 #[cfg(feature = "internals")]
 use std::io::Cursor;
 use std::io::Read;
 use std::path::Path;
 
-use super::dialect::{Dialect, separator, stated_separator};
-use super::header::{self, Heading, UnitsIn};
-use super::line::Line;
+use super::care::{Care, MOST, Standing};
 use super::packed::{Bytes, gather};
-use super::stream::{Begun as Opened, begin};
-use super::table::Row;
-use super::table::{Table, unclosed_quote};
+use super::stream::{Begun, begin};
 use super::{Asked, Record};
-use crate::complaint::{Complaint, Kind};
+use crate::complaint::Complaint;
 use crate::files::{self, Digesting};
 
-/// Most bytes of a record.
-pub(super) const MOST: u64 = 1 << 30;
+impl Asked {
+    /// Reads a record as [`Record::read`] does; columns without a unit of their own have that of the rig file, and groups of
+    /// channels that the rig does not ask for make no rows.
+    ///
+    /// # Errors
+    /// As [`Record::read`].
+    pub fn read(&self, path: impl AsRef<Path>) -> Result<Record, Complaint> {
+        read_file(path.as_ref(), Care::Strict, self).map(|(record, _)| record)
+    }
 
-/// Whether what a diagnosis cannot use is refused, or taken to be told about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Care {
-    /// The time rises.
-    Strict,
-    /// Times as they stand.
-    Survey,
+    /// Reads a record as [`Record::read_as_it_stands`] does, units and groups as [`read`](Self::read).
+    ///
+    /// # Errors
+    /// As [`Record::read_as_it_stands`].
+    pub fn read_as_it_stands(&self, path: impl AsRef<Path>) -> Result<(Record, Option<Complaint>), Complaint> {
+        read_file(path.as_ref(), Care::Survey, self)
+    }
+
+    /// Reads the bytes of a file; `path` is the name that messages give it.
+    ///
+    /// # Errors
+    /// As [`Record::read`], but for those of the file itself.
+    #[cfg(feature = "internals")]
+    pub fn read_bytes(&self, path: impl AsRef<Path>, bytes: Vec<u8>) -> Result<Record, Complaint> {
+        of_bytes(path.as_ref(), bytes, Care::Strict, self).map(|(record, _)| record)
+    }
 }
 
-/// A record, and what a strict reader would have said of it.
-pub(super) type Standing = (Record, Option<Complaint>);
-
 /// The record, and under [`Care::Survey`] the complaint that a strict reader would have made.
-pub(super) fn read(path: &Path, care: Care, asked: &Asked) -> Result<Standing, Complaint> {
+fn read_file(path: &Path, care: Care, asked: &Asked) -> Result<Standing, Complaint> {
     let mut file = files::open(path)?;
     if file.length().is_some_and(|length| length > MOST) {
         return Err(files::too_large(path, MOST));
@@ -54,311 +63,24 @@ pub(super) fn read(path: &Path, care: Care, asked: &Asked) -> Result<Standing, C
 
 /// The record of the bytes of a file.
 #[cfg(feature = "internals")]
-pub(super) fn of_bytes(path: &Path, bytes: Vec<u8>, care: Care, asked: &Asked) -> Result<Standing, Complaint> {
+fn of_bytes(path: &Path, bytes: Vec<u8>, care: Care, asked: &Asked) -> Result<Standing, Complaint> {
     whole(path, Box::new(Cursor::new(bytes)), care, asked)
 }
 
 /// All of a record. A text is never whole in memory, only its numbers are.
 fn whole(path: &Path, from: Bytes, care: Care, asked: &Asked) -> Result<Standing, Complaint> {
     match begin(path, from, care, asked, MOST)? {
-        Opened::Text(stream) => {
+        Begun::Text(stream) => {
             let ((mut record, refused), read_as) = stream.read_whole()?;
             record.origin.read_as = read_as;
             Ok((record, refused))
         }
-        Opened::Binary { format, from, packing } => {
+        Begun::Binary { format, from, packing } => {
             let bytes = gather(from, path, packing, MOST)?;
             let (mut record, refused) = format.read(path, &bytes, care, asked)?;
             let packed = packing.map_or(String::new(), |packing| format!(", packed with {packing}"));
             record.origin.read_as = format!("{}{packed}{}", format.name(), record.origin.read_as);
             Ok((record, refused))
         }
-    }
-}
-
-/// A table whose text comes piece by piece, cut between lines.
-pub(super) struct Rows<'a> {
-    path: &'a Path,
-    care: Care,
-    asked: &'a Asked,
-    begun: Option<Begun<'a>>,
-    /// The line that the next piece begins with.
-    line: usize,
-}
-
-/// A table whose header is read.
-struct Begun<'a> {
-    table: Table<'a>,
-    separator: u8,
-    header_line: usize,
-    unit_row: Option<usize>,
-    units: UnitsIn,
-    /// Rows above the names of the columns.
-    above: usize,
-}
-
-/// A text that begins with the names of the columns.
-struct Names<'a> {
-    text: &'a str,
-    lines: Lines<'a>,
-    separator: u8,
-    /// Rows above them that were passed over.
-    above: usize,
-}
-
-impl Names<'_> {
-    /// Whether the row names columns: the first is the time, or the row below it holds their units.
-    fn are_names(&self, path: &Path) -> bool {
-        let mut piece = Piece::new(self.text, self.separator, self.lines);
-        if !piece.next(path).is_ok_and(|found| found) || piece.row.len() < 2 || header::is_unit_row(&piece.row) {
-            return false;
-        }
-        let names = std::mem::take(&mut piece.row);
-        // Loggers write `Date/Time;12.03.2024 10:15` above the table.
-        (header::begins_with_time(&names) && !header::holds_values(&names))
-            || (header::lacks_units(&names)
-                && piece.next(path).is_ok_and(|found| found)
-                && header::is_unit_row(&piece.row)
-                && names.len() == piece.row.len())
-    }
-}
-
-/// Rows above the names of the columns that may be titles.
-const MOST_TITLES: usize = 50;
-
-/// The rows of one piece of text with their lines.
-struct Piece<'a> {
-    text: &'a str,
-    separator: u8,
-    lines: Lines<'a>,
-    reader: csv::Reader<&'a [u8]>,
-    row: csv::StringRecord,
-    /// Where in the text the row begins.
-    start: usize,
-}
-
-impl<'a> Piece<'a> {
-    fn new(text: &'a str, separator: u8, lines: Lines<'a>) -> Self {
-        let reader = csv::ReaderBuilder::new()
-            .has_headers(false)
-            .flexible(true)
-            .comment(Some(b'#'))
-            .delimiter(separator)
-            .from_reader(text.as_bytes());
-        Self { text, separator, lines, reader, row: csv::StringRecord::new(), start: 0 }
-    }
-
-    /// Whether there is another row; it is in `row` then, and `lines` at its line.
-    fn next(&mut self, path: &Path) -> Result<bool, Complaint> {
-        let before = self.offset();
-        let found = self.reader.read_record(&mut self.row).map_err(|error| {
-            Complaint::new(Kind::Syntax, format!("cannot be split into columns: {error}")).in_file(path)
-        })?;
-        if found {
-            self.start = self.lines.next_row(before).unwrap_or(before);
-        }
-        Ok(found)
-    }
-
-    /// The row as the file has it.
-    fn line(&self) -> Line<'a> {
-        let text = self.text.get(self.start..self.offset()).unwrap_or_default();
-        Line { number: self.lines.line, text, separator: self.separator }
-    }
-
-    fn offset(&self) -> usize {
-        usize::try_from(self.reader.position().byte()).unwrap_or(usize::MAX)
-    }
-
-    /// What is not yet read.
-    fn rest(&self) -> &'a str {
-        self.text.get(self.offset()..).unwrap_or_default()
-    }
-}
-
-impl<'a> Rows<'a> {
-    pub(super) fn new(path: &'a Path, care: Care, asked: &'a Asked) -> Self {
-        Self { path, care, asked, begun: None, line: 1 }
-    }
-
-    /// Takes the next piece, `ends` if no other follows.
-    ///
-    /// # Errors
-    /// The first mistake, with its line.
-    pub(super) fn feed(&mut self, text: &str, ends: bool) -> Result<(), Complaint> {
-        let mut lines = Lines::new(text, self.line);
-        let mut piece = match &self.begun {
-            Some(begun) => Piece::new(text, begun.separator, lines),
-            None => match lines.next_row(0) {
-                Some(start) => self.begin(text, start, lines)?,
-                None => {
-                    self.line = lines.line;
-                    return Ok(());
-                }
-            },
-        };
-        let Some(begun) = &mut self.begun else { return Ok(()) };
-        let mut pending = !piece.row.is_empty();
-        while std::mem::take(&mut pending) || piece.next(self.path)? {
-            // A line of blanks is no row.
-            if piece.row.len() == 1 && piece.row.get(0).is_some_and(|field| field.trim().is_empty()) {
-                continue;
-            }
-            let last = ends && piece.rest().trim_start().is_empty();
-            let cut = last && !text.ends_with(['\n', '\r']);
-            begun.table.push(&Row { fields: &piece.row, line: piece.line(), cut, last })?;
-        }
-        self.line = piece.lines.end();
-        Ok(())
-    }
-
-    /// Reads the header of a text whose first row begins at byte `start`. A row of data that was read with it is left in the piece.
-    fn begin<'t>(&mut self, text: &'t str, start: usize, lines: Lines<'t>) -> Result<Piece<'t>, Complaint> {
-        let Names { text, lines, separator, above } = self.names(text, start, lines)?;
-        let header_line = lines.line;
-        let mut piece = Piece::new(text, separator, lines);
-        piece.next(self.path)?;
-        let names_line = piece.line();
-        if names_line.text.matches('"').count() % 2 == 1 {
-            return Err(unclosed_quote(names_line.place(self.path)));
-        }
-        let names = std::mem::take(&mut piece.row);
-        let mut unit_row = None;
-        let header = if header::lacks_units(&names) && piece.next(self.path)? && header::is_unit_row(&piece.row) {
-            unit_row = Some(piece.lines.line);
-            let units = std::mem::take(&mut piece.row);
-            let row = Heading { path: self.path, line: piece.line() };
-            header::parse(&header::join(&names, &units, &row)?, &row, self.asked)?
-        } else {
-            header::parse(&names, &Heading { path: self.path, line: names_line }, self.asked)?
-        };
-        let units = header.units;
-        let table = Table::new(self.path, separator, header, self.care);
-        self.begun = Some(Begun { table, separator, header_line, unit_row, units, above });
-        Ok(piece)
-    }
-
-    /// Where the names of the columns begin: behind a line that states the separator, as Excel writes it, and behind titles.
-    fn names<'t>(&self, text: &'t str, start: usize, mut lines: Lines<'t>) -> Result<Names<'t>, Complaint> {
-        let behind = |at: usize| text[at..].find(['\n', '\r']).map_or(text.len(), |length| at + length);
-        let stated = stated_separator(&text[start..behind(start)]);
-        let start = match stated {
-            Some(_) => lines.next_row(behind(start)).unwrap_or(text.len()),
-            None => start,
-        };
-        let names = |at: usize, line: usize, titles: usize| -> Result<Names<'t>, Complaint> {
-            let text = &text[at..];
-            let separator = stated
-                .map_or_else(|| separator(text), Ok)
-                .map_err(|complaint| complaint.at(Line { number: line, text, separator: b',' }.place(self.path)))?;
-            let above = titles + usize::from(stated.is_some());
-            Ok(Names { text, lines: Lines::new(text, line), separator, above })
-        };
-        let first = names(start, lines.line, 0);
-        let mut at = start;
-        for titles in 0..=MOST_TITLES {
-            if let Ok(names) = names(at, lines.line, titles)
-                && names.are_names(self.path)
-            {
-                return Ok(names);
-            }
-            let Some(next) = lines.next_row(behind(at)) else { break };
-            at = next;
-        }
-        first
-    }
-
-    /// The rows since the last call; `None` before there is a header.
-    pub(super) fn take(&mut self) -> Option<Record> {
-        self.begun.as_mut().map(|begun| begun.table.take(begun.header_line))
-    }
-
-    /// The line that the next piece begins with.
-    pub(super) fn line(&self) -> usize {
-        self.line
-    }
-
-    /// What can only be said at the end, and how the file is written.
-    pub(super) fn check_whole(&self) -> Result<Dialect, Complaint> {
-        let begun = self.begun.as_ref().ok_or_else(|| empty(self.path))?;
-        begun.table.check_whole(begun.header_line)?;
-        Ok(begun.dialect())
-    }
-
-    pub(super) fn finish(self) -> Result<(Standing, Dialect), Complaint> {
-        let begun = self.begun.ok_or_else(|| empty(self.path))?;
-        let dialect = begun.dialect();
-        Ok((begun.table.finish(begun.header_line)?, dialect))
-    }
-}
-
-impl Begun<'_> {
-    fn dialect(&self) -> Dialect {
-        let begins_at = self.table.begins_at();
-        Dialect {
-            separator: self.separator,
-            commas: self.table.commas(),
-            unit_row: self.unit_row,
-            units: self.units,
-            above: self.above,
-            begins_at,
-        }
-    }
-}
-
-fn empty(path: &Path) -> Complaint {
-    Complaint::new(Kind::Empty, "the file is empty")
-        .in_file(path)
-        .help("the first row names the columns: `time [s],p_A [bar],...`")
-}
-
-/// Finds the line of each row. The positions of the csv crate are those before the comments and blank lines that it
-/// skips, so the lines are counted here.
-#[derive(Clone, Copy)]
-struct Lines<'a> {
-    bytes: &'a [u8],
-    at: usize,
-    line: usize,
-}
-
-impl<'a> Lines<'a> {
-    fn new(text: &'a str, line: usize) -> Self {
-        Self { bytes: text.as_bytes(), at: 0, line }
-    }
-
-    /// The line behind the last one.
-    fn end(mut self) -> usize {
-        while self.at < self.bytes.len() {
-            self.step();
-        }
-        self.line
-    }
-
-    /// Moves on to byte `from`, then over blank lines and comments; gives where the row starts, if there is one.
-    fn next_row(&mut self, from: usize) -> Option<usize> {
-        while self.at < from {
-            self.step();
-        }
-        loop {
-            match self.bytes.get(self.at)? {
-                b'\n' | b'\r' => self.step(),
-                b'#' => {
-                    while !matches!(self.bytes.get(self.at)?, b'\n' | b'\r') {
-                        self.step();
-                    }
-                }
-                _ => return Some(self.at),
-            }
-        }
-    }
-
-    fn step(&mut self) {
-        let here = self.bytes.get(self.at);
-        let next = self.bytes.get(self.at + 1);
-        // Of a carriage return with a line feed, the line feed ends the line.
-        if here == Some(&b'\n') || (here == Some(&b'\r') && next != Some(&b'\n')) {
-            self.line += 1;
-        }
-        self.at += 1;
     }
 }

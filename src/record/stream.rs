@@ -4,8 +4,9 @@ use std::io::{self, Cursor, Read};
 use std::path::Path;
 
 use super::binary::Binary;
+use super::care::{Care, Standing};
 use super::packed::{Bytes, not_read, unpacking};
-use super::read::{Care, Rows, Standing};
+use super::rows::Rows;
 use super::{Asked, Record};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::files::{self, Open};

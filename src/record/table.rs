@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::Origin;
+use super::care::{Care, Standing};
 use super::dialect::{has_thousands, proves_decimal_comma};
 use super::field::{Decimals, is_missing, since};
 use super::header::{Column, Header};
 use super::line::Line;
-use super::read::{Care, Standing};
 use super::stamp::{self, Stamp};
 use super::{Channel, Record};
 use crate::complaint::{Complaint, Kind, Place};

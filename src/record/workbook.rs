@@ -7,8 +7,8 @@ use std::path::Path;
 use calamine::{DataRef, ExcelDateTime, Reader, SheetType, Xlsx};
 
 use super::Asked;
-use super::groups::MOST_COLUMNS;
-use super::read::{Care, MOST, Rows, Standing};
+use super::care::{Care, MOST, MOST_COLUMNS, Standing};
+use super::rows::Rows;
 use crate::complaint::{Complaint, Kind};
 use crate::files::too_large;
 
