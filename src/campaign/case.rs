@@ -16,8 +16,8 @@ use crate::model::{Model, Outputs};
 use crate::number::{difference_in_unit, in_unit, rounded};
 use crate::physics::ATMOSPHERE;
 use crate::physics::card::{PortKind, Role};
-use crate::physics::component::{PortFlows, PortVariables};
 use crate::physics::fluid::{self, Fluid};
+use crate::physics::ports::{PortFlows, PortVariables};
 use crate::record::Record;
 use crate::rig::{Quantity, Rig, Target};
 

@@ -7,8 +7,9 @@ use super::piece::Piece;
 use super::slot::{Slot, Variable};
 use super::wiring::Wiring;
 use crate::numeric::{Dual, Elimination, Real, Scalar, States, System};
-use crate::physics::component::{AnyLaw, PortFlows, PortVariables, VARIABLES};
+use crate::physics::component::AnyLaw;
 use crate::physics::fluid::{self, Fluid};
+use crate::physics::ports::{PortFlows, PortVariables, VARIABLES};
 use crate::physics::{ATMOSPHERE, GRAVITY};
 use crate::rig::Rig;
 

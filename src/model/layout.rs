@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::slot::{Slot, Variable};
 use super::wiring::Wiring;
 use crate::numeric::{Elimination, WHOLE};
-use crate::physics::component::{INPUTS, PORTS, VARIABLES};
+use crate::physics::ports::{INPUTS, PORTS, VARIABLES};
 use crate::rig::{NodeKind, Quantity, Rig, Target};
 
 /// One balance: `rate of state = sign * sum of through / sum of capacity`.

@@ -7,8 +7,9 @@ use super::layout::{Balance, Layout, Raw};
 use super::slot::Variable;
 use crate::numeric::{Curved, Dual, Elimination, Entry, Real};
 use crate::physics::ATMOSPHERE;
-use crate::physics::component::{AnyLaw, PortFlows, PortVariables, VARIABLES};
+use crate::physics::component::AnyLaw;
 use crate::physics::fluid::{self, Fluid};
+use crate::physics::ports::{PortFlows, PortVariables, VARIABLES};
 use crate::rig::Rig;
 
 /// Variables and parameters by which a component is derived at once.

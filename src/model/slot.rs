@@ -1,6 +1,6 @@
 //! A component's place among the states, the held pressures, the inputs and the balances.
 
-use crate::physics::component::{INPUTS, PORTS, VARIABLES};
+use crate::physics::ports::{INPUTS, PORTS, VARIABLES};
 
 /// Where a component's variable comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

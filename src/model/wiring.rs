@@ -2,7 +2,7 @@
 
 use super::slot::{Slot, Variable};
 use crate::numeric::Real;
-use crate::physics::component::{INPUTS, PortVariables, VARIABLES};
+use crate::physics::ports::{INPUTS, PortVariables, VARIABLES};
 
 /// Where a component's values stand in the row: its variables, then its inputs.
 #[derive(Debug, Clone, Copy)]

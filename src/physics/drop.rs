@@ -2,9 +2,15 @@
 
 use super::ATMOSPHERE;
 use super::card::Card;
-use super::component::{AnyLaw, PortFlows, PortVariables};
 use super::formula::Formula;
+use super::ports::{PortFlows, PortVariables};
 use crate::numeric::Real;
+
+/// A law of two hydraulic ports, ahead of which pressure may be lost.
+pub trait Throttle<T: Real> {
+    /// Answers to what is seen.
+    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>);
+}
 
 /// The law of a component with two hydraulic ports, ahead of which a part of the pressure is lost: `q = law(p_in - d(p_in,
 /// p_out, q), p_out)`.
@@ -13,8 +19,8 @@ use crate::numeric::Real;
 /// gives Pa. One `q` solves this as long as `d` rises with it, as every loss does. Worked: an orifice of 1e-7 m³/s/Pa^½ under
 /// 10 bar with `d = K q²`, K = 1e14 Pa s²/m⁶, passes 1e-7 sqrt(1e6)/sqrt(1 + 1e14 1e-14) = 7.071e-5 m³/s.
 #[derive(Debug, Clone)]
-pub struct Dropped<T> {
-    own: AnyLaw<T>,
+pub struct Dropped<L, T> {
+    own: L,
     drop: Formula<T>,
 }
 
@@ -29,9 +35,9 @@ const WIDTH: (f64, f64) = (1e-9, 1e-6);
 /// Steps with that slope: each brings the derivatives as much nearer as the slope is right.
 const FOR_DERIVATIVES: usize = 3;
 
-impl<T: Real> Dropped<T> {
+impl<L: Throttle<T>, T: Real> Dropped<L, T> {
     /// `card` has the formula, and `parameters` are those of it, SI.
-    pub fn new(own: AnyLaw<T>, card: &'static Card, parameters: &[T]) -> Option<Self> {
+    pub fn new(own: L, card: &'static Card, parameters: &[T]) -> Option<Self> {
         Some(Self { own, drop: Formula::new(card, parameters)? })
     }
 
@@ -96,7 +102,7 @@ mod tests {
     use super::*;
     use crate::expression::{Expression, Name};
     use crate::numeric::Dual;
-    use crate::physics::component::orifice;
+    use crate::physics::component::{AnyLaw, orifice};
     use crate::physics::fluid::Fluid;
     use crate::units::Dimension;
     use approx::assert_relative_eq;

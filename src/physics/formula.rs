@@ -2,7 +2,7 @@
 
 use super::ATMOSPHERE;
 use super::card::{Card, PortKind};
-use super::component::{INPUTS, PortFlows, PortVariables, VARIABLES};
+use super::ports::{INPUTS, PortFlows, PortVariables, VARIABLES};
 use crate::expression::Expression;
 use crate::numeric::Real;
 

@@ -11,6 +11,8 @@ pub mod fluid;
 pub mod formula;
 pub mod law;
 pub mod own;
+pub mod own_law;
+pub mod ports;
 
 /// Standard atmosphere in Pa: what gauge pressures of a rig file and of its sensors are counted from.
 pub const ATMOSPHERE: f64 = 101_325.0;

@@ -4,12 +4,12 @@
 //! `printed` in it. Flows in m³/s, pressures in Pa (all gauge or all absolute), areas in m².
 
 use crate::numeric::Real;
-use crate::physics::component::Law;
 use crate::physics::component::directional_valve::DirectionalValve;
 use crate::physics::component::facts;
 use crate::physics::component::facts::Residuals;
 use crate::physics::component::flow_control_valve::FlowControlValve;
 use crate::physics::fluid::{self, Fluid};
+use crate::physics::ports::Law;
 use crate::rig::Rig;
 use std::f64::consts::PI;
 

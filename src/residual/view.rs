@@ -5,7 +5,8 @@ use super::reading::{Readings, Source};
 use crate::numeric::{Dual, Real};
 use crate::physics::ATMOSPHERE;
 use crate::physics::card::PortKind;
-use crate::physics::component::{AnyLaw, INPUTS, PortFlows, PortVariables, VARIABLES};
+use crate::physics::component::AnyLaw;
+use crate::physics::ports::{INPUTS, PortFlows, PortVariables, VARIABLES};
 use crate::rig::{NodeKind, Quantity, Rig};
 
 /// Where a variable of a component's law comes from.

@@ -2,8 +2,8 @@
 
 use super::{NodeKind, Rig};
 use crate::physics::card::PortKind;
-use crate::physics::component::{PortFlows, PortVariables};
 use crate::physics::fluid::{self, Fluid};
+use crate::physics::ports::{PortFlows, PortVariables};
 
 impl Rig {
     /// Number of states: pressures of volumes, position and velocity of bodies, those of components, readings that lag.

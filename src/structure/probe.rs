@@ -5,8 +5,8 @@
 
 use crate::numeric::{Dual, Real};
 use crate::physics::card::PortKind;
-use crate::physics::component::{INPUTS, PORTS, PortFlows, PortVariables, STATES, VARIABLES};
 use crate::physics::fluid::{self, Fluid};
+use crate::physics::ports::{INPUTS, PORTS, PortFlows, PortVariables, STATES, VARIABLES};
 use crate::rig::{Component, Rig};
 use crate::units::Unit;
 

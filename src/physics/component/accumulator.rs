@@ -1,11 +1,11 @@
 //! Hydraulic accumulator.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::ATMOSPHERE;
 use crate::physics::card::{Answer, Card, Parameter, Port, Role, Worked};
 use crate::physics::fluid::Fluid;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 pub const FACTS: Facts = Facts {
     symbol: Symbol::Accumulator,

@@ -1,10 +1,10 @@
 //! Dry friction of a body, such as that of seals and guides.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 pub const FACTS: Facts =
     Facts { symbol: Symbol::Hidden, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };

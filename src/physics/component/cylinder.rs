@@ -1,12 +1,12 @@
 //! Double-acting cylinder with one rod.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::ATMOSPHERE;
 use crate::physics::card::{Answer, Card, Parameter, Port, Role, Worked};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::annular_gap_conductance;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 use std::f64::consts::PI;
 
 pub const FACTS: Facts = Facts {

@@ -2,11 +2,11 @@
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::orifice::TRANSITION;
-use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, DEAD_TIME, INERTIA_TIME, Input, Parameter, Port, Role, State, Worked};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::root;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 const fn share(name: &'static str, symbol: &'static str, meaning: &'static str) -> Parameter {
     Parameter::required(name, symbol, "-", meaning).or(1.0).within(0.0, 1.5)

@@ -1,10 +1,10 @@
 //! External force on a body, recorded or prescribed.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{ANY, Answer, Card, Input, Parameter, Port, Role, Worked};
 use crate::physics::fluid::Fluid;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 pub const FACTS: Facts =
     Facts { symbol: Symbol::Force, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };

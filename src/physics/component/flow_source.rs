@@ -1,10 +1,10 @@
 //! Flow source: a pump whose flow follows a recorded signal.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{ANY, Answer, Card, Input, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 pub const FACTS: Facts = Facts {
     symbol: Symbol::VariablePump,

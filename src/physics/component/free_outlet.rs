@@ -2,11 +2,11 @@
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::orifice::{HOLE, Orifice};
-use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::ATMOSPHERE;
 use crate::physics::card::{Answer, Card, Port, Worked};
 use crate::physics::fluid::Fluid;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 pub const FACTS: Facts =
     Facts { symbol: Symbol::FreeOutlet, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };

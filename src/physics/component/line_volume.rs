@@ -1,10 +1,10 @@
 //! Line volume: the oil in a pipe or hose that makes a node compliant.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Role, Worked};
 use crate::physics::fluid::Fluid;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 pub const FACTS: Facts =
     Facts { symbol: Symbol::Hidden, residuals: Residuals::None, balance: Balance::Stores, settles: Settles::AtOnce };

@@ -2,67 +2,15 @@
 
 use self::facts::{Facts, Settles};
 use super::card::{Card, Role};
-use super::drop::Dropped;
+use super::drop::{Dropped, Throttle};
 use super::effect::EffectLaw;
 use super::fluid::Fluid;
 use super::formula::Formula;
-use super::own::OwnLaw;
+use super::own_law::OwnLaw;
+use super::ports::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 
 pub mod facts;
-
-/// The largest number of port variables and states that one component may have.
-pub const VARIABLES: usize = 7;
-/// The largest number of ports.
-pub const PORTS: usize = 4;
-/// The largest number of states of one component.
-pub const STATES: usize = 2;
-/// The largest number of inputs of one component, the time among them.
-pub const INPUTS: usize = 2;
-
-/// What a component sees: port variables in the order of its card, then its states; its inputs; and how easily the fluid flows,
-/// as [`Fluid::fluidity`] says.
-#[derive(Debug, Clone, Copy)]
-pub struct PortVariables<T> {
-    pub z: [T; VARIABLES],
-    pub u: [T; INPUTS],
-    pub fluidity: T,
-}
-
-impl<T: Real> Default for PortVariables<T> {
-    /// Zeros, and the fluid as it is at its temperature of reference.
-    fn default() -> Self {
-        Self { z: [T::zero(); VARIABLES], u: [T::zero(); INPUTS], fluidity: T::one() }
-    }
-}
-
-/// What a component answers.
-#[derive(Debug, Clone, Copy)]
-pub struct PortFlows<T> {
-    /// Per port: flow into it (m³/s), or force on the body (N).
-    pub through: [T; PORTS],
-    /// Per port: what the component adds to the node's capacity, m³/Pa or kg.
-    pub capacity: [T; PORTS],
-    /// Per state: its rate, per second.
-    pub rate: [T; STATES],
-}
-
-impl<T: Real> Default for PortFlows<T> {
-    fn default() -> Self {
-        let zero = T::zero();
-        Self { through: [zero; PORTS], capacity: [zero; PORTS], rate: [zero; STATES] }
-    }
-}
-
-/// The law of a component for one number type.
-pub trait Law<T: Real>: Sized {
-    /// From the parameters in the order of the card, SI.
-    fn new(parameters: &[T], fluid: &Fluid<T>) -> Self;
-
-    /// Answers to what is seen. Called in the innermost loop: no allocation, no branching on time. What a law does not
-    /// answer arrives as zero and must be left so at every call: the entries are not cleared in between.
-    fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>);
-}
 
 macro_rules! components {
     ($($module:ident :: $name:ident),+ $(,)?) => {
@@ -106,7 +54,7 @@ macro_rules! components {
             /// What a user's effect has joined to it.
             Formula(Formula<T>),
             /// A component in whose line a user's effect loses pressure.
-            Dropped(Box<Dropped<T>>),
+            Dropped(Box<Dropped<AnyLaw<T>, T>>),
             /// A component that the rig file or the catalogue writes.
             Own(Box<OwnLaw<T>>),
         }
@@ -138,6 +86,13 @@ macro_rules! components {
                     AnyLaw::Dropped(law) => law.evaluate(seen, answers),
                     AnyLaw::Own(law) => law.evaluate(seen, answers),
                 }
+            }
+        }
+
+        impl<T: Real> Throttle<T> for AnyLaw<T> {
+            #[inline]
+            fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
+                AnyLaw::evaluate(self, seen, answers);
             }
         }
     };

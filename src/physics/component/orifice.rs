@@ -1,11 +1,11 @@
 //! Sharp-edged orifice.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Role, Worked};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::{orifice_conductance, root};
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 /// Pressure drop at which an orifice of a few millimetres passes from laminar to turbulent flow, in bar; its size
 /// follows from a transition Reynolds number between 100 and 1000 and is rarely known better than to a factor.

@@ -1,11 +1,11 @@
 //! Relief valve whose set pressure is commanded.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Input, Parameter, Port, Role, State, Worked};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::root;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 pub const FACTS: Facts =
     Facts { symbol: Symbol::ReliefValve, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::Lag };

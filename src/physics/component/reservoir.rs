@@ -1,11 +1,11 @@
 //! Open reservoir whose level is its pressure.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::GRAVITY;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 pub const FACTS: Facts =
     Facts { symbol: Symbol::Vessel, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };

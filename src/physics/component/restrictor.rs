@@ -2,11 +2,11 @@
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use super::orifice::TRANSITION;
-use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
 use crate::physics::law::root;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 pub const FACTS: Facts = Facts {
     symbol: Symbol::Restrictor,

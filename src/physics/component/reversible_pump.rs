@@ -1,10 +1,10 @@
 //! Pump that turns both ways at a recorded speed.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{ANY, Answer, Card, Input, Parameter, Port, Worked};
 use crate::physics::fluid::Fluid;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 pub const FACTS: Facts = Facts {
     symbol: Symbol::ReversiblePump,

@@ -1,10 +1,10 @@
 //! Tank: a boundary of constant pressure.
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
-use super::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 use crate::physics::card::{Card, Parameter, Port};
 use crate::physics::fluid::Fluid;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 pub const FACTS: Facts =
     Facts { symbol: Symbol::Hidden, residuals: Residuals::None, balance: Balance::Ends, settles: Settles::AtOnce };

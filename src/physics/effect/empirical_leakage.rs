@@ -4,8 +4,8 @@ use super::spline::{Curve, HEIGHTS, card, free};
 use super::{At, Effect, Form, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 pub const EFFECT: Effect = Effect {
     name: "empirical-leakage",

@@ -4,8 +4,8 @@ use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
 use crate::physics::component::facts::Symbol;
-use crate::physics::component::{Law, PortFlows, PortVariables};
 use crate::physics::fluid::Fluid;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 pub const EFFECT: Effect = Effect {
     name: "load-stiffness",

@@ -8,9 +8,9 @@ pub(crate) mod spline;
 
 use super::card::Card;
 use super::component::facts::Symbol;
-use super::component::{Law, PortFlows, PortVariables};
 use super::fluid::Fluid;
 use super::formula;
+use super::ports::{Law, PortFlows, PortVariables};
 use crate::numeric::Real;
 
 /// Where an effect may sit.

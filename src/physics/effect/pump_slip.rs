@@ -3,8 +3,9 @@
 use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
-use crate::physics::component::{Law, PortFlows, PortVariables, pump};
+use crate::physics::component::pump;
 use crate::physics::fluid::Fluid;
+use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 pub const EFFECT: Effect = Effect {
     name: "pump-slip",

@@ -4,7 +4,8 @@ use std::cell::Cell;
 
 use crate::support::cards;
 
-use borescope::internals::physics::component::{AnyLaw, CARDS, INPUTS, PORTS, STATES, VARIABLES};
+use borescope::internals::physics::component::{AnyLaw, CARDS};
+use borescope::internals::physics::ports::{INPUTS, PORTS, STATES, VARIABLES};
 use cards::unit;
 
 #[test]

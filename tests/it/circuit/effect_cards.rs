@@ -3,8 +3,8 @@
 use crate::support::cards;
 
 use borescope::internals::model::{InputSignals, Model, cycle_times};
-use borescope::internals::physics::component::{INPUTS, PORTS, STATES, VARIABLES};
 use borescope::internals::physics::effect::{EFFECTS, EffectLaw, Form, LAWS};
+use borescope::internals::physics::ports::{INPUTS, PORTS, STATES, VARIABLES};
 use borescope::internals::report::effects::entry;
 use borescope::internals::rig::{EffectInstance, ParameterSetting, Rig};
 use cards::unit;

@@ -9,8 +9,9 @@ use borescope::Unit;
 use borescope::internals::model::{InputSignals, Model, Tolerance, cycle_times};
 use borescope::internals::physics::ATMOSPHERE;
 use borescope::internals::physics::card::{Card, Parameter, PortKind};
-use borescope::internals::physics::component::{AnyLaw, CARDS, INPUTS, PortFlows, PortVariables};
+use borescope::internals::physics::component::{AnyLaw, CARDS};
 use borescope::internals::physics::fluid::{self, Fluid};
+use borescope::internals::physics::ports::{INPUTS, PortFlows, PortVariables};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 

@@ -6,8 +6,8 @@ use std::path::Path;
 use approx::assert_relative_eq;
 use borescope::internals::model::{InputSignals, Model};
 use borescope::internals::physics::ATMOSPHERE;
-use borescope::internals::physics::component::{PortFlows, PortVariables};
 use borescope::internals::physics::fluid::{self, Fluid};
+use borescope::internals::physics::ports::{PortFlows, PortVariables};
 use borescope::internals::residual::{Variant, generators};
 use borescope::internals::rig::Rig;
 

@@ -3,8 +3,8 @@
 use approx::assert_relative_eq;
 use borescope::Unit;
 use borescope::internals::physics::card::{Answer, Card};
-use borescope::internals::physics::component::{PortFlows, PortVariables};
 use borescope::internals::physics::fluid::{self, Fluid};
+use borescope::internals::physics::ports::{PortFlows, PortVariables};
 
 pub fn unit(symbol: &str) -> Unit {
     Unit::parse(symbol).unwrap()

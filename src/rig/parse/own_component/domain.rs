@@ -4,9 +4,9 @@ use super::OwnKind;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::physics::ATMOSPHERE;
 use crate::physics::card::PortKind;
-use crate::physics::component::PortVariables;
 use crate::physics::fluid::Fluid;
-use crate::physics::own::OwnLaw;
+use crate::physics::own_law::OwnLaw;
+use crate::physics::ports::PortVariables;
 use crate::rig::parse::card_unit;
 
 /// Gauge pressures, Pa, positions, m, and speeds, m/s, that a circuit may well come to.

@@ -3,8 +3,8 @@
 use super::effects::{Belongs, belongs};
 use crate::complaint::{Complaint, Kind};
 use crate::physics::card::{ANY, Input, Parameter, Port, PortKind, Role};
-use crate::physics::component::{INPUTS, PORTS, STATES, VARIABLES};
 use crate::physics::own::MOST_PARAMETERS;
+use crate::physics::ports::{INPUTS, PORTS, STATES, VARIABLES};
 use crate::rig::parse::kept::kept;
 use crate::rig::parse::{difference, named};
 use crate::rig::source::{Stated, Table, Value};

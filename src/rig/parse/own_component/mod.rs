@@ -17,9 +17,9 @@ use super::kept::{kept, kept_list};
 use super::own_effect::words;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::physics::card::{Card, Input, Parameter, Port, State};
-use crate::physics::component::INPUTS;
 use crate::physics::effect::Effect;
 use crate::physics::own::Own;
+use crate::physics::ports::INPUTS;
 use crate::rig::Beside;
 use crate::rig::source::{Table, Value};
 

@@ -4,7 +4,7 @@ use super::{Own, Value};
 use crate::complaint::{Complaint, Kind, help_with_names};
 use crate::expression::Name;
 use crate::physics::card::PortKind;
-use crate::physics::component::{INPUTS, PORTS, VARIABLES};
+use crate::physics::ports::{INPUTS, PORTS, VARIABLES};
 use crate::rig::{Component, NodeKind, Rig};
 use crate::units::Dimension;
 
