@@ -1,4 +1,5 @@
-//! The map of the code is true: its table of modules has every room, and what each knows is what its files use.
+//! The map of the code is true: its table of modules has every room, and what each knows is what its files use. Those know each other
+//! in no circle.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -20,7 +21,11 @@ fn words(text: &str) -> BTreeSet<String> {
             _ => {}
         }
     }
-    plain.split(',').map(|word| word.trim().to_owned()).filter(|word| !matches!(word.as_str(), "" | "nothing")).collect()
+    plain
+        .split(',')
+        .map(|word| word.trim().to_owned())
+        .filter(|word| !matches!(word.as_str(), "" | "nothing"))
+        .collect()
 }
 
 /// What each room knows by the map.
@@ -92,4 +97,139 @@ fn what_each_room_knows_is_what_its_files_use() {
 
 fn list(rooms: &BTreeSet<String>) -> String {
     if rooms.is_empty() { "nothing".to_owned() } else { rooms.iter().cloned().collect::<Vec<_>>().join(", ") }
+}
+
+/// A file, as the path of its module: `record`, `groups`.
+type Module = Vec<String>;
+
+/// Every file beneath a folder with its code, tests and comments apart.
+fn modules(folder: &Path, module: &[String], found: &mut BTreeMap<Module, String>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        let mut own = module.to_vec();
+        if path.is_dir() {
+            own.push(name);
+            modules(&path, &own, found);
+        } else if path.extension().is_some_and(|end| end == "rs") {
+            own.extend((name != "mod").then_some(name));
+            found.insert(own, code(&fs::read_to_string(&path).unwrap()));
+        }
+    }
+}
+
+fn code(text: &str) -> String {
+    let code = text.split("#[cfg(test)]\nmod tests").next().unwrap();
+    code.lines().map(|line| line.split("//").next().unwrap()).collect::<Vec<_>>().join("\n")
+}
+
+fn is_of_name(letter: char) -> bool {
+    letter.is_alphanumeric() || letter == '_'
+}
+
+/// What stands behind each occurrence of a word.
+fn behind<'a>(code: &'a str, word: &'a str) -> impl Iterator<Item = &'a str> {
+    code.match_indices(word)
+        .filter(|(at, _)| !code[..*at].ends_with(|letter| is_of_name(letter) || letter == ':'))
+        .map(|(at, _)| &code[at + word.len()..])
+}
+
+/// The paths of a tree: `super::{Asked, table::Row}` are two.
+fn paths(tree: &str, before: &str, found: &mut Vec<String>) {
+    let tree = tree.trim();
+    let Some((start, branches)) = tree.strip_suffix('}').and_then(|tree| tree.split_once('{')) else {
+        let name = tree.split(" as ").next().unwrap();
+        found.extend((!name.is_empty()).then(|| format!("{before}{name}")));
+        return;
+    };
+    let (before, mut depth, mut begun) = (format!("{before}{start}"), 0, 0);
+    for (at, letter) in branches.char_indices().chain([(branches.len(), ',')]) {
+        match letter {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 0 => {
+                paths(&branches[begun..at], &before, found);
+                begun = at + 1;
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The files that one file uses, but for those that it is made of and those that it is a part of.
+fn known(module: &[String], code: &str, files: &BTreeMap<Module, String>) -> BTreeSet<Module> {
+    let mut found = Vec::new();
+    for tree in behind(code, "use ") {
+        paths(tree.split(';').next().unwrap(), "", &mut found);
+    }
+    for word in ["super::", "crate::"] {
+        let path =
+            |rest: &str| rest.split(|letter: char| !is_of_name(letter) && letter != ':').next().unwrap().to_owned();
+        found.extend(behind(code, word).map(|rest| word.to_owned() + &path(rest)));
+    }
+    let file = |path: &String| {
+        let mut names = path.split("::").map(str::to_owned).peekable();
+        let mut at: Module = if names.peek()? == "crate" { Vec::new() } else { module.to_vec() };
+        while let Some(name) = names.next_if(|name| matches!(name.as_str(), "crate" | "self" | "super")) {
+            if name == "super" {
+                at.pop();
+            }
+        }
+        at.extend(names);
+        // The longest beginning that is a file; what is behind it are its items.
+        while !at.is_empty() && !files.contains_key(&at) {
+            at.pop();
+        }
+        (!at.is_empty() && !at.starts_with(module) && !module.starts_with(&at)).then_some(at)
+    };
+    found.iter().filter_map(file).collect()
+}
+
+/// Files that know each other in a circle, each circle once.
+fn circles(files: &BTreeMap<Module, String>) -> Vec<String> {
+    let known: BTreeMap<&Module, BTreeSet<Module>> =
+        files.iter().map(|(module, code)| (module, known(module, code, files))).collect();
+    let mut reached: BTreeMap<&Module, BTreeSet<&Module>> = BTreeMap::new();
+    for from in known.keys() {
+        let (mut open, of_this) = (vec![*from], reached.entry(from).or_default());
+        while let Some(module) = open.pop() {
+            open.extend(known[module].iter().filter(|next| of_this.insert(*next)));
+        }
+    }
+    let circle = |(module, all): (&&Module, &BTreeSet<&Module>)| {
+        let back = all.iter().filter(|other| reached[**other].contains(*module));
+        let names: Vec<String> = back.map(|other| other.join("/")).collect();
+        (!names.is_empty()).then(|| names.join(", "))
+    };
+    reached.iter().filter_map(circle).collect::<BTreeSet<_>>().into_iter().collect()
+}
+
+#[test]
+fn files_know_each_other_in_no_circle() {
+    let mut found = BTreeMap::new();
+    modules(Path::new("src"), &[], &mut found);
+    let circles = circles(&found);
+    assert!(circles.is_empty(), "move what several of these need into a file of its own:\n{}", circles.join("\n"));
+}
+
+#[test]
+fn a_circle_is_found_however_its_files_are_named() {
+    let found = |files: &[(&str, &str)]| {
+        let module = |name: &str| name.split('/').map(str::to_owned).collect::<Module>();
+        circles(&files.iter().map(|(name, text)| (module(name), code(text))).collect())
+    };
+    let table = ("record/table", "use super::{Asked, read::{self, Care}};");
+    assert_eq!(
+        found(&[("record", ""), table, ("record/read", "let row = super::table::Row::new();")]),
+        ["record/read, record/table"]
+    );
+    let third = ("rig", "use std::fmt;\npub(crate) use crate::record::table::Row as One;");
+    let through = [table, ("record/read", "fn read(rig: &crate::rig::Rig) {}"), third];
+    assert_eq!(found(&through), ["record/read, record/table, rig"]);
+    // A room and its own files are one; tests and comments know whom they like.
+    let inside = ("record", "mod table;\nuse table::Row;");
+    assert!(found(&[inside, ("record/table", "use super::Asked;")]).is_empty());
+    let apart =
+        "// as in super::table\nfn read() {}\n\n#[cfg(test)]\nmod tests {\n    use super::super::table::Row;\n}";
+    assert!(found(&[("record", ""), table, ("record/read", apart)]).is_empty());
 }
