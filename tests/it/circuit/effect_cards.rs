@@ -3,7 +3,7 @@
 use crate::support::cards;
 
 use borescope::internals::model::{InputSignals, Model, cycle_times};
-use borescope::internals::physics::effect::{EFFECTS, EffectLaw, Form, LAWS};
+use borescope::internals::physics::effect::{EFFECTS, EffectLaw, Form, FreeParameter, LAWS};
 use borescope::internals::physics::ports::{INPUTS, PORTS, STATES, VARIABLES};
 use borescope::internals::report::effects::entry;
 use borescope::internals::rig::{EffectInstance, ParameterSetting, Rig};
@@ -98,6 +98,15 @@ fn at_its_neutral_value_an_effect_does_nothing() {
         for placed in rig.effect_places() {
             // Its neutral value is a limit: a line always has some resistance, lest node and cylinder be one.
             if matches!(placed.effect.form, Form::Series { .. }) {
+                continue;
+            }
+            // Nor is it neutral where the rig file states that the circuit has it.
+            let stated = |free: &FreeParameter| {
+                let own = rig.bent(&placed, free.name).map(|index| rig.parameters[index].value);
+                let neutral = free.neutral.map(|neutral| rig.effect_unit(&placed, free.name).difference_to_si(neutral));
+                own.zip(neutral).is_some_and(|(own, neutral)| own != neutral)
+            };
+            if matches!(placed.effect.form, Form::ParameterChange) && placed.effect.parameters.iter().any(stated) {
                 continue;
             }
             let mut with = rig.clone();

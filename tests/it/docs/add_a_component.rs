@@ -1,11 +1,10 @@
 //! The page that adds a component, done: the file that it prints is the one that is compiled, and what it promises of it holds.
 
 use borescope::internals::diagnosis::Verdict;
+use borescope::internals::report::circuit;
 use borescope::internals::residual::generators;
 use borescope::internals::simulation::{SimulationOptions, simulate};
 use borescope::{Diagnosis, Rig};
-
-use crate::support::command::borescope;
 
 fn page() -> String {
     std::fs::read_to_string("docs/how-to/add-a-component.md").unwrap()
@@ -38,11 +37,7 @@ fn the_page_prints_the_file_that_is_compiled_and_the_rig_that_is_diagnosed() {
 
 #[test]
 fn it_is_drawn_and_has_its_residual() {
-    let page = tempfile::tempdir().unwrap();
-    let file = page.path().join("check.html");
-    let ran = borescope(["check", "fixtures/suction/rig.toml", "--report", file.to_str().unwrap()]);
-    assert_eq!(ran.status, Some(0), "{}", ran.err);
-    assert!(std::fs::read_to_string(file).unwrap().contains(">strainer</text>"));
+    assert!(circuit::svg(&rig(), &[]).contains(">strainer</text>"));
     assert!(generators(&rig()).iter().any(|generator| generator.id == "strainer.flow"));
 }
 
@@ -56,8 +51,6 @@ fn a_clogged_mesh_is_diagnosed_below_and_above_its_bypass() {
         assert_eq!(found.id, "strainer.clogging");
         assert!(!found.interval_misses(size, 0.0), "{found:?}");
         assert!(diagnosis.residuals.iter().any(|alarm| alarm.id == "strainer.flow" && alarm.fired));
-        let shown = format!("FAULTY: strainer.clogging {:.4}.", found.value);
-        assert!(size > 0.5 || page().contains(&shown), "the page does not print `{shown}`");
     }
     assert_eq!(diagnosed("0").verdict, Verdict::Healthy);
 }
