@@ -6,15 +6,15 @@
 //! rate besides, whose Occam factor is that of its range.
 
 use rayon::prelude::*;
-use serde::Serialize;
 
+use super::Diagnosed;
 use super::case::robust;
 use super::estimate::{self, Estimate};
 use super::noise::Weights;
 use super::problem::away;
+use super::result::{CommonCause, Verdict};
 use super::weighed;
 use super::weighing::prior_odds;
-use super::{Diagnosed, Verdict};
 use crate::estimation::Score;
 use crate::model::{InputSignals, Model};
 use crate::number::{rounded, text};
@@ -35,21 +35,6 @@ enum Cause {
     Swapped([usize; 2]),
     /// A sensor counts the other way.
     Turned(usize),
-}
-
-/// What one mistake in taking the record explains.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct CommonCause {
-    /// `fast-clock`, `absolute-pressures`, `swapped-columns` or `turned-sign`.
-    pub kind: &'static str,
-    /// The columns that it concerns.
-    pub columns: Vec<String>,
-    /// Relative rate of a clock; `None` for what has no size.
-    pub value: Option<f64>,
-    /// As a clause: `the clock of the logger is 1 % fast`.
-    pub clause: String,
-    /// Faults that it would take to explain the record without it.
-    pub instead_of: Vec<String>,
 }
 
 impl Cause {

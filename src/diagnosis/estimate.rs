@@ -254,7 +254,7 @@ impl<'a> Estimate<'a> {
     /// Whether the model explains every sensor within noise and tolerance.
     pub fn explains(&self) -> bool {
         let settings = self.case.settings();
-        let missed = super::missed(settings, &self.case.full.weights, &self.isolation.best.misfit);
+        let missed = super::missed::missed(settings, &self.case.full.weights, &self.isolation.best.misfit);
         missed.iter().all(|one| one.is_explained(settings))
     }
 

@@ -14,6 +14,7 @@ pub mod expected;
 mod fitted;
 pub mod hypotheses;
 pub mod interval;
+mod missed;
 pub mod noise;
 pub mod onset;
 pub(crate) mod preliminary;
@@ -35,17 +36,14 @@ use crate::number::rounded;
 use crate::record::Record;
 use crate::residual::{self, Detection};
 use crate::rig::Rig;
-use crate::settings::DiagnosisSettings;
-pub use common_cause::CommonCause;
 use estimate::Estimate;
 pub use hypotheses::Hypothesis;
+pub(crate) use missed::{adequate, is_there, missed, tame_squares};
 use problem::over_sensors;
 pub use result::{
-    ChannelReport, Diagnosis, FaultReport, FitReport, FittedReport, MissingEffect, ProfileReport, RivalEffect, SCHEMA,
-    UncertainReport, Verdict,
+    ChannelReport, CommonCause, Diagnosis, DynamicsReport, FaultReport, FitReport, FittedReport, MissingEffect,
+    ProfileReport, RivalEffect, SCHEMA, UncertainReport, Verdict,
 };
-pub(crate) use summary::{is_there, missed, tame_squares};
-pub use switching::DynamicsReport;
 
 /// What the user may choose.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -91,11 +89,6 @@ impl Diagnosed {
     }
 }
 
-/// Whether the mean square of the weighted misfits of a channel of so many samples is that of an adequate model.
-pub(crate) fn adequate(settings: &DiagnosisSettings, chi2: f64, samples: usize) -> bool {
-    let chance = settings.adequate_deviations * (2.0 / samples.max(1) as f64).sqrt();
-    chi2 <= settings.adequate_mean_square + chance
-}
 /// Digits of a reported number: more than any interval allows, fewer than rounding spoils.
 const DIGITS: usize = 7;
 /// Diagnoses one record of a rig as its file describes it; see [`crate::diagnose`] for one that may lack an effect.
@@ -254,7 +247,7 @@ fn diagnose_again(
         hypotheses: isolation.hypotheses(case),
         residuals,
         fit: FitReport {
-            chi2_reduced: misfit.iter().map(|channel| summary::tame_squares(case.settings(), channel)).sum::<f64>()
+            chi2_reduced: misfit.iter().map(|channel| missed::tame_squares(case.settings(), channel)).sum::<f64>()
                 / samples,
             iterations: isolation.rounds,
             solves: case.full.solves(),
@@ -300,7 +293,7 @@ fn parted_at(estimate: &Estimate<'_>, detection: &Detection) -> Option<f64> {
     let rows = problem.times.len();
     let span = problem.times.last()? - problem.times.first()?;
     let between = detection.hours_between_false_alarms * 3600.0 * rows as f64 / span;
-    let tame = |misfit: f64| summary::tame(case.settings(), misfit);
+    let tame = |misfit: f64| missed::tame(case.settings(), misfit);
     let mut sum = 0.0_f64;
     let alarm = (0..rows).find(|&row| {
         let samples = problem.series().into_iter().map(|range| range.start + row);

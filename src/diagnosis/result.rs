@@ -2,9 +2,7 @@
 
 use serde::{Serialize, Serializer};
 
-use super::common_cause::CommonCause;
 use super::hypotheses::Hypothesis;
-use super::switching::DynamicsReport;
 use crate::estimation::Identifiable;
 use crate::estimation::profile::QUANTILE;
 use crate::record::survey::Finding;
@@ -181,6 +179,34 @@ pub struct FitReport {
     pub correlation: Vec<Vec<f64>>,
     /// Profile likelihood of each fault that is present.
     pub profiles: Vec<ProfileReport>,
+}
+
+/// What one mistake in taking the record explains.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CommonCause {
+    /// `fast-clock`, `absolute-pressures`, `swapped-columns` or `turned-sign`.
+    pub kind: &'static str,
+    /// The columns that it concerns.
+    pub columns: Vec<String>,
+    /// Relative rate of a clock; `None` for what has no size.
+    pub value: Option<f64>,
+    /// As a clause: `the clock of the logger is 1 % fast`.
+    pub clause: String,
+    /// Faults that it would take to explain the record without it.
+    pub instead_of: Vec<String>,
+}
+
+/// A parameter of how a spool follows its command, where the record asks for another value than the rig file's. Numbers in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DynamicsReport {
+    /// Such as `valve.inertia_time`.
+    pub id: String,
+    /// With which the record is explained.
+    pub value: f64,
+    /// As the rig file has it.
+    pub unit: String,
+    /// By the rig file.
+    pub nominal: f64,
 }
 
 /// Physics that the model lacks, beside which the faults of a diagnosis were found.

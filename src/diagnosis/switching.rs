@@ -6,10 +6,10 @@
 //! fall with each, everything estimated following ([`crate::estimation::Score`]). The record is then explained again with those found.
 
 use rayon::prelude::*;
-use serde::Serialize;
 
 use super::case::Case;
 use super::estimate::Estimate;
+use super::result::DynamicsReport;
 use crate::estimation::ScoreTest;
 use crate::estimation::criteria::bic;
 use crate::model::InputSignals;
@@ -35,19 +35,6 @@ pub(crate) fn beyond_noise(times_noise: f64) -> f64 {
 
 /// Digits of a reported time constant.
 const DIGITS: usize = 4;
-
-/// A parameter of how a spool follows its command, where the record asks for another value than the rig file's. Numbers in `unit`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct DynamicsReport {
-    /// Such as `valve.inertia_time`.
-    pub id: String,
-    /// With which the record is explained.
-    pub value: f64,
-    /// As the rig file has it.
-    pub unit: String,
-    /// By the rig file.
-    pub nominal: f64,
-}
 
 /// How spools follow as a record shows, explained as `near` has it: parameters by index with their values, SI. `None` where nothing
 /// speaks against the rig file.
