@@ -2,8 +2,8 @@
 
 use super::piece::{Piece, merge, split, value};
 use super::readings::{Shown, positions, readings};
-use super::recording::cycle_times;
 use super::reshaped::{Following, acting};
+use super::rows::cycle_times;
 use super::stretch::{Stretch, broken_line, fit_line, through};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::record::{Channel, Record, Sampling};

@@ -8,30 +8,10 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::{InputSignals, Outputs, Piece};
 use crate::record::{Channel, Record};
-use crate::rig::{Cycle, Hold, Rig};
+use crate::rig::{Hold, Rig};
 
 /// Most decimals that a rounded column is written with.
 const DECIMALS: usize = 12;
-
-/// The times of the rows of a cycle, s: one interval apart, up to its end.
-///
-/// Where an input says what acted before a row, the first row stands one interval after the start; otherwise at it, since
-/// a record begins with its first row.
-pub fn cycle_times(rig: &Rig, cycle: &Cycle) -> Vec<f64> {
-    let first = usize::from(rig.inputs.iter().any(|input| input.hold == Hold::Before));
-    let mut times = Vec::new();
-    for row in first.. {
-        // Twelve digits, so that 3 * 0.004 is 0.012.
-        let time = row as f64 * cycle.interval;
-        let time = format!("{time:.11e}").parse().unwrap_or(time);
-        // Half an interval beyond the end would be a row; a rounding error beyond it is the end.
-        if time > cycle.duration() + 1e-6 * cycle.interval {
-            return times;
-        }
-        times.push(time);
-    }
-    times
-}
 
 /// What each input's column says at `times`, SI: `[input][row]`; behind them that of the temperature of the fluid, where it is
 /// not at its reference throughout.
