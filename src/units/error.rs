@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::split::split;
 use super::{Dimension, Unit};
 
 /// A text that is no unit, no quantity, or one of the wrong dimension. `Display` says what is wrong,
@@ -92,7 +93,8 @@ impl UnitError {
 /// The text with its one comma as a point, where that makes it a quantity.
 fn with_decimal_point(text: &str) -> Option<String> {
     let better = text.replacen(',', ".", 1);
-    (better != text && super::Quantity::parse(&better).is_ok()).then_some(better)
+    let is_quantity = |text: &str| split(text).is_some_and(|(_, unit)| unit.is_empty() || Unit::parse(unit).is_ok());
+    (better != text && is_quantity(&better)).then_some(better)
 }
 
 fn list(dimension: Dimension) -> String {

@@ -6,6 +6,7 @@ mod dimension;
 mod error;
 mod parse;
 mod quantity;
+mod split;
 mod table;
 
 use std::fmt;

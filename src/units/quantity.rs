@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use super::split::split;
 use super::{Dimension, Unit, UnitError};
 
 /// Fewer digits than an f64 holds, so that 0.3 mm comes back as 0.3 and not as 0.30000000000000004.
@@ -50,34 +51,8 @@ impl Quantity {
     }
 
     fn split(text: &str) -> Result<(f64, &str), UnitError> {
-        let text = text.trim();
-        let (number, unit) = text.split_at(number_length(text));
-        match number.parse::<f64>() {
-            // `5,5 mm` would otherwise be 5 of the unit `,5 mm`.
-            Ok(value) if value.is_finite() && !unit.starts_with([',', '.']) => Ok((value, unit.trim())),
-            _ => Err(UnitError::NotANumber { text: text.to_owned() }),
-        }
+        split(text).ok_or_else(|| UnitError::NotANumber { text: text.trim().to_owned() })
     }
-}
-
-/// Bytes of the decimal number at the start; an `e` belongs to it only with digits behind.
-fn number_length(text: &str) -> usize {
-    let bytes = text.as_bytes();
-    let digits = |from: usize| bytes.iter().skip(from).take_while(|byte| byte.is_ascii_digit()).count();
-    let sign_at = |at: usize| usize::from(matches!(bytes.get(at), Some(b'+' | b'-')));
-    let mut length = sign_at(0);
-    length += digits(length);
-    if bytes.get(length) == Some(&b'.') {
-        length += 1 + digits(length + 1);
-    }
-    if matches!(bytes.get(length), Some(b'e' | b'E')) {
-        let sign = sign_at(length + 1);
-        let exponent = digits(length + 1 + sign);
-        if exponent > 0 {
-            length += 1 + sign + exponent;
-        }
-    }
-    length
 }
 
 /// Writes the value in its own unit with at most 12 digits; no unit for a pure number.
