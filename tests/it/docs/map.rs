@@ -156,39 +156,71 @@ fn paths(tree: &str, before: &str, found: &mut Vec<String>) {
     }
 }
 
-/// The files that one file uses, but for those that it is made of and those that it is a part of.
-fn known(module: &[String], code: &str, files: &BTreeMap<Module, String>) -> BTreeSet<Module> {
+/// A path as seen from the root: in `record/read`, `super::table::Row` is `record/table/Row`.
+fn from_root(module: &[String], path: &str) -> Module {
+    let mut names = path.split("::").filter(|name| *name != "self").peekable();
+    let mut at = if names.next_if_eq(&"crate").is_some() { Vec::new() } else { module.to_vec() };
+    while names.next_if_eq(&"super").is_some() {
+        at.pop();
+    }
+    at.extend(names.map(str::to_owned));
+    at
+}
+
+/// What the `use` lines of a file name.
+fn named(module: &[String], code: &str) -> Vec<Module> {
     let mut found = Vec::new();
     for tree in behind(code, "use ") {
         paths(tree.split(';').next().unwrap(), "", &mut found);
     }
+    found.iter().map(|path| from_root(module, path)).collect()
+}
+
+/// How often a name is handed on at most, from room to room.
+const HANDED_ON: usize = 4;
+
+/// The files that one file uses, but for those that it is made of and those that it is a part of. What a room calls by a name of its own
+/// is of the file that has it.
+fn known(
+    module: &[String],
+    code: &str,
+    files: &BTreeMap<Module, String>,
+    own_names: &BTreeMap<Module, Module>,
+) -> BTreeSet<Module> {
+    let mut found = named(module, code);
     for word in ["super::", "crate::"] {
-        let path =
-            |rest: &str| rest.split(|letter: char| !is_of_name(letter) && letter != ':').next().unwrap().to_owned();
-        found.extend(behind(code, word).map(|rest| word.to_owned() + &path(rest)));
+        let path = |rest: &str| rest.split(|letter| !is_of_name(letter) && letter != ':').next().unwrap().to_owned();
+        found.extend(behind(code, word).map(|rest| from_root(module, &(word.to_owned() + &path(rest)))));
     }
-    let file = |path: &String| {
-        let mut names = path.split("::").map(str::to_owned).peekable();
-        let mut at: Module = if names.peek()? == "crate" { Vec::new() } else { module.to_vec() };
-        while let Some(name) = names.next_if(|name| matches!(name.as_str(), "crate" | "self" | "super")) {
-            if name == "super" {
-                at.pop();
-            }
+    // The longest beginning that is a file; what is behind it are its items.
+    let file = |at: &[String]| (1..=at.len()).rev().find(|length| files.contains_key(&at[..*length]));
+    let of = |mut at: Module| {
+        let mut length = file(&at)?;
+        for _ in 0..HANDED_ON {
+            let Some(meant) = at.get(..=length).and_then(|name| own_names.get(name)) else { break };
+            at = meant.iter().chain(&at[length + 1..]).cloned().collect();
+            length = file(&at)?;
         }
-        at.extend(names);
-        // The longest beginning that is a file; what is behind it are its items.
-        while !at.is_empty() && !files.contains_key(&at) {
-            at.pop();
-        }
-        (!at.is_empty() && !at.starts_with(module) && !module.starts_with(&at)).then_some(at)
+        at.truncate(length);
+        (!at.starts_with(module) && !module.starts_with(&at)).then_some(at)
     };
-    found.iter().filter_map(file).collect()
+    found.into_iter().filter_map(of).collect()
+}
+
+/// What the files call by names of their own, such as a room what it shows of its files: `record/Asked` is `record/asked/Asked`.
+fn own_names(files: &BTreeMap<Module, String>) -> BTreeMap<Module, Module> {
+    let of = |(module, code): (&Module, &String)| {
+        let name = |path: Module| Some(([&module[..], &path[path.len() - 1..]].concat(), path));
+        named(module, code).into_iter().filter(|path| path.len() > 1).filter_map(name).collect::<Vec<_>>()
+    };
+    files.iter().flat_map(of).filter(|(name, path)| name != path && !files.contains_key(name)).collect()
 }
 
 /// Files that know each other in a circle, each circle once.
 fn circles(files: &BTreeMap<Module, String>) -> Vec<String> {
+    let names = own_names(files);
     let known: BTreeMap<&Module, BTreeSet<Module>> =
-        files.iter().map(|(module, code)| (module, known(module, code, files))).collect();
+        files.iter().map(|(module, code)| (module, known(module, code, files, &names))).collect();
     let mut reached: BTreeMap<&Module, BTreeSet<&Module>> = BTreeMap::new();
     for from in known.keys() {
         let (mut open, of_this) = (vec![*from], reached.entry(from).or_default());
@@ -226,6 +258,9 @@ fn a_circle_is_found_however_its_files_are_named() {
     let third = ("rig", "use std::fmt;\npub(crate) use crate::record::table::Row as One;");
     let through = [table, ("record/read", "fn read(rig: &crate::rig::Rig) {}"), third];
     assert_eq!(found(&through), ["record/read, record/table, rig"]);
+    // Not even through what the room shows of its files.
+    let (room, asked) = (("record", "mod asked;\npub use asked::Asked;"), ("record/asked", "use super::read::read;"));
+    assert_eq!(found(&[room, asked, ("record/read", "use super::Asked;")]), ["record/asked, record/read"]);
     // A room and its own files are one; tests and comments know whom they like.
     let inside = ("record", "mod table;\nuse table::Row;");
     assert!(found(&[inside, ("record/table", "use super::Asked;")]).is_empty());
