@@ -35,7 +35,7 @@ use crate::model::{InputSignals, Model, Shown};
 use crate::number::rounded;
 use crate::record::Record;
 use crate::residual::{self, Detection};
-use crate::rig::Rig;
+use crate::rig::{Rig, Target};
 use estimate::Estimate;
 pub use hypotheses::Hypothesis;
 pub(crate) use missed::{adequate, is_there, missed, tame_squares};
@@ -146,7 +146,11 @@ fn diagnose_again(
     let (cleared, left_out) = doubtful::set_aside(rig, record);
     let record = cleared.as_ref().unwrap_or(record);
     let drive = InputSignals::from_record(rig, record)?;
-    let shown = if shown.is_empty() { drive.shown.clone() } else { shown.to_vec() };
+    let of_state = |one: &&Shown| matches!(rig.sensors[one.sensor].target, Target::State(..));
+    let shown = match shown {
+        [] => drive.shown.clone(),
+        shown => shown.iter().chain(drive.shown.iter().filter(of_state)).copied().collect(),
+    };
     let drive = InputSignals { shown, begun: begun.unwrap_or(drive.begun), ..drive };
     weighed::measured(rig, record)?;
     rig.context().stage("residuals and fit");

@@ -12,8 +12,8 @@ pub fn changes(
     outputs: &[Vec<f64>],
     first: usize,
 ) -> Result<Vec<Vec<Vec<f64>>>, SimulationError> {
-    let mut changes = Vec::new();
-    for node in 0..problem.model.rig.nodes.len() {
+    let (rig, mut changes) = (&problem.model.rig, Vec::new());
+    for node in 0..rig.nodes.len() {
         let Some((nudge, lasting)) = unknown(problem, parameters, node).filter(|(nudge, _)| *nudge > 0.0) else {
             continue;
         };
@@ -21,6 +21,12 @@ pub fn changes(
         drive.nudges[node] = nudge;
         let rows = if lasting { problem.times.len() } else { first };
         changes.push(problem.change(&drive, parameters, outputs, rows)?);
+    }
+    let of_states = problem.drive.shown.iter().enumerate();
+    for (place, shown) in of_states.filter(|(_, one)| matches!(rig.sensors[one.sensor].target, Target::State(..))) {
+        let mut drive = problem.drive.clone();
+        drive.shown[place].value += shown.sigma;
+        changes.push(problem.change(&drive, parameters, outputs, problem.times.len())?);
     }
     Ok(changes)
 }

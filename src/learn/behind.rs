@@ -5,7 +5,7 @@
 //! the record, effects compete with them under the one criterion of [`suggest`], and the faults are isolated again beside the
 //! effect that wins. Where they do explain it, effects that would explain it as well are named beside them ([`super::rivals`]).
 
-use super::evaluated::EvaluatedModel;
+use super::evaluated::{Conclusion, EvaluatedModel};
 use super::fitted_model::FittedModel;
 use super::rivals::rival_effects;
 use super::spools;
@@ -42,7 +42,10 @@ pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> R
     let Some(best) = suggestion.judged.iter().find(|one| one.supported && !one.senseless()) else { return Ok(given) };
     let with_effect = Model::new(installed(&model.rig, &best.trial)).with_tolerance(model.tolerance);
     let beside = diagnosis::diagnose(&with_effect, seen, options)?;
-    if beside.diagnosis.times_noise >= given.diagnosis.times_noise {
+    // What comes nearest without explaining the record is not what the model lacks, and faults beside it mean nothing.
+    let is_unknown =
+        suggestion.conclusion == Conclusion::UnknownEffect && beside.diagnosis.verdict == Verdict::ModelInadequate;
+    if is_unknown || beside.diagnosis.times_noise >= given.diagnosis.times_noise {
         return Ok(given);
     }
     let mut joined = joined(given, beside, best, with_effect.rig);

@@ -1,7 +1,7 @@
 //! What drives the circuit: the recorded commands and loads as pieces between which nothing jumps.
 
 use super::piece::{Piece, merge, split, value};
-use super::readings::{Shown, positions, readings};
+use super::readings::{Shown, positions, readings, states};
 use super::reshaped::{Following, acting};
 use super::rows::cycle_times;
 use super::stretch::{Stretch, broken_line, fit_line, through};
@@ -70,7 +70,8 @@ impl InputSignals {
     /// # Errors
     /// As [`InputSignals::from_record`].
     pub fn from_late_record(rig: &Rig, record: &Record, late: Late) -> Result<Self, Complaint> {
-        let (readings, shown) = (readings(rig, record)?, positions(rig, record)?);
+        let (readings, mut shown) = (readings(rig, record)?, positions(rig, record)?);
+        shown.extend(states(rig, record));
         Ok(Self { readings, shown, ..Self::inputs(rig, record, late)? })
     }
 

@@ -14,7 +14,7 @@ const AT_REST: f64 = 2.0;
 /// What a sensor shows of its node at the start, of which the rig file says nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shown {
-    /// Index of a sensor of a pressure, a level or a position.
+    /// Index of a sensor of a pressure, a level, a position or a state.
     pub sensor: usize,
     /// The reading, and one standard deviation of it by noise, SI.
     pub value: f64,
@@ -72,6 +72,28 @@ pub(super) fn positions(rig: &Rig, record: &Record) -> Result<Vec<Shown>, Compla
         })?);
     }
     Ok(shown)
+}
+
+/// Where states of components begin of which the rig file says nothing: the mean of the readings at rest of the first sensor of each that
+/// has any. A shaft that creeps under its load does not begin at the speed 0 of its kind.
+pub(super) fn states(rig: &Rig, record: &Record) -> Vec<Shown> {
+    let mut shown: Vec<Shown> = Vec::new();
+    for (number, sensor) in rig.sensors.iter().enumerate() {
+        let Target::State(component, state) = sensor.target else { continue };
+        let known = shown.iter().any(|other| rig.sensors[other.sensor].target == sensor.target);
+        if known || !rig.components[component].usual_start[state] {
+            continue;
+        }
+        let Ok(channel) = rig.sensor_column(record, sensor) else { continue };
+        let sigma = sensor.variance().sqrt();
+        shown.extend(at_rest(&channel.values, sigma).map(|(value, count)| Shown {
+            sensor: number,
+            value,
+            sigma: sigma / (count as f64).sqrt(),
+            rate: 0.0,
+        }));
+    }
+    shown
 }
 
 /// Mean of the first few readings of each node that starts at what its sensor shows: of several sensors the first that shows

@@ -76,10 +76,17 @@ pub fn start<S: Scalar>(
 fn shown<S: Scalar>(rig: &Rig, layout: &Layout, parameters: &[S], drive: &InputSignals, y: &mut [S]) {
     for shown in &drive.shown {
         let sensor = &rig.sensors[shown.sensor];
-        let Target::Node(node) = sensor.target else { continue };
-        let Some(state) = layout.node_state[node] else { continue };
         let (offset, gain) = (parameters[sensor.first_parameter], parameters[sensor.first_parameter + 1]);
         let value = (S::constant(shown.value) - offset) / gain;
+        let node = match sensor.target {
+            Target::Node(node) => node,
+            Target::State(component, state) => {
+                y[layout.slots[component].first_state + state] = value;
+                continue;
+            }
+            Target::Port(..) => continue,
+        };
+        let Some(state) = layout.node_state[node] else { continue };
         match sensor.quantity {
             Quantity::Pressure => y[state] = value + ATMOSPHERE,
             Quantity::Level => y[state] = value / level_per_pressure(parameters[0]) + ATMOSPHERE,

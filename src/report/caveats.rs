@@ -38,7 +38,8 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
     let explained = diagnosis.missing_effect.as_ref().is_some_and(|missing| missing.explained);
     if diagnosis.verdict == Verdict::ModelInadequate && !explained {
         let asks =
-            "`borescope check` asks whether columns are exchanged, or a value of the rig file is in another unit.";
+            "`borescope check` asks whether columns are exchanged, or a value of the rig file is in another unit. Values without `+-` are \
+             taken as exact: state how far those of data sheets are to be trusted, or calibrate on healthy records.";
         told.push(asks.to_owned());
     }
     told.extend(longest_gap(diagnosis).map(|gap| {
@@ -51,22 +52,29 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
 /// Standard deviations from the rig file beyond which a parameter is asked about: of 40 that are right, one is as far off in a quarter of
 /// a per cent of records.
 const FAR_OFF: f64 = 4.0;
+/// So many of them are named.
+const FAR_NAMED: usize = 3;
 
 /// Uncertain parameters that are not believed where an explanation has them.
 fn far_off(uncertain: &[UncertainReport]) -> Option<String> {
-    let deviations = |one: &&UncertainReport| ((one.value - one.nominal) / one.sigma_before).abs();
+    let deviations = |one: &UncertainReport| ((one.value - one.nominal) / one.sigma_before).abs();
     let far = |one: &&UncertainReport| one.sigma_before > 0.0 && deviations(one) > FAR_OFF;
     let one = |one: &UncertainReport| {
         let unit = &one.unit;
         let [value, nominal] = [one.value, one.nominal].map(|value| with_unit(rounded(value, 4), unit));
-        format!("{} at {value}, {:.1} standard deviations from {nominal}", one.id, deviations(&one))
+        format!("{} at {value}, {:.1} standard deviations from {nominal}", one.id, deviations(one))
     };
-    let far: Vec<String> = uncertain.iter().filter(far).map(one).collect();
+    let mut far: Vec<&UncertainReport> = uncertain.iter().filter(far).collect();
+    far.sort_by(|a, b| deviations(b).total_cmp(&deviations(a)));
+    let mut told: Vec<String> = far.iter().take(FAR_NAMED).map(|far| one(far)).collect();
+    if far.len() > FAR_NAMED {
+        told.push(format!("and {} more as far off", far.len() - FAR_NAMED));
+    }
     (!far.is_empty()).then(|| {
         format!(
             "This explanation has {}: that value or the model is other than stated, and what depends on it is less sure than its \
              interval says.",
-            far.join(", ")
+            told.join(", ")
         )
     })
 }

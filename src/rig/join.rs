@@ -77,6 +77,7 @@ impl Rig {
             inputs,
             first_parameter: self.parameters.len(),
             initial: vec![None; card.states.len()],
+            usual_start: vec![false; card.states.len()],
             margin: false,
             drop: None,
             place,

@@ -150,6 +150,8 @@ pub struct Component {
     pub first_parameter: usize,
     /// Start of each state, SI; `None` starts where the state would rest.
     pub initial: Vec<Option<f64>>,
+    /// Whether the start of each state is that of its kind, which a sensor of the state knows better.
+    pub usual_start: Vec<bool>,
     /// Whether it is a margin: see [`Rig::give_margin`].
     pub margin: bool,
     /// What is lost ahead of it.

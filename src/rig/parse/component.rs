@@ -92,11 +92,12 @@ pub(super) fn read_component(rig: &mut Rig, kinds: &Kinds, name: &str, value: &V
             rig.own_effects.extend(&own.effects);
         }
     }
+    let mut usual_start: Vec<bool> = initial.iter().map(Option::is_some).collect();
     if let Some(value) = table.get("initial") {
         let states = value.table(format!("`initial` of component `{name}`"))?;
-        for (slot, state) in initial.iter_mut().zip(card.states) {
+        for ((slot, usual), state) in initial.iter_mut().zip(&mut usual_start).zip(card.states) {
             if let Some(value) = states.get(state.name) {
-                *slot = Some(value.quantity(card_unit(state.unit).dimension)?.value);
+                (*slot, *usual) = (Some(value.quantity(card_unit(state.unit).dimension)?.value), false);
             }
         }
         states.finish()?;
@@ -109,6 +110,7 @@ pub(super) fn read_component(rig: &mut Rig, kinds: &Kinds, name: &str, value: &V
         inputs,
         first_parameter,
         initial,
+        usual_start,
         margin: false,
         drop: None,
         place: value.place(),
