@@ -37,8 +37,7 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
     }
     let explained = diagnosis.missing_effect.as_ref().is_some_and(|missing| missing.explained);
     if diagnosis.verdict == Verdict::ModelInadequate && !explained {
-        let asks =
-            "`borescope check` asks whether columns are exchanged, or a value of the rig file is in another unit. Values without `+-` are \
+        let asks = "`borescope check` asks whether columns are exchanged, or a value of the rig file is in another unit. Values without `+-` are \
              taken as exact: state how far those of data sheets are to be trusted, or calibrate on healthy records.";
         told.push(asks.to_owned());
     }

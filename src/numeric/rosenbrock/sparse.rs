@@ -154,7 +154,9 @@ impl<E: Element> Factors<E> {
             let mut targets = pivot.targets.chunks_exact(pivot.right.len().max(1));
             for &(row, place) in &pivot.below {
                 let factor = values[place].times(&inverse);
-                if !(factor.largest() * scale[pivot.state] <= MOST_GROWTH * scale[row]) {
+                // Of what is no number neither holds.
+                let is_safe = factor.largest() * scale[pivot.state] <= MOST_GROWTH * scale[row];
+                if !is_safe {
                     return None;
                 }
                 values[place] = factor;

@@ -129,14 +129,15 @@ fn the_readme_prints_what_the_program_prints() {
     holds("README.md");
 }
 
-#[test]
-fn the_tutorial_prints_what_the_program_prints() {
-    holds("docs/tutorial.md");
-}
-
 /// Stories of a minute each, which `.ci/run` goes through behind the tests.
 mod gallery {
     use super::holds;
+
+    #[test]
+    #[ignore = "half a minute"]
+    fn the_tutorial_prints_what_the_program_prints() {
+        holds("docs/tutorial.md");
+    }
 
     #[test]
     #[ignore = "a minute"]

@@ -90,7 +90,7 @@ fn effect(card: &'static Card, name: &str, parameters: Vec<&Belongs>) -> Result<
     let named: Vec<&str> = parameters.iter().map(|own| own.parameter).collect();
     Ok(Box::leak(Box::new(Effect {
         name: kept(name),
-        meaning: size.meaning,
+        meaning: kept(&sentence(size.meaning)),
         law: kept(&format!("the law of `{}` with its {}", card.kind, named.join(" and "))),
         source: card.source,
         validity: card.validity,
@@ -100,4 +100,10 @@ fn effect(card: &'static Card, name: &str, parameters: Vec<&Belongs>) -> Result<
         form: Form::ParameterChange,
         parameters: kept_list(parameters.iter().enumerate().map(free).collect()),
     })))
+}
+
+/// Words of a parameter as a sentence.
+fn sentence(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| format!("{}{}.", first.to_uppercase(), letters.as_str()))
 }
