@@ -7,6 +7,7 @@ mod linear;
 mod options;
 mod sparse;
 mod stages;
+mod stagewise;
 mod step;
 mod tangents;
 

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use super::Step;
 use super::linear::inverted;
 use super::sparse::{Element, Elimination, Factors};
+use super::stagewise::{Row, STAGES, Stagewise, WIDTH, axpy};
 use crate::numeric::wide::wide;
 use crate::numeric::{WHOLE, in_use};
 
@@ -40,15 +41,9 @@ pub struct Entry {
     pub value: f64,
 }
 
-/// Parameters that are carried side by side.
-const WIDTH: usize = 8;
-/// Derivatives of one state by as many parameters.
-type Row = [f64; WIDTH];
 /// Derivatives of all states by as many parameters.
 type Block<const N: usize> = [Row; N];
 
-/// Stages.
-const STAGES: usize = 3;
 /// Stage times, as fractions of the step.
 const C: [f64; STAGES] = [0.155_051_025_721_682_2, 0.644_948_974_278_317_8, 1.0];
 /// Weights of the stages.
@@ -82,13 +77,6 @@ pub struct Tangents<const N: usize> {
     by: [Vec<Entry>; STAGES],
     /// Derivatives by the states at each stage, then [`ELIMINATED`]: on the heap, since those of a plant would fill a thread's stack.
     matrices: Vec<Matrix<N>>,
-}
-
-#[inline(always)]
-fn axpy(sum: &mut Row, factor: f64, row: &Row) {
-    for (sum, value) in sum.iter_mut().zip(row) {
-        *sum += factor * value;
-    }
 }
 
 /// A matrix, column by column.
@@ -242,62 +230,6 @@ wide! {
         let second = plus(second, -1.0, &product(1, &product(right, &third)));
         let rest = plus(plus(known[0], -A[0][1] / h, &second), -A[0][2] / h, &third);
         [product(0, &rest), second, third]
-    }
-}
-
-/// The entries of one place of the Jacobian in the equations of all stages.
-type Stagewise = [[f64; STAGES]; STAGES];
-
-impl Element for Stagewise {
-    const ZERO: Self = [[0.0; STAGES]; STAGES];
-    /// One row of each stage.
-    type Right = [Row; STAGES];
-
-    fn inverse(&self) -> Option<Self> {
-        let m = nalgebra::Matrix3::from_fn(|row, column| self[row][column]).try_inverse()?;
-        m.iter()
-            .all(|value| value.is_finite())
-            .then(|| std::array::from_fn(|row| std::array::from_fn(|column| m[(row, column)])))
-    }
-
-    #[inline(always)]
-    fn times(&self, other: &Self) -> Self {
-        let mut result = Self::ZERO;
-        for (result, row) in result.iter_mut().zip(self) {
-            for (factor, other) in row.iter().zip(other) {
-                result.iter_mut().zip(other).for_each(|(sum, value)| *sum += factor * value);
-            }
-        }
-        result
-    }
-
-    #[inline(always)]
-    fn minus(&mut self, a: &Self, b: &Self) {
-        for (own, row) in self.iter_mut().zip(a) {
-            for (factor, b) in row.iter().zip(b) {
-                own.iter_mut().zip(b).for_each(|(sum, value)| *sum -= factor * value);
-            }
-        }
-    }
-
-    fn largest(&self) -> f64 {
-        self.iter().flatten().fold(0.0, |most, value| if value.abs() <= most { most } else { value.abs() })
-    }
-
-    #[inline(always)]
-    fn applied_to(&self, right: &[Row; STAGES]) -> [Row; STAGES] {
-        let mut result = [[0.0; WIDTH]; STAGES];
-        for (result, row) in result.iter_mut().zip(self) {
-            row.iter().zip(right).for_each(|(factor, right)| axpy(result, *factor, right));
-        }
-        result
-    }
-
-    #[inline(always)]
-    fn taken_from(&self, right: &mut [Row; STAGES], x: &[Row; STAGES]) {
-        for (right, row) in right.iter_mut().zip(self) {
-            row.iter().zip(x).for_each(|(factor, x)| axpy(right, -factor, x));
-        }
     }
 }
 
