@@ -28,7 +28,7 @@ settings! {
         /// Change of a noise below which rounds are settled.
         settled_noise: f64 = 0.05, "relative change",
             "The standard error of a noise of 200 independent samples.";
-        /// The same of a tolerance.
+        /// Change of a tolerance below which rounds are settled.
         settled_tolerance: f64 = 0.25, "relative change",
             "The standard error of a tolerance of 8 phases.";
         /// Change of a parameter below which rounds are settled.
@@ -61,7 +61,7 @@ settings! {
         /// Noise is taken as no less.
         noise_floor_resolution: f64 = 0.1, "share of the resolution",
             "Rounding alone has a standard deviation of 0.29 of the resolution.";
-        /// The same in the noise that the rig file states.
+        /// Noise is taken as no less, in the noise that the rig file states.
         noise_floor_stated: f64 = 0.02, "share of the stated noise",
             "A sensor is not fifty times better than stated: such a record is dead.";
         // Tolerance and report.

@@ -31,7 +31,7 @@ settings! {
         /// A decrease of the cost of less is not worth a step towards a value that is reported.
         exact_decrease: f64 = 0.02, "chi-square",
             "Numerical accuracy: a decrease of 0.02 moves an estimate by no more than 0.14 of its standard error.";
-        /// The same where fault combinations are compared: what is promised is counted in.
+        /// Where fault combinations are compared, a decrease of the cost of less is not worth a step: what is promised is counted in.
         rough_decrease: f64 = 0.5, "chi-square",
             "Numerical accuracy: a quarter of a nat of evidence, far below what odds of prior and penalty differ by.";
         /// Uncertain parameters are searched so far to both sides of what is known of them.
@@ -62,7 +62,7 @@ settings! {
         /// A sensor that reads so many times what the healthy model says is asked about.
         odd_ratio: f64 = 5.0, "ratio",
             "Between what faults change (less, but for flows that stop) and what a wrong unit does (psi for bar: 14).";
-        /// The same only where so much of what is measured goes with the model.
+        /// A sensor is asked about only where so much of what is measured correlates with the model.
         odd_ratio_share: f64 = 0.5, "share of the squares",
             "A correlation of 0.71: what is left has another shape than the model, so that a ratio means nothing.";
         // Which fault combinations.
@@ -91,7 +91,7 @@ settings! {
         /// Most combinations that are fitted in each round.
         isolation_fits: usize = 8, "combinations",
             "Cost only: the others keep what the local model says of them.";
-        /// The same while the model is far off.
+        /// Most combinations that are fitted in each round while the model is far off.
         isolation_fits_far: usize = 3, "combinations",
             "Cost only: the local model of far off is renewed before it decides.";
         /// Mean square of the misfits from which on the model is far off.
@@ -159,7 +159,7 @@ settings! {
         /// Cost per sample up to which a start may be the explanation, before events have got their tolerance.
         start_cost_before: f64 = 20.0, "half chi-square per sample",
             "Cost only: 40 times the noise; what events add is an order less.";
-        /// The same when events have their tolerance.
+        /// Cost per sample up to which a start may be the explanation, when events have their tolerance.
         start_cost_after: f64 = 2.0, "half chi-square per sample",
             "Four times the noise, twice what is taken to have missed: isolation does the rest.";
         /// Cost per sample, with tolerance of events, up to which no further fault is looked for.

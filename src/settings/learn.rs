@@ -14,7 +14,7 @@ settings! {
         /// What an effect has to explain to be called found.
         explained_share: f64 = 0.8, "share of the error beyond noise",
             "Four fifths of the variance: what is left is less than half of the error, as a standard deviation.";
-        /// The same on the check record of an effect that is named as a part of what is missing.
+        /// What an effect that is named as a part of what is missing has to explain on the check record.
         part_share_check: f64 = 1.0 / 3.0, "share of the error beyond noise",
             "Less is what any effect takes that goes a little with the one that is missing.";
         /// What an explanation has to be better by than one with fewer effects, or than one of physics alone.
@@ -43,7 +43,7 @@ settings! {
         /// Candidates that are fitted.
         candidates_fitted: usize = 8, "candidates",
             "Cost only: candidates come in the order of what their score promises.";
-        /// The same of those from the model without faults, and where the model is within its tolerance.
+        /// Candidates that are fitted from the model without faults, and where the model is within its tolerance.
         candidates_fitted_near: usize = 4, "candidates",
             "Cost only.";
         /// Candidates that are fitted though they promise no more than the tolerance of a model that is within it.
@@ -102,7 +102,7 @@ settings! {
         effect_sigma: f64 = 10.0, "typical sizes",
             "Next to nothing is known: an effect of typical size that a record shows at all is shrunk by less than 1 \
              %.";
-        /// The same of a parameter that only shapes the effect.
+        /// Standard uncertainty, before the record, of a parameter that only shapes an effect.
         shape_sigma: f64 = 1.0, "typical sizes",
             "A typical value is known up to its own size; shapes that no record determines stay typical.";
         /// Standard uncertainty of an effect that is refitted, in typical sizes, or in the size that it has if that is
@@ -115,7 +115,7 @@ settings! {
         /// Effects within this of the best one are fitted to their end too.
         close_share: f64 = 0.05, "share of the best gain",
             "Cost only: preliminary fits are within this of their end.";
-        /// The same of effects beside which faults were isolated again.
+        /// Effects beside which faults were isolated again are fitted to their end within this of the best one.
         close_share_isolated: f64 = 0.01, "share of the best gain",
             "Cost only: those fits are nearer to their end.";
         /// What a preliminary fit has to keep of what its score promised; otherwise it begins at other starts too.
@@ -149,10 +149,10 @@ settings! {
         /// What an addition has to take away on the check record.
         addition_share_check: f64 = 0.03, "share of the error",
             "As of an explanation that is clearly better.";
-        /// The same on the fit record of a curve without a formula.
+        /// What a curve without a formula has to take away on the fit record.
         curve_share_fit: f64 = 0.3, "share of the error beyond noise",
             "A curve has ten times the freedom of a formula and fits almost anything a little.";
-        /// The same on the check record.
+        /// What a curve without a formula has to take away on the check record.
         curve_share_check: f64 = 0.1, "share of the error",
             "Three times that of a formula.";
         /// What a pair has to take away of what the best single effect leaves.
@@ -171,7 +171,7 @@ settings! {
         /// Speed from which on a body moves, in its own noise.
         moving_deviations: f64 = 5.0, "standard deviations",
             "Normal: one standing row in 1.7 million is taken to move.";
-        /// The same in the greatest speed of the record.
+        /// Speed from which on a body moves, in the greatest speed of the record.
         moving_share: f64 = 0.02, "share of the greatest speed",
             "Creep of a leaking valve is below this.";
         /// A stretch of fewer rows belongs to that before it.
