@@ -257,13 +257,14 @@ fn alike(before: &Rig, after: &Rig) -> bool {
 }
 
 /// What calibration fits: what a part may have otherwise than its data sheet, and what is stated as uncertain, healthy values of faults
-/// among them.
+/// among them. Of a lag that may be another in each switching the mean is fitted: a body that is late once stays where that has left it, so
+/// that what is uncertain within each phase alone does not hold what the mean does.
 fn open(rig: &Rig) -> Vec<Estimated> {
     let mut open = Vec::new();
     for (index, parameter) in rig.parameters.iter().enumerate() {
         let fault = rig.faults.iter().find(|fault| fault.parameter == index);
         let known = parameter.spread.max(parameter.sigma);
-        if known == 0.0 || parameter.per_event {
+        if known == 0.0 || parameter.per_event && !rig.is_own_lag(index) {
             continue;
         }
         let (low, high) = fault.map_or(parameter.bounds, |fault| fault.bounds);

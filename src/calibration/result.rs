@@ -75,34 +75,34 @@ impl Rounds<'_> {
             before.iter().enumerate().map(|(i, before)| covariance[(i, i)].sqrt().min(*before)).collect();
         let mut rig = sheet.clone();
         let shared = joint.solutions.shared();
-        let mut parameters: Vec<usize> = joint.solutions.estimated[..shared].iter().map(|one| one.parameter).collect();
-        for (i, &index) in parameters.iter().enumerate() {
+        // A start is of its record alone: the rig keeps what it states.
+        let estimated = joint.solutions.estimated[..shared].iter().map(|one| one.parameter).enumerate();
+        // Of a lag the mean is found; how far each switching is from it stays as stated.
+        let (lags, own): (Vec<_>, Vec<_>) = estimated.partition(|&(_, index)| sheet.is_own_lag(index));
+        lags.iter().for_each(|&(i, index)| rig.parameters[index].value = fit.theta[i]);
+        for &(i, index) in &own {
             let parameter = &mut rig.parameters[index];
             (parameter.value, parameter.sigma) = (fit.theta[i], sigma[i]);
             if let Some(fault) = rig.faults.iter_mut().find(|fault| fault.parameter == index) {
                 fault.healthy = fit.theta[i];
             }
         }
-        // What each record has of its own is as uncertain as it was: the next record has its own again.
-        for (parameter, mean) in joint.solutions.means_of_records(&fit.theta) {
-            rig.parameters[parameter].value = mean;
-            parameters.push(parameter);
-        }
         for (sensor, found) in rig.sensors.iter_mut().zip(&self.rig.sensors) {
             (sensor.noise, sensor.stated_noise, sensor.tolerance) = (found.noise, found.noise, found.tolerance);
         }
         let names = records.iter().map(|record| record.path.display().to_string()).collect();
-        let Given { margins, dynamics } = given;
-        let mut correlation = correlation(&covariance.view((0, 0), (shared, shared)).into_owned());
-        correlation = correlation.resize(parameters.len(), parameters.len(), 0.0);
-        (shared..parameters.len()).for_each(|own| correlation[(own, own)] = 1.0);
+        let Given { margins, mut dynamics } = given;
+        dynamics.extend(lags.iter().map(|&(_, index)| index));
+        let (places, parameters): (Vec<usize>, Vec<usize>) = own.into_iter().unzip();
+        let correlation = correlation(&covariance.select_rows(&places).select_columns(&places));
         rig.calibration = Some(Calibration { records: names, margins, dynamics, parameters, correlation });
-        let mut report = self.report(sheet, &rig, &fit, &joint);
+        let mut report = self.report(sheet, &rig, (&fit, &sigma), &joint);
         (report.rounds, report.settled) = (rounds, settled);
         Ok((rig, report))
     }
 
-    fn report(&self, sheet: &Rig, rig: &Rig, fit: &Fit, joint: &Joint<'_>) -> CalibrationReport {
+    /// `sigma`: of each parameter that all records share, SI.
+    fn report(&self, sheet: &Rig, rig: &Rig, (fit, sigma): (&Fit, &[f64]), joint: &Joint<'_>) -> CalibrationReport {
         let mut parameters = Vec::new();
         let mut warnings = Vec::new();
         for (i, one) in self.solutions.estimated[..self.solutions.shared()].iter().enumerate() {
@@ -138,8 +138,8 @@ impl Rounds<'_> {
                 before: value(before),
                 sigma_before: spread(sigma_before),
                 after: value(found.value),
-                sigma_after: spread(found.sigma),
-                informed: found.sigma < rig.settings().calibration.informed_share * sigma_before,
+                sigma_after: spread(sigma[i]),
+                informed: sigma[i] < rig.settings().calibration.informed_share * sigma_before,
                 fault: sheet.is_fault(one.parameter),
             });
         }

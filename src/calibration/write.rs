@@ -42,20 +42,19 @@ fn write_section(out: &mut String, rig: &Rig, report: &CalibrationReport) -> std
         writeln!(out, "    [{}],", row.join(", "))?;
     }
     writeln!(out, "]\n\n[calibration.values]")?;
-    for (place, &index) in calibration.parameters.iter().enumerate() {
-        let parameter = &rig.parameters[index];
+    for parameter in calibration.parameters.iter().map(|&index| &rig.parameters[index]) {
         let unit = &parameter.unit;
         let (value, sigma) = (unit.from_si(parameter.value), unit.difference_from_si(parameter.sigma));
         let stated = format!("{} +- {}", written(value, DIGITS.0, unit), written(sigma, DIGITS.1, unit));
-        let remark = match report.parameters.get(place) {
-            Some(told) if told.informed => "",
-            Some(_) => "  # the records say little of it",
-            None => "  # mean of the records, each has its own",
-        };
+        let informed = report.parameters.iter().find(|told| told.id == parameter.id).is_none_or(|told| told.informed);
+        let remark = if informed { "" } else { "  # the records say little of it" };
         writeln!(out, "{} = {}{remark}", quoted(&parameter.id), quoted(&stated))?;
     }
     if !calibration.dynamics.is_empty() {
-        writeln!(out, "\n# How spools follow their commands.\n[calibration.dynamics]")?;
+        writeln!(
+            out,
+            "\n# How spools follow their commands, and mean lags of parts that follow pressures.\n[calibration.dynamics]"
+        )?;
     }
     for parameter in calibration.dynamics.iter().map(|&own| &rig.parameters[own]) {
         let value = written(parameter.unit.from_si(parameter.value), DIGITS.0, &parameter.unit);

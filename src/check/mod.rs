@@ -147,6 +147,8 @@ pub struct ParameterLine {
     pub sigma: f64,
     /// Whether a fit estimates it: a fault, or uncertain.
     pub fitted: bool,
+    /// Whether it is exact by the rig file, although parts deviate from data sheets and no calibration has said by how much.
+    pub exact_by_sheet: bool,
     /// From the card.
     pub meaning: String,
 }
@@ -225,12 +227,14 @@ fn rig_page(rig: &Rig) -> RigPage {
             .map(|(port, &node)| PortLine { port: port.name, node: node_name(node) })
             .collect(),
     });
+    let by_sheet = rig.exact_by_sheet();
     let parameters = rig.parameters.iter().enumerate().map(|(index, parameter)| ParameterLine {
         id: parameter.id.clone(),
         value: in_unit(parameter.value, &parameter.unit),
         unit: parameter.unit.to_string(),
         sigma: difference_in_unit(parameter.sigma, &parameter.unit),
         fitted: (parameter.sigma > 0.0 && !parameter.per_event) || rig.is_fault(index),
+        exact_by_sheet: by_sheet.contains(&index),
         meaning: parameter.meaning.clone(),
     });
     let faults = rig.faults.iter().filter_map(|fault| {

@@ -11,8 +11,8 @@ use super::search::{self, roughly};
 use super::unseen::{in_step, simpler, unseen};
 use super::weighed::{case_at, measured, renewed, unsolvable, unweighed};
 use crate::complaint::Complaint;
-use crate::estimation::FitError;
 use crate::estimation::criteria::bic;
+use crate::estimation::{FitError, Options};
 use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::FaultSet;
@@ -197,6 +197,19 @@ impl<'a> Estimate<'a> {
         let exact = isolate(&self.case, &theta, set, self.case.settings().isolation_rounds)
             .map_err(|error| unsolvable(model, record, error))?;
         Ok(Self { case: self.case, isolation: Isolation { rounds: rounds + exact.rounds, ..exact } })
+    }
+
+    /// Walks the last steps, which tell no fault combination from another, along the local model at hand.
+    pub fn to_the_bottom(&mut self) {
+        let set = self.isolation.set();
+        let (case, isolation) = (&self.case, &mut self.isolation);
+        let settings = case.settings();
+        let steps = Options::steps(settings.isolation_steps, settings.final_decrease);
+        let Ok(lowest) = case.fit(&isolation.local, set, &isolation.best.theta, steps) else { return };
+        if lowest.cost <= isolation.best.cost {
+            isolation.best = lowest.clone();
+            isolation.weighed.iter_mut().take(1).for_each(|best| best.point = Some(lowest.clone()));
+        }
     }
 
     /// Goes on from other values of the estimated parameters, SI; stays where that cannot be solved.

@@ -104,8 +104,10 @@ fn diagnose_with_causes(model: &Model, record: &Record, options: &DiagnosisOptio
     let plain = diagnose_from(model, record, (&[], None), options)?;
     let Some((corrected, cause)) = common_cause::instead(model, record, &plain) else { return Ok(plain) };
     let mut diagnosed = diagnose_from(model, &corrected, (&[], None), options)?;
-    if diagnosed.diagnosis.verdict == Verdict::ModelInadequate {
-        // A cause that leaves the record unexplained explains nothing.
+    // A cause that leaves the record unexplained explains nothing, and one that takes more faults than the record as it stands is no
+    // simpler story.
+    let faults = |one: &Diagnosed| one.diagnosis.present().count();
+    if diagnosed.diagnosis.verdict == Verdict::ModelInadequate || faults(&diagnosed) > faults(&plain).max(1) {
         return Ok(plain);
     }
     diagnosed.diagnosis.common_cause = Some(cause);
@@ -262,6 +264,7 @@ fn diagnose_again(
         },
         channels,
         uncertain: summary::uncertain(&estimate),
+        taken_as_exact: rig.exact_by_sheet().into_iter().map(|index| rig.parameters[index].id.clone()).collect(),
         left_out,
         faults,
     };

@@ -279,6 +279,9 @@ pub struct Diagnosis {
     pub channels: Vec<ChannelReport>,
     /// Every parameter that was also estimated.
     pub uncertain: Vec<UncertainReport>,
+    /// Parameters that the rig file states without an uncertainty, although parts deviate from data sheets: an error in one of them shows
+    /// as a fault. None of a calibrated rig.
+    pub taken_as_exact: Vec<String>,
     /// What of the record the fit does not have: samples that are missing or not to be believed, missing rows.
     pub left_out: Vec<Finding>,
 }

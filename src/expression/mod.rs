@@ -44,9 +44,11 @@ mod interpolation;
 mod lexer;
 mod parse;
 mod program;
+mod schedule;
 mod sheet;
 
 pub use error::ExpressionError;
+pub use schedule::Schedule;
 pub use sheet::Sheet;
 
 use std::sync::Arc;

@@ -29,7 +29,7 @@ pub(super) enum Op {
 }
 
 /// A fraction in lowest terms, denominator positive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Exponent {
     pub numerator: i32,
     pub denominator: i32,
@@ -48,7 +48,7 @@ impl fmt::Display for Exponent {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Function {
     Sqrt,
     Abs,
@@ -209,7 +209,7 @@ impl Program {
     }
 }
 
-fn binary<T: Real>(op: Op, a: T, b: T) -> T {
+pub(super) fn binary<T: Real>(op: Op, a: T, b: T) -> T {
     match op {
         Op::Add => a + b,
         Op::Subtract => a - b,
@@ -232,7 +232,7 @@ fn with_constant<T: Real>(op: Op, a: T, b: f64) -> T {
     }
 }
 
-fn unary<T: Real>(function: Function, x: T) -> T {
+pub(super) fn unary<T: Real>(function: Function, x: T) -> T {
     match function {
         Function::Sqrt if x.re() >= STEEPEST => x.sqrt(),
         Function::Sqrt => near_zero(x, x.re().sqrt(), 0.5),
@@ -256,7 +256,7 @@ fn root<T: Real>(x: T, width: T) -> T {
     if squares.re() == 0.0 { T::zero() } else { x / squares.sqrt().sqrt() }
 }
 
-fn power<T: Real>(x: T, exponent: Exponent) -> T {
+pub(super) fn power<T: Real>(x: T, exponent: Exponent) -> T {
     let Exponent { numerator, denominator } = exponent;
     if denominator == 1 {
         return x.powi(numerator);

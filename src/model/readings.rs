@@ -7,8 +7,8 @@ use crate::rig::{InitialPressure, NodeKind, Quantity, Rig, Target};
 
 /// Readings that are taken for the beginning in any case: so few that little happens meanwhile.
 const READINGS: usize = 3;
-/// Standard deviations by which the means of two stretches of readings may differ for the first to count as at rest: one record in
-/// twenty that rests is believed over a shorter stretch than it could be.
+/// Standard deviations by which the means of two stretches of readings may differ for the first to count as at rest. One comparison in
+/// twenty fails by chance, so one alone is not believed: what moves fails the next, over twice the time, by far.
 const AT_REST: f64 = 2.0;
 
 /// What a sensor shows of its node at the start, of which the rig file says nothing.
@@ -30,14 +30,19 @@ pub struct Shown {
 fn at_rest(values: &[f64], sigma: f64) -> Option<(f64, usize)> {
     let values: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let mut count = READINGS.min(values.len());
-    while 3 * count <= values.len() && count > 0 {
+    let rests = |count: usize| {
         let (first, second) = (&values[..2 * count], &values[2 * count..(4 * count).min(values.len())]);
         let scatter = sigma * (1.0 / first.len() as f64 + 1.0 / second.len() as f64).sqrt();
-        if (mean(second) - mean(first)).abs() > AT_REST * scatter {
-            break;
-        }
-        count *= 2;
+        (mean(second) - mean(first)).abs() <= AT_REST * scatter
+    };
+    let compared = |count: usize| 3 * count <= values.len() && count > 0;
+    let mut count = READINGS.min(values.len());
+    while compared(count) {
+        count = match (rests(count), 2 * count) {
+            (true, twice) => twice,
+            (false, twice) if compared(twice) && rests(twice) => 2 * twice,
+            (false, _) => break,
+        };
     }
     (count > 0).then(|| (mean(&values[..count]), count))
 }
@@ -96,8 +101,7 @@ pub(super) fn states(rig: &Rig, record: &Record) -> Vec<Shown> {
     shown
 }
 
-/// Mean of the first few readings of each node that starts at what its sensor shows: of several sensors the first that shows
-/// something.
+/// Mean of the readings at rest of each node that starts at what its sensor shows: of several sensors the first that shows something.
 pub(super) fn readings(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint> {
     let mut readings: Vec<Option<f64>> = vec![None; rig.nodes.len()];
     let density = rig.parameters.first().map_or(0.0, |density| density.value);
@@ -113,7 +117,7 @@ pub(super) fn readings(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint
             continue;
         }
         let channel = rig.sensor_column(record, sensor)?;
-        let Some(shown) = channel.begins_at() else { continue };
+        let Some((shown, _)) = at_rest(&channel.values, sensor.variance().sqrt()) else { continue };
         let (offset, gain) =
             (rig.parameters[sensor.first_parameter].value, rig.parameters[sensor.first_parameter + 1].value);
         readings[node] = Some((shown - offset) / if gain > 0.0 { gain } else { 1.0 } * per_reading);
@@ -145,5 +149,9 @@ mod tests {
         let (mean, count) = at_rest(&(0..300).map(f64::from).collect::<Vec<_>>(), 0.1).unwrap();
         assert_eq!((mean, count), (1.0, READINGS));
         assert_eq!(at_rest(&[f64::NAN], 1.0), None);
+        // Six readings that are high by chance.
+        let chance: Vec<f64> = (0..96).map(|row| noise(row) + if row < 6 { 1.4 } else { 0.0 }).collect();
+        let (mean, count) = at_rest(&chance, 1.0).unwrap();
+        assert!(count >= 48 && mean.abs() < 0.2, "{count}: {mean}");
     }
 }

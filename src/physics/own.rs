@@ -1,7 +1,7 @@
 //! What a component is made of that a rig file or the catalogue writes as formulas.
 
 use super::component::facts::Facts;
-use crate::expression::Expression;
+use crate::expression::{Expression, Schedule};
 
 /// Most parameters of one component.
 pub const MOST_PARAMETERS: usize = 20;
@@ -54,9 +54,19 @@ pub struct Own {
     pub masses: Vec<(usize, Expression)>,
     /// Of each state.
     pub rates: Vec<Expression>,
+    /// [`Self::scheduled`], made once.
+    pub schedule: Schedule,
 }
 
 impl Own {
+    /// All formulas as one line of steps for components with so many parameters, and so many variables, states, inputs and viscosity
+    /// together; its answers are those at the ports and of the states.
+    pub fn scheduled(&self, parameters: usize, variables: usize) -> Schedule {
+        let answers = self.formulas().skip(self.fixed.len() + self.moving.len());
+        // Behind the parameters comes the density.
+        Schedule::new((parameters + 1, &self.fixed), (variables, &self.moving), answers)
+    }
+
     /// Whether a hydraulic port takes oil: by a flow, behind a piston, or to store it.
     pub fn passes(&self, port: usize) -> bool {
         self.flows.iter().any(|flow| flow.from == port || flow.to == port)

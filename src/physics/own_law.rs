@@ -3,7 +3,7 @@
 use super::ATMOSPHERE;
 use super::card::{Card, PortKind};
 use super::fluid::Fluid;
-use super::own::{Flow, MOST_VALUES, Own, Piston};
+use super::own::{Flow, Own, Piston};
 use super::ports::{PortFlows, PortVariables};
 use crate::numeric::Real;
 
@@ -15,95 +15,52 @@ use crate::numeric::Real;
 pub struct OwnLaw<T> {
     card: &'static Card,
     own: &'static Own,
-    /// The values that no state changes: parameters, density, fixed quantities.
-    constant: Vec<T>,
+    /// What no variable changes.
+    ahead: Vec<T>,
     fluid: Fluid<T>,
 }
 
 impl<T: Real> OwnLaw<T> {
     /// The law of a card that has formulas; `parameters` in the order of the card, SI.
     pub fn new(card: &'static Card, own: &'static Own, parameters: &[T], fluid: &Fluid<T>) -> Self {
-        let mut constant: Vec<T> = parameters.iter().copied().chain([fluid.density()]).collect();
-        for quantity in &own.fixed {
-            let value = quantity.evaluate(&constant);
-            constant.push(value);
-        }
-        Self { card, own, constant, fluid: *fluid }
+        let constants: Vec<T> = parameters.iter().copied().chain([fluid.density()]).collect();
+        Self { card, own, ahead: own.schedule.ahead(&constants), fluid: *fluid }
     }
 
     /// Answers to what is seen.
     // Most rigs have none: what is rare need not be laid out in every loop.
     #[inline(never)]
     pub fn evaluate(&self, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
-        let count = self.constant.len() + self.card.variables() + self.inputs() + 1 + self.own.moving.len();
-        // Clearing 64 dual numbers would cost more than most laws.
-        match count {
-            0..=16 => self.balance(&self.fill::<16>(seen), seen, answers),
-            17..=32 => self.balance(&self.fill::<32>(seen), seen, answers),
-            _ => self.balance(&self.fill::<MOST_VALUES>(seen), seen, answers),
-        }
+        let fill = |variables: &mut [T]| variables_of(self.card, &self.fluid, seen, variables);
+        self.own.schedule.evaluate(&self.ahead, fill, |values| self.balance(values, seen, answers));
     }
 
-    /// The values that the formulas see, in their order; zeros behind them.
-    pub fn values(&self, seen: &PortVariables<T>) -> [T; MOST_VALUES] {
-        self.fill(seen)
-    }
-
-    fn fill<const N: usize>(&self, seen: &PortVariables<T>) -> [T; N] {
-        let mut values = [T::zero(); N];
-        let mut count = self.constant.len();
-        values[..count].copy_from_slice(&self.constant);
-        let variables = self.card.variables();
-        values[count..count + variables].copy_from_slice(&seen.z[..variables]);
-        for port in self.card.ports {
-            if port.kind == PortKind::Hydraulic {
-                values[count] -= T::constant(ATMOSPHERE);
-            }
-            count += port.kind.variables();
-        }
-        count += self.card.states.len();
-        let inputs = self.inputs();
-        values[count..count + inputs].copy_from_slice(&seen.u[..inputs]);
-        count += inputs;
-        values[count] = self.fluid.viscosity() / seen.fluidity;
-        count += 1;
-        for quantity in &self.own.moving {
-            values[count] = quantity.evaluate(&values);
-            count += 1;
-        }
-        values
-    }
-
-    /// How many inputs its formulas see, the time among them.
-    fn inputs(&self) -> usize {
-        self.card.inputs.len() + usize::from(self.card.sees_time)
-    }
-
-    /// Flows, forces, what is stored and rates, from all values.
-    fn balance(&self, values: &[T], seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
+    /// Flows, forces, what is stored and rates, from the values of their formulas.
+    fn balance(&self, values: &mut dyn Iterator<Item = T>, seen: &PortVariables<T>, answers: &mut PortFlows<T>) {
+        let mut next = || values.next().unwrap_or_else(T::zero);
         *answers = PortFlows::default();
-        for Flow { from, to, formula } in &self.own.flows {
-            let flow = formula.evaluate(values);
+        for Flow { from, to, .. } in &self.own.flows {
+            let flow = next();
             answers.through[*from] += flow;
             answers.through[*to] -= flow;
         }
-        for (port, formula) in &self.own.forces {
-            answers.through[*port] += formula.evaluate(values);
+        for (port, _) in &self.own.forces {
+            answers.through[*port] += next();
         }
-        for Piston { port, body, speed, area } in &self.own.pistons {
-            let area = area.evaluate(values);
+        for Piston { port, body, speed, .. } in &self.own.pistons {
+            let area = next();
             answers.through[*port] += area * seen.z[*speed];
             answers.through[*body] += area * (seen.z[self.variable(*port)] - ATMOSPHERE);
         }
-        for (port, volume) in &self.own.volumes {
+        for (port, _) in &self.own.volumes {
             let pressure = seen.z[self.variable(*port)];
-            answers.capacity[*port] += volume.evaluate(values) / self.fluid.bulk_modulus(pressure);
+            answers.capacity[*port] += next() / self.fluid.bulk_modulus(pressure);
         }
-        for (port, mass) in &self.own.masses {
-            answers.capacity[*port] += mass.evaluate(values);
+        for (port, _) in &self.own.masses {
+            answers.capacity[*port] += next();
         }
-        for (rate, formula) in answers.rate.iter_mut().zip(&self.own.rates) {
-            *rate = formula.evaluate(values);
+        for (rate, _) in answers.rate.iter_mut().zip(&self.own.rates) {
+            *rate = next();
         }
     }
 
@@ -111,4 +68,46 @@ impl<T: Real> OwnLaw<T> {
     fn variable(&self, port: usize) -> usize {
         self.card.ports[..port].iter().map(|port| port.kind.variables()).sum()
     }
+}
+
+/// How many variables the formulas of a card see: those of its ports, states, inputs, the time among them, and the viscosity.
+pub fn variables(card: &Card) -> usize {
+    card.variables() + inputs(card) + 1
+}
+
+/// How many inputs the formulas of a card see, the time among them.
+fn inputs(card: &Card) -> usize {
+    card.inputs.len() + usize::from(card.sees_time)
+}
+
+/// Writes what formulas see that may change, pressures as gauge pressures.
+fn variables_of<T: Real>(card: &Card, fluid: &Fluid<T>, seen: &PortVariables<T>, variables: &mut [T]) {
+    let (at_ports, inputs) = (card.variables(), inputs(card));
+    variables[..at_ports].copy_from_slice(&seen.z[..at_ports]);
+    let mut first = 0;
+    for port in card.ports {
+        if port.kind == PortKind::Hydraulic {
+            variables[first] -= T::constant(ATMOSPHERE);
+        }
+        first += port.kind.variables();
+    }
+    variables[at_ports..at_ports + inputs].copy_from_slice(&seen.u[..inputs]);
+    if card.sees_viscosity {
+        variables[at_ports + inputs] = fluid.viscosity() / seen.fluidity;
+    }
+}
+
+/// The values that all formulas see, in their order.
+pub fn values(card: &Card, own: &Own, parameters: &[f64], fluid: &Fluid<f64>, seen: &PortVariables<f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = parameters.iter().copied().chain([fluid.density()]).collect();
+    for quantity in &own.fixed {
+        values.push(quantity.evaluate(&values));
+    }
+    let first = values.len();
+    values.resize(first + variables(card), 0.0);
+    variables_of(card, fluid, seen, &mut values[first..]);
+    for quantity in &own.moving {
+        values.push(quantity.evaluate(&values));
+    }
+    values
 }

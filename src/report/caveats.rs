@@ -37,9 +37,12 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
     }
     let explained = diagnosis.missing_effect.as_ref().is_some_and(|missing| missing.explained);
     if diagnosis.verdict == Verdict::ModelInadequate && !explained {
-        let asks = "`borescope check` asks whether columns are exchanged, or a value of the rig file is in another unit. Values without `+-` are \
-             taken as exact: state how far those of data sheets are to be trusted, or calibrate on healthy records.";
+        let asks =
+            "`borescope check` asks whether columns are exchanged, or a value of the rig file is in another unit.";
         told.push(asks.to_owned());
+    }
+    if diagnosis.verdict == Verdict::ModelInadequate {
+        told.extend(taken_as_exact(&diagnosis.taken_as_exact));
     }
     told.extend(longest_gap(diagnosis).map(|gap| {
         let [from, to] = [gap.from_s, gap.to_s].map(|time| text(rounded(time, 9)));
@@ -47,6 +50,21 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
     }));
     told
 }
+
+/// Values of data sheets that a model which does not explain its record takes as exact.
+fn taken_as_exact(ids: &[String]) -> Option<String> {
+    let named = ids.iter().take(EXACT_NAMED).map(String::as_str).collect::<Vec<_>>().join(", ");
+    let more = if ids.len() > EXACT_NAMED { format!(" and {} more", ids.len() - EXACT_NAMED) } else { String::new() };
+    (!ids.is_empty()).then(|| {
+        format!(
+            "Before you believe faults or missing physics: {named}{more} are taken as exact, although parts deviate from data sheets. \
+             Calibrate on healthy records, or state `+-`; `borescope check` lists them."
+        )
+    })
+}
+
+/// So many exact values are named.
+const EXACT_NAMED: usize = 3;
 
 /// Standard deviations from the rig file beyond which a parameter is asked about: of 40 that are right, one is as far off in a quarter of
 /// a per cent of records.

@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use super::brief::wrapped;
 use crate::check::{CheckReport, PhaseInput, RecordPage, RigPage};
 use crate::number::{rounded, text, with_unit};
 
@@ -71,6 +72,16 @@ fn write_rig(out: &mut dyn Write, rig: &RigPage) -> io::Result<()> {
     });
     table(out, "parameters that a fit estimates, +- one standard deviation", &rows.collect::<Vec<_>>())?;
     writeln!(out, "  and {} taken as exact, or uncertain per switching", exact.len())?;
+    let by_sheet: Vec<&str> =
+        exact.iter().filter(|parameter| parameter.exact_by_sheet).map(|parameter| parameter.id.as_str()).collect();
+    if !by_sheet.is_empty() {
+        let advice = format!(
+            "  Exact although parts deviate from data sheets, so that an error in one of them shows as a fault: {}. State `+-`, or \
+             calibrate on healthy records.",
+            by_sheet.join(", ")
+        );
+        wrapped(&advice, "  ").iter().try_for_each(|line| writeln!(out, "{line}"))?;
+    }
     let rows = rig.sensors.iter().map(|sensor| {
         let mut notes = vec![format!("+- {}", with_unit(sensor.noise, &sensor.unit))];
         if sensor.resolution > 0.0 {

@@ -8,6 +8,7 @@ use crate::number::{self, in_unit, rounded};
 use crate::report::html::{Cell, Column, Table};
 use crate::residual::generators;
 use crate::rig::{Fault, Rig};
+use crate::simulation;
 
 /// Deviations from which on a field of the page is darkest.
 const DARKEST: f64 = 300.0;
@@ -48,8 +49,16 @@ fn of_components(rig: &Rig) -> Vec<&Fault> {
 /// component.
 pub fn signature_text(rig: &Rig, rows: Option<&[SignatureRow]>) -> String {
     let Some(rows) = rows else {
-        return "\nNo signatures: they need an operating point, a `[cycle]` in the rig file or `--input RECORD`.\n"
-            .to_owned();
+        let needs = "\nNo signatures: they need an operating point";
+        return match simulation::drive(rig, None) {
+            Err(complaint) if rig.cycle.is_some() => {
+                format!(
+                    "{needs}, which the `[cycle]` does not give: {}. State it, or give `--input RECORD`.\n",
+                    complaint.what
+                )
+            }
+            _ => format!("{needs}, a `[cycle]` in the rig file or `--input RECORD`.\n"),
+        };
     };
     if generators(rig).is_empty() {
         return "\nNo signatures: these sensors allow no residual. One needs the flow through a part, measured or known from its \

@@ -25,6 +25,16 @@ impl Rig {
         if self.calibration.is_some() { NEVER_KNOWN * self.parameters[fault.parameter].spread } else { 0.0 }
     }
 
+    /// Parameters with these indices are exact by the rig file, although parts deviate from data sheets and no calibration has said
+    /// by how much.
+    pub(crate) fn exact_by_sheet(&self) -> Vec<usize> {
+        let deviates = |index: &usize| {
+            let parameter = &self.parameters[*index];
+            parameter.spread > 0.0 && parameter.sigma == 0.0 && !self.is_fault(*index) && !self.is_of_sensor(*index)
+        };
+        if self.calibration.is_some() { Vec::new() } else { (0..self.parameters.len()).filter(deviates).collect() }
+    }
+
     /// The margins that the rig may still be given: every place of an effect that no circuit is quite without, that it can have
     /// and has not.
     pub(crate) fn margins(&self) -> Vec<String> {

@@ -358,6 +358,14 @@ impl Rig {
         })
     }
 
+    /// Whether a parameter is the lag of a part that follows pressures, not an input: of a relief valve, or the regulator of a pump. It may be
+    /// another in each switching, around a mean that is the part's own.
+    pub(crate) fn is_own_lag(&self, parameter: usize) -> bool {
+        let known = &self.parameters[parameter];
+        let lags = known.role == Role::Lag && known.per_event && known.sigma > 0.0 && !self.is_fault(parameter);
+        lags && self.followers().all(|follower| follower.lag != parameter)
+    }
+
     /// Whether nothing else has the input of a follower: reshaped for one part, it drives no other.
     pub(crate) fn is_alone(&self, follower: &Follower) -> bool {
         let inputs = self.components.iter().flat_map(|component| &component.inputs);

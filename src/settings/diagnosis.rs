@@ -31,6 +31,9 @@ settings! {
         /// A decrease of the cost of less is not worth a step towards a value that is reported.
         exact_decrease: f64 = 0.02, "chi-square",
             "Numerical accuracy: a decrease of 0.02 moves an estimate by no more than 0.14 of its standard error.";
+        /// What is reported is fitted until no step lowers the cost by more: two ways to the same explanation print the same digits.
+        final_decrease: f64 = 0.0001, "chi-square",
+            "Numerical accuracy: a decrease of 0.0001 moves an estimate by no more than a hundredth of its standard error.";
         /// Where fault combinations are compared, a decrease of the cost of less is not worth a step: what is promised is counted in.
         rough_decrease: f64 = 0.5, "chi-square",
             "Numerical accuracy: a quarter of a nat of evidence, far below what odds of prior and penalty differ by.";

@@ -5,7 +5,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::physics::ATMOSPHERE;
 use crate::physics::card::PortKind;
 use crate::physics::fluid::Fluid;
-use crate::physics::own_law::OwnLaw;
+use crate::physics::own_law;
 use crate::physics::ports::PortVariables;
 use crate::rig::parse::card_unit;
 
@@ -19,11 +19,10 @@ impl OwnKind {
     /// either way; `parameters` and those of the fluid, SI, are those of the component at `place`. States are where they start,
     /// inputs at one of their unit.
     pub fn check_domain(&self, parameters: &[f64], fluid: &Fluid<f64>, place: &Place) -> Result<(), Complaint> {
-        let law = OwnLaw::new(self.card, self.own, parameters, fluid);
         let variables: usize = self.card.ports.iter().map(|port| port.kind.variables()).sum();
         for choice in 0..1_usize << variables {
             let seen = self.point(choice);
-            let values = law.values(&seen);
+            let values = own_law::values(self.card, self.own, parameters, fluid, &seen);
             let formulas = self.own.formulas().zip(&self.places);
             for (formula, written) in formulas {
                 if !formula.evaluate(&values).is_finite() {

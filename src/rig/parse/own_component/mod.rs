@@ -16,6 +16,7 @@ use names::{Names, TIME, VISCOSITY, check_words};
 use super::kept::{kept, kept_list};
 use super::own_effect::words;
 use crate::complaint::{Complaint, Kind, Place};
+use crate::expression::Schedule;
 use crate::physics::card::{Card, Input, Parameter, Port, State};
 use crate::physics::effect::Effect;
 use crate::physics::own::Own;
@@ -69,6 +70,7 @@ pub(super) fn read_own_component(kind: &str, value: &Value<'_>) -> Result<OwnKin
             .help(format!("it may see {INPUTS}, the time `{TIME}` among them")));
     }
     let mut names = Names::new(&parameters, &ports, &states, &inputs, sees_time).with_tables(sheets);
+    let seen = names.changing();
     let formulas = Formulas::read(&lines, &states, &mut names)?;
     formulas.check_size(&table)?;
     let used = Used { formulas: &formulas, names: &names, lines: &lines, table: &table };
@@ -81,7 +83,7 @@ pub(super) fn read_own_component(kind: &str, value: &Value<'_>) -> Result<OwnKin
     let initial = states.iter().map(|state| state.initial.map(|initial| state.unit.to_si(initial))).collect();
     let places = formulas.written().map(|(_, place)| place.clone()).collect();
     let law = law(&lines, &states)?;
-    let own: &'static Own = Box::leak(Box::new(assemble(&formulas, &ports, &states, &parameters, symbol)));
+    let own: &'static Own = Box::leak(Box::new(assemble(&formulas, &ports, &states, (&parameters, seen), symbol)));
     let card = Card {
         kind: kept(kind),
         meaning: kept(meaning),
@@ -124,7 +126,7 @@ fn assemble(
     formulas: &Formulas,
     ports: &[Port],
     states: &[StateLine<'_>],
-    parameters: &[Parameter],
+    (parameters, seen): (&[Parameter], usize),
     symbol: crate::physics::component::facts::Symbol,
 ) -> Own {
     let plain = |list: &[formulas::Written]| list.iter().map(|(expression, _)| expression.clone()).collect();
@@ -132,7 +134,7 @@ fn assemble(
         list.iter().map(|(port, (expression, _))| (*port, expression.clone())).collect()
     };
     let settles = states.iter().all(|state| matches!(state.change, Change::Follows(..)));
-    Own {
+    let mut own = Own {
         facts: facts::of(formulas, ports, parameters, symbol, settles),
         settles,
         fixed: plain(&formulas.fixed),
@@ -143,7 +145,10 @@ fn assemble(
         volumes: at(&formulas.volumes),
         masses: at(&formulas.masses),
         rates: plain(&formulas.rates),
-    }
+        schedule: Schedule::default(),
+    };
+    own.schedule = own.scheduled(parameters.len(), seen);
+    own
 }
 
 /// Every name of a line is a word, and none names two things.

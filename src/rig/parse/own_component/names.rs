@@ -43,6 +43,11 @@ fn variables(port: &Port) -> Vec<Name> {
 }
 
 impl Names {
+    /// How many values there are that may change.
+    pub fn changing(&self) -> usize {
+        self.changing.len()
+    }
+
     pub fn new(
         parameters: &[Parameter],
         ports: &[Port],
