@@ -215,7 +215,9 @@ class Diagnosis(Result):
     def __repr__(self) -> str:
         def told(fault: Item) -> str:
             low, high = ("open" if end is None else f"{end:.5g}" for end in fault["ci95"])
-            return f"{fault['id']} {fault['value']:.5g} {fault['unit']} (95 %: {low} to {high}, {fault['probability']:.1%})"
+            # Nothing is wholly certain, which a rounded 100 % would say.
+            sure = "> 99.9 %" if fault["probability"] > 0.999 else f"{100 * fault['probability']:.1f} %"
+            return f"{fault['id']} {fault['value']:.5g} {fault['unit']} (95 %: {low} to {high}, {sure})"
 
         found = "; ".join(told(fault) for fault in self.present)
         return f"{self['verdict'].upper()}{': ' if found else ''}{found}"

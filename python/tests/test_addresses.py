@@ -71,7 +71,9 @@ def test_a_record_from_a_bucket(record, monkeypatch):
     server = moto.ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
     server.start()
     host, port = server.get_host_and_port()
-    options = {"endpoint_url": f"http://{host}:{port}", "key": "key", "secret": "secret"}
+    # On a busy machine the server may need longer than what s3fs waits for a cloud.
+    patient = {"connect_timeout": 600, "read_timeout": 600}
+    options = {"endpoint_url": f"http://{host}:{port}", "key": "key", "secret": "secret", "config_kwargs": patient}
     monkeypatch.setitem(fsspec.config.conf, "s3", options)
     try:
         bucket = fsspec.filesystem("s3", skip_instance_cache=True)

@@ -10,7 +10,7 @@ import pytest
 import borescope as bs
 from borescope.distributed import campaign, diagnose_fleet
 
-distributed = pytest.importorskip("distributed")
+pytest.importorskip("distributed")
 sys.path.insert(0, str(Path(__file__).parent))
 
 from processes import Processes  # noqa: E402
@@ -38,8 +38,7 @@ def outlives(work):
             if done == of - 5:
                 cluster.kill_scheduler()
 
-        with distributed.Client(cluster.address, timeout="5s") as client:
-            client.wait_for_workers(3)
+        with cluster.client(timeout="5s") as client:
             with pytest.raises(bs.Complaint, match="the scheduler") as caught:
                 work(client, kill)
     assert len(set(killed)) == 2
@@ -47,8 +46,7 @@ def outlives(work):
     # What was under way when the scheduler died is not counted, and nothing after it.
     assert reached == list(range(1, 56)), reached
     again = []
-    with Processes(3) as cluster, distributed.Client(cluster.address) as client:
-        client.wait_for_workers(3)
+    with Processes(3) as cluster, cluster.client() as client:
         result = work(client, lambda done, of: again.append((done, of)))
     assert again[-1] == (60, 60)
     return result
@@ -93,8 +91,7 @@ def a_fleet(folder, count):
 
 def test_a_fleet_with_damaged_records(tmp_path):
     rig, records = a_fleet(tmp_path, 14)
-    with Processes(3) as cluster, distributed.Client(cluster.address) as client:
-        client.wait_for_workers(3)
+    with Processes(3) as cluster, cluster.client() as client:
         result = diagnose_fleet(client, rig, records, tmp_path / "fleet", shards=5)
         other = bs.Rig(text=rig.text.replace('diameter = "8 mm"', 'diameter = "7.9 mm"', 1))
         with pytest.raises(bs.Complaint, match="another rig file"):

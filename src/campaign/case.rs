@@ -158,7 +158,8 @@ impl Campaign {
             let record = measured(disturbed, name, &run.drive, &run.times, run.interval, &outputs, random.seed());
             let diagnosed = match &prepared.model {
                 Ok(model) => {
-                    tell_beforehand(&mut row, model, disturbed, &injected, &run, &record);
+                    let context = self.rig.context();
+                    context.on_threads(|| tell_beforehand(&mut row, model, disturbed, &injected, &run, &record));
                     let begin = Instant::now();
                     let diagnosed = diagnose(model, &record, &diagnosis::DiagnosisOptions::default());
                     row.seconds = begin.elapsed().as_secs_f64();

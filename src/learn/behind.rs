@@ -23,6 +23,11 @@ use crate::rig::Rig;
 /// # Errors
 /// Columns that are missing, a model that cannot be solved, or a [context](crate::Context) that was cancelled.
 pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
+    model.rig.context().run(|| diagnose_here(model, record, options))
+}
+
+/// The same on the threads of the caller.
+fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
     let mut given = diagnosis::diagnose(model, record, options)?;
     // A fault that began within the record is told from an effect by its beginning.
     if given.diagnosis.verdict == Verdict::Faulty && given.diagnosis.onset_s.is_none() {
