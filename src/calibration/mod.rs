@@ -11,7 +11,9 @@ mod clusters;
 mod harm;
 mod joint;
 mod lack_of_fit;
+mod lags;
 mod noise;
+mod plain_error;
 mod principal;
 mod report;
 mod result;
@@ -109,12 +111,7 @@ fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Resul
             "add `[sensors]`, one line per measured column",
         ));
     }
-    let failed = |error: FitError| {
-        let mut complaint = Complaint::new(Kind::Computation, format!("the rig could not be calibrated: {error}"))
-            .at(Place::file(&rig.path));
-        complaint.places.extend(records.iter().map(|record| Place::file(&record.path)));
-        complaint.help("check values and units of the rig with `borescope check`")
-    };
+    let failed = |error: FitError| failed(rig, records, &error);
     let mut margins = rig.calibration.as_ref().map_or_else(Vec::new, |known| known.margins.clone());
     let mut sheet = rig.clone();
     for margin in rig.margins() {
@@ -134,16 +131,22 @@ fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Resul
     let theta = first_fits(&solutions, &prior, &prior.mean, &FIRST).map_err(failed)?;
     let given = Given { margins, dynamics: Vec::new() };
     let mut begun = Begun { given, prior: &prior, before, most_rounds: options.rounds.max(1) };
-    let other = switching::with_other_spools(&solutions, &prior, &theta);
+    let other = lags::other_lags(&solutions, &prior, &theta);
     rig.context().check()?;
-    let Some((other, theta)) = other else { return begun.settled(&sheet, records, solutions, theta).map_err(failed) };
-    let found = spools::values(&model.rig, &other, Open::All);
-    begun.given.dynamics = found.iter().map(|&(own, _)| own).collect();
-    let sheet = spools::applied(&sheet, &found);
-    let model = Model::new(other);
+    let Some((lags, theta)) = other else { return begun.with_spools(&sheet, records, solutions, theta) };
+    begun.given.dynamics = lags.iter().map(|&(own, _)| own).collect();
+    let (sheet, model) = (lags::applied(&sheet, &lags), Model::new(lags::applied(&model.rig, &lags)));
     let taken = self::taken(&model.rig, records)?;
     let solutions = Solutions::new(&model, &taken, open(&model.rig));
-    begun.settled(&sheet, records, solutions, theta).map_err(failed)
+    begun.with_spools(&sheet, records, solutions, theta)
+}
+
+/// The complaint about a rig that no values make follow the records.
+fn failed(rig: &Rig, records: &[Record], error: &FitError) -> Complaint {
+    let mut complaint = Complaint::new(Kind::Computation, format!("the rig could not be calibrated: {error}"))
+        .at(Place::file(&rig.path));
+    complaint.places.extend(records.iter().map(|record| Place::file(&record.path)));
+    complaint.help("check values and units of the rig with `borescope check`")
 }
 
 /// What the records say of a rig, and what drives it in them.
@@ -202,6 +205,28 @@ struct Begun<'a> {
 }
 
 impl Begun<'_> {
+    /// Goes on with the spools that the records show, from `theta`. `sheet`: the rig that is calibrated.
+    fn with_spools(
+        mut self,
+        sheet: &Rig,
+        records: &[Record],
+        solutions: Solutions<'_>,
+        theta: Vec<f64>,
+    ) -> Result<(Rig, CalibrationReport), Complaint> {
+        let failed = |error: FitError| failed(sheet, records, &error);
+        let rig = &solutions.model.rig;
+        let other = switching::with_other_spools(&solutions, self.prior, &theta);
+        rig.context().check()?;
+        let Some((other, theta)) = other else { return self.settled(sheet, records, solutions, theta).map_err(failed) };
+        let found = spools::values(rig, &other, Open::All);
+        self.given.dynamics.extend(found.iter().map(|&(own, _)| own));
+        let sheet = spools::applied(sheet, &found);
+        let model = Model::new(other);
+        let taken = taken(&model.rig, records)?;
+        let solutions = Solutions::new(&model, &taken, open(&model.rig));
+        self.settled(&sheet, records, solutions, theta).map_err(failed)
+    }
+
     /// Rounds of noise, tolerance and fit, from `theta`, until none of it moves any more. `sheet`: the rig that is calibrated.
     fn settled(
         self,
@@ -257,14 +282,18 @@ fn alike(before: &Rig, after: &Rig) -> bool {
 }
 
 /// What calibration fits: what a part may have otherwise than its data sheet, and what is stated as uncertain, healthy values of faults
-/// among them. Of a lag that may be another in each switching the mean is fitted: a body that is late once stays where that has left it, so
-/// that what is uncertain within each phase alone does not hold what the mean does.
+/// among them.
 fn open(rig: &Rig) -> Vec<Estimated> {
+    estimated(rig, &[])
+}
+
+/// The same with the means of these lags, which may be others in each switching.
+fn estimated(rig: &Rig, lags: &[usize]) -> Vec<Estimated> {
     let mut open = Vec::new();
     for (index, parameter) in rig.parameters.iter().enumerate() {
         let fault = rig.faults.iter().find(|fault| fault.parameter == index);
         let known = parameter.spread.max(parameter.sigma);
-        if known == 0.0 || parameter.per_event && !rig.is_own_lag(index) {
+        if known == 0.0 || parameter.per_event && !lags.contains(&index) {
             continue;
         }
         let (low, high) = fault.map_or(parameter.bounds, |fault| fault.bounds);

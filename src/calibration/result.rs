@@ -76,11 +76,8 @@ impl Rounds<'_> {
         let mut rig = sheet.clone();
         let shared = joint.solutions.shared();
         // A start is of its record alone: the rig keeps what it states.
-        let estimated = joint.solutions.estimated[..shared].iter().map(|one| one.parameter).enumerate();
-        // Of a lag the mean is found; how far each switching is from it stays as stated.
-        let (lags, own): (Vec<_>, Vec<_>) = estimated.partition(|&(_, index)| sheet.is_own_lag(index));
-        lags.iter().for_each(|&(i, index)| rig.parameters[index].value = fit.theta[i]);
-        for &(i, index) in &own {
+        let parameters: Vec<usize> = joint.solutions.estimated[..shared].iter().map(|one| one.parameter).collect();
+        for (i, &index) in parameters.iter().enumerate() {
             let parameter = &mut rig.parameters[index];
             (parameter.value, parameter.sigma) = (fit.theta[i], sigma[i]);
             if let Some(fault) = rig.faults.iter_mut().find(|fault| fault.parameter == index) {
@@ -91,18 +88,15 @@ impl Rounds<'_> {
             (sensor.noise, sensor.stated_noise, sensor.tolerance) = (found.noise, found.noise, found.tolerance);
         }
         let names = records.iter().map(|record| record.path.display().to_string()).collect();
-        let Given { margins, mut dynamics } = given;
-        dynamics.extend(lags.iter().map(|&(_, index)| index));
-        let (places, parameters): (Vec<usize>, Vec<usize>) = own.into_iter().unzip();
-        let correlation = correlation(&covariance.select_rows(&places).select_columns(&places));
+        let Given { margins, dynamics } = given;
+        let correlation = correlation(&covariance.view((0, 0), (shared, shared)).into_owned());
         rig.calibration = Some(Calibration { records: names, margins, dynamics, parameters, correlation });
-        let mut report = self.report(sheet, &rig, (&fit, &sigma), &joint);
+        let mut report = self.report(sheet, &rig, &fit, &joint);
         (report.rounds, report.settled) = (rounds, settled);
         Ok((rig, report))
     }
 
-    /// `sigma`: of each parameter that all records share, SI.
-    fn report(&self, sheet: &Rig, rig: &Rig, (fit, sigma): (&Fit, &[f64]), joint: &Joint<'_>) -> CalibrationReport {
+    fn report(&self, sheet: &Rig, rig: &Rig, fit: &Fit, joint: &Joint<'_>) -> CalibrationReport {
         let mut parameters = Vec::new();
         let mut warnings = Vec::new();
         for (i, one) in self.solutions.estimated[..self.solutions.shared()].iter().enumerate() {
@@ -138,8 +132,8 @@ impl Rounds<'_> {
                 before: value(before),
                 sigma_before: spread(sigma_before),
                 after: value(found.value),
-                sigma_after: spread(sigma[i]),
-                informed: sigma[i] < rig.settings().calibration.informed_share * sigma_before,
+                sigma_after: spread(found.sigma),
+                informed: found.sigma < rig.settings().calibration.informed_share * sigma_before,
                 fault: sheet.is_fault(one.parameter),
             });
         }
@@ -194,7 +188,7 @@ impl Rounds<'_> {
         let mut records = Vec::new();
         for (record, one) in self.solutions.records.iter().enumerate() {
             let name = one.record.path.display().to_string();
-            let (mut channels, mut missed) = (Vec::new(), Vec::new());
+            let (mut channels, mut missed, mut steep) = (Vec::new(), Vec::new(), Vec::new());
             for (sensor, (known, range)) in sheet.sensors.iter().zip(series.by_ref()).enumerate() {
                 let samples = count_there(one.measured[sensor]).max(1);
                 let chi2 = tame_squares(&sheet.settings().diagnosis, &fit.misfit[range]) / samples as f64;
@@ -202,8 +196,15 @@ impl Rounds<'_> {
                 let unit = sheet.sensor_unit(known);
                 let error = |si| rounded(unit.difference_from_si(si), DIGITS);
                 let adequate = adequate(&sheet.settings().diagnosis, chi2, samples);
+                let found = &self.rig.sensors[sensor];
                 if !adequate {
                     missed.push(format!("`{}` {:.1}", known.name, chi2));
+                } else if after > sheet.settings().calibration.plain_error * found.noise.hypot(found.tolerance) {
+                    steep.push(format!(
+                        "`{}` {}",
+                        known.name,
+                        shown(rounded(unit.difference_from_si(after), 3), &unit.symbol)
+                    ));
                 }
                 channels.push(ChannelFit {
                     name: known.name.clone(),
@@ -219,6 +220,13 @@ impl Rounds<'_> {
                     "{name}: the calibrated model does not explain {} (mean square of the weighted misfit): is it a record of \
                      the healthy rig?",
                     missed.join(", ")
+                ));
+            }
+            if !steep.is_empty() {
+                warnings.push(format!(
+                    "{name}: measured minus model is {} (root mean square), where the record is steep and counts for little: the fit may have \
+                     ended in a wrong valley; look at it with `compare`, and calibrate on other records too",
+                    steep.join(", ")
                 ));
             }
             let mean = channels.iter().map(|channel| channel.chi2_reduced).sum::<f64>() / channels.len().max(1) as f64;

@@ -16,6 +16,9 @@ settings! {
         /// Width of the loss while the parameters are still those of the data sheet.
         first_loss_width: f64 = 10.0, "standard deviations of the noise",
             "Cost only: twice an outlier, so that the first fits are led by all samples.";
+        /// An error of measured minus model that is named although the weighted misfit is explained: it lies where the record is steep, or may be another in each switching.
+        plain_error: f64 = 5.0, "times noise and tolerance",
+            "24 of 25 parts of the error are left to samples that count for little: nobody would call that followed.";
         /// Relative decrease that ends the first fits.
         first_decrease: f64 = 0.002, "share of the cost",
             "Cost only: fits with weights of their own follow.";

@@ -343,10 +343,9 @@ fn a_calibrated_rig_finds_another_healthy_record_healthy() {
     // The data sheet of these records is the truth, and the pump's flow is what every meter shows.
     let displacement = calibrated.report.parameters.iter().find(|told| told.id == "pump.displacement").unwrap();
     assert!((displacement.after - 5.5).abs() < 0.001, "{displacement:?}");
-    // To what no record can say the records themselves add less than half as much.
+    // Beside what no record can say the records themselves widen it by less than an eighth.
     let never_known = NEVER_KNOWN * displacement.sigma_before;
-    let of_records = (displacement.sigma_after.powi(2) - never_known.powi(2)).sqrt();
-    assert!(of_records < 0.5 * never_known, "{of_records} {displacement:?}");
+    assert!(displacement.sigma_after < 1.125 * never_known, "{never_known} {displacement:?}");
     let model = Model::new(calibrated.rig);
     let found =
         diagnosis::diagnose(&model, &read("healthy_2"), &diagnosis::DiagnosisOptions::default()).unwrap().diagnosis;

@@ -1,0 +1,66 @@
+//! Mean lags of parts that follow pressures, as healthy records together show them: of relief valves, of the regulators of pumps.
+//!
+//! Such a lag may be another in each switching, and weights forgive that within each phase. What a mean lag other than stated does to a
+//! body lasts beyond its phase, and values that are told by where bodies stand would take its place.
+
+use super::joint::Solutions;
+use super::plain_error::{Profile, missed_by};
+use super::{FIRST, estimated, first_fits, prior};
+use crate::estimation::Gaussian;
+use crate::estimation::criteria::bic;
+use crate::rig::Rig;
+
+/// Mean lags by their indices with their values, SI, and the fit with them, of what all calibrations fit; `None` where they may be as
+/// stated. They are believed where they take away most of what the model misses beyond noise.
+pub(super) fn other_lags(
+    solutions: &Solutions<'_>,
+    prior: &Gaussian,
+    theta: &[f64],
+) -> Option<(Vec<(usize, f64)>, Vec<f64>)> {
+    let rig = &solutions.model.rig;
+    let lags: Vec<usize> = (0..rig.parameters.len()).filter(|&parameter| rig.is_own_lag(parameter)).collect();
+    if lags.is_empty() {
+        return None;
+    }
+    rig.context().stage("mean lags");
+    let missed = missed_by(rig, &solutions.errors(theta).ok()?);
+    is_worth_it(solutions, prior, theta, &lags)?;
+    let with_lags = Solutions::new(solutions.model, solutions.records, estimated(rig, &lags));
+    // From the data sheet: wrong lags may have led the first fits into another valley.
+    let own = self::prior(rig, &with_lags.estimated);
+    let found = first_fits(&with_lags, &own, &own.mean, &FIRST).ok()?;
+    let reached = missed_by(rig, &with_lags.errors(&found).ok()?);
+    if reached >= rig.settings().diagnosis.dynamics_left_share * missed {
+        return None;
+    }
+    let pairs = || with_lags.estimated.iter().zip(&found);
+    let (of_lags, others): (Vec<_>, Vec<_>) = pairs().partition(|(one, _)| lags.contains(&one.parameter));
+    let values = of_lags.into_iter().map(|(one, &value)| (one.parameter, value)).collect();
+    Some((values, others.into_iter().map(|(_, &value)| value).collect()))
+}
+
+/// Whether any of the lags by itself takes a share of what is beyond noise, by the parabola through the costs at one standard deviation
+/// to both sides.
+fn is_worth_it(solutions: &Solutions<'_>, prior: &Gaussian, theta: &[f64], lags: &[usize]) -> Option<()> {
+    let rig = &solutions.model.rig;
+    let profile = Profile::at(solutions, prior, theta).ok()??;
+    let rise = |lag: usize, factor: f64| {
+        let value = rig.parameters[lag].value + factor * rig.parameters[lag].sigma;
+        Some(profile.of(&profile.curves(&applied(rig, &[(lag, value)]), theta)?) - profile.cost)
+    };
+    let fall = |&lag: &usize| {
+        let (below, above) = (rise(lag, -1.0)?, rise(lag, 1.0)?);
+        let (slope, bend) = (0.5 * (above - below), above + below);
+        Some(if bend > 0.0 { 0.5 * slope * slope / bend } else { -below.min(above) })
+    };
+    let most = lags.iter().filter_map(fall).filter(|fall| fall.is_finite()).fold(f64::NEG_INFINITY, f64::max);
+    let share = rig.settings().diagnosis.dynamics_gain_share * (profile.cost - profile.samples);
+    (most > share && bic(-most, lags.len(), profile.samples) < 0.0).then_some(())
+}
+
+/// The model of a rig with lags that were found.
+pub(super) fn applied(rig: &Rig, lags: &[(usize, f64)]) -> Rig {
+    let mut rig = rig.clone();
+    lags.iter().for_each(|&(lag, value)| rig.parameters[lag].value = value);
+    rig
+}
