@@ -41,8 +41,9 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
             "`borescope check` asks whether columns are exchanged, or a value of the rig file is in another unit.";
         told.push(asks.to_owned());
     }
-    if diagnosis.verdict == Verdict::ModelInadequate {
-        told.extend(taken_as_exact(&diagnosis.taken_as_exact));
+    match diagnosis.verdict {
+        Verdict::ModelInadequate => told.extend(taken_as_exact(&diagnosis.taken_as_exact)),
+        _ => told.extend(how_many_exact(diagnosis.taken_as_exact.len())),
     }
     told.extend(longest_gap(diagnosis).map(|gap| {
         let [from, to] = [gap.from_s, gap.to_s].map(|time| text(rounded(time, 9)));
@@ -61,6 +62,15 @@ fn taken_as_exact(ids: &[String]) -> Option<String> {
              Calibrate on healthy records, or state `+-`; `borescope check` lists them."
         )
     })
+}
+
+/// The same beside faults that explain the record, in a line.
+fn how_many_exact(count: usize) -> Option<String> {
+    match count {
+        0 => None,
+        1 => Some("One data-sheet value is taken as exact; an error in it shows as a fault.".to_owned()),
+        several => Some(format!("{several} data-sheet values are taken as exact; an error in one shows as a fault.")),
+    }
 }
 
 /// So many exact values are named.

@@ -58,6 +58,9 @@ impl UnitError {
     pub fn help(&self) -> String {
         match self {
             Self::Empty => "write a unit, such as `bar` or `L/min`; `-` for a pure number".to_owned(),
+            Self::Unknown { unit, .. } if unit.contains(['(', ')']) => {
+                "units have no brackets: `N.s/m` is N per m/s".to_owned()
+            }
             Self::Unknown { nearest: Some(nearest), .. } => match Unit::parse(nearest) {
                 Ok(unit) => format!("did you mean `{nearest}`? Units of {}: {}", unit.dimension, list(unit.dimension)),
                 Err(_) => format!("did you mean `{nearest}`?"),

@@ -125,8 +125,9 @@ impl Symbol {
             Self::Restrictor => line(THROUGH) + &line("M-12-15Q-1 0-12 15M12-15Q1 0 12 15"),
             Self::OneWayThrottle => {
                 line(THROUGH)
-                    + &line("M-12-15Q-1 0-12 15M12-15Q1 0 12 15M0 24H20V7M20-8V-24H0M13-4L20 7 27-4")
-                    + "<circle cx=\"20\" cy=\"-2\" r=\"6\"/>"
+                    // The ball lifts off its seat towards the inlet.
+                    + &line("M-12-15Q-1 0-12 15M12-15Q1 0 12 15M0 24H26V8M26-7V-24H0M19 4L26-7 33 4")
+                    + "<circle cx=\"26\" cy=\"2\" r=\"6\"/>"
             }
             Self::Filter => line("M0-18L18 0 0 18-18 0zM0-18V-30M0 18V30") + "<path class=\"pilot\" d=\"M-18 0H18\"/>",
             Self::BypassFilter => {

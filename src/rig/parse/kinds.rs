@@ -6,7 +6,7 @@ use toml::de::DeTable;
 
 use super::catalogue;
 use super::own_component::{OwnKind, read_own_component};
-use crate::complaint::{Complaint, Kind, help_with_names};
+use crate::complaint::{Complaint, Kind, did_you_mean, help_with_near};
 use crate::physics::card::Card;
 use crate::physics::component;
 use crate::rig::Beside;
@@ -118,8 +118,14 @@ impl Kinds {
         own.or_else(|| component::card(name).map(Found::BuiltIn)).ok_or_else(|| {
             Complaint::new(Kind::UnknownName, format!("unknown component kind `{name}`"))
                 .at(kind.place())
-                .help(help_with_names(name, "component kinds", self.names()))
+                .help(help_with_near(self.meant(name), "component kinds", self.names()))
         })
+    }
+
+    /// The kind that was probably meant: one of the catalogue or of the rig file without its prefix, or the nearest name.
+    fn meant(&self, name: &str) -> Option<&'static str> {
+        let without_prefix = |kind: &&'static str| kind.split_once(':').is_some_and(|(_, own)| own == name);
+        self.names().find(without_prefix).or_else(|| did_you_mean(name, self.names()))
     }
 
     /// All kinds that there are.
