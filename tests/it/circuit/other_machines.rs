@@ -55,7 +55,8 @@ fn is_found(name: &str, record: &str, fault: &str, truth: f64) -> f64 {
     found["detected_at_s"].as_f64().unwrap_or(f64::NAN)
 }
 
-// What is asked of a peer is 1 %. Measured: 0.001 % and less, and 0.02 % at the accumulator, whose empty bladder lets go at once.
+// What is asked of a peer is 1 %. Measured: 0.001 % and less; 0.02 % at the accumulator, whose empty bladder lets go at once, and 0.06 %
+// at the arm, whose valves let go of its load.
 const ALIKE: f64 = 1e-3;
 
 #[test]
@@ -82,6 +83,12 @@ fn a_boom_on_its_linkage_is_as_scipy_has_it_and_its_leak_is_found_wherever_it_be
 fn an_accumulator_with_two_consumers_is_as_scipy_has_it_and_its_lost_gas_is_found() {
     assert!(largest_difference("accumulator") < ALIKE);
     is_found("accumulator", "precharge", "accumulator.precharge", 60.0);
+}
+
+/// Its machine is off the data sheets, so its faults are found on the calibrated rig, in the gallery.
+#[test]
+fn an_arm_with_load_sensing_is_as_scipy_has_it() {
+    assert!(largest_difference("excavator") < ALIKE);
 }
 
 /// A controller moves its command from row to row. Were each step a switching, every row would be a phase of its own, in which the

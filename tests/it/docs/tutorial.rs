@@ -62,6 +62,7 @@ fn check(path: &str) -> (String, Vec<String>, Vec<String>) {
         "servo_axis",
         "boom",
         "accumulator",
+        "excavator",
     ] {
         let fixtures = format!("fixtures/{fixtures}");
         copy(Path::new(&fixtures), &folder.join(&fixtures));
@@ -153,6 +154,12 @@ mod gallery {
         for page in ["hydrostatic-drive", "servo-axis", "boom", "accumulator"] {
             holds(&format!("docs/gallery/{page}.md"));
         }
+    }
+
+    #[test]
+    #[ignore = "a minute"]
+    fn the_arm_with_load_sensing_prints_what_the_program_prints() {
+        holds("docs/gallery/load-sensing.md");
     }
 }
 
