@@ -4,18 +4,18 @@
 //! body lasts beyond its phase, and values that are told by where bodies stand would take its place.
 
 use super::joint::Solutions;
-use super::plain_error::{Profile, missed_by};
+use super::plain_error::Profile;
 use super::{FIRST, estimated, first_fits, prior};
 use crate::estimation::Gaussian;
 use crate::estimation::criteria::bic;
 use crate::rig::Rig;
 
 /// Mean lags by their indices with their values, SI, and the fit with them, of what all calibrations fit; `None` where they may be as
-/// stated. They are believed where they take away most of what the model misses beyond noise.
+/// stated. Asked for by the plain error, they are believed where the fit with them is better by more than their number.
 pub(super) fn other_lags(
     solutions: &Solutions<'_>,
     prior: &Gaussian,
-    theta: &[f64],
+    (theta, cost): (&[f64], f64),
 ) -> Option<(Vec<(usize, f64)>, Vec<f64>)> {
     let rig = &solutions.model.rig;
     let lags: Vec<usize> = (0..rig.parameters.len()).filter(|&parameter| rig.is_own_lag(parameter)).collect();
@@ -23,14 +23,12 @@ pub(super) fn other_lags(
         return None;
     }
     rig.context().stage("mean lags");
-    let missed = missed_by(rig, &solutions.errors(theta).ok()?);
-    is_worth_it(solutions, prior, theta, &lags)?;
+    let samples = is_worth_it(solutions, prior, theta, &lags)?;
     let with_lags = Solutions::new(solutions.model, solutions.records, estimated(rig, &lags));
     // From the data sheet: wrong lags may have led the first fits into another valley.
     let own = self::prior(rig, &with_lags.estimated);
-    let found = first_fits(&with_lags, &own, &own.mean, &FIRST).ok()?;
-    let reached = missed_by(rig, &with_lags.errors(&found).ok()?);
-    if reached >= rig.settings().diagnosis.dynamics_left_share * missed {
+    let (found, reached) = first_fits(&with_lags, &own, &own.mean, &FIRST).ok()?;
+    if bic(reached, lags.len(), samples) >= cost {
         return None;
     }
     let pairs = || with_lags.estimated.iter().zip(&found);
@@ -40,8 +38,8 @@ pub(super) fn other_lags(
 }
 
 /// Whether any of the lags by itself takes a share of what is beyond noise, by the parabola through the costs at one standard deviation
-/// to both sides.
-fn is_worth_it(solutions: &Solutions<'_>, prior: &Gaussian, theta: &[f64], lags: &[usize]) -> Option<()> {
+/// to both sides; the number of samples.
+fn is_worth_it(solutions: &Solutions<'_>, prior: &Gaussian, theta: &[f64], lags: &[usize]) -> Option<f64> {
     let rig = &solutions.model.rig;
     let profile = Profile::at(solutions, prior, theta).ok()??;
     let rise = |lag: usize, factor: f64| {
@@ -55,7 +53,7 @@ fn is_worth_it(solutions: &Solutions<'_>, prior: &Gaussian, theta: &[f64], lags:
     };
     let most = lags.iter().filter_map(fall).filter(|fall| fall.is_finite()).fold(f64::NEG_INFINITY, f64::max);
     let share = rig.settings().diagnosis.dynamics_gain_share * (profile.cost - profile.samples);
-    (most > share && bic(-most, lags.len(), profile.samples) < 0.0).then_some(())
+    (most > share && bic(-most, lags.len(), profile.samples) < 0.0).then_some(profile.samples)
 }
 
 /// The model of a rig with lags that were found.

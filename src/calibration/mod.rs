@@ -128,10 +128,10 @@ fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Resul
     let prior = prior(&model.rig, &solutions.estimated);
     // The first fit starts here, so this costs no further simulation.
     let before = solutions.errors(&prior.mean).map_err(|error| failed(error.into()))?;
-    let theta = first_fits(&solutions, &prior, &prior.mean, &FIRST).map_err(failed)?;
+    let (theta, cost) = first_fits(&solutions, &prior, &prior.mean, &FIRST).map_err(failed)?;
     let given = Given { margins, dynamics: Vec::new() };
     let mut begun = Begun { given, prior: &prior, before, most_rounds: options.rounds.max(1) };
-    let other = lags::other_lags(&solutions, &prior, &theta);
+    let other = lags::other_lags(&solutions, &prior, (&theta, cost));
     rig.context().check()?;
     let Some((lags, theta)) = other else { return begun.with_spools(&sheet, records, solutions, theta) };
     begun.given.dynamics = lags.iter().map(|&(own, _)| own).collect();
@@ -162,13 +162,14 @@ fn taken<'a>(rig: &Rig, records: impl IntoIterator<Item = &'a Record>) -> Result
     records.into_iter().map(one).collect()
 }
 
-/// The fits before noise and tolerance are known, each within so many standard deviations of the data sheet, as long as they gain.
+/// The fits before noise and tolerance are known, each within so many standard deviations of the data sheet, as long as they gain: the last
+/// one and its cost.
 fn first_fits(
     solutions: &Solutions<'_>,
     prior: &Gaussian,
     start: &[f64],
     reaches: &[f64],
-) -> Result<Vec<f64>, FitError> {
+) -> Result<(Vec<f64>, f64), FitError> {
     let rig = &solutions.model.rig;
     let rough: Vec<Weights> = solutions.records.iter().map(|one| rough(rig, one)).collect();
     let (mut theta, mut cost) = (start.to_vec(), f64::INFINITY);
@@ -185,7 +186,7 @@ fn first_fits(
             break;
         }
     }
-    Ok(theta)
+    Ok((theta, cost))
 }
 
 /// What a calibration says beside values, their correlation and the sensors.

@@ -44,7 +44,7 @@ fn followed(
     let model = Model::new(rig);
     let taken = taken(&model.rig, solutions.records.iter().map(|one| one.record)).ok()?;
     let other = Solutions::new(&model, &taken, open(&model.rig));
-    let theta = first_fits(&other, prior, theta, &[stated.settings().calibration.search_reach; 3]).ok()?;
+    let (theta, _) = first_fits(&other, prior, theta, &[stated.settings().calibration.search_reach; 3]).ok()?;
     let reached = missed_by(&model.rig, &other.errors(&theta).ok()?);
     if reached >= missed {
         return None;
