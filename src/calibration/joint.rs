@@ -82,6 +82,17 @@ impl<'a> Solutions<'a> {
         self.of_record.iter().filter(|record| record.is_none()).count()
     }
 
+    /// Parameters that each record has of its own, with the mean over the records.
+    pub fn means_of_records(&self, theta: &[f64]) -> Vec<(usize, f64)> {
+        let (shared, records) = (self.shared(), self.records.len());
+        let own = (self.estimated.len() - shared) / records.max(1);
+        let mean = |place: usize| {
+            let values = theta[shared..].iter().skip(place).step_by(own);
+            (self.estimated[shared + place].parameter, values.sum::<f64>() / records as f64)
+        };
+        (0..own).map(mean).collect()
+    }
+
     /// What is estimated of a record, with its values.
     pub fn of(&self, theta: &[f64], record: usize) -> (Vec<Estimated>, Vec<f64>) {
         self.own(record).map(|index| (self.estimated[index].clone(), theta[index])).unzip()

@@ -75,8 +75,7 @@ impl Rounds<'_> {
             before.iter().enumerate().map(|(i, before)| covariance[(i, i)].sqrt().min(*before)).collect();
         let mut rig = sheet.clone();
         let shared = joint.solutions.shared();
-        // A start is of its record alone: the rig keeps what it states.
-        let parameters: Vec<usize> = joint.solutions.estimated[..shared].iter().map(|one| one.parameter).collect();
+        let mut parameters: Vec<usize> = joint.solutions.estimated[..shared].iter().map(|one| one.parameter).collect();
         for (i, &index) in parameters.iter().enumerate() {
             let parameter = &mut rig.parameters[index];
             (parameter.value, parameter.sigma) = (fit.theta[i], sigma[i]);
@@ -84,12 +83,19 @@ impl Rounds<'_> {
                 fault.healthy = fit.theta[i];
             }
         }
+        // What each record has of its own is as uncertain as it was: the next record has its own again.
+        for (parameter, mean) in joint.solutions.means_of_records(&fit.theta) {
+            rig.parameters[parameter].value = mean;
+            parameters.push(parameter);
+        }
         for (sensor, found) in rig.sensors.iter_mut().zip(&self.rig.sensors) {
             (sensor.noise, sensor.stated_noise, sensor.tolerance) = (found.noise, found.noise, found.tolerance);
         }
         let names = records.iter().map(|record| record.path.display().to_string()).collect();
         let Given { margins, dynamics } = given;
-        let correlation = correlation(&covariance.view((0, 0), (shared, shared)).into_owned());
+        let mut correlation = correlation(&covariance.view((0, 0), (shared, shared)).into_owned());
+        correlation = correlation.resize(parameters.len(), parameters.len(), 0.0);
+        (shared..parameters.len()).for_each(|own| correlation[(own, own)] = 1.0);
         rig.calibration = Some(Calibration { records: names, margins, dynamics, parameters, correlation });
         let mut report = self.report(sheet, &rig, &fit, &joint);
         (report.rounds, report.settled) = (rounds, settled);

@@ -46,8 +46,11 @@ fn write_section(out: &mut String, rig: &Rig, report: &CalibrationReport) -> std
         let unit = &parameter.unit;
         let (value, sigma) = (unit.from_si(parameter.value), unit.difference_from_si(parameter.sigma));
         let stated = format!("{} +- {}", written(value, DIGITS.0, unit), written(sigma, DIGITS.1, unit));
-        let informed = report.parameters.iter().find(|told| told.id == parameter.id).is_none_or(|told| told.informed);
-        let remark = if informed { "" } else { "  # the records say little of it" };
+        let remark = match report.parameters.iter().find(|told| told.id == parameter.id) {
+            Some(told) if told.informed => "",
+            Some(_) => "  # the records say little of it",
+            None => "  # mean of the records, each has its own; wins over `initial` of the node",
+        };
         writeln!(out, "{} = {}{remark}", quoted(&parameter.id), quoted(&stated))?;
     }
     if !calibration.dynamics.is_empty() {

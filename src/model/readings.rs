@@ -30,7 +30,13 @@ pub struct Shown {
 fn at_rest(values: &[f64], sigma: f64) -> Option<(f64, usize)> {
     let values: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    // A stated noise above what the readings show would hide that they move.
+    let shown = |values: &[f64]| {
+        let squares: f64 = values.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum();
+        (0.5 * squares / (values.len() - 1) as f64).sqrt()
+    };
     let rests = |count: usize| {
+        let sigma = sigma.min(shown(&values[..(4 * count).min(values.len())]));
         let (first, second) = (&values[..2 * count], &values[2 * count..(4 * count).min(values.len())]);
         let scatter = sigma * (1.0 / first.len() as f64 + 1.0 / second.len() as f64).sqrt();
         (mean(second) - mean(first)).abs() <= AT_REST * scatter

@@ -77,11 +77,6 @@ fn read_value(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<usize, Compl
             .at(value.place())
             .help(format!("{}: {}", parameter.meaning, range(parameter.bounds, &parameter.unit))));
     }
-    // What `[nodes]` states of the start is of the next record; files of earlier versions have the calibrated records' mean.
-    if rig.is_start(index) {
-        return Ok(index);
-    }
-    let parameter = &mut rig.parameters[index];
     (parameter.value, parameter.place) = (stated.value, value.place());
     if let Some(sigma) = stated.sigma {
         parameter.sigma = sigma;

@@ -128,7 +128,10 @@ mod shared {
             println!("{name}: {missing:?}");
             assert_eq!(found.verdict, Verdict::ModelInadequate, "{name}");
             assert_eq!(missing.effects, [effect], "{name}");
-            assert!(missing.explained && found.times_noise < 0.6 * missing.times_noise_without, "{name}");
+            // Of what is beyond noise without the effect, it leaves less than a quarter.
+            let beyond_noise = |times_noise: f64| times_noise.powi(2) - 1.0;
+            let left = beyond_noise(found.times_noise) / beyond_noise(missing.times_noise_without);
+            assert!(missing.explained && left < 0.25, "{name}: {left}");
             assert_eq!(found.present().map(|fault| fault.id.as_str()).collect::<Vec<_>>(), faults, "{name}");
             for fault in found.present() {
                 assert!(fault.ci95[0] < Some(clearance) && Some(clearance) < fault.ci95[1], "{fault:?}");
