@@ -10,13 +10,17 @@ use crate::estimation::Gaussian;
 use crate::estimation::criteria::bic;
 use crate::rig::Rig;
 
-/// Mean lags by their indices with their values, SI, and the fit with them, of what all calibrations fit; `None` where they may be as
-/// stated. Asked for by the plain error, they are believed where the fit with them is better by more than their number.
-pub(super) fn other_lags(
-    solutions: &Solutions<'_>,
-    prior: &Gaussian,
-    (theta, cost): (&[f64], f64),
-) -> Option<(Vec<(usize, f64)>, Vec<f64>)> {
+/// Other mean lags.
+pub(super) struct Found {
+    /// By their indices, with their values, SI.
+    pub lags: Vec<(usize, f64)>,
+    /// The fit with them, of what all calibrations fit.
+    pub theta: Vec<f64>,
+}
+
+/// Mean lags other than stated; `None` where they may be as stated. Asked for by the plain error, they are believed where the fit with
+/// them is better by more than their number.
+pub(super) fn other_lags(solutions: &Solutions<'_>, prior: &Gaussian, (theta, cost): (&[f64], f64)) -> Option<Found> {
     let rig = &solutions.model.rig;
     let lags: Vec<usize> = (0..rig.parameters.len()).filter(|&parameter| rig.is_own_lag(parameter)).collect();
     if lags.is_empty() {
@@ -34,7 +38,7 @@ pub(super) fn other_lags(
     let pairs = || with_lags.estimated.iter().zip(&found);
     let (of_lags, others): (Vec<_>, Vec<_>) = pairs().partition(|(one, _)| lags.contains(&one.parameter));
     let values = of_lags.into_iter().map(|(one, &value)| (one.parameter, value)).collect();
-    Some((values, others.into_iter().map(|(_, &value)| value).collect()))
+    Some(Found { lags: values, theta: others.into_iter().map(|(_, &value)| value).collect() })
 }
 
 /// Whether any of the lags by itself takes a share of what is beyond noise, by the parabola through the costs at one standard deviation

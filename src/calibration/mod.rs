@@ -133,7 +133,7 @@ fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Resul
     let mut begun = Begun { given, prior: &prior, before, most_rounds: options.rounds.max(1) };
     let other = lags::other_lags(&solutions, &prior, (&theta, cost));
     rig.context().check()?;
-    let Some((lags, theta)) = other else { return begun.with_spools(&sheet, records, solutions, theta) };
+    let Some(lags::Found { lags, theta }) = other else { return begun.with_spools(&sheet, records, solutions, theta) };
     begun.given.dynamics = lags.iter().map(|&(own, _)| own).collect();
     let (sheet, model) = (lags::applied(&sheet, &lags), Model::new(lags::applied(&model.rig, &lags)));
     let taken = self::taken(&model.rig, records)?;

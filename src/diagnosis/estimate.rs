@@ -200,7 +200,7 @@ impl<'a> Estimate<'a> {
     }
 
     /// Walks the last steps, which tell no fault combination from another, along the local model at hand.
-    pub fn to_the_bottom(&mut self) {
+    pub fn walk_to_the_bottom(&mut self) {
         let set = self.isolation.set();
         let (case, isolation) = (&self.case, &mut self.isolation);
         let settings = case.settings();

@@ -85,7 +85,7 @@ fn fitted(case: &Case<'_>, near: &LocalModel, set: FaultSet, theta: &[f64]) -> O
 pub fn settled(mut estimate: Estimate<'_>) -> (Estimate<'_>, Vec<Option<Interval>>) {
     let (mut restarts, settings) = (0, estimate.case.settings());
     loop {
-        estimate.to_the_bottom();
+        estimate.walk_to_the_bottom();
         let (case, isolation) = (&estimate.case, &estimate.isolation);
         // Those of present faults first: where one of them leads elsewhere, the others need not be drawn here.
         let present: Vec<usize> = isolation.set().iter().collect();
