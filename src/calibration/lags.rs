@@ -1,14 +1,14 @@
 //! Mean lags of parts that follow pressures, as healthy records together show them: of relief valves, of the regulators of pumps.
 //!
 //! Such a lag may be another in each switching, and weights forgive that within each phase. What a mean lag other than stated does to a
-//! body lasts beyond its phase, and values that are told by where bodies stand would take its place.
+//! body lasts beyond its phase: the zero and gain of its position sensor would take up the error.
 
 use super::joint::Solutions;
 use super::plain_error::Profile;
 use super::{FIRST, estimated, first_fits, prior};
+use crate::diagnosis::switching::applied;
 use crate::estimation::Gaussian;
 use crate::estimation::criteria::bic;
-use crate::rig::Rig;
 
 /// Other mean lags.
 pub(super) struct Found {
@@ -58,11 +58,4 @@ fn is_worth_it(solutions: &Solutions<'_>, prior: &Gaussian, theta: &[f64], lags:
     let most = lags.iter().filter_map(fall).filter(|fall| fall.is_finite()).fold(f64::NEG_INFINITY, f64::max);
     let share = rig.settings().diagnosis.dynamics_gain_share * (profile.cost - profile.samples);
     (most > share && bic(-most, lags.len(), profile.samples) < 0.0).then_some(profile.samples)
-}
-
-/// The model of a rig with lags that were found.
-pub(super) fn applied(rig: &Rig, lags: &[(usize, f64)]) -> Rig {
-    let mut rig = rig.clone();
-    lags.iter().for_each(|&(lag, value)| rig.parameters[lag].value = value);
-    rig
 }

@@ -135,7 +135,7 @@ fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Resul
     rig.context().check()?;
     let Some(lags::Found { lags, theta }) = other else { return begun.with_spools(&sheet, records, solutions, theta) };
     begun.given.dynamics = lags.iter().map(|&(own, _)| own).collect();
-    let (sheet, model) = (lags::applied(&sheet, &lags), Model::new(lags::applied(&model.rig, &lags)));
+    let (sheet, model) = (spools::applied(&sheet, &lags), Model::new(spools::applied(&model.rig, &lags)));
     let taken = self::taken(&model.rig, records)?;
     let solutions = Solutions::new(&model, &taken, open(&model.rig));
     begun.with_spools(&sheet, records, solutions, theta)

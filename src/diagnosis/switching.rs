@@ -81,7 +81,7 @@ pub(crate) fn values(stated: &Rig, found: &Rig, open: Open) -> Vec<(usize, f64)>
     changed(stated, found, open).into_iter().map(|own| (own, found.parameters[own].value)).collect()
 }
 
-/// A rig whose spools follow as found. What `found` has been asked with may have further parameters behind those of the rig, such as
+/// A rig whose spools follow, or whose parts lag, as found. What `found` has been asked with may have further parameters behind those of the rig, such as
 /// what faults were before they began.
 pub(crate) fn applied(rig: &Rig, found: &[(usize, f64)]) -> Rig {
     let mut other = rig.clone();

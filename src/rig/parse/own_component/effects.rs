@@ -1,6 +1,6 @@
 //! Physics that a component of formulas has, and that a model may be given: `effect = { name, first }` at its parameters.
 
-use crate::complaint::{Complaint, Kind, Place};
+use crate::complaint::{Complaint, Kind, Place, capitalised};
 use crate::physics::card::Card;
 use crate::physics::effect::{At, Effect, Form, FreeParameter, InitialGuess};
 use crate::rig::parse::kept::{kept, kept_list};
@@ -90,7 +90,7 @@ fn effect(card: &'static Card, name: &str, parameters: Vec<&Belongs>) -> Result<
     let named: Vec<&str> = parameters.iter().map(|own| own.parameter).collect();
     Ok(Box::leak(Box::new(Effect {
         name: kept(name),
-        meaning: kept(&sentence(size.meaning)),
+        meaning: kept(&format!("{}.", capitalised(size.meaning))),
         law: kept(&format!("the law of `{}` with its {}", card.kind, named.join(" and "))),
         source: card.source,
         validity: card.validity,
@@ -100,10 +100,4 @@ fn effect(card: &'static Card, name: &str, parameters: Vec<&Belongs>) -> Result<
         form: Form::ParameterChange,
         parameters: kept_list(parameters.iter().enumerate().map(free).collect()),
     })))
-}
-
-/// Words of a parameter as a sentence.
-fn sentence(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| format!("{}{}.", first.to_uppercase(), letters.as_str()))
 }
