@@ -5,7 +5,7 @@
 //! noise that the rig file states, and its variance is raised to what the fit leaves (quasi-likelihood: Wedderburn, Biometrika 61,
 //! 1974), as in the learning of effects.
 
-use super::Rounds;
+use super::rounds::Rounds;
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::{adequate, tame_squares};
 use crate::model::SimulationError;

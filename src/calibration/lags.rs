@@ -3,9 +3,10 @@
 //! Such a lag may be another in each switching, and weights forgive that within each phase. What a mean lag other than stated does to a
 //! body lasts beyond its phase: the zero and gain of its position sensor would take up the error.
 
+use super::first_fits::{FIRST, first_fits};
 use super::joint::Solutions;
 use super::plain_error::Profile;
-use super::{FIRST, estimated, first_fits, prior};
+use super::{estimated, prior};
 use crate::diagnosis::switching::applied;
 use crate::estimation::Gaussian;
 use crate::estimation::criteria::bic;

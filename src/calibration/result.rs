@@ -2,12 +2,13 @@
 
 use nalgebra::DMatrix;
 
+use super::Given;
 use super::clusters;
 use super::joint::Joint;
+use super::noise::Noise;
 use super::principal::{self, Sources};
 use super::report::{CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit, SCHEMA};
-use super::{Given, Noise, Rounds};
-use crate::diagnosis::noise::Weights;
+use super::rounds::{Rounds, Settled};
 use crate::diagnosis::problem::count_there;
 use crate::diagnosis::{adequate, tame_squares};
 use crate::estimation::{Fit, FitError, LocalModel, Loss};
@@ -45,9 +46,7 @@ impl Rounds<'_> {
         self,
         (sheet, given): (&Rig, Given),
         records: &[Record],
-        mut fit: Fit,
-        weights: Vec<Weights>,
-        (rounds, settled): (usize, bool),
+        Settled { mut fit, weights, rounds, settled }: Settled,
     ) -> Result<(Rig, CalibrationReport), FitError> {
         let loss = Loss::Huber { k: sheet.settings().calibration.huber_width };
         let joint = self.joint(weights, &fit.theta, loss)?;

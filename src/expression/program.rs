@@ -103,20 +103,10 @@ pub(super) struct Line {
     pub at: Vec<f64>,
 }
 
-/// One step of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Step {
-    Op(Op),
-    /// Arithmetic whose right side is a number or a value, which then need not wait.
-    WithConstant(Op, f64),
-    WithValue(Op, usize),
-}
-
 /// `waiting` is the largest number of values that wait at once, at most [`MAX_WAITING`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Program {
     ops: Vec<Op>,
-    steps: Vec<Step>,
     /// One for each [`Op::Constant`], in order.
     pub literals: Vec<Literal>,
     pub lines: Vec<Line>,
@@ -136,14 +126,6 @@ impl Program {
 
     pub(super) fn push(&mut self, op: Op) {
         self.ops.push(op);
-        let is_arithmetic = matches!(op, Op::Add | Op::Subtract | Op::Multiply | Op::Divide);
-        let step = match self.steps.last() {
-            Some(Step::Op(Op::Constant(right))) if is_arithmetic => Step::WithConstant(op, *right),
-            Some(Step::Op(Op::Value(right))) if is_arithmetic => Step::WithValue(op, *right),
-            _ => return self.steps.push(Step::Op(op)),
-        };
-        self.steps.pop();
-        self.steps.push(step);
     }
 
     /// `values` covers every [`Op::Value`].
@@ -159,18 +141,7 @@ impl Program {
     fn run<T: Real, const N: usize>(&self, values: &[T]) -> T {
         let mut stack = [T::zero(); N];
         let mut count = 0;
-        for step in &self.steps {
-            let op = match *step {
-                Step::Op(op) => op,
-                Step::WithConstant(op, right) => {
-                    stack[count - 1] = with_constant(op, stack[count - 1], right);
-                    continue;
-                }
-                Step::WithValue(op, right) => {
-                    stack[count - 1] = binary(op, stack[count - 1], values[right]);
-                    continue;
-                }
-            };
+        for &op in &self.ops {
             match op {
                 Op::Constant(value) => {
                     stack[count] = T::constant(value);
@@ -220,15 +191,6 @@ pub(super) fn binary<T: Real>(op: Op, a: T, b: T) -> T {
         Op::Call(Function::Min) => a.min(b),
         Op::Call(Function::Root) => root(a, b),
         _ => a.max(b),
-    }
-}
-
-fn with_constant<T: Real>(op: Op, a: T, b: f64) -> T {
-    match op {
-        Op::Add => a + b,
-        Op::Subtract => a - b,
-        Op::Divide => a / b,
-        _ => a * b,
     }
 }
 
