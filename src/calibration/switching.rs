@@ -3,9 +3,10 @@
 //! The weights of events forgive what mass and dead time of a spool do, and values that a record tells by its transients, such as the
 //! bulk modulus, would take their place. Other dynamics are therefore asked for by the [plain error](super::plain_error).
 
+use super::first_fits::first_fits;
 use super::joint::Solutions;
 use super::plain_error::{Profile, missed_by};
-use super::{first_fits, open, taken};
+use super::{open, taken};
 use crate::diagnosis::switching::{self as spools, DYNAMICS, Open};
 use crate::estimation::Gaussian;
 use crate::estimation::criteria::bic;
@@ -66,5 +67,5 @@ fn searched(stated: &Rig, solutions: &Solutions<'_>, prior: &Gaussian, theta: &[
     let worth = |gain: f64| {
         gain > stated.settings().diagnosis.dynamics_gain_share * excess && bic(-gain, DYNAMICS, profile.samples) < 0.0
     };
-    Some(spools::searched(stated, rig, &fall, worth, Open::All)?.0)
+    Some(spools::searched(stated, rig, &fall, (|_: &[Rig]| true, worth), Open::All)?.0)
 }

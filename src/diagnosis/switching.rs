@@ -43,7 +43,8 @@ pub(super) fn found(near: &Estimate<'_>) -> Option<Vec<(usize, f64)>> {
     let asked = Asked::of(near)?;
     let samples = near.case.full.weights.all_samples() as f64;
     let worth = |gain: f64| bic(-gain, DYNAMICS, samples) < 0.0;
-    let (other, reached) = searched(rig, rig, &|other| asked.fall(other), worth, Open::All)?;
+    let speaks = |others: &[Rig]| asked.most(others).is_none_or(&worth);
+    let (other, reached) = searched(rig, rig, &|other| asked.fall(other), (speaks, worth), Open::All)?;
     (reached > near.case.settings().dynamics_gain_share * (near.isolation.best.cost - samples))
         .then(|| values(rig, &other, Open::All))
 }
@@ -57,17 +58,20 @@ pub(crate) enum Open {
 }
 
 /// The rig at hand, stated but for how its spools follow, with others as `fall` says that they are better, one after the other, and that
-/// fall; each has to gain what is `worth` it. `None` where none does.
+/// fall; each has to gain what is `worth` it. A spool of which a few others do not `speak` is not searched. `None` where none is better.
 pub(crate) fn searched(
     stated: &Rig,
     at_hand: &Rig,
     fall: &(impl Fn(&Rig) -> Option<f64> + Sync),
-    worth: impl Fn(f64) -> bool,
+    (speaks, worth): (impl Fn(&[Rig]) -> bool, impl Fn(f64) -> bool),
     open: Open,
 ) -> Option<(Rig, f64)> {
     let (mut other, mut reached) = (at_hand.clone(), 0.0);
     for follower in stated.followers().filter(|follower| stated.is_alone(follower)) {
         let search = Search { fall, stated, rig: &other, follower, open };
+        if !search.probes().is_some_and(|probes| speaks(&probes)) {
+            continue;
+        }
         let Some((dynamics, fallen)) = search.best() else { continue };
         if worth(fallen - reached) {
             (other, reached) = (search.with(dynamics)?, fallen);
@@ -137,6 +141,18 @@ impl<'e, 'a> Asked<'e, 'a> {
 
     /// By how much the cost would fall with the spools of another rig.
     fn fall(&self, other: &Rig) -> Option<f64> {
+        let fall = self.test.of(&self.change(other)?).fall_at(1.0);
+        fall.is_finite().then_some(fall)
+    }
+
+    /// The most that any sum of what the spools of some rigs change could bring.
+    fn most(&self, others: &[Rig]) -> Option<f64> {
+        let changes: Option<Vec<_>> = others.par_iter().map(|other| self.change(other)).collect();
+        Some(self.test.most(&changes?)).filter(|most| most.is_finite())
+    }
+
+    /// What the spools of another rig change of the misfits.
+    fn change(&self, other: &Rig) -> Option<Vec<f64>> {
         let full = &self.case.full;
         let drive = InputSignals::from_record(other, self.case.record).ok()?.in_run_of(full.drive);
         let mut parameters = self.parameters.clone();
@@ -147,8 +163,7 @@ impl<'e, 'a> Asked<'e, 'a> {
         let pairs = with.iter().flatten().zip(self.plain.iter().flatten());
         let mut change: Vec<f64> = pairs.map(|(with, plain)| with - plain).collect();
         full.weights.apply(&mut change);
-        let fall = self.test.of(&change).fall_at(1.0);
-        fall.is_finite().then_some(fall)
+        Some(change)
     }
 }
 
@@ -198,6 +213,19 @@ impl<F: Fn(&Rig) -> Option<f64> + Sync> Search<'_, F> {
         other.parameters[self.follower.inertia_time?].value = stated * lag.exp() * share.sqrt();
         other.parameters[self.follower.dead_time?].value = stated * dead;
         Some(other)
+    }
+
+    /// The rig with each of the dynamics otherwise, the others as they are: where no sum of what these change explains anything of a
+    /// record, the spool does not stand out in it.
+    fn probes(&self) -> Option<Vec<Rig>> {
+        let at = self.of(self.rig)?;
+        let farthest = |of: usize| {
+            let [low, high] = [BOUNDS[of].0, BOUNDS[of].1];
+            let other = if at[of] < 0.5 * (low + high) { high } else { low };
+            std::array::from_fn(|one| if one == of { 0.5 * (at[of] + other) } else { at[one] })
+        };
+        let asked = if self.is_lag_open() { 0..DYNAMICS } else { 1..DYNAMICS };
+        asked.map(|of| self.with(farthest(of))).collect()
     }
 
     /// Where the search begins for a spool that is still as stated: that, and what others do.

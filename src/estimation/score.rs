@@ -2,7 +2,7 @@
 //!
 //! Source: Rao, Proceedings of the Cambridge Philosophical Society 44 (1948).
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::local_model::{Information, LocalModel};
 
@@ -83,16 +83,48 @@ impl<'a> ScoreTest<'a> {
         Self { model, information, gradient, weights, pull }
     }
 
+    fn weighted(&self, change: &[f64]) -> DVector<f64> {
+        DVector::from_iterator(change.len(), change.iter().zip(&self.weights).map(|(s, w)| s * w))
+    }
+
+    /// Half the derivative of the cost by the factor on a change that takes along what follows it, which has a gradient of its own,
+    /// that of the prior too.
+    fn pull(&self, change: &[f64], follow: &DVector<f64>) -> f64 {
+        change.iter().zip(&self.pull).map(|(s, pull)| s * pull).sum::<f64>() - follow.dot(&self.gradient)
+    }
+
+    /// The most that the cost could fall with any sum of some `changes` of the misfits, each with a factor of its own, everything
+    /// estimated following.
+    pub fn most(&self, changes: &[Vec<f64>]) -> f64 {
+        let weighted: Vec<DVector<f64>> = changes.iter().map(|change| self.weighted(change)).collect();
+        let across = |weighted| self.information.of_free(&self.model.jacobian().tr_mul(weighted));
+        let whitened: Vec<DVector<f64>> =
+            weighted.iter().map(|weighted| self.information.whitened(&across(weighted))).collect();
+        let information = DMatrix::from_fn(changes.len(), changes.len(), |i, j| {
+            let total: f64 = changes[i].iter().zip(weighted[j].iter()).map(|(s, weighted)| s * weighted).sum();
+            total - whitened[i].dot(&whitened[j])
+        });
+        let pull = DVector::from_fn(changes.len(), |i, _| self.pull(&changes[i], &self.information.back(&whitened[i])));
+        let spectrum = information.symmetric_eigen();
+        // A direction that what is estimated takes over but for rounding explains nothing of its own.
+        let least = f64::EPSILON.sqrt() * spectrum.eigenvalues.amax();
+        let own = spectrum.eigenvectors.tr_mul(&pull);
+        own.iter()
+            .zip(spectrum.eigenvalues.iter())
+            .filter(|&(_, &value)| value > least)
+            .map(|(own, value)| own * own / value)
+            .sum()
+    }
+
     /// The score of a `change` of the misfits, one per sample.
     pub fn of(&self, change: &[f64]) -> Score {
-        let weighted = DVector::from_iterator(change.len(), change.iter().zip(&self.weights).map(|(s, w)| s * w));
+        let weighted = self.weighted(change);
         let across = self.information.of_free(&self.model.jacobian().tr_mul(&weighted));
         let whitened = self.information.whitened(&across);
         let follow = self.information.back(&whitened);
         let total: f64 = change.iter().zip(weighted.iter()).map(|(s, weighted)| s * weighted).sum();
         let information = (total - whitened.norm_squared()).max(0.0);
-        // What follows takes its own gradient along, that of the prior too.
-        let pull = change.iter().zip(&self.pull).map(|(s, pull)| s * pull).sum::<f64>() - follow.dot(&self.gradient);
+        let pull = self.pull(change, &follow);
         let taken = |a: usize| (follow[a] * across[a]).abs();
         let most = (0..across.len()).max_by(|&a, &b| taken(a).total_cmp(&taken(b)));
         Score {

@@ -59,7 +59,11 @@ fn line() -> Line {
 
 /// `2 F` of the best values of the parameters that the bounds leave free, by normal equations in numbers of order one.
 fn least(line: &Line) -> f64 {
-    fit(line, &[0.0; 3], Loss::None, Options::tight()).unwrap().cost
+    least_of(line, 3)
+}
+
+fn least_of(line: &Line, parameters: usize) -> f64 {
+    fit(line, &vec![0.0; parameters], Loss::None, Options::tight()).unwrap().cost
 }
 
 fn information(line: &Line) -> DMatrix<f64> {
@@ -285,4 +289,31 @@ fn the_misfit_of_a_prior_is_white() {
     let slope = prior.jacobian(3);
     assert_eq!(slope.column(1).norm(), 0.0);
     approx::assert_relative_eq!(slope.tr_mul(&slope)[(0, 0)], prior.precision()[(0, 0)], max_relative = 1e-12);
+}
+
+#[test]
+fn several_changes_bring_what_as_many_parameters_more_would() {
+    let line = line();
+    let best = fit(&line, &[0.5, 0.1, 1.0], Loss::None, Options::tight()).unwrap();
+    let model = LocalModel::at(&line, &best.theta, Loss::None).unwrap();
+    let test = model.score_test(&line, &best.theta, &best.misfit).unwrap();
+    // The second does nearly what the first does; a third that nothing tells from the first brings nothing.
+    let one: Vec<f64> = (0..60).map(|i| (1.7 * i as f64 + 0.3).sin()).collect();
+    let other: Vec<f64> = (0..60).map(|i| (1.7 * i as f64 + 0.4).sin()).collect();
+    let twice = one.iter().map(|by| 2.0 * by).collect();
+    let a = DMatrix::from_fn(60, 5, |i, j| match j {
+        3 => one[i],
+        4 => other[i],
+        of_line => line.a[(i, of_line)],
+    });
+    let mut scale = line.scale.clone();
+    scale.extend([1.0, 1.0]);
+    let prior = Gaussian::new(vec![2], vec![2.0], &DMatrix::from_element(1, 1, 0.09));
+    let more = Line { a, y: line.y.clone(), bend: 0.0, bounds: vec![OPEN; 5], scale, prior };
+    let fall = best.cost - least_of(&more, 5);
+    assert!(fall > 20.0, "nearly all of the waves: {fall}");
+    approx::assert_relative_eq!(test.most(&[one.clone(), other.clone()]), fall, max_relative = 1e-6);
+    approx::assert_relative_eq!(test.most(&[one.clone(), other, twice]), fall, max_relative = 1e-6);
+    let alone = test.of(&one);
+    approx::assert_relative_eq!(test.most(&[one]), alone.fall_at(alone.factor), max_relative = 1e-9);
 }

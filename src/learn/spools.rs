@@ -71,7 +71,7 @@ fn otherwise(rig: &Rig, record: &Record, fitted: &FittedModel) -> Result<Option<
         rig,
         rig,
         &fall,
-        |gain| gain > rig.settings().diagnosis.dynamics_gain_share,
+        (|_: &[Rig]| true, |gain| gain > rig.settings().diagnosis.dynamics_gain_share),
         Open::MassAndDeadTime,
     );
     Ok(found.map(|(other, _)| other))
