@@ -3,7 +3,7 @@
 //! The weights of events forgive what mass and dead time of a spool do, and values that a record tells by its transients, such as the
 //! bulk modulus, would take their place. Other dynamics are therefore asked for by the [plain error](super::plain_error).
 
-use super::first_fits::first_fits;
+use super::first_fits::{FIRST, first_fits};
 use super::joint::Solutions;
 use super::plain_error::{Profile, missed_by};
 use super::{open, taken};
@@ -45,7 +45,10 @@ fn followed(
     let model = Model::new(rig);
     let taken = taken(&model.rig, solutions.records.iter().map(|one| one.record)).ok()?;
     let other = Solutions::new(&model, &taken, open(&model.rig));
-    let (theta, _) = first_fits(&other, prior, theta, &[stated.settings().calibration.search_reach; 3]).ok()?;
+    // Values that have bent to spools as stated may lead into another valley than those of the data sheet.
+    let begun = [(theta, &[stated.settings().calibration.search_reach; 3][..]), (&prior.mean[..], &FIRST[..])];
+    let fits = begun.into_iter().filter_map(|(start, reaches)| first_fits(&other, prior, start, reaches).ok());
+    let (theta, _) = fits.min_by(|a, b| a.1.total_cmp(&b.1))?;
     let reached = missed_by(&model.rig, &other.errors(&theta).ok()?);
     if reached >= missed {
         return None;

@@ -15,6 +15,8 @@ use crate::units::Unit;
 
 /// Rows from the first that are simulated.
 const ROWS: usize = 20_000;
+/// Fewest rows that tell whether a model follows.
+const FIRST_ROWS: usize = 32;
 /// Share of the squares of a reading that the model misses, up to which nothing is asked: worn parts and data sheets reach a
 /// third of a reading.
 const MISSED: f64 = 0.1;
@@ -135,6 +137,17 @@ impl Beside<'_> {
         self.missed(&outputs[sensor], sensor).is_some_and(|share| share > MISSED)
     }
 
+    /// Rows from the first in which the model is far from some sensor already; all where that takes them.
+    fn rows_until_far(&self, outputs: &[Vec<f64>]) -> usize {
+        let all = self.times.len();
+        let is_far = |&rows: &usize| {
+            let far = |sensor: usize| self.missed(&outputs[sensor][..rows], sensor).is_some_and(|share| share > MISSED);
+            (0..outputs.len()).any(far)
+        };
+        let doubled = std::iter::successors(Some(FIRST_ROWS), |rows| Some(2 * rows)).take_while(|rows| *rows < all);
+        doubled.into_iter().find(is_far).unwrap_or(all)
+    }
+
     /// Sensors whose columns read several times what the model says, and the same in words.
     fn misread(&self, healthy: &[Vec<f64>]) -> Vec<(usize, String)> {
         let told = self.rig.sensors.iter().enumerate().filter_map(|(index, sensor)| {
@@ -151,21 +164,31 @@ impl Beside<'_> {
 
     /// Values of the rig file with one of which, read in another unit, the model follows a record that it is far from.
     fn values_in_another_unit(&self, model: &Model, healthy: &[Vec<f64>]) -> Option<String> {
-        let all_missed = |outputs: &[Vec<f64>]| -> f64 {
-            (0..outputs.len()).filter_map(|sensor| self.missed(&outputs[sensor], sensor)).sum()
+        let all_missed = |outputs: &[&[f64]]| -> f64 {
+            (0..outputs.len()).filter_map(|sensor| self.missed(outputs[sensor], sensor)).sum()
         };
-        let enough = FOLLOWED * all_missed(healthy);
+        let enough = FOLLOWED * all_missed(&healthy.iter().map(Vec::as_slice).collect::<Vec<_>>());
         let nominal = self.rig.healthy();
         let stated = (0..nominal.len()).filter(|&own| nominal[own] != 0.0 && !self.rig.is_of_sensor(own));
         let factors = MISTAKEN.iter().flat_map(|factor| [*factor, 1.0 / factor]);
         let tried: Vec<(usize, f64)> =
             stated.flat_map(|own| factors.clone().map(move |factor| (own, factor))).collect();
+        // A value that is right follows from the first row on; most are far off before long, and need not be simulated to the end.
+        let first = self.rows_until_far(healthy);
+        let begins =
+            Beside { times: &self.times[..first], units: self.units.clone(), measured: self.measured.clone(), ..*self };
+        let begun: Vec<&[f64]> = healthy.iter().map(|curve| &curve[..first]).collect();
+        let enough_there = LEFT * all_missed(&begun);
         let left = |(own, factor): (usize, f64)| {
             let mut parameters = nominal.clone();
             parameters[own] *= factor;
             let (low, high) = self.rig.parameters[own].bounds;
-            let is_possible = (low..=high).contains(&parameters[own]);
-            is_possible.then(|| Some((all_missed(&self.solved(model, &parameters)?), own, factor)))?
+            let missed = |beside: &Beside<'_>| {
+                let outputs = beside.solved(model, &parameters)?;
+                Some(all_missed(&outputs.iter().map(Vec::as_slice).collect::<Vec<_>>()))
+            };
+            let follows = (low..=high).contains(&parameters[own]) && missed(&begins)? < enough_there;
+            follows.then(|| Some((missed(self)?, own, factor)))?
         };
         let mut left: Vec<(f64, usize, f64)> = tried.into_par_iter().filter_map(left).collect();
         left.retain(|(after, ..)| *after < enough);

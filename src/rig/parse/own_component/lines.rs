@@ -131,6 +131,16 @@ fn parameter(name: &str, value: &Value<'_>) -> Result<(Parameter, Option<Belongs
     let per_event = line.get("per_switching").map(|value| value.flag()).transpose()?.unwrap_or(false);
     let calibrated =
         line.get("calibrated").map(|value| difference(&value, crate::units::Dimension::NONE)).transpose()?;
+    // Of a value that may be zero it is no share, but in the unit of the value.
+    if let (Some(value), Some(share)) = (line.get("calibrated"), calibrated)
+        && share > 1.0
+        && default.as_ref().is_some_and(|stated| stated.value != 0.0)
+    {
+        let told = format!("`calibrated` of `{name}` is {share} times its value, and a data sheet is not that far off");
+        return Err(Complaint::new(Kind::Bounds, told)
+            .at(value.place())
+            .help("write a share of the value, such as `calibrated = \"5 %\"`"));
+    }
     let role = line.get("role").map(|value| named(&value, "roles", ROLES)).transpose()?.unwrap_or_default();
     let (name, symbol, meaning) = (kept(name), kept(&unit.symbol), meaning(&line)?);
     let neutral = default.as_ref().map(|stated| shown(stated.value));
