@@ -47,7 +47,7 @@ pub(super) fn stated(comparison: &Comparison) -> Option<String> {
     let stated = comparison.as_stated.as_ref()?.times_noise;
     (multiple(stated) != multiple(comparison.times_noise)).then(|| {
         format!(
-            "Your model is the healthy one, with uncertain values fitted to this record; its error with all values as the rig file has them is {}.",
+            "Your model is the healthy one, with uncertain values fitted to this record; with all values as the rig file has them it is {} off.",
             multiple(stated)
         )
     })
