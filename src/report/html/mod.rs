@@ -282,7 +282,7 @@ impl Block {
 /// A text escaped, with what stands between backticks, as in messages and rig files, set as code.
 fn prose(text: &str) -> String {
     let parts: Vec<&str> = text.split('`').collect();
-    if parts.len() % 2 == 0 {
+    if parts.len().is_multiple_of(2) {
         // A backtick without its partner is a character like any other.
         return escape(text);
     }

@@ -56,7 +56,8 @@ fn ran(arguments: &[String]) {
         .filter(|two| ["--report", "--curves", "-o"].contains(&two[0].as_str()))
         .map(|two| two[1].clone());
     let (mut named, mut written): (Vec<String>, Vec<String>) = (named.collect(), ran.written);
-    (named.sort(), written.sort());
+    named.sort();
+    written.sort();
     assert_eq!(written, if arguments[0] == "--quiet" { Vec::new() } else { named }, "{arguments:?}");
     let last =
         ran.out.lines().rev().take(2).any(|line| line.contains("borescope ") || line.starts_with("Intervals hold"));
@@ -251,7 +252,7 @@ fn the_first_picture_of_what_is_missing_is_at_the_place_of_the_verdict() {
 fn the_misfit_by_phase_says_of_which_model_it_is() {
     for (verb, name) in [
         ("diagnose", "with the faults"),
-        ("compare", "your model"),
+        ("compare", "with the faults that explain it best"),
         ("suggest", "with external-leakage@A"),
         ("improve", "with external-leakage@A"),
     ] {
