@@ -19,7 +19,8 @@ pub use crate::history::forecast::State as ForecastState;
 pub use crate::history::{Axis, FaultHistory, Forecast, RunValue, Trend};
 pub use crate::isolability::{AssumedFault, Expectation, ExpectedWidth, IsolabilityReport};
 pub use crate::learn::comparison::{
-    ChannelComparison, Comparison, Correlation, FittedParameter, MisfitPlace, MissedPhase, PresentFault, WithFaults,
+    AsStated, ChannelComparison, Comparison, Correlation, FittedParameter, MisfitPlace, MissedPhase, PresentFault,
+    WithFaults,
 };
 pub use crate::learn::improve::ImprovementStep;
 pub use crate::learn::result::{CandidateReport, EffectParameter, ScoredReport, SuggestionReport};
@@ -27,6 +28,7 @@ pub use crate::learn::separate::Experiment;
 pub use crate::learn::warning::Warning;
 pub use crate::record::survey::Finding;
 pub use crate::residual::ResidualReport;
+pub use crate::simulation::BelowVacuum;
 #[cfg(feature = "store")]
 pub use crate::store::StoredFault;
 pub use crate::structure::{FaultPair, Isolability, StructuralTest};

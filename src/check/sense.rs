@@ -1,6 +1,7 @@
 //! Readings that the machine cannot give: more travel than the stroke, less pressure than vacuum.
 
 use crate::number::{difference_in_unit, in_unit, rounded, with_unit};
+use crate::physics::VACUUM;
 use crate::physics::component::facts;
 use crate::physics::component::facts::Symbol;
 use crate::record::Record;
@@ -8,8 +9,6 @@ use crate::rig::{Component, Quantity, Rig, Sensor, Target};
 
 /// Share of the stroke by which the travel may exceed it: offset and gain of a sensor are not yet fitted.
 const TRAVEL: f64 = 1.1;
-/// Gauge pressure of vacuum, Pa.
-const VACUUM: f64 = -101_325.0;
 /// Share of the samples that may lie below: a shock reads as anything.
 const SHOCKS: f64 = 0.01;
 /// Standard deviations of the noise that a reading may be off.

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Overwriting, Status, read, write_json};
+use super::{Failure, Format, Overwriting, Status, read, write_file, write_json};
 use crate::context::Context;
-use crate::files::{is_kept, read_text, write_atomically};
+use crate::files::{is_kept, read_text};
+use crate::finding::argument;
 use crate::learn::add::{Added, add};
 use crate::learn::addition::AdditionReport;
 use crate::rig::Rig;
@@ -46,13 +47,26 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let record = arguments.fit.as_ref().map(|path| read::record(&rig, path)).transpose()?;
     let new = add(&text, &rig, &arguments.effect, record.as_ref())?;
     let new = Added { text: rig.text_at(&new.text, &arguments.output)?, ..new };
-    write_atomically(&arguments.output, |file| file.write_all(new.text.as_bytes()))?;
+    write_file(&arguments.output, |file| file.write_all(new.text.as_bytes()))?;
     // With `-o /dev/stdout` more would stand in the rig file.
     if is_kept(&arguments.output) {
         let report = AdditionReport::new(&rig, &new, &arguments.output)?;
         match arguments.format {
             Format::Json => write_json(out, &report)?,
-            Format::Text => write!(out, "{report}")?,
+            Format::Text => {
+                write!(out, "{report}")?;
+                let new = argument(&arguments.output.display().to_string());
+                match &arguments.fit {
+                    Some(record) => {
+                        let (record, rig) = (record.display().to_string(), arguments.rig.display().to_string());
+                        let (record, rig) = (argument(&record), argument(&rig));
+                        // The file may have taken its own place.
+                        let before = if rig == new { String::new() } else { format!(" --before {rig}") };
+                        writeln!(out, "Next: borescope compare {new} {record}{before}")?;
+                    }
+                    None => writeln!(out, "Next: borescope diagnose {new} RECORD")?,
+                }
+            }
         }
     }
     Ok(Status::Done)

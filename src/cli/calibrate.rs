@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{Failure, Format, Overwriting, Status, read, terminal, write_json, write_page};
+use super::{Failure, Format, Overwriting, Status, read, terminal, write_file, write_json, write_page};
 use crate::calibration::{CalibrationOptions, CalibrationReport, calibrate};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::context::Context;
-use crate::files::{is_kept, read_text, write_atomically};
+use crate::files::{is_kept, read_text};
+use crate::finding::argument;
 use crate::number::{before_unit, rounded, with_unit};
 use crate::report::brief::wrapped;
 use crate::report::digits::plus_minus;
@@ -62,9 +63,9 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     }
     let calibrated = calibrate(&rig_text, &rig, &records, &CalibrationOptions::default())?;
     let text = rig.text_at(&calibrated.text, &arguments.output)?;
-    write_atomically(&arguments.output, |file| file.write_all(text.as_bytes()))?;
+    write_file(&arguments.output, |file| file.write_all(text.as_bytes()))?;
     if let Some(path) = &arguments.report {
-        write_page(path, &pages::calibration::html(&rig, &calibrated.report))?;
+        write_page(path, &pages::calibration::html(&rig, &calibrated, &records)?)?;
     }
     // With `-o /dev/stdout` the summary would stand in the rig file.
     if is_kept(&arguments.output) {
@@ -139,6 +140,11 @@ fn write_text(out: &mut dyn Write, output: &Path, report: &CalibrationReport) ->
         })
     });
     write_table(out, "error of each sensor (root mean square), data sheet -> calibrated", cells.collect())?;
+    let same = "  With the same values for all records. `compare` also fits what is uncertain to its record, so its error is smaller; it prints \
+                the one with the values as the rig file has them beside it.";
+    for line in wrapped(same, "  ") {
+        writeln!(out, "{line}")?;
+    }
     let cells = report.records.iter().map(|record| {
         let bad: Vec<&str> = record.channels.iter().filter(|one| !one.adequate).map(|one| one.name.as_str()).collect();
         let verdict =
@@ -150,7 +156,8 @@ fn write_text(out: &mut dyn Write, output: &Path, report: &CalibrationReport) ->
             verdict,
         ]
     });
-    write_table(out, "records", cells.collect())
+    write_table(out, "records", cells.collect())?;
+    writeln!(out, "\nNext: borescope diagnose {} ANOTHER_RECORD", argument(&output.display().to_string()))
 }
 
 /// A heading, and lines in columns.

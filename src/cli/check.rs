@@ -8,6 +8,7 @@ use clap::Args;
 use super::{Failure, Format, Status, write_json};
 use crate::check::check;
 use crate::context::Context;
+use crate::finding::argument;
 use crate::report::check::write_page;
 use crate::rig::Rig;
 
@@ -30,7 +31,18 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let checked = check(&rig, arguments.record.as_deref())?;
     match arguments.format {
         Format::Json => write_json(out, &checked.report)?,
-        Format::Text => write_page(out, &checked.report)?,
+        Format::Text => {
+            write_page(out, &checked.report)?;
+            if checked.refused.is_none() {
+                let rig = argument(&arguments.rig.display().to_string());
+                match &arguments.record {
+                    Some(record) => {
+                        writeln!(out, "\nNext: borescope compare {rig} {}", argument(&record.display().to_string()))?;
+                    }
+                    None => writeln!(out, "\nNext: borescope check {rig} RECORD")?,
+                }
+            }
+        }
     }
     match checked.refused {
         None => Ok(Status::Done),

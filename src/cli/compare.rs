@@ -5,10 +5,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Overwriting, Status, read, terminal, write_json, write_page};
+use super::{Failure, Format, Overwriting, Status, read, terminal, write_file, write_json, write_page};
 use crate::complaint::Complaint;
 use crate::context::Context;
-use crate::files::write_atomically;
 use crate::learn::compare::{compare, compared};
 use crate::learn::comparison::{Comparison, Earlier};
 use crate::report;
@@ -65,7 +64,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     if let Some(path) = &arguments.curves {
         let model = &compared.run.outputs;
         let curves = Curves { model, found: compared.found.as_ref().unwrap_or(model) };
-        write_atomically(path, |file| curves.write_csv(&rig, &record, file))?;
+        write_file(path, |file| curves.write_csv(&rig, &record, file))?;
     }
     compared.comparison.before = before.as_ref().map(Earlier::of);
     if let Some(path) = &arguments.report {

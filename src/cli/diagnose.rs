@@ -5,12 +5,12 @@ use std::path::Path;
 
 use super::diagnose_arguments::Arguments;
 use super::keep::Keeper;
-use super::{Failure, Format, Status, manifest, terminal, windows, write_json, write_page};
+use super::{Failure, Format, Status, manifest, terminal, windows, write_file, write_json, write_page};
 use crate::complaint::{Complaint, Kind};
 use crate::context::Context;
 use crate::diagnosis::watch::Watching;
 use crate::diagnosis::{Diagnosed, DiagnosisOptions, Verdict};
-use crate::files::{MOST_TEXT, read, text, write_atomically};
+use crate::files::{MOST_TEXT, read, text};
 use crate::finding::{Finding, WithFindings, findings};
 use crate::learn::behind::diagnose;
 use crate::model::Model;
@@ -94,7 +94,7 @@ fn one_by_one(rig: &Path, arguments: &Arguments, context: &Context, out: &mut dy
             let record = diagnosed.record(&record);
             if let Some(path) = &arguments.curves {
                 let curves = Curves { model: &diagnosed.healthy, found: &diagnosed.model };
-                write_atomically(path, |file| curves.write_csv(&model.rig, record, file))?;
+                write_file(path, |file| curves.write_csv(&model.rig, record, file))?;
             }
             let found = diagnosed.other_rig.clone().map(Model::new);
             let findings = findings(found.as_ref().unwrap_or(&model), record, &diagnosed.diagnosis)?;

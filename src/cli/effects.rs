@@ -53,6 +53,13 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         (Format::Text, effects) => {
             let cards: Vec<String> = effects.iter().map(|effect| card(effect)).collect();
             out.write_all(cards.join("\n").as_bytes())?;
+            if let Some(first) = effects.first() {
+                writeln!(
+                    out,
+                    "\nNext: borescope add RIG.toml {} --fit RECORD -o NEW.toml",
+                    EffectReport::new(first).written
+                )?;
+            }
         }
         (Format::Json, [effect]) => write_json(out, &EffectReport::new(effect))?,
         (Format::Json, effects) => write_json(out, &LibraryReport::of(effects))?,

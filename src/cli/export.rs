@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{Failure, Overwriting, Status, keep};
+use super::{Failure, Overwriting, Status, keep, write_file};
 use crate::complaint::{Complaint, Kind};
-use crate::files::{is_standard_output, write_atomically};
+use crate::files::is_standard_output;
 use crate::number::text;
 use crate::store::{Store, StoredRun, export_csv};
 
@@ -66,7 +66,7 @@ pub fn write(path: &Path, runs: &[StoredRun], out: &mut dyn Write) -> Result<(),
     } else if is_parquet(path) {
         parquet(path, runs)?;
     } else {
-        write_atomically(path, |file| export_csv(runs, file))?;
+        write_file(path, |file| export_csv(runs, file))?;
     }
     Ok(())
 }
@@ -79,7 +79,7 @@ fn without_parquet(path: &Path) -> Complaint {
 
 #[cfg(feature = "parquet")]
 fn parquet(path: &Path, runs: &[StoredRun]) -> Result<(), Complaint> {
-    write_atomically(path, |file| crate::store::export_parquet(runs, file))
+    write_file(path, |file| crate::store::export_parquet(runs, file))
 }
 
 #[cfg(not(feature = "parquet"))]

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::{Failure, Format, Overwriting, Status, keep, write_json, write_page};
 use crate::complaint::{Complaint, Kind};
+use crate::finding::argument;
 use crate::fleet::fleet;
 use crate::report;
 use crate::store::{Store, StoredRun, import};
@@ -48,19 +49,29 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     }
     match arguments.format {
         Format::Json => write_json(out, &fleet)?,
-        Format::Text => out.write_all(report::fleet::write_text(&fleet, arguments.all).as_bytes())?,
+        Format::Text => {
+            out.write_all(report::fleet::write_text(&fleet, arguments.all).as_bytes())?;
+            writeln!(out, "\nNext: borescope history RIG.toml --store {}", argument(&store_of(source)))?;
+        }
     }
     Ok(Status::Done)
+}
+
+/// The store that a trend is read from; a table is none.
+fn store_of(source: &Path) -> String {
+    if is_table(source) { "STORE".to_owned() } else { source.display().to_string() }
+}
+
+fn is_table(source: &Path) -> bool {
+    let ending = source.extension();
+    ending.is_some_and(|ending| ["csv", "parquet"].iter().any(|table| ending.eq_ignore_ascii_case(table)))
 }
 
 /// The runs of a store, or of a table: which one it is, its first bytes and its ending say.
 fn runs(source: &Path) -> Result<Vec<StoredRun>, Complaint> {
     let mut first = Vec::new();
     let begin = std::fs::File::open(source).and_then(|file| file.take(16).read_to_end(&mut first));
-    let is_table = source
-        .extension()
-        .is_some_and(|ending| ["csv", "parquet"].iter().any(|table| ending.eq_ignore_ascii_case(table)));
-    if begin.is_ok() && is_table && !first.starts_with(b"SQLite format 3") {
+    if begin.is_ok() && is_table(source) && !first.starts_with(b"SQLite format 3") {
         return import(source);
     }
     Store::open_existing_telling(source, keep::waiting)?.runs()

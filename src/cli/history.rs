@@ -8,6 +8,7 @@ use clap::Args;
 use super::{Failure, Format, Overwriting, Status, keep, write_json, write_page};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
 use crate::files::{MOST_TEXT, read, text};
+use crate::finding::argument;
 use crate::history::{By, history};
 use crate::report::history::write_text;
 use crate::report::pages;
@@ -61,7 +62,11 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     }
     match arguments.format {
         Format::Json => write_json(out, &history)?,
-        Format::Text => out.write_all(write_text(&history).as_bytes())?,
+        Format::Text => {
+            out.write_all(write_text(&history).as_bytes())?;
+            let [rig, store] = [&arguments.rig, &arguments.store].map(|path| argument(&path.display().to_string()));
+            writeln!(out, "\nNext: borescope diagnose {rig} RECORD --store {store}")?;
+        }
     }
     Ok(Status::Done)
 }

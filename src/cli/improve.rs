@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Overwriting, Status, read, terminal, write_json, write_page};
+use super::{Failure, Format, Overwriting, Status, read, terminal, write_file, write_json, write_page};
 use crate::context::Context;
-use crate::files::{is_kept, read_text, write_atomically};
+use crate::files::{is_kept, read_text};
 use crate::learn::evaluated::Conclusion;
 use crate::learn::improve::{ImprovementStep, improve};
 use crate::report::curves::Curves;
@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     };
     let improvement = improve(&rig, &fit, &check, told)?;
     let new = rig.text_at(&improvement.rig_file(&text, &rig)?, &arguments.output)?;
-    write_atomically(&arguments.output, |file| file.write_all(new.as_bytes()))?;
+    write_file(&arguments.output, |file| file.write_all(new.as_bytes()))?;
     let names = [&arguments.rig, &arguments.fit, &arguments.check].map(|path| path.display().to_string());
     let ledger = Ledger::new(&improvement, names);
     if let Some(path) = &arguments.report {
@@ -79,7 +79,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     }
     if let Some(path) = &arguments.curves {
         let curves = Curves { model: &improvement.given.fit.outputs, found: &improvement.trial.fit.outputs };
-        write_atomically(path, |file| curves.write_csv(&rig, &fit, file))?;
+        write_file(path, |file| curves.write_csv(&rig, &fit, file))?;
     }
     // With `-o /dev/stdout` the ledger would stand in the rig file.
     if is_kept(&arguments.output) {

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{Failure, Overwriting, Status};
+use super::{Failure, Overwriting, Status, write_file};
 use crate::complaint::{Complaint, Kind};
 use crate::context::Context;
 use crate::draft::{Circuit, DraftOptions, draft};
-use crate::files::{is_kept, write_atomically};
+use crate::files::is_kept;
 use crate::record::Record;
 use crate::rig::Rig;
 use crate::units::{Dimension, Quantity};
@@ -25,7 +25,7 @@ pub struct Arguments {
     /// The circuit; without it reservoirs where the record has levels and no pressure, and else a cylinder
     #[arg(long, value_enum)]
     circuit: Option<Kinds>,
-    /// The column of the command; without it the first pure number or voltage
+    /// The column of the command; without it two columns that switch a solenoid each, or the first pure number or voltage
     #[arg(long, value_name = "COLUMN")]
     command: Option<String>,
     /// The column of the load; without it the first force
@@ -81,7 +81,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let draft = draft(&record, &options)?;
     // Whatever the flags say, what is written passes `check`.
     Rig::parse(&arguments.output, draft.text.clone())?;
-    write_atomically(&arguments.output, |file| file.write_all(draft.text.as_bytes()))?;
+    write_file(&arguments.output, |file| file.write_all(draft.text.as_bytes()))?;
     if !is_kept(&arguments.output) {
         return Ok(Status::Done);
     }

@@ -8,6 +8,7 @@ use clap::Args;
 use super::simulate::assigned;
 use super::{Failure, Format, Overwriting, Status, read, write_json, write_page};
 use crate::context::Context;
+use crate::finding::argument;
 use crate::isolability::{TakenFault, isolability};
 use crate::report::isolability::{expected_text, signature_text};
 use crate::report::pages::isolability::html;
@@ -52,6 +53,12 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
             out.write_all(signature_text(&rig, report.signatures.as_deref()).as_bytes())?;
             if let Some(expected) = &report.expected {
                 out.write_all(expected_text(expected).as_bytes())?;
+            }
+            let rig_file = argument(&arguments.rig.display().to_string());
+            match &rig.cycle {
+                // What a diagnosis is worth on this rig, measured.
+                Some(_) => writeln!(out, "\nNext: borescope campaign {rig_file} --cases 100")?,
+                None => writeln!(out, "\nNext: borescope diagnose {rig_file} RECORD")?,
             }
         }
         Format::Json => write_json(out, &report)?,

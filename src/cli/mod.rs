@@ -299,5 +299,12 @@ fn write_json(out: &mut dyn Write, result: &impl serde::Serialize) -> io::Result
 
 /// Writes the page of `--report`, whole or not at all.
 fn write_page(path: &Path, page: &str) -> Result<(), Complaint> {
-    write_atomically(path, |file| file.write_all(page.as_bytes()))
+    write_file(path, |file| file.write_all(page.as_bytes()))
+}
+
+/// Writes a file that the user named, whole or not at all, and says that it is there.
+fn write_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Complaint> {
+    write_atomically(path, write)?;
+    terminal::written(path);
+    Ok(())
 }

@@ -5,11 +5,13 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{Failure, Format, Overwriting, Status, read, write_json};
+use super::{Failure, Format, Overwriting, Status, read, terminal, write_json};
 use crate::complaint::{Complaint, Kind};
 use crate::context::Context;
 use crate::files::is_kept;
+use crate::finding::argument;
 use crate::model::Model;
+use crate::report::simulation::below_vacuum;
 use crate::rig::Rig;
 use crate::simulation::{self, SetParameter, SimulationOptions, SimulationReport, simulate};
 
@@ -79,12 +81,21 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let simulated = simulate(&Model::new(rig), source.as_ref(), &options)?;
     context.stage("writing the record");
     simulated.record.write(&arguments.output)?;
+    terminal::written(&arguments.output);
+    if let Some(below) = &simulated.below_vacuum {
+        terminal::note(format_args!("warning: {}", below_vacuum(below)));
+    }
     // With `-o /dev/stdout` the summary would stand in the record.
     if is_kept(&arguments.output) {
         let report = SimulationReport::new(&simulated, &arguments.output, set, &options);
         match arguments.format {
             Format::Json => write_json(out, &report)?,
-            Format::Text => write!(out, "{report}")?,
+            Format::Text => {
+                write!(out, "{report}")?;
+                let [rig, record] =
+                    [&arguments.rig, &arguments.output].map(|path| argument(&path.display().to_string()));
+                writeln!(out, "Next: borescope diagnose {rig} {record}")?;
+            }
         }
     }
     Ok(Status::Done)

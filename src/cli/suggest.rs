@@ -5,9 +5,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{Failure, Format, Overwriting, Status, read, terminal, write_json, write_page};
+use super::{Failure, Format, Overwriting, Status, read, terminal, write_file, write_json, write_page};
 use crate::context::Context;
-use crate::files::write_atomically;
 use crate::learn::evaluated::Conclusion;
 use crate::learn::result::SuggestionReport;
 use crate::learn::suggest::suggest;
@@ -70,7 +69,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         let model = &suggestion.base.fit.outputs;
         let best = suggestion.judged.first().filter(|best| best.supported);
         let curves = Curves { model, found: best.map_or(model, |best| &best.trial.fit.outputs) };
-        write_atomically(path, |file| curves.write_csv(&rig, &record, file))?;
+        write_file(path, |file| curves.write_csv(&rig, &record, file))?;
     }
     match arguments.format {
         Format::Text => {

@@ -2,11 +2,13 @@
 
 use std::cell::RefCell;
 use std::io::{self, IsTerminal, StdoutLock, Write};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::context::{Context, Progress};
+use crate::files::is_kept;
 use crate::report::style::Style;
 use crate::report::style::Tone;
 use crate::visible::visible_lines;
@@ -68,6 +70,14 @@ pub fn note(line: std::fmt::Arguments<'_>) {
         clear();
         // `eprintln!` would panic where standard error is closed.
         let _ = writeln!(io::stderr(), "{}", visible_lines(&line.to_string()));
+    }
+}
+
+/// Says on standard error that a file, or a folder of files, was written. A program that calls within its own knows where it asked for the file, and what
+/// went to a device is not there to be opened.
+pub fn written(path: &Path) {
+    if (is_kept(path) || path.is_dir()) && NOTES.with_borrow(Option::is_none) {
+        note(format_args!("written to {}", path.display()));
     }
 }
 

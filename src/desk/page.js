@@ -102,15 +102,15 @@ function ticks(low, high, most) {
 function chart(canvas, sensor, curves) {
   const { pen, width, height } = surface(canvas), [from, to] = span();
   const x = (time) => LEFT + (time - from) / (to - from) * (width - LEFT - RIGHT);
-  const parts = [[20, SPLIT, extent([curves.measured, curves.model], sensor.noise), [['measured', '--k3', 2.6, 0.45], ['model', '--k1', 1.5, 1]]], [SPLIT + 6, height - 16, extent([curves.misfit, [-3, 3]], 0.2), [['misfit', '--k1', 1.2, 1]]]];
+  const parts = [[20, SPLIT, extent([curves.measured, curves.model], sensor.noise), [['measured', '--k3', 2.6, 0.45], ['model', '--k2', 1.5, 1, [8, 3]]]], [SPLIT + 6, height - 16, extent([curves.misfit, [-3, 3]], 0.2), [['misfit', '--k2', 1.2, 1]]]];
   for (const [top, bottom, [low, high], lines] of parts) {
     const y = (value) => bottom - (value - low) / (high - low) * (bottom - top);
     pen.save(); pen.strokeStyle = color('--line'); pen.fillStyle = color('--soft'); pen.textAlign = 'right'; pen.lineWidth = 1;
     const unit = top < 30 ? '' : '×';
     for (const tick of ticks(low, high, top < 30 ? 4 : 3)) { pen.beginPath(); pen.moveTo(LEFT, y(tick)); pen.lineTo(width - RIGHT, y(tick)); pen.stroke(); pen.fillText(tick + unit, LEFT - 5, y(tick) + 4); }
     pen.beginPath(); pen.rect(LEFT, top - 2, width - LEFT - RIGHT, bottom - top + 4); pen.clip(); pen.lineJoin = 'round';
-    for (const [key, ink, thick, alpha] of lines) {
-      pen.strokeStyle = color(ink); pen.lineWidth = thick; pen.globalAlpha = alpha; pen.beginPath(); let open = false;
+    for (const [key, ink, thick, alpha, dash = []] of lines) {
+      pen.strokeStyle = color(ink); pen.setLineDash(dash); pen.lineWidth = thick; pen.globalAlpha = alpha; pen.beginPath(); let open = false;
       curves[key].forEach((value, at) => { if (value === null) { open = false; return; } if (open) pen.lineTo(x(curves.time[at]), y(value)); else pen.moveTo(x(curves.time[at]), y(value)); open = true; });
       pen.stroke();
     }

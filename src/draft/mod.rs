@@ -24,7 +24,7 @@ pub enum Circuit {
 pub struct DraftOptions {
     /// Without it reservoirs where the record has levels and no pressure, and else a cylinder.
     pub circuit: Option<Circuit>,
-    /// The column of the command; without it the first pure number or voltage.
+    /// The column of the command; without it two columns that switch a solenoid each, or the first pure number or voltage.
     pub command: Option<String>,
     /// The column of the load; without it the first force.
     pub load: Option<String>,

@@ -72,14 +72,7 @@ set_pressure = "{opening}"  {OPEN}
 rated_flow = "10 L/min"  {OPEN}
 rated_overpressure = "5 bar"  {OPEN}
 
-[components.directional_valve]
-kind = "directional-valve"  # command 1: P to A and B to T; -1: P to B and A to T
-ports = {{ P = "pump_line", T = "tank", A = "A", B = "B" }}
-command = "command"
-rated_flow = "10 L/min"  {OPEN}
-rated_drop = "10 bar"  {OPEN}
-lag = "20 ms"  {OPEN}
-
+{valve}
 [components.cylinder]
 kind = "cylinder"
 ports = {{ A = "A", B = "B", rod = "piston" }}
@@ -91,6 +84,7 @@ dead_volume_B = "50 cm3"  {OPEN}
 mass = "100 kg"  {OPEN}
 viscous_friction = "1 kN.s/m"  {OPEN}
 "#,
+        valve = valve(roles),
         pump_line = starts(Location::PumpLine, &opening),
         a = starts(Location::A, "balance"),
         b = starts(Location::B, "0 bar"),
@@ -104,24 +98,21 @@ viscous_friction = "1 kN.s/m"  {OPEN}
              force = \"load\"\n",
         );
     }
-    out.push_str("\n# hold: a row of the record says what acted before it, or what acts after it.\n[inputs.command]\n");
-    match roles.command {
-        None => out.push_str("unit = \"-\"\n"),
-        Some(command) => {
-            out.push_str(&format!("unit = \"-\"\n{}", column("command", command)));
-            if command.unit.dimension == Dimension::VOLTAGE {
-                let unit = &command.unit;
-                let most = command.range().map_or(0.0, |(low, high)| unit.from_si(high.abs().max(low.abs())));
-                let full = if most > 0.0 { rounded(most, 2) } else { 10.0 };
-                let _ = writeln!(
-                    out,
-                    "scale = \"{}/{unit}\"  {OPEN}: here {full} {unit} open it fully",
-                    rounded(1.0 / full, 3)
-                );
+    out.push_str("\n# hold: a row of the record says what acted before it, or what acts after it.\n");
+    match (roles.solenoids, roles.command) {
+        (Some(two), _) => {
+            for (entry, solenoid) in SOLENOIDS.into_iter().zip(two) {
+                let most = solenoid.range().map_or(1.0, |(_, high)| solenoid.unit.from_si(high));
+                out.push_str(&switched(entry, solenoid, most, "while it is energised"));
             }
         }
+        (None, Some(command)) => {
+            let most = command.range().map_or(0.0, |(low, high)| command.unit.from_si(high.abs().max(low.abs())));
+            let full = if most > 0.0 { rounded(most, 2) } else { 10.0 };
+            out.push_str(&switched("command", command, full, "open it fully"));
+        }
+        (None, None) => out.push_str("[inputs.command]\nunit = \"-\"\nhold = \"before\"\n"),
     }
-    out.push_str("hold = \"before\"\n");
     if let Some(load) = roles.load {
         let _ = write!(
             out,
@@ -147,10 +138,61 @@ viscous_friction = "1 kN.s/m"  {OPEN}
     }
     left(record, roles, &mut out);
     out.push_str(
-        "\n[faults]\n\"cylinder.clearance\" = { bounds = [\"0 mm\", \"0.4 mm\"] }\n\"directional_valve.opening\" = { bounds = [0.02, 1.2] }\n\
-         \"directional_valve.leak_AT\" = { bounds = [\"0 L/min/bar\", \"0.1 L/min/bar\"] }\n\"pump.loss\" = { bounds = [0, 0.6] }\n",
+        "\n[faults]\n\"cylinder.clearance\" = { bounds = [\"0 mm\", \"0.4 mm\"] }\n\"pump.loss\" = { bounds = [0, 0.6] }\n",
     );
-    (out, roles.command.is_none().then(|| "command".to_owned()).into_iter().collect())
+    out.push_str(if roles.solenoids.is_some() {
+        "\"directional_valve.leakage\" = { bounds = [\"0 L/min/bar\", \"0.1 L/min/bar\"] }\n"
+    } else {
+        "\"directional_valve.opening\" = { bounds = [0.02, 1.2] }\n\
+         \"directional_valve.leak_AT\" = { bounds = [\"0 L/min/bar\", \"0.1 L/min/bar\"] }\n"
+    });
+    (out, (roles.command.is_none() && roles.solenoids.is_none()).then(|| "command".to_owned()).into_iter().collect())
+}
+
+/// Inputs of a valve with two solenoids.
+const SOLENOIDS: [&str; 2] = ["solenoid_a", "solenoid_b"];
+
+/// The directional valve: with a command, or with two solenoids.
+fn valve(roles: &Roles<'_>) -> String {
+    let ports = r#"ports = { P = "pump_line", T = "tank", A = "A", B = "B" }"#;
+    if roles.solenoids.is_none() {
+        return format!(
+            r#"[components.directional_valve]
+kind = "directional-valve"  # command 1: P to A and B to T; -1: P to B and A to T
+{ports}
+command = "command"
+rated_flow = "10 L/min"  {OPEN}
+rated_drop = "10 bar"  {OPEN}
+lag = "20 ms"  {OPEN}
+"#
+        );
+    }
+    let [a, b] = SOLENOIDS;
+    format!(
+        r#"[components.directional_valve]
+kind = "catalogue:solenoid-valve"  # a: P to A and B to T; b: P to B and A to T; exchange the columns of the inputs if the machine moves the other way
+{ports}
+a = "{a}"
+b = "{b}"
+rated_flow = "10 L/min"  {OPEN}
+rated_drop = "10 bar"  {OPEN}
+energised_lag = "20 ms"  {OPEN}
+released_lag = "30 ms"  {OPEN}
+centre_PT = 0  {OPEN}: 0 closed, about 0.5 where the centre lets the pump off to the tank
+centre_AT = 0  {OPEN}: open with centre_BT where the cylinder floats
+centre_BT = 0  {OPEN}
+"#
+    )
+}
+
+/// An input that opens a valve: a share as it is, a voltage over that at which it is `full`.
+fn switched(entry: &str, channel: &Channel, full: f64, what: &str) -> String {
+    let mut out = format!("[inputs.{entry}]\nunit = \"-\"\n{}", column(entry, channel));
+    let unit = &channel.unit;
+    if unit.dimension == Dimension::VOLTAGE {
+        let _ = writeln!(out, "scale = \"{}/{unit}\"  {OPEN}: here {full} {unit} {what}", rounded(1.0 / full, 3));
+    }
+    out + "hold = \"before\"\n"
 }
 
 /// A pump, and open tanks in a row.

@@ -1,15 +1,16 @@
 //! Where the model misses a record: which sensors, in which phases, and with which quantity the misfit goes.
 
 use super::comparison::{
-    ChannelComparison, Comparison, Correlation, FittedParameter, MisfitPlace, MissedPhase, SCHEMA,
+    AsStated, ChannelComparison, Comparison, Correlation, FittedParameter, MisfitPlace, MissedPhase, SCHEMA,
 };
 use super::fitted_model::run_with;
 use super::lack_of_fit::{is_alike, with_lack_of_fit};
 use super::phase::{Stretch, stretches};
 use super::refit;
-use super::run::Run;
+use super::run::{Run, times_noise};
 use super::with_faults::{Explained, with_faults};
 use crate::complaint::Complaint;
+use crate::diagnosis::problem::root_mean_square;
 use crate::diagnosis::{estimate, missed, weighed};
 use crate::model::{InputSignals, Model};
 use crate::number::{rounded, text};
@@ -63,6 +64,7 @@ fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     rig.context().stage("fit of the healthy model");
     let (values, run) = followed(rig, record, &drive)?;
     let mut comparison = Comparison::of(&model, record, &run)?;
+    comparison.as_stated = as_stated(&model, record, &drive);
     let estimated = estimate::estimated_parameters(rig).into_iter();
     comparison.fitted = estimated.filter(|&index| !rig.is_fault(index)).map(fitted(rig, &values)).collect();
     let mut found = None;
@@ -76,6 +78,19 @@ fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
         found = Some(outputs);
     }
     Ok(Compared { comparison, run, found })
+}
+
+/// The healthy model with the values of the rig file; `None` where it cannot be solved with them.
+fn as_stated(model: &Model, record: &Record, drive: &InputSignals) -> Option<AsStated> {
+    let rig = &model.rig;
+    let outputs = model.solve(&rig.healthy(), drive, &record.time).ok()?.values;
+    let measured = weighed::measured(rig, record).ok()?;
+    let missed: Vec<Option<f64>> =
+        outputs.iter().zip(measured).map(|(model, measured)| root_mean_square(model, measured)).collect();
+    let each = rig.sensors.iter().zip(&missed).filter_map(|(sensor, rms)| {
+        Some((sensor.name.clone(), rounded(rig.sensor_unit(sensor).difference_from_si((*rms)?), DIGITS)))
+    });
+    Some(AsStated { times_noise: rounded(times_noise(rig, &missed), DIGITS), rmse: each.collect() })
 }
 
 /// All parameters (SI) of the healthy model as a comparison fits it to a record.
@@ -99,7 +114,8 @@ fn followed(rig: &Rig, record: &Record, drive: &InputSignals) -> Result<(Vec<f64
             refit::fitted(&model, record, drive, &values, (FaultSet::EMPTY, rig.settings().learn.linearisations))?;
         let run = run_with(&model, record, drive, &values)?;
         let lacking = with_lack_of_fit(rig, &run);
-        if weighings > rig.settings().learn.weighings || is_alike(&lacking, &weighed) {
+        // Events stand where the fit has them only once it has been weighed there, as a diagnosis does.
+        if weighings > rig.settings().learn.weighings || (weighings > 1 && is_alike(&lacking, &weighed)) {
             return Ok((values, run));
         }
         (weighed, weighings) = (lacking, weighings + 1);
@@ -168,6 +184,7 @@ impl Comparison {
             adequate: all,
             times_noise: rounded(run.normalised, DIGITS),
             chi2_reduced: run.chi2,
+            as_stated: None,
             place: if all { None } else { place(rig, &channels) },
             channels,
             fitted: Vec::new(),

@@ -1,9 +1,21 @@
 //! A model beside a record, as programs read it.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 /// Name and version of the JSON schema.
 pub const SCHEMA: &str = "borescope.comparison/1";
+
+/// The model with the values of its rig file beside a record, nothing fitted: what `simulate` gives, and what `calibrate` tells of the rig
+/// file that it writes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AsStated {
+    /// Root mean square of measured minus model over the noise of the sensor, over all sensors.
+    pub times_noise: f64,
+    /// Root mean square of measured minus model of each sensor, in its unit.
+    pub rmse: BTreeMap<String, f64>,
+}
 
 /// A phase in which the model misses a sensor. The numbers are in the unit of the sensor.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -138,6 +150,8 @@ pub struct Comparison {
     pub adequate: bool,
     /// Root mean square of measured minus model over the noise of the sensor, over all sensors.
     pub times_noise: f64,
+    /// The same with the values as the rig file has them, nothing fitted to the record.
+    pub as_stated: Option<AsStated>,
     /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
     pub chi2_reduced: f64,
     /// Where the model misses most; `None` where it is adequate.

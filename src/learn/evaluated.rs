@@ -4,6 +4,8 @@ use super::candidate::Candidate;
 use super::fitted_model::FittedModel;
 use super::run::Run;
 use super::warning::Warning;
+use crate::complaint::Complaint;
+use crate::record::Record;
 use crate::rig::Location;
 
 /// One word on what the record says.
@@ -41,6 +43,8 @@ pub struct EvaluatedModel {
     pub evidence: f64,
     /// Whether it explains more than chance does, on the check record too.
     pub supported: bool,
+    /// Whether its fit has been led to its end: candidates are compared by a few rounds each.
+    pub finished: bool,
     /// Whether its faults were isolated anew with it.
     pub isolated: bool,
     /// Others that explain the record alike.
@@ -51,6 +55,21 @@ pub struct EvaluatedModel {
 impl EvaluatedModel {
     pub fn id(&self) -> String {
         joined(&self.effects)
+    }
+
+    /// Leads its fit to its end, so that whoever tells of it tells of the same model.
+    ///
+    /// # Errors
+    /// Columns that are missing, or a model that cannot be solved.
+    pub(super) fn finish(&mut self, fit: &Record, check: Option<&Record>) -> Result<(), Complaint> {
+        if self.finished {
+            return Ok(());
+        }
+        let FittedModel { rig, values, set, .. } = &self.trial;
+        self.trial = FittedModel::fitted(rig, fit, values, *set, rig.settings().diagnosis.isolation_rounds)?;
+        self.check = check.map(|record| self.trial.check(record)).transpose()?;
+        self.finished = true;
+        Ok(())
     }
 
     /// Whether one of its effects is of a sensor, and not physics of the circuit.

@@ -2,7 +2,7 @@
 
 use crate::diagnosis::estimate::Estimate;
 use crate::model::{InputSignals, Model};
-use crate::rig::{Location, NodeKind, Quantity, Rig, Sensor, Target};
+use crate::rig::{Location, NodeKind, Quantity, Rig};
 
 /// The highest level, m, or pressure, Pa, at the node of the first port of a component, in the fitted model.
 pub(super) fn highest(estimate: &Estimate<'_>, spot: Location, quantity: Quantity) -> f64 {
@@ -23,18 +23,22 @@ pub(super) fn highest_at(
     if !matches!(rig.nodes[node].kind, NodeKind::Volume { .. }) {
         return 0.0;
     }
-    // A virtual sensor.
+    let shown = readings(rig, values, (drive, times), node, quantity);
+    shown.map_or(0.0, |shown| shown.into_iter().fold(f64::NEG_INFINITY, f64::max))
+}
+
+/// What a virtual sensor of a quantity at a node would read, SI; `None` where the model cannot be solved.
+pub(super) fn readings(
+    rig: &Rig,
+    values: &[f64],
+    (drive, times): (&InputSignals, &[f64]),
+    node: usize,
+    quantity: Quantity,
+) -> Option<Vec<f64>> {
     let mut rig = rig.clone();
-    let Some(template) = rig.sensors.first().cloned() else { return 0.0 };
-    let first_parameter = rig.parameters.len();
-    for value in [0.0, 1.0] {
-        let mut parameter = rig.parameters[template.first_parameter].clone();
-        (parameter.value, parameter.sigma) = (value, 0.0);
-        rig.parameters.push(parameter);
+    if !rig.watch(node, quantity) {
+        return None;
     }
-    let dimension = quantity.dimension().unwrap_or(template.dimension);
-    rig.sensors.push(Sensor { quantity, dimension, target: Target::Node(node), lag: 0.0, first_parameter, ..template });
     let values = [values, &[0.0, 1.0]].concat();
-    let shown = Model::new(rig).solve(&values, drive, times).map(|mut outputs| outputs.values.pop());
-    shown.ok().flatten().map_or(0.0, |shown| shown.into_iter().fold(f64::NEG_INFINITY, f64::max))
+    Model::new(rig).solve(&values, drive, times).ok()?.values.pop()
 }

@@ -109,9 +109,9 @@ fn add_while_asked(
         found = last.conclusion;
         (rivals, experiment) = alike(&last, chosen);
         let refused = refused(&last, chosen);
-        // Candidates are compared by a few rounds each; what is added is fitted to its end.
-        let FittedModel { rig, values, set, .. } = &chosen.trial;
-        trial = FittedModel::fitted(rig, fit, values, *set, rig.settings().diagnosis.isolation_rounds)?;
+        let mut added = chosen.clone();
+        added.finish(fit, None)?;
+        trial = added.trial;
         let next = step(Some(chosen.id()), &trial, chosen.warnings.clone(), refused)?;
         told(&next);
         steps.push(next);

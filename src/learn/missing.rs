@@ -12,6 +12,7 @@ use super::candidate::empirical;
 use super::fitted_model::FittedModel;
 use super::highest::highest_at;
 use super::run::Run;
+use super::states::{Axis, piece, stays};
 use crate::complaint::Complaint;
 use crate::diagnosis::{estimate, is_there, weighed};
 use crate::estimation::profile::QUANTILE;
@@ -64,9 +65,9 @@ pub struct Missing {
     pub over: Named,
     /// Share that it takes away of what is missed beyond noise and tolerance, to first order.
     pub explains: f64,
-    /// State, value and half of its 95 % band, over what the record visited.
+    /// State, value and half of its 95 % band, over what the record visited; NaN between states where it never stays.
     pub curve: Vec<(f64, f64, f64)>,
-    /// State and value of what another model has more, seen in the same way; empty without one.
+    /// State and value of what another model has more, seen in the same way, with the same gaps; empty without one.
     pub found: Vec<(f64, f64)>,
 }
 
@@ -183,18 +184,32 @@ fn one(
         Fitted::new(&base.rig.settings().learn, (own, &heights), &base.fit.misfit, unit.difference_to_si(typical))?;
     let (step, spread) = fitted.curve(&fitted.pull);
     let seen = with.map(|change| fitted.curve(&fitted.slope(change)).0);
-    let axis = Axis::of(&model.rig, told)?;
+    let quantity = match told.over {
+        PRESSURE => Quantity::Pressure,
+        "speed" => Quantity::Velocity,
+        _ => Quantity::Position,
+    };
+    let axis = Axis::of(&model.rig, quantity, told.both_sides)?;
+    let stays = stays(&axis.shares(&model.rig, &values, (&drive, &record.time), placed)?);
+    let there = |share: f64, si: f64| if stays[piece(share)] { si } else { f64::NAN };
     let shares = || (0..=POINTS).map(|k| visited.0 + (visited.1 - visited.0) * k as f64 / POINTS as f64);
     let shown = |si: f64| unit.difference_from_si(si);
-    let curve = shares().map(|share| {
-        let basis = basis(share);
-        let half = QUANTILE * (basis.transpose() * &spread * &basis)[0].sqrt();
-        (axis.at(share), shown(basis.dot(&step)), shown(half))
-    });
-    let found = seen.iter().flat_map(|seen| shares().map(|share| (axis.at(share), shown(basis(share).dot(seen)))));
+    let curve: Vec<(f64, f64, f64)> = shares()
+        .map(|share| {
+            let basis = basis(share);
+            let half = QUANTILE * (basis.transpose() * &spread * &basis)[0].sqrt();
+            (axis.at(share), there(share, shown(basis.dot(&step))), there(share, shown(half)))
+        })
+        .collect();
+    if curve.iter().all(|point| point.1.is_nan()) {
+        return None;
+    }
+    let found = seen
+        .iter()
+        .flat_map(|seen| shares().map(|share| (axis.at(share), there(share, shown(basis(share).dot(seen))))));
     Some(Missing {
         at: placed_name(&model.rig, placed),
-        curve: curve.collect(),
+        curve,
         found: found.collect(),
         what: Named { name: told.what.to_owned(), unit: unit.symbol.clone() },
         over: Named { name: told.over.to_owned(), unit: axis.unit.symbol.clone() },
@@ -225,25 +240,6 @@ fn basis(share: f64) -> DVector<f64> {
         alone[height] = 1.0;
         Curve::new(&alone).at(share)
     })
-}
-
-/// The axis of the curve that was given last.
-struct Axis {
-    length: f64,
-    both_sides: bool,
-    unit: crate::units::Unit,
-}
-
-impl Axis {
-    fn of(rig: &Rig, told: &Told) -> Option<Self> {
-        let joined = rig.components.last()?;
-        let length = rig.parameters.get(joined.first_parameter + HEIGHTS)?;
-        Some(Self { length: length.unit.from_si(length.value), both_sides: told.both_sides, unit: length.unit.clone() })
-    }
-
-    fn at(&self, share: f64) -> f64 {
-        if self.both_sides { self.length * (2.0 * share - 1.0) } else { self.length * share }
-    }
 }
 
 /// Normal equations of a curve beside everything fitted, at the bend that makes the record most likely.

@@ -18,6 +18,7 @@
 //! | [`separate`] | which experiment would tell two explanations apart |
 //! | [`result`] | the suggestion as programs read it |
 //! | [`missing`] | what a missing flow or force looks like over the states |
+//! | `states` | the states that a record visits, along the axis of such a picture |
 //! | [`add`] | the rig file with an effect more |
 //! | [`addition`] | what was added, as programs read it |
 //! | `revise` | effects of a rig file set, taken out or refitted by hand |
@@ -50,6 +51,8 @@ mod scoring;
 mod screening;
 pub mod separate;
 mod spools;
+#[cfg(feature = "cli")]
+mod states;
 pub mod suggest;
 mod trial_steps;
 mod verdict;

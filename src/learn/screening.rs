@@ -267,6 +267,7 @@ impl Screening<'_> {
             delta_bic: 0.0,
             evidence: 0.0,
             supported: false,
+            finished: false,
             isolated,
             confounded_with: Vec::new(),
             warnings,

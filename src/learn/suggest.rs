@@ -68,7 +68,13 @@ pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Sugges
     let suggested = |rig: &Rig, near: Option<&FittedModel>| {
         rough_base((rig, near), fit, Suggestion::explains_all, |estimate, base| suggest_from(estimate, base, check))
     };
-    let found = rig.context().run(|| with_spools(rig, fit, suggested, Suggestion::best))?;
+    let found = rig.context().run(|| {
+        let mut found = with_spools(rig, fit, suggested, Suggestion::best)?;
+        if let Some(best) = found.judged.first_mut().filter(|best| best.supported) {
+            best.finish(fit, check)?;
+        }
+        Ok::<_, Complaint>(found)
+    })?;
     Ok(Suggestion { dynamics: spools::report(rig, &found.base.rig), ..found })
 }
 

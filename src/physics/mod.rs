@@ -16,6 +16,8 @@ pub mod ports;
 
 /// Standard atmosphere in Pa: what gauge pressures of a rig file and of its sensors are counted from.
 pub const ATMOSPHERE: f64 = 101_325.0;
+/// Gauge pressure of vacuum, Pa: no liquid falls below it, and no law of this library says what it does there.
+pub const VACUUM: f64 = -ATMOSPHERE;
 
 /// Standard gravity in m/s².
 pub const GRAVITY: f64 = 9.806_65;

@@ -2,10 +2,12 @@
 
 use std::fmt::Write;
 
+use crate::campaign::CampaignOptions;
 use crate::campaign::row::{Outcome, Row, SURE};
 use crate::campaign::score::{FaultScore, Group, Scores};
 use crate::campaign::statistics::{Found, Rate};
 use crate::campaign::store::Finished;
+use crate::finding::argument;
 use crate::number::{rounded, text};
 
 /// Most wrong cases that are listed.
@@ -174,8 +176,29 @@ fn confusion(line: &mut impl FnMut(&str), scores: &Scores) {
     }
 }
 
+fn is_wrong(row: &&Row) -> bool {
+    if row.is_faulty() { !row.isolated() } else { row.outcome != Outcome::Healthy }
+}
+
+/// The command that leads further: to the first case that went wrong, alone.
+pub fn next(finished: &Finished) -> String {
+    let (options, rig) = (&finished.options, argument(&finished.rig));
+    let Some(first) = finished.cases.iter().find(is_wrong) else { return format!("borescope diagnose {rig} RECORD") };
+    let plain = CampaignOptions::new(options.cases);
+    let mut command = format!("borescope campaign {rig} --cases {}", options.cases);
+    let stated = [
+        ("seed", options.seed.to_string(), options.seed == plain.seed),
+        ("healthy", options.healthy.to_string(), options.healthy == plain.healthy),
+        ("disturbance", options.disturbance.to_string(), options.disturbance == plain.disturbance),
+        ("rigs", options.rigs.to_string(), options.rigs == plain.rigs),
+    ];
+    for (option, value, _) in stated.iter().filter(|(.., is_plain)| !is_plain) {
+        command.push_str(&format!(" --{option} {value}"));
+    }
+    command + &format!(" --case {} --report case.html", first.case)
+}
+
 fn wrong(line: &mut impl FnMut(&str), rows: &[Row]) {
-    let is_wrong = |row: &&Row| if row.is_faulty() { !row.isolated() } else { row.outcome != Outcome::Healthy };
     let wrong: Vec<&Row> = rows.iter().filter(is_wrong).collect();
     line(&format!(
         "wrong cases: {}{}",

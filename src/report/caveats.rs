@@ -1,7 +1,7 @@
 //! What one has to know with a verdict: what the record does not say, and what else the verdict may come from.
 
 use crate::diagnosis::summary::reads_otherwise;
-use crate::diagnosis::{Diagnosis, DynamicsReport, UncertainReport, Verdict};
+use crate::diagnosis::{ChannelReport, Diagnosis, DynamicsReport, UncertainReport, Verdict};
 use crate::estimation::Identifiable;
 use crate::number::{rounded, text, with_unit};
 use crate::record::survey::{Doubt, Finding, told};
@@ -22,6 +22,7 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
         };
         told.push(format!("Check how the record was taken: if it is not so that {}, {without}.", cause.clause));
     }
+    told.extend(weighed_down(&diagnosis.channels));
     told.extend(followed_otherwise(&diagnosis.dynamics));
     told.extend(far_off(&diagnosis.uncertain));
     if !open.is_empty() {
@@ -50,6 +51,30 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
         format!("Rows are missing from {from} s to {to} s: the commands there are not known; split the record there.")
     }));
     told
+}
+
+/// Error of a sensor that is explained, times its noise, from which on it is said why it counts as explained.
+const ABOVE_NOISE: f64 = 1.5;
+/// So many of them are named.
+const ABOVE_NAMED: usize = 3;
+
+/// Sensors that count as explained although more than noise is left.
+fn weighed_down(channels: &[ChannelReport]) -> Option<String> {
+    let above = |one: &&ChannelReport| one.adequate && one.samples > 0 && one.times_noise > ABOVE_NOISE;
+    let mut above: Vec<&ChannelReport> = channels.iter().filter(above).collect();
+    above.sort_by(|a, b| b.times_noise.total_cmp(&a.times_noise));
+    let one = |one: &&ChannelReport| format!("{} {}x", one.name, text(rounded(one.times_noise, 2)));
+    let mut named: Vec<String> = above.iter().take(ABOVE_NAMED).map(one).collect();
+    if above.len() > ABOVE_NAMED {
+        named.push(format!("{} more", above.len() - ABOVE_NAMED));
+    }
+    (!above.is_empty()).then(|| {
+        format!(
+            "Explained although the error is above the noise ({}): what is left lies within the tolerance of the rig file, or where a valve \
+             switches and the curve is steep, where a small shift in time is a large error and a sample counts for little.",
+            named.join(", ")
+        )
+    })
 }
 
 /// Values of data sheets that a model which does not explain its record takes as exact.
@@ -158,6 +183,29 @@ pub fn left_out<'a>(findings: impl IntoIterator<Item = &'a Finding>, most: usize
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sensor_that_is_explained_above_its_noise_says_why() {
+        let one = |name: &str, times_noise: f64, adequate: bool| ChannelReport {
+            name: name.to_owned(),
+            unit: "bar".to_owned(),
+            rmse: times_noise,
+            noise_sigma: 1.0,
+            times_noise,
+            samples: 100,
+            chi2_reduced: 1.0,
+            events_chi2: None,
+            adequate,
+            within_noise: adequate,
+            ratio_to_healthy: None,
+        };
+        assert_eq!(weighed_down(&[one("p_A", 1.4, true), one("p_B", 6.0, false)]), None);
+        let told = weighed_down(&[one("p_A", 1.6, true), one("p_B", 6.04, true)]).unwrap();
+        assert!(
+            told.starts_with("Explained although the error is above the noise (p_B 6x, p_A 1.6x): what is left lies"),
+            "{told}"
+        );
+    }
 
     #[test]
     fn a_value_that_is_not_believed_is_told_with_its_distance() {

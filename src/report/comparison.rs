@@ -27,6 +27,7 @@ pub fn brief(comparison: &Comparison) -> String {
         let with = with.map_or_else(String::new, |with| format!(", with faults {}", multiple(with.times_noise)));
         lines.extend(wrapped(&format!("Before ({}): {}{with}.", before.rig, times(before.times_noise)), "  "));
     }
+    lines.extend(stated(comparison).iter().flat_map(|words| wrapped(words, "  ")));
     lines.push(String::new());
     let (heads, rows) = table(comparison);
     lines.extend(aligned(&heads, &rows));
@@ -39,6 +40,17 @@ pub fn brief(comparison: &Comparison) -> String {
     lines.push(next(comparison));
     lines.push("`--all` shows the phases, chi-square and the NRMSE fit of each sensor.".to_owned());
     lines.join("\n") + "\n"
+}
+
+/// The error with nothing fitted, where it is another: what other commands say of the values of the rig file.
+pub(super) fn stated(comparison: &Comparison) -> Option<String> {
+    let stated = comparison.as_stated.as_ref()?.times_noise;
+    (multiple(stated) != multiple(comparison.times_noise)).then(|| {
+        format!(
+            "Your model is the healthy one, with uncertain values fitted to this record; with all values as the rig file has them it is {} off.",
+            multiple(stated)
+        )
+    })
 }
 
 /// What `NO (events)` means, where a sensor has it.
@@ -180,6 +192,7 @@ mod tests {
             place: None,
             channels: vec![channel("p_A", times_noise)],
             fitted: Vec::new(),
+            as_stated: None,
             with_faults: None,
             before: None,
         }

@@ -108,7 +108,7 @@ impl Series {
     }
 }
 
-/// A shaded region between two curves, such as a confidence interval.
+/// A shaded region between two curves, such as a confidence interval. A point that is not finite breaks it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Envelope {
     /// In the legend.

@@ -121,6 +121,23 @@ impl Sensor {
 }
 
 impl super::Rig {
+    /// Adds a virtual sensor behind all others: it reads a quantity at a node as it is, and no record has a column of it. Says whether it
+    /// could; a rig without any sensor has nothing to make one after.
+    pub fn watch(&mut self, node: usize, quantity: Quantity) -> bool {
+        let Some(template) = self.sensors.first().cloned() else { return false };
+        let first_parameter = self.parameters.len();
+        // Offset and gain.
+        for value in [0.0, 1.0] {
+            let mut parameter = self.parameters[template.first_parameter].clone();
+            (parameter.value, parameter.sigma) = (value, 0.0);
+            self.parameters.push(parameter);
+        }
+        let dimension = quantity.dimension().unwrap_or(template.dimension);
+        let target = Target::Node(node);
+        self.sensors.push(Sensor { quantity, dimension, target, lag: 0.0, first_parameter, ..template });
+        true
+    }
+
     /// Reads a record of this rig; the columns of scaled sensors and inputs come as what they stand for.
     ///
     /// # Errors

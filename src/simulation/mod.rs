@@ -9,8 +9,10 @@ use serde::Serialize;
 
 use crate::complaint::{Complaint, Kind, Place};
 use crate::model::{self, InputSignals, Model, SolverEffort};
+use crate::number::rounded;
+use crate::physics::VACUUM;
 use crate::record::Record;
-use crate::rig::{InitialPressure, NodeKind, Rig};
+use crate::rig::{InitialPressure, NodeKind, Quantity, Rig};
 #[cfg(feature = "cli")]
 pub use report::{SetParameter, SimulationReport};
 
@@ -44,6 +46,37 @@ pub struct Simulated {
     pub record: Record,
     /// What the integrator spent.
     pub effort: SolverEffort,
+    /// Where and when the pressure is lowest, if that is below vacuum; `None` where the model stays valid.
+    pub below_vacuum: Option<BelowVacuum>,
+}
+
+/// A pressure below vacuum: oil would boil and tear there, which the model does not know.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BelowVacuum {
+    /// The node that falls lowest.
+    pub node: String,
+    /// When, s.
+    pub at_s: f64,
+    /// To which gauge pressure, bar.
+    pub pressure_bar: f64,
+    /// Nodes that fall below vacuum, this one included.
+    pub nodes: usize,
+}
+
+impl BelowVacuum {
+    /// Of gauge pressures of nodes, Pa, at the times of the rows.
+    fn of(rig: &Rig, nodes: &[usize], pressures: &[Vec<f64>], times: &[f64]) -> Option<Self> {
+        let lowest = |values: &Vec<f64>| values.iter().copied().zip(times).min_by(|a, b| a.0.total_cmp(&b.0));
+        let each = nodes.iter().zip(pressures).filter_map(|(&node, values)| Some((node, lowest(values)?)));
+        let below: Vec<(usize, (f64, &f64))> = each.filter(|(_, (least, _))| *least < VACUUM).collect();
+        let &(node, (least, at)) = below.iter().min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
+        Some(Self {
+            node: rig.nodes[node].name.clone(),
+            at_s: rounded(*at, 6),
+            pressure_bar: rounded(least / 1e5, 4),
+            nodes: below.len(),
+        })
+    }
 }
 
 /// Simulates the record that the sensors of a rig would give: along the inputs of `source`, or over the cycle of the rig file.
@@ -55,12 +88,20 @@ pub fn simulate(model: &Model, source: Option<&Record>, options: &SimulationOpti
     let rig = &model.rig;
     let (drive, times) = drive(rig, source)?;
     rig.context().stage("simulation");
-    let parameters = rig.nominal();
+    // What no sensor shows may be where the model ends.
+    let mut watched = rig.clone();
+    let is_volume = |&node: &usize| matches!(rig.nodes[node].kind, NodeKind::Volume { .. });
+    let nodes: Vec<usize> =
+        (0..rig.nodes.len()).filter(is_volume).filter(|&node| watched.watch(node, Quantity::Pressure)).collect();
+    let model = Model::new(watched).with_tolerance(model.tolerance);
+    let parameters = model.rig.nominal();
     let solved = match options.method {
         Method::Implicit => model.solve(&parameters, &drive, &times),
         Method::Explicit => model.solve_explicitly(&parameters, &drive, &times),
     };
-    let outputs = solved.map_err(|error| model.unsolved(&error))?;
+    let mut outputs = solved.map_err(|error| model.unsolved(&error))?;
+    let pressures = outputs.values.split_off(rig.sensors.len());
+    let below_vacuum = BelowVacuum::of(rig, &nodes, &pressures, &times);
     let inputs = match source {
         // Recorded inputs are measured already: copied, they drive the next simulation alike.
         Some(record) if options.seed.is_none() => recorded_inputs(rig, record, &drive)?,
@@ -73,7 +114,7 @@ pub fn simulate(model: &Model, source: Option<&Record>, options: &SimulationOpti
         (None, None) => None,
     };
     rig.context().check()?;
-    Ok(Simulated { record, effort: outputs.effort })
+    Ok(Simulated { record, effort: outputs.effort, below_vacuum })
 }
 
 /// What drives the circuit, and the times of the rows.

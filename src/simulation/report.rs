@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Method, Simulated, SimulationOptions};
+use super::{BelowVacuum, Method, Simulated, SimulationOptions};
 use crate::number;
 use crate::units::Quantity;
 
@@ -36,6 +36,8 @@ pub struct SimulationReport {
     pub steps: usize,
     /// Steps that it tried and took back.
     pub rejected_steps: usize,
+    /// Where the pressure is lowest, if that is below vacuum; `None` where it is nowhere.
+    pub below_vacuum: Option<BelowVacuum>,
 }
 
 /// A column of a simulated record.
@@ -72,7 +74,7 @@ impl SetParameter {
 impl SimulationReport {
     /// Of a record that was written to `path`.
     pub fn new(simulated: &Simulated, path: &Path, set: Vec<SetParameter>, options: &SimulationOptions) -> Self {
-        let Simulated { record, effort } = simulated;
+        let Simulated { record, effort, below_vacuum } = simulated;
         let column =
             |channel: &crate::record::Channel| Column { name: channel.name.clone(), unit: channel.unit.to_string() };
         Self {
@@ -87,6 +89,7 @@ impl SimulationReport {
             method: options.method,
             steps: effort.steps,
             rejected_steps: effort.rejected,
+            below_vacuum: below_vacuum.clone(),
         }
     }
 }

@@ -9,7 +9,7 @@ use super::{Arguments, create};
 use crate::calibration;
 use crate::campaign::case::Replay;
 use crate::campaign::{Campaign, Row};
-use crate::cli::{Failure, Format, Overwriting, Status, write_json, write_page};
+use crate::cli::{Failure, Format, Overwriting, Status, terminal, write_json, write_page};
 use crate::complaint::{Complaint, Kind};
 use crate::diagnosis::Diagnosis;
 use crate::files::write_atomically;
@@ -36,6 +36,7 @@ pub fn run(
     let replay = campaign.replay(case)?;
     if let Some(folder) = &arguments.output {
         leave(campaign, rig_text, &replay, folder, arguments.overwriting)?;
+        terminal::written(folder);
     }
     if let Some(path) = &arguments.report {
         let (Some(record), Some(diagnosed)) = (&replay.record, &replay.diagnosed) else {

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::progress::Progress;
-use super::{Failure, Format, Overwriting, Status, write_json, write_page};
+use super::{Failure, Format, Overwriting, Status, terminal, write_json, write_page};
 use crate::campaign::store::{CASES, FORM, Finished, REPORT, RESULT, digest};
 use crate::campaign::{Campaign, CampaignOptions, HEALTHY, Outcome, Row};
 use crate::complaint::{Complaint, Kind};
@@ -186,12 +186,16 @@ fn present(finished: &Finished, arguments: &Arguments, out: &mut dyn Write) -> R
     if let Some(folder) = &arguments.output {
         create(folder)?;
         finished.write(folder, &report)?;
+        terminal::written(folder);
     }
     if let Some(path) = &arguments.report {
         write_page(path, &report::pages::campaign::html(finished))?;
     }
     match arguments.format {
-        Format::Text => out.write_all(report.as_bytes())?,
+        Format::Text => {
+            out.write_all(report.as_bytes())?;
+            writeln!(out, "\nNext: {}", report::campaign::next(finished))?;
+        }
         Format::Json => write_json(out, finished)?,
     }
     Ok(Status::Done)

@@ -1,5 +1,6 @@
 //! The hydraulic circuit of a rig as a drawing with symbols after ISO 1219-1.
 
+mod centre;
 mod place;
 mod symbol;
 
@@ -183,7 +184,11 @@ impl Drawing<'_> {
             ));
         }
         let turn = if placed.turned { " rotate(180)" } else { "" };
-        self.put(format_args!("<g transform=\"translate({x:.0} {y:.0}){turn}\">{}</g>", symbol.svg()));
+        let mut lines = symbol.svg();
+        if symbol == Symbol::DirectionalValve {
+            lines.push_str(&format!("<path d=\"{}\"/>", centre::path(self.rig, placed.component, symbol.ends())));
+        }
+        self.put(format_args!("<g transform=\"translate({x:.0} {y:.0}){turn}\">{lines}</g>"));
         self.reach((x - wide - 6.0, x + wide + 6.0), (y - high - 6.0, y + high + 6.0));
         let name = component.name.clone();
         if symbol == Symbol::Cylinder {

@@ -78,7 +78,7 @@ impl Symbol {
         }
     }
 
-    /// Lines of the symbol.
+    /// Lines of the symbol; the middle square of a directional valve is empty, what its centre connects is its own.
     pub fn svg(self) -> String {
         let line = |d: &str| format!("<path d=\"{d}\"/>");
         let full = |d: &str| format!("<path class=\"full\" d=\"{d}\"/>");
@@ -109,7 +109,6 @@ impl Symbol {
                 squares
                     + "<rect x=\"-76\" y=\"-9\" width=\"16\" height=\"18\"/><rect x=\"60\" y=\"-9\" width=\"16\" height=\"18\"/>"
                     + &line("M-76 9L-60-9M60 9L76-9M-10 20V30M10 20V30M-10-20V-30M10-20V-30")
-                    + &line("M-10-20v8m-5 0h10M10-20v8m-5 0h10M-10 20v-8m-5 0h10M10 20v-8m-5 0h10")
                     + &line("M-50 20V-20M-50-20l-4 8M-50-20l4 8M-30-20V20M-30 20l-4-8M-30 20l4-8")
                     + &line("M30 20L50-20M50-20l-7 6M50-20l0 9M30-20L50 20M50 20l-7-6M50 20l0-9")
             }

@@ -1,7 +1,7 @@
 //! Cards: what was found, one thing each, with what follows from it and what to do next.
 
-use super::line;
 use super::table::Scale;
+use super::{line, prose};
 use crate::report::escape;
 use crate::report::style::Tone;
 
@@ -33,10 +33,10 @@ impl Card {
             Tone::Caution => "caution",
         };
         line(out, format_args!("<article class=\"finding {class}\">"));
-        line(out, format_args!("<h3>{} <small class=\"id\">{}</small></h3>", escape(&self.title), escape(&self.id)));
+        line(out, format_args!("<h3>{} <small class=\"id\">{}</small></h3>", prose(&self.title), escape(&self.id)));
         line(
             out,
-            format_args!("<p class=\"size\"><b>{}</b> <span>{}</span></p>", escape(&self.size), escape(&self.about)),
+            format_args!("<p class=\"size\"><b>{}</b> <span>{}</span></p>", escape(&self.size), prose(&self.about)),
         );
         if let Some(scale) = &self.scale {
             out.push_str(&scale.html());
@@ -44,7 +44,7 @@ impl Card {
         if !self.facts.is_empty() {
             out.push_str("<dl>\n");
             for (name, fact) in &self.facts {
-                line(out, format_args!("<dt>{}</dt><dd>{}</dd>", escape(name), escape(fact)));
+                line(out, format_args!("<dt>{}</dt><dd>{}</dd>", escape(name), prose(fact)));
             }
             out.push_str("</dl>\n");
         }

@@ -116,7 +116,7 @@ impl Section {
 
     /// Adds a drawing, an `<svg>` element made by this crate, with a caption.
     pub fn drawing(&mut self, name: &str, svg: &str, caption: &str) -> &mut Self {
-        let (name, caption) = (escape(name), escape(caption));
+        let (name, caption) = (escape(name), prose(caption));
         self.add(Block::Made(format!(
             "<figure class=\"drawing\" data-name=\"{name}\">\n<div class=\"head\"><span class=\"tools\"></span></div>\n{svg}\
              <figcaption>{caption}</figcaption>\n</figure>\n"
@@ -179,7 +179,7 @@ impl Page {
              </head>\n<body>\n<header>\n<h1>{title}</h1>\n"
         );
         if !self.lead.is_empty() {
-            line(&mut out, format_args!("<p class=\"lead\">{}</p>", escape(&self.lead)));
+            line(&mut out, format_args!("<p class=\"lead\">{}</p>", prose(&self.lead)));
         }
         out.push_str("</header>\n");
         if self.sections.len() > 2 {
@@ -239,24 +239,24 @@ impl Section {
 impl Block {
     fn html(&self, out: &mut String) {
         match self {
-            Self::Paragraph(text) => line(out, format_args!("<p>{}</p>", escape(text))),
+            Self::Paragraph(text) => line(out, format_args!("<p>{}</p>", prose(text))),
             Self::Notice(tone, text) => {
                 let class = match tone {
                     Tone::Good => "good",
                     Tone::Alert => "alert",
                     Tone::Caution => "caution",
                 };
-                line(out, format_args!("<p class=\"notice {class}\">{}</p>", escape(text)));
+                line(out, format_args!("<p class=\"notice {class}\">{}</p>", prose(text)));
             }
             Self::List(points) => {
                 out.push_str("<ul>\n");
-                points.iter().for_each(|point| line(out, format_args!("<li>{}</li>", escape(point))));
+                points.iter().for_each(|point| line(out, format_args!("<li>{}</li>", prose(point))));
                 out.push_str("</ul>\n");
             }
             Self::Facts(facts) => {
                 out.push_str("<dl>\n");
                 for (name, fact) in facts {
-                    line(out, format_args!("<dt>{}</dt><dd>{}</dd>", escape(name), escape(fact)));
+                    line(out, format_args!("<dt>{}</dt><dd>{}</dd>", escape(name), prose(fact)));
                 }
                 out.push_str("</dl>\n");
             }
@@ -270,13 +270,27 @@ impl Block {
             }
             Self::Fold(title, open, blocks) => {
                 let open = if *open { " open" } else { "" };
-                line(out, format_args!("<details{open}>\n<summary>{}</summary>", escape(title)));
+                line(out, format_args!("<details{open}>\n<summary>{}</summary>", prose(title)));
                 blocks.iter().for_each(|block| block.html(out));
                 out.push_str("</details>\n");
             }
             Self::Made(markup) => out.push_str(markup),
         }
     }
+}
+
+/// A text escaped, with what stands between backticks, as in messages and rig files, set as code.
+fn prose(text: &str) -> String {
+    let parts: Vec<&str> = text.split('`').collect();
+    if parts.len().is_multiple_of(2) {
+        // A backtick without its partner is a character like any other.
+        return escape(text);
+    }
+    let one = |(index, part): (usize, &&str)| match index % 2 {
+        0 => escape(part),
+        _ => format!("<code>{}</code>", escape(part)),
+    };
+    parts.iter().enumerate().map(one).collect()
 }
 
 fn line(out: &mut String, text: std::fmt::Arguments<'_>) {
@@ -289,6 +303,26 @@ fn line(out: &mut String, text: std::fmt::Arguments<'_>) {
 mod tests {
     use super::super::plot::{Axis, Chart, Series};
     use super::*;
+
+    #[test]
+    fn what_stands_between_backticks_is_code() {
+        let mut section = Section::new("One");
+        section.paragraph("see `check <rig>` & `--all`").table(Table::new(
+            "of `x`",
+            vec![Column::text("what")],
+            vec![vec!["a `b` c".into()]],
+        ));
+        let page = Page::new("T", "").section(section).html();
+        for part in [
+            "see <code>check &lt;rig&gt;</code> &amp; <code>--all</code>",
+            ">of <code>x</code></p>",
+            "<td>a <code>b</code> c</td>",
+        ] {
+            assert!(page.contains(part), "{part} is missing in {page}");
+        }
+        assert!(page.contains("aria-label=\"of `x`\""), "a label has no elements");
+        assert_eq!(prose("5` of"), "5` of");
+    }
 
     #[test]
     fn a_page_is_escaped_closed_and_alone() {

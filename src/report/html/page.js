@@ -329,7 +329,8 @@ for (const table of document.querySelectorAll("table[data-choice]")) {
 // A table that is wider than a phone becomes a card for each row.
 for (const table of document.querySelectorAll(".wide table")) {
   const heads = [...table.tHead.rows[0].cells].map((head) => head.textContent.trim());
-  if (heads.length < 4 || table.classList.contains("upright") || table.querySelector("td.shade")) continue;
+  const fits = heads.length < (table.querySelector("td.picture") ? 3 : 4);
+  if (fits || table.classList.contains("upright") || table.querySelector("td.shade")) continue;
   table.classList.add("stack");
   for (const row of table.tBodies[0].rows) [...row.cells].forEach((cell, at) => { cell.dataset.label = heads[at] ?? ""; });
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::line;
+use super::{line, prose};
 use crate::report::escape;
 use crate::report::table::Head;
 
@@ -65,6 +65,8 @@ pub struct Scale {
 pub enum Mark {
     /// A bar from one value to another; an end that is not known fades out.
     Bar(Option<f64>, Option<f64>),
+    /// A narrow bar from one value to another, upon the wide one: what is known afterwards.
+    Interval(f64, f64),
     /// A full bar from the start.
     Length(f64),
     /// A stroke: what should be.
@@ -92,6 +94,10 @@ impl Scale {
                     let (left, right) = (at(low.unwrap_or(self.from)), at(high.unwrap_or(self.to)));
                     let class = if low.is_none() || high.is_none() { "bar open" } else { "bar" };
                     write!(out, "<line class=\"{class}\" x1=\"{left}%\" x2=\"{right}%\" y1=\"9\" y2=\"9\"/>")
+                }
+                Mark::Interval(low, high) => {
+                    let (left, right) = (at(low), at(high));
+                    write!(out, "<line class=\"interval\" x1=\"{left}%\" x2=\"{right}%\" y1=\"9\" y2=\"9\"/>")
                 }
                 Mark::Length(value) => {
                     write!(out, "<rect class=\"length\" width=\"{}%\" y=\"4\" height=\"10\"/>", at(value))
@@ -159,8 +165,9 @@ impl Table {
         line(
             out,
             format_args!(
-                "<div class=\"head\"><p class=\"caption\">{0}</p><span class=\"tools\"></span></div>\n\
-                 <div class=\"wide\"><table{class}{choice} aria-label=\"{0}\">\n<thead><tr>",
+                "<div class=\"head\"><p class=\"caption\">{}</p><span class=\"tools\"></span></div>\n\
+                 <div class=\"wide\"><table{class}{choice} aria-label=\"{}\">\n<thead><tr>",
+                prose(&self.caption),
                 escape(&self.caption)
             ),
         );
@@ -182,7 +189,7 @@ impl Table {
             for (index, column) in self.columns.iter().enumerate() {
                 let _ = match row.get(index) {
                     None => write!(out, "<td{}></td>", class(column)),
-                    Some(Cell::Text(text)) => write!(out, "<td{}>{}</td>", class(column), escape(text)),
+                    Some(Cell::Text(text)) => write!(out, "<td{}>{}</td>", class(column), prose(text)),
                     Some(Cell::Shade(text, share)) => {
                         let share = share.clamp(0.0, 1.0);
                         let ink = if share > 0.55 { " dark" } else { "" };

@@ -1,15 +1,23 @@
 //! The page of a calibration: what healthy records have moved, and how well the calibrated model follows them.
 
-use super::learn::{named, prior_scale};
-use crate::calibration::{CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit};
+use super::channels::{FOUND, Said, Shown, YOURS};
+use super::learn::{curves, most_missed, named, prior_scale};
+use crate::calibration::{Calibrated, CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit};
+use crate::complaint::Complaint;
+use crate::model::{InputSignals, Model};
 use crate::number::{rounded, text};
+use crate::record::Record;
 use crate::report::digits::plus_minus;
-use crate::report::html::{Cell, Column, Page, Section, Table};
+use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::style::Tone;
 use crate::rig::Rig;
 
-/// The page: what was learnt, parameters on the scale of what was known before, sensors, records.
-pub fn html(rig: &Rig, report: &CalibrationReport) -> String {
+/// The page: what was learnt, parameters on the scale of what was known before, the records beside the model before and after, sensors.
+///
+/// # Errors
+/// Columns that are missing.
+pub fn html(rig: &Rig, calibrated: &Calibrated, measured: &[Record]) -> Result<String, Complaint> {
+    let report = &calibrated.report;
     let records = report.records.len();
     let lead = format!("{} healthy record{}", records, if records == 1 { "" } else { "s" });
     let mut page = Page::new(format!("Calibration of {}", named(rig)), lead);
@@ -21,6 +29,9 @@ pub fn html(rig: &Rig, report: &CalibrationReport) -> String {
         parameters.paragraph(format!("The records hardly determine {}.", silent.join(", ")));
     }
     page.section(parameters);
+    for (number, record) in measured.iter().enumerate() {
+        page.section(followed(rig, &calibrated.rig, record, (number, measured.len()))?);
+    }
     let mut sensors = Section::new("Sensors");
     sensors.paragraph(
         "Noise: one standard deviation of a sample, from the fast part of the misfit. Tolerance: how far model and sensor differ \
@@ -28,13 +39,42 @@ pub fn html(rig: &Rig, report: &CalibrationReport) -> String {
     );
     sensors.table(sensor_table(&report.sensors));
     page.section(sensors);
-    let mut followed = Section::new("Records");
-    followed.paragraph(
+    let mut judged = Section::new("Records");
+    judged.paragraph(
         "Mean square of the weighted misfit; 1 is right within noise and tolerance. What is not explained is marked.",
     );
-    followed.table(record_table(&report.records));
-    page.section(followed);
-    page.html()
+    judged.table(record_table(&report.records));
+    page.section(judged);
+    Ok(page.html())
+}
+
+/// A record beside the model with the values of the data sheet and with those of the calibration; all records but the first are folded.
+fn followed(
+    sheet: &Rig,
+    calibrated: &Rig,
+    record: &Record,
+    (number, of): (usize, usize),
+) -> Result<Section, Complaint> {
+    // A model that cannot be solved has no curve.
+    let solved = |rig: &Rig| -> Result<Vec<Vec<f64>>, Complaint> {
+        let drive = InputSignals::from_record(rig, record)?;
+        let solved = Model::new(rig.clone()).solve(&rig.healthy(), &drive, &record.time);
+        Ok(solved.map_or_else(|_| Vec::new(), |outputs| outputs.values))
+    };
+    let (before, after) = (solved(sheet)?, solved(calibrated)?);
+    let models = [
+        Said { name: "data sheet", outputs: &before, style: YOURS },
+        Said { name: "calibrated", outputs: &after, style: FOUND },
+    ];
+    let group = format!("record {number}");
+    let shown = Shown::new(sheet, record, &group, of)?;
+    let heading = format!("Measured against the model: {}", record.path.display());
+    if number == 0 {
+        return Ok(curves(&shown, most_missed(&shown, &before), &models, &heading));
+    }
+    let mut section = Section::folded(heading);
+    shown.charts(&mut section, &models);
+    Ok(section)
 }
 
 fn learnt(report: &CalibrationReport) -> Section {
@@ -63,12 +103,12 @@ fn parameter_table(parameters: &[CalibratedParameter]) -> Table {
             plus_minus(one.before, one.sigma_before).into(),
             plus_minus(one.after, one.sigma_after).into(),
             one.unit.clone().into(),
-            Cell::Scale(prior_scale(one.after, (one.before, one.sigma_before), "value before")),
+            Cell::Scale(scale(one)),
         ]
     };
     Table::new(
         "Before and after, +- one standard deviation; before the records a value is that of the data sheet, a margin nothing. On each \
-         scale: bar two standard deviations before, tick the value before, point the calibrated value",
+         scale: wide bar two standard deviations before, tick the value before; point and narrow bar the calibrated value with two of its own",
         vec![
             Column::text("parameter"),
             Column::number("before", ""),
@@ -78,6 +118,14 @@ fn parameter_table(parameters: &[CalibratedParameter]) -> Table {
         ],
         parameters.iter().map(row).collect(),
     )
+}
+
+/// What was known of a value before, and upon it what is known with the records.
+fn scale(one: &CalibratedParameter) -> Scale {
+    let mut scale = prior_scale(one.after, (one.before, one.sigma_before), "value before");
+    let behind = scale.marks.len().saturating_sub(1);
+    scale.marks.insert(behind, Mark::Interval(one.after - 2.0 * one.sigma_after, one.after + 2.0 * one.sigma_after));
+    scale
 }
 
 fn sensor_table(sensors: &[CalibratedSensor]) -> Table {

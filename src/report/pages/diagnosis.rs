@@ -66,7 +66,7 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed, findings: &[Findi
     section.fold("The other sensors", false, rest);
     page.section(section);
     let mut where_it_misses = Section::folded("Misfit that is left");
-    misfit::add(&mut where_it_misses, &shown, &diagnosed.model);
+    misfit::add(&mut where_it_misses, &shown, &diagnosed.model, fitted_name);
     page.section(where_it_misses);
     let mut faults = Section::folded("All faults");
     faults.table(fault_table(rig, diagnosis));

@@ -59,7 +59,7 @@ pub fn improvement(
                 }
             };
             match after {
-                None => misfit::add(&mut section, &shown, before),
+                None => misfit::add(&mut section, &shown, before, "your model"),
                 Some((name, after)) => misfit::add_both(&mut section, &shown, (before, after), ("your model", name)),
             }
             page.section(section);

@@ -54,7 +54,7 @@ pub fn comparison(rig: &Rig, record: &Record, compared: &Compared) -> Result<Str
         place.paragraph(words::sits(at));
     }
     match &compared.found {
-        None => misfit::add(&mut place, &shown, &compared.run.outputs),
+        None => misfit::add(&mut place, &shown, &compared.run.outputs, yours.name),
         Some(found) => {
             let names = ("your model", "with the faults that explain it best");
             misfit::add_both(&mut place, &shown, (&compared.run.outputs, found), names);

@@ -9,12 +9,13 @@ use crate::report::plot::{self, Live, Map};
 const RIGHT: f64 = 1.0;
 const DARKEST: f64 = 30.0;
 
-/// Adds the map over time of a model, and the same by kind of phase as a table.
-pub(super) fn add(section: &mut Section, shown: &Shown<'_>, outputs: &[Vec<f64>]) {
+/// Adds the map over time of a model of this name, and the same by kind of phase as a table.
+pub(super) fn add(section: &mut Section, shown: &Shown<'_>, outputs: &[Vec<f64>], name: &str) {
     let misfit = shown.misfits(outputs);
-    let (map, live) = map(shown, &misfit, "Map of misfit: white 1x the noise, darkest 30x and more");
+    let title = format!("Map of misfit, {name}: white 1x the noise, darkest 30x and more");
+    let (map, live) = map(shown, &misfit, &title);
     section.map(&map, &live);
-    by_phase(section, shown, &misfit);
+    by_phase(section, shown, &misfit, name);
 }
 
 /// Adds the maps of two models beside each other, and the second by kind of phase as a table.
@@ -27,7 +28,7 @@ pub(super) fn add_both(
     let (before, after) = (shown.misfits(before), shown.misfits(after));
     section.paragraph("Each field is the error in one phase: white 1x the noise of the sensor, darkest 30x and more.");
     section.maps(&[map(shown, &before, names.0), map(shown, &after, names.1)]);
-    by_phase(section, shown, &after);
+    by_phase(section, shown, &after, names.1);
 }
 
 fn map(shown: &Shown<'_>, misfit: &[Vec<f64>], title: &str) -> (Map, Live) {
@@ -53,7 +54,7 @@ fn map(shown: &Shown<'_>, misfit: &[Vec<f64>], title: &str) -> (Map, Live) {
     (map, shown.live(format!("{title}: size of the misfit of each sensor over time")))
 }
 
-fn by_phase(section: &mut Section, shown: &Shown<'_>, misfit: &[Vec<f64>]) {
+fn by_phase(section: &mut Section, shown: &Shown<'_>, misfit: &[Vec<f64>], name: &str) {
     let mut kinds: Vec<&str> = Vec::new();
     for stretch in &shown.stretches {
         if !kinds.contains(&stretch.name.as_str()) {
@@ -70,7 +71,7 @@ fn by_phase(section: &mut Section, shown: &Shown<'_>, misfit: &[Vec<f64>]) {
         std::iter::once(Cell::from(sensor.name.clone())).chain(kinds.iter().map(cell)).collect()
     };
     let columns = std::iter::once(Column::text("sensor")).chain(kinds.iter().map(|kind| Column::text(*kind))).collect();
-    let caption = "Misfit by phase, times the sensor noise; 1 is noise, - has no sample";
+    let caption = format!("Misfit by phase, {name}, times the sensor noise; 1 is noise, - has no sample");
     section.table(Table::new(caption, columns, shown.rig.sensors.iter().zip(misfit).map(row).collect()));
 }
 

@@ -90,8 +90,9 @@ fn without_effect(base: &FittedModel, record: &Record) -> Result<Option<Section>
     let mut section = Section::new("What is missing");
     section.paragraph(
         "The flow or the force that would explain the misfit if it acted at one place, versus the state there, what explains most first; \
-         estimated to first order beside everything that is fitted, with its 95 % band. A straight line through the origin is a resistance, \
-         a step at standstill friction; zero all along is nothing missing. What fitted faults stand in for is not in it: look at the form.",
+         estimated to first order beside everything that is fitted, with its 95 % band. Nothing is drawn between states \
+         where the record never stays. A straight line through the origin is a resistance, a step at standstill friction; zero all along is \
+         nothing missing. What fitted faults stand in for is not in it: look at the form.",
     );
     let charts: Vec<(Chart, Live)> = shown.into_iter().map(|one| chart(one, None, false)).collect();
     section.side_by_side(&charts);
@@ -150,8 +151,7 @@ fn whole(mut one: Missing) -> Missing {
 }
 
 /// What two kinds of pictures show.
-const CURVES: &str =
-    "Line and 95 % band: from the record, as a curve without a formula. Dashed: the law that was found.";
+const CURVES: &str = "Line and 95 % band: from the record, as a curve without a formula, drawn where the record stays long enough to show it. Dashed: the law that was found.";
 const CHANGES: &str = "No curve stands for such a law, so the picture shows what it changes, versus the reading on which the change depends most.";
 
 /// Whether a curve without a formula could take the place of an effect: what it does, at its place.

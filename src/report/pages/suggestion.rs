@@ -62,7 +62,7 @@ pub fn suggestion(
         place.paragraph(spools);
     }
     match after {
-        None => misfit::add(&mut place, &shown, before),
+        None => misfit::add(&mut place, &shown, before, "your model"),
         Some((name, after)) => misfit::add_both(&mut place, &shown, (before, after), ("your model", name)),
     }
     page.section(place);

@@ -163,11 +163,15 @@ impl Chart {
             );
         }
         for envelope in &self.envelopes {
-            let finite = || envelope.points.iter().filter(|p| p.0.is_finite() && p.1.is_finite() && p.2.is_finite());
-            let mut outline: Vec<(i64, i64)> = finite().map(|p| grid_point(x, y, (p.0, height(p.2)))).collect();
-            outline.extend(finite().rev().map(|p| grid_point(x, y, (p.0, height(p.1)))));
+            let outline = |piece: &[(f64, f64, f64)]| {
+                let mut outline: Vec<(i64, i64)> = piece.iter().map(|p| grid_point(x, y, (p.0, height(p.2)))).collect();
+                outline.extend(piece.iter().rev().map(|p| grid_point(x, y, (p.0, height(p.1)))));
+                path(&outline) + "z"
+            };
+            let pieces = envelope.points.split(|p| !(p.0.is_finite() && p.1.is_finite() && p.2.is_finite()));
+            let outlines: String = pieces.filter(|piece| !piece.is_empty()).map(outline).collect();
             let class = envelope.colour % PALETTE.len();
-            put(out, format_args!("<path class=\"area k{class}\" d=\"{}z\"/>", path(&outline)));
+            put(out, format_args!("<path class=\"area k{class}\" d=\"{outlines}\"/>"));
         }
         for rule in &self.rules {
             match rule {

@@ -43,6 +43,33 @@ fn a_record_of_a_cylinder_gives_its_circuit() {
     assert!(text.matches("# DATA SHEET").count() > 10);
 }
 
+/// Off, one solenoid, off, the other.
+#[test]
+fn two_columns_that_switch_a_solenoid_each_give_a_valve_with_two_solenoids() {
+    let folder = tempfile::tempdir().unwrap();
+    let record = folder.path().join("press.csv");
+    let rows: String = (0..40)
+        .map(|row| {
+            let (out, back) = ((10..20).contains(&row), (30..40).contains(&row));
+            format!("{}.0,{},{},{},5,{}\n", row, 24 * u8::from(back), 24 * u8::from(out), 20 + row % 3, 10 + row)
+        })
+        .collect();
+    fs::write(&record, format!("time [s],Y1 b [V],Y2 a [V],p_A [bar],p_B [bar],x [mm]\n{rows}")).unwrap();
+    let (text, out) = drafted(record.to_str().unwrap(), &[]);
+    for part in [
+        "kind = \"catalogue:solenoid-valve\"",
+        "[inputs.solenoid_a]\nunit = \"-\"\ncolumn = \"Y2 a\"\nscale = \"0.0417/V\"",
+        "[inputs.solenoid_b]\nunit = \"-\"\ncolumn = \"Y1 b\"\n",
+        "\"directional_valve.leakage\" = ",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    assert!(out.contains("  Y2 a  solenoid a: P to A and B to T\n") && !out.contains("No column"), "{out}");
+    // The user knows better.
+    let (text, _) = drafted(record.to_str().unwrap(), &["--command", "Y1 b"]);
+    assert!(text.contains("kind = \"directional-valve\"") && text.contains("# column Y2 a [V]: not used"), "{text}");
+}
+
 #[test]
 fn levels_give_tanks() {
     let folder = tempfile::tempdir().unwrap();

@@ -34,7 +34,7 @@ const CHARTS: [(&str, u64); 10] = [
     ("effects", 0),
     ("history", 1),
     ("fleet", 0),
-    ("calibrate", 0),
+    ("calibrate", 4),
 ];
 
 struct Pages {
@@ -50,6 +50,18 @@ fn text(path: &Path) -> String {
 fn ran(arguments: &[String]) {
     let ran = borescope(arguments);
     assert_eq!((ran.status, ran.err.as_str()), (Some(0), ""), "{arguments:?}");
+    // What was written is told, the page among it; what to type next is the last command.
+    let named = arguments
+        .windows(2)
+        .filter(|two| ["--report", "--curves", "-o"].contains(&two[0].as_str()))
+        .map(|two| two[1].clone());
+    let (mut named, mut written): (Vec<String>, Vec<String>) = (named.collect(), ran.written);
+    named.sort();
+    written.sort();
+    assert_eq!(written, if arguments[0] == "--quiet" { Vec::new() } else { named }, "{arguments:?}");
+    let last =
+        ran.out.lines().rev().take(2).any(|line| line.contains("borescope ") || line.starts_with("Intervals hold"));
+    assert!(last, "{arguments:?}: {}", ran.out);
 }
 
 fn words(line: &str) -> Vec<String> {
@@ -234,6 +246,29 @@ fn the_first_picture_of_what_is_missing_is_at_the_place_of_the_verdict() {
     let middle = |points: &[(f64, f64)]| points[points.len() / 2];
     let (law, asked) = (middle(&law), middle(&asked));
     assert!(law.1 > 0.0 && (law.1 - asked.1).abs() < 0.1 * (y.1 - y.0), "{law:?} {asked:?}");
+}
+
+#[test]
+fn the_misfit_by_phase_says_of_which_model_it_is() {
+    for (verb, name) in [
+        ("diagnose", "with the faults"),
+        ("compare", "with the faults that explain it best"),
+        ("suggest", "with external-leakage@A"),
+        ("improve", "with external-leakage@A"),
+    ] {
+        let html = fs::read_to_string(&pages().paths[verb]).unwrap();
+        assert!(html.contains(&format!("Misfit by phase, {name}, times the sensor noise")), "{verb}");
+    }
+}
+
+#[test]
+fn a_calibrated_value_is_drawn_upon_what_was_known_before() {
+    let html = fs::read_to_string(&pages().paths["calibrate"]).unwrap();
+    let (_, table) = html.split_once("Before and after, ").unwrap();
+    let (table, _) = table.split_once("</table>").unwrap();
+    let rows = table.matches("<tr><td>").count();
+    assert!(rows > 0 && table.matches("class=\"bar\"").count() == rows);
+    assert_eq!(table.matches("class=\"interval\"").count(), rows);
 }
 
 #[test]

@@ -49,6 +49,28 @@ fn a_simulated_record_fed_back_gives_itself() {
     }
 }
 
+/// A load that pulls, and no valve through which oil is sucked in.
+#[test]
+fn a_pressure_below_vacuum_is_warned_of_although_no_sensor_shows_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let text = fs::read_to_string(RIGS[0]).unwrap();
+    let pulled = text.replace("\"5400 N\"", "\"-9000 N\"").replace("\"0.3 bar\"", "\"60 bar\"");
+    let sensors: Vec<&str> =
+        pulled.lines().filter(|line| !line.starts_with("p_A = ") && !line.contains("sensor.p_A.")).collect();
+    fs::write(path("rig.toml"), sensors.join("\n")).unwrap();
+    let ran = borescope(["simulate", &path("rig.toml"), "-o", &path("record.csv"), "--format", "json"]);
+    assert_eq!(ran.status, Some(0), "{}", ran.err);
+    assert_eq!(ran.err.lines().count(), 1, "{}", ran.err);
+    assert!(
+        ran.err.starts_with("warning: the pressure of node `A` falls to -") && ran.err.contains(" s, below vacuum"),
+        "{}",
+        ran.err
+    );
+    let below = &serde_json::from_str::<Value>(&ran.out).unwrap()["below_vacuum"];
+    assert!(below["pressure_bar"].as_f64().unwrap() < -1.013 && below["node"] == "A", "{below}");
+}
+
 #[test]
 fn noise_has_its_size_and_comes_back_with_its_seed() {
     let folder = tempfile::tempdir().unwrap();

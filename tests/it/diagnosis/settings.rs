@@ -145,7 +145,8 @@ fn learnt(name: &'static str, effect: &'static str) -> Case {
             said.number(&best.rig.parameters[*index].id, best.values[*index], 1.96 * sigma);
         }
         for one in missing(&suggestion.base, &fit, None).unwrap() {
-            let middle = one.curve.get(one.curve.len() / 2).copied().unwrap_or_default();
+            let drawn: Vec<_> = one.curve.iter().filter(|point| point.1.is_finite()).collect();
+            let middle = drawn[drawn.len() / 2];
             said.number(format!("{} of {}", one.what.name, one.at), middle.1, middle.2);
         }
         said
