@@ -15,6 +15,8 @@ use crate::units::Unit;
 
 /// Rows from the first that are simulated.
 const ROWS: usize = 20_000;
+/// Squares of what is missed, over those of the noise, from which it is not noise: three times as large.
+const BEYOND_NOISE: f64 = 9.0;
 /// Fewest rows that tell whether a model follows.
 const FIRST_ROWS: usize = 32;
 /// Share of the squares of a reading that the model misses, up to which nothing is asked: worn parts and data sheets reach a
@@ -137,15 +139,24 @@ impl Beside<'_> {
         self.missed(&outputs[sensor], sensor).is_some_and(|share| share > MISSED)
     }
 
-    /// Rows from the first in which the model is far from some sensor already; all where that takes them.
-    fn rows_until_far(&self, outputs: &[Vec<f64>]) -> usize {
+    /// The first rows in which the model is far from a sensor already, and the sensors that it is far from there; all where that
+    /// takes them. Where nothing moves, noise alone is as large as the reading.
+    fn far_first(&self, outputs: &[Vec<f64>]) -> (usize, Vec<usize>) {
         let all = self.times.len();
-        let is_far = |&rows: &usize| {
-            let far = |sensor: usize| self.missed(&outputs[sensor][..rows], sensor).is_some_and(|share| share > MISSED);
-            (0..outputs.len()).any(far)
+        let far = |rows: usize| -> Vec<usize> {
+            let is_far = |&sensor: &usize| {
+                let (curve, noise) = (&outputs[sensor][..rows], self.rig.sensors[sensor].noise);
+                self.measured[sensor].is_some_and(|measured| {
+                    let measured = &measured[..rows];
+                    let most = BEYOND_NOISE * count_there(measured) as f64 * noise * noise;
+                    square_sum(curve, measured) > most && self.missed(curve, sensor).is_some_and(|share| share > MISSED)
+                })
+            };
+            (0..outputs.len()).filter(is_far).collect()
         };
         let doubled = std::iter::successors(Some(FIRST_ROWS), |rows| Some(2 * rows)).take_while(|rows| *rows < all);
-        doubled.into_iter().find(is_far).unwrap_or(all)
+        let found = doubled.map(|rows| (rows, far(rows))).find(|(_, far)| !far.is_empty());
+        found.unwrap_or_else(|| (all, (0..outputs.len()).collect()))
     }
 
     /// Sensors whose columns read several times what the model says, and the same in words.
@@ -164,31 +175,30 @@ impl Beside<'_> {
 
     /// Values of the rig file with one of which, read in another unit, the model follows a record that it is far from.
     fn values_in_another_unit(&self, model: &Model, healthy: &[Vec<f64>]) -> Option<String> {
-        let all_missed = |outputs: &[&[f64]]| -> f64 {
-            (0..outputs.len()).filter_map(|sensor| self.missed(outputs[sensor], sensor)).sum()
+        let all_missed = |outputs: &[Vec<f64>], of: &[usize]| -> f64 {
+            of.iter().filter_map(|&sensor| self.missed(&outputs[sensor], sensor)).sum()
         };
-        let enough = FOLLOWED * all_missed(&healthy.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        let all: Vec<usize> = (0..healthy.len()).collect();
+        let enough = FOLLOWED * all_missed(healthy, &all);
         let nominal = self.rig.healthy();
         let stated = (0..nominal.len()).filter(|&own| nominal[own] != 0.0 && !self.rig.is_of_sensor(own));
         let factors = MISTAKEN.iter().flat_map(|factor| [*factor, 1.0 / factor]);
         let tried: Vec<(usize, f64)> =
             stated.flat_map(|own| factors.clone().map(move |factor| (own, factor))).collect();
-        // A value that is right follows from the first row on; most are far off before long, and need not be simulated to the end.
-        let first = self.rows_until_far(healthy);
-        let begins =
-            Beside { times: &self.times[..first], units: self.units.clone(), measured: self.measured.clone(), ..*self };
-        let begun: Vec<&[f64]> = healthy.iter().map(|curve| &curve[..first]).collect();
-        let enough_there = LEFT * all_missed(&begun);
+        // A value that is right follows where the model is far first; most do not, and need not be simulated to the end.
+        let (rows, far) = self.far_first(healthy);
+        let begin = |outputs: &[Vec<f64>]| outputs.iter().map(|curve| curve[..rows].to_vec()).collect::<Vec<_>>();
+        let enough_there = LEFT * all_missed(&begin(healthy), &far);
+        let missed = |parameters: &[f64], times: &[f64], of: &[usize]| {
+            Some(all_missed(&model.solve(parameters, self.drive, times).ok()?.values, of))
+        };
         let left = |(own, factor): (usize, f64)| {
             let mut parameters = nominal.clone();
             parameters[own] *= factor;
             let (low, high) = self.rig.parameters[own].bounds;
-            let missed = |beside: &Beside<'_>| {
-                let outputs = beside.solved(model, &parameters)?;
-                Some(all_missed(&outputs.iter().map(Vec::as_slice).collect::<Vec<_>>()))
-            };
-            let follows = (low..=high).contains(&parameters[own]) && missed(&begins)? < enough_there;
-            follows.then(|| Some((missed(self)?, own, factor)))?
+            let follows = (low..=high).contains(&parameters[own])
+                && missed(&parameters, &self.times[..rows], &far)? < enough_there;
+            follows.then(|| Some((missed(&parameters, self.times, &all)?, own, factor)))?
         };
         let mut left: Vec<(f64, usize, f64)> = tried.into_par_iter().filter_map(left).collect();
         left.retain(|(after, ..)| *after < enough);

@@ -63,6 +63,7 @@ fn check(path: &str) -> (String, Vec<String>, Vec<String>) {
         "boom",
         "accumulator",
         "excavator",
+        "robot",
     ] {
         let fixtures = format!("fixtures/{fixtures}");
         copy(Path::new(&fixtures), &folder.join(&fixtures));
@@ -160,6 +161,12 @@ mod gallery {
     #[ignore = "a minute"]
     fn the_arm_with_load_sensing_prints_what_the_program_prints() {
         holds("docs/gallery/load-sensing.md");
+    }
+
+    #[test]
+    #[ignore = "some minutes"]
+    fn the_whole_robot_prints_what_the_program_prints() {
+        holds("docs/gallery/robot.md");
     }
 }
 
