@@ -12,7 +12,8 @@ use std::fmt;
 
 use nalgebra::DVector;
 
-use super::{Fit, Held, LocalModel, Options, Problem, StoppedBecause, fit_along};
+use super::problem::cost;
+use super::{Fit, Held, LocalModel, Loss, Options, Problem, StoppedBecause, fit_along};
 
 /// Rise of `2 F` that ends a 95 % interval: quantile of chi-square with one degree of freedom.
 pub const RISE: f64 = 3.841_459;
@@ -25,6 +26,8 @@ const MOST_VALUES: usize = 16;
 const CLOSE: f64 = 0.05;
 /// A cost lower than the best by this share of the threshold is another optimum.
 const BETTER: f64 = 0.25;
+/// A rise up to so many thresholds is near: twice as far along a straight root.
+const NEAR: f64 = 4.0;
 /// A promise left beyond this share of the threshold asks for a relinearisation: ends then lie within half a hundredth of their
 /// distance from where the cost is exact.
 const STALE: f64 = 0.01;
@@ -147,9 +150,13 @@ pub fn interval<P: Problem>(
     let points = vec![ProfilePoint { value, rise: 0.0 }];
     let mut search = Search { problem, parameter, best, direction, threshold, points, better: None };
     let wide = if (high - low).is_finite() { 0.25 * (high - low) } else { near.scale[parameter] };
-    let reach = sigma.map_or(wide, |sigma| QUANTILE * sigma);
-    let lower = search.side(near, low, -reach);
-    let upper = search.side(near, high, reach);
+    let reach = |search: &Search<'_, P>, bound: f64| {
+        let reach =
+            sigma.map_or_else(|| search.reach_alone(near.loss, (bound - value).clamp(-wide, wide)), |s| QUANTILE * s);
+        reach.copysign(bound - value)
+    };
+    let (lower, upper) = (reach(&search, low), reach(&search, high));
+    let (lower, upper) = (search.side(near, low, lower), search.side(near, high, upper));
     let sigma = sigma.filter(|_| value > low && value < high);
     let Search { mut points, better, .. } = search;
     points.sort_by(|a, b| a.value.total_cmp(&b.value));
@@ -167,6 +174,25 @@ struct Search<'a, P> {
 }
 
 impl<P: Problem> Search<'_, P> {
+    /// Where the local model does not know how far an end is, as at a law that begins with a power: a distance, `wide` at most, at which the rise
+    /// is not far beyond the threshold with all else where it is. What follows makes it less, and from afar that takes many steps.
+    fn reach_alone(&self, loss: Loss, wide: f64) -> f64 {
+        let mut theta = self.best.theta.clone();
+        let mut reach = wide;
+        let values = if wide == 0.0 { 0 } else { MOST_VALUES };
+        for _ in 0..values {
+            theta[self.parameter] = self.best.theta[self.parameter] + reach;
+            let rise =
+                self.problem.misfit(&theta).map(|misfit| cost(self.problem, loss, &misfit, &theta) - self.best.cost);
+            match rise {
+                Ok(rise) if rise <= NEAR * self.threshold => break,
+                Ok(rise) => reach *= (self.threshold / rise).sqrt().max(0.1),
+                Err(_) => reach *= 0.1,
+            }
+        }
+        reach
+    }
+
     /// The end between the value and `bound`, `reach` away by the local model.
     fn side(&mut self, near: &LocalModel, bound: f64, reach: f64) -> Side {
         let value = self.best.theta[self.parameter];
@@ -182,6 +208,8 @@ impl<P: Problem> Search<'_, P> {
         let mut above: Option<(f64, f64)> = None;
         let mut from = self.best.clone();
         let (mut turns, mut last_side) = (0, None);
+        // Distance and root of the rise of the last value.
+        let mut last: Option<(f64, f64)> = None;
         let mut at = inside(value + reach);
         // How far from a value below the next may lie: a stride that has failed is halved, and doubled again from where it holds.
         let mut stride = f64::INFINITY;
@@ -210,6 +238,9 @@ impl<P: Problem> Search<'_, P> {
                 let end = value + self.crossing(near, seen, target);
                 return Side { end: Some(inside(end)), why: End::Crossed, rise };
             }
+            let here = ((at - value).abs(), root);
+            let powered = last.replace(here).and_then(|last| along_a_power([last, here], target));
+            let powered = powered.map(|distance| value + distance.copysign(reach));
             let inner = root < target;
             turns = if last_side == Some(inner) { turns + 1 } else { 0 };
             last_side = Some(inner);
@@ -224,16 +255,18 @@ impl<P: Problem> Search<'_, P> {
                 above = Some((at, root));
             }
             at = match above {
-                // Between a value below and one above: on the chord, but not at its ends; halfway where the chord keeps
-                // falling on one side.
+                // Between a value below and one above: where the rise of the last two leads, else on the chord, but not at its ends;
+                // halfway where that keeps falling on one side.
                 Some(above) => {
-                    let chord = ((target - below.1) / (above.1 - below.1)).clamp(0.1, 0.9);
-                    let share = if turns > 0 { 0.5 } else { chord };
+                    let chord = (target - below.1) / (above.1 - below.1);
+                    let led = powered.map_or(chord, |at| (at - below.0) / (above.0 - below.0));
+                    let share = if turns > 1 { 0.5 } else { led.clamp(0.1, 0.9) };
                     below.0 + share * (above.0 - below.0)
                 }
                 None => {
                     let slope = below.1 / (below.0 - value);
-                    let further = value + (target / slope).clamp(-1e300, 1e300);
+                    let straight = value + (target / slope).clamp(-1e300, 1e300);
+                    let further = powered.unwrap_or(straight);
                     let most = value + 4.0 * (below.0 - value);
                     inside(if reach < 0.0 { further.max(most) } else { further.min(most) })
                 }
@@ -312,6 +345,15 @@ impl<P: Problem> Search<'_, P> {
         let near_chord = (at - straight).abs() <= 0.25 * (straight - inner).abs() && at.is_finite();
         if near_chord { at } else { straight }
     }
+}
+
+/// The distance from the best value at which the root of the rise is `target`, on the power of the distance that goes through two others:
+/// it vanishes at the best value, and behind a law that bends it is no straight line (leak through a gap: its third power). `None` where
+/// they are on none that rises.
+fn along_a_power([(one, root), (other, other_root)]: [(f64, f64); 2], target: f64) -> Option<f64> {
+    let power = (other_root / root).ln() / (other / one).ln();
+    let distance = other * (target / other_root).powf(power.recip());
+    (power.is_finite() && power > 0.0 && distance.is_finite() && distance > 0.0).then_some(distance)
 }
 
 /// Decrease of `2 F` that a fit could still make by its local model, whether or not a step could be found that makes it.
