@@ -117,6 +117,12 @@ fn write(text: &mut String, rig: &Rig, rows: &[SignatureRow]) -> std::fmt::Resul
     )
 }
 
+/// Per cent, for people.
+fn mistaken(numbers: &Expectation) -> String {
+    let percent = 100.0 * numbers.mistaken;
+    if percent < 0.01 { "less than 0.01".to_owned() } else { number::text(rounded(percent, 3)) }
+}
+
 /// What would be known, in sentences.
 pub(super) fn expected_sentences(numbers: &Expectation) -> Vec<String> {
     let with: Vec<String> =
@@ -128,7 +134,10 @@ pub(super) fn expected_sentences(numbers: &Expectation) -> Vec<String> {
     let lost = numbers.with.iter().filter(|one| !one.identifiable);
     said.extend(lost.map(|one| format!("{}: not identifiable at this size.", one.id)));
     let name = if numbers.rival.is_empty() { "healthy".to_owned() } else { numbers.rival.join(" + ") };
-    said.push(format!("Most easily mistaken for {name}, {} %.", number::text(rounded(100.0 * numbers.mistaken, 3))));
+    said.push(format!(
+        "Noise makes {name} more probable than that in {} % of records, more often than anything else.",
+        mistaken(numbers)
+    ));
     said
 }
 
@@ -157,15 +166,16 @@ pub fn expected_text(numbers: &Expectation) -> String {
         let _ = writeln!(text, "  {}: not identifiable at this size", one.id);
     }
     let name = if numbers.rival.is_empty() { "healthy".to_owned() } else { numbers.rival.join(" + ") };
-    let _ =
-        writeln!(text, "  most easily mistaken for {name}, {} %", number::text(rounded(100.0 * numbers.mistaken, 3)));
+    let _ = writeln!(text, "  noise makes {name} more probable in {} % of records", mistaken(numbers));
     let longest = numbers.widths.iter().map(|width| width.id.len()).max().unwrap_or(0);
     let _ = writeln!(
         text,
         "  half width of the 95 % interval to expect for each fault, with the present faults also estimated"
     );
     for ExpectedWidth { id, unit, half_width } in &numbers.widths {
-        let width = half_width.map_or("unknown".to_owned(), |half| format!("+- {}", number::with_unit(half, unit)));
+        // At the healthy value a leak through a gap has no slope: it goes with the third power.
+        let unknown = || "not told by small changes; assume a size, `--with`".to_owned();
+        let width = half_width.map_or_else(unknown, |half| format!("+- {}", number::with_unit(half, unit)));
         let _ = writeln!(text, "  {id:longest$}  {width}");
     }
     text

@@ -162,11 +162,14 @@ mod gallery {
     fn the_arm_with_load_sensing_prints_what_the_program_prints() {
         holds("docs/gallery/load-sensing.md");
     }
+}
 
+/// Run by hand: nobody waits for it at each change.
+mod long {
     #[test]
-    #[ignore = "some minutes"]
+    #[ignore = "five minutes"]
     fn the_whole_robot_prints_what_the_program_prints() {
-        holds("docs/gallery/robot.md");
+        super::holds("docs/gallery/robot.md");
     }
 }
 
