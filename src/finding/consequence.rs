@@ -111,17 +111,18 @@ impl Runs<'_> {
         (0..self.rig.sensors.len()).filter(|&index| self.rig.sensors[index].quantity == Quantity::Position)
     }
 
-    /// The largest change of the mean of a sensor over a phase in which both runs stand.
+    /// The largest change of the mean of a sensor over a phase in which it stands without the fault; with it, it may drift there, as a
+    /// pressure that leaks away does.
     fn mean(&self, index: usize, same_motion: &[bool], of_sensor: bool) -> Option<Consequence> {
         let time = self.time();
         let (sensor, [with, without]) = self.curves(index);
-        let stands = [with, without].map(|curve| steady(time, curve, sensor.noise, self.switching()));
-        let both: Vec<bool> = (0..time.len()).map(|row| stands[0][row] && stands[1][row] && same_motion[row]).collect();
+        let stands = steady(time, without, sensor.noise, self.switching());
+        let stands: Vec<bool> = stands.iter().zip(same_motion).map(|(stands, same)| *stands && *same).collect();
         let mean = |curve: &[f64], rows: &Range<usize>| curve[rows.clone()].iter().sum::<f64>() / rows.len() as f64;
         let change = |rows: &Range<usize>| mean(with, rows) - mean(without, rows);
         let long =
             |rows: &Range<usize>| rows.len() >= ROWS && time[rows.end - 1] - time[rows.start] >= self.switching();
-        let phases = runs(&both).into_iter().filter(long);
+        let phases = runs(&stands).into_iter().filter(long);
         let rows = phases.max_by(|a, b| change(a).abs().total_cmp(&change(b).abs()))?;
         let size = change(&rows);
         let unit = self.rig.sensor_unit(sensor);
