@@ -144,15 +144,13 @@ impl Beside<'_> {
     fn far_first(&self, outputs: &[Vec<f64>]) -> (usize, Vec<usize>) {
         let all = self.times.len();
         let far = |rows: usize| -> Vec<usize> {
-            let is_far = |&sensor: &usize| {
-                let (curve, noise) = (&outputs[sensor][..rows], self.rig.sensors[sensor].noise);
-                self.measured[sensor].is_some_and(|measured| {
-                    let measured = &measured[..rows];
-                    let most = BEYOND_NOISE * count_there(measured) as f64 * noise * noise;
-                    square_sum(curve, measured) > most && self.missed(curve, sensor).is_some_and(|share| share > MISSED)
-                })
+            let begun: Vec<Vec<f64>> = outputs.iter().map(|curve| curve[..rows].to_vec()).collect();
+            let is_beyond_noise = |sensor: usize| {
+                let measured = self.measured[sensor].map(|measured| &measured[..rows]).unwrap_or_default();
+                let noise = count_there(measured) as f64 * self.rig.sensors[sensor].noise.powi(2);
+                square_sum(&begun[sensor][..measured.len()], measured) > BEYOND_NOISE * noise
             };
-            (0..outputs.len()).filter(is_far).collect()
+            (0..begun.len()).filter(|&sensor| self.is_far(&begun, sensor) && is_beyond_noise(sensor)).collect()
         };
         let doubled = std::iter::successors(Some(FIRST_ROWS), |rows| Some(2 * rows)).take_while(|rows| *rows < all);
         let found = doubled.map(|rows| (rows, far(rows))).find(|(_, far)| !far.is_empty());
@@ -189,16 +187,15 @@ impl Beside<'_> {
         let (rows, far) = self.far_first(healthy);
         let begin = |outputs: &[Vec<f64>]| outputs.iter().map(|curve| curve[..rows].to_vec()).collect::<Vec<_>>();
         let enough_there = LEFT * all_missed(&begin(healthy), &far);
-        let missed = |parameters: &[f64], times: &[f64], of: &[usize]| {
-            Some(all_missed(&model.solve(parameters, self.drive, times).ok()?.values, of))
-        };
+        let begins =
+            Beside { times: &self.times[..rows], measured: self.measured.clone(), units: self.units.clone(), ..*self };
         let left = |(own, factor): (usize, f64)| {
             let mut parameters = nominal.clone();
             parameters[own] *= factor;
             let (low, high) = self.rig.parameters[own].bounds;
             let follows = (low..=high).contains(&parameters[own])
-                && missed(&parameters, &self.times[..rows], &far)? < enough_there;
-            follows.then(|| Some((missed(&parameters, self.times, &all)?, own, factor)))?
+                && all_missed(&begins.solved(model, &parameters)?, &far) < enough_there;
+            follows.then(|| Some((all_missed(&self.solved(model, &parameters)?, &all), own, factor)))?
         };
         let mut left: Vec<(f64, usize, f64)> = tried.into_par_iter().filter_map(left).collect();
         left.retain(|(after, ..)| *after < enough);
