@@ -121,6 +121,8 @@ fn not_written(path: &Path, error: &io::Error) -> Complaint {
             format!("cannot be written: {error}, the largest that may be written here"),
         )
         .help("raise the limit (`ulimit -f`), or write to another file system; the file is as it was before"),
+        io::ErrorKind::StorageFull => Complaint::new(Kind::Unwritable, format!("cannot be written: {error}"))
+            .help("make room on the disk, and run again; the file is as it was before"),
         _ => Complaint::new(Kind::Unwritable, format!("cannot be written: {error}")),
     };
     complaint.in_file(path)

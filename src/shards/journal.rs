@@ -167,5 +167,11 @@ fn rows<R: DeserializeOwned>(path: &Path, text: &str, form: &Form, digest: &str)
 }
 
 fn unwritable(path: &Path, error: &io::Error) -> Complaint {
-    Complaint::new(Kind::Unwritable, format!("cannot be written: {error}")).in_file(path).help("name another folder")
+    let help = match error.kind() {
+        io::ErrorKind::StorageFull => {
+            "make room on the disk; then the same command goes on with what is done (`campaign` without shards: with `--resume`)"
+        }
+        _ => "name another folder",
+    };
+    Complaint::new(Kind::Unwritable, format!("cannot be written: {error}")).in_file(path).help(help)
 }

@@ -22,6 +22,7 @@ fn a_full_disk_is_told() {
     let ran = borescope(["simulate", RIG, "-o", "/dev/full"]);
     assert_eq!((ran.status, ran.out.as_str()), (Some(2), ""));
     assert!(ran.err.starts_with("error: /dev/full: cannot be written: "), "{}", ran.err);
+    assert!(ran.err.contains("\n  help: make room on the disk"), "{}", ran.err);
     let full = fs::File::options().write(true).open("/dev/full").unwrap();
     for verb in [&["check", RIG][..], &["effects"], &["check", RIG, "--format", "json"]] {
         let out = full.try_clone().unwrap();
