@@ -12,13 +12,16 @@ what is there, and nothing is counted twice. Results are files; what goes throug
 
 from __future__ import annotations
 
+import json
 import os
+import platform
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import Any
 
+from borescope._borescope import __version__
 from borescope._complaint import Complaint, call, call_all
 from borescope._fleet import Errand, ListLike, do, local
 from borescope._result import Result
@@ -31,10 +34,16 @@ Done = Callable[[int, int], object]
 _WINDOW = 3
 #: Shards for each thread of a worker, so that the last ones do not keep the others waiting.
 _EACH = 10
+#: Least of both: a cluster that grows with its work may have no worker when it is asked, and does not grow for a few shards.
+_LEAST = 100
 #: Most shards of one work.
 _MOST = 99_999
+#: Most tasks in which records at addresses are brought.
+_MOST_ERRANDS = 1000
 #: How often it is looked whether a shard is done, or the scheduler gone, in seconds.
 _LOOK = 0.02
+#: How often it is asked how large the cluster is, in seconds.
+_AGAIN = 1.0
 #: States of a client that has a scheduler, or still looks for it.
 _ALIVE = ("running", "connecting")
 
@@ -54,14 +63,15 @@ def campaign(
 ) -> Result:
     """Measures the diagnosis of a rig on synthetic faults: ``borescope.campaign/1``, as one process would give it but for times.
 
-    ``out`` is a folder that all workers see under the same path; ``shards`` without a number is ten for each thread of the workers.
-    A shard whose worker dies is given to another, ``retries`` times at most.
+    ``out`` is a folder that all workers see under the same path. ``shards`` without a number is ten for each thread of the workers, at
+    least 100, and at most one for each disturbed rig; a call that goes on with an earlier one keeps its number. A shard whose worker
+    dies is given to another, ``retries`` times at most.
     """
     folder = Path(out)
     words = ["campaign", _rig_file(rig, folder), "--cases", str(cases), "--seed", str(seed)]
     words += ["--disturbance", str(disturbance), "--threads", "1", "-o", str(folder / "shards")]
     words += [] if rigs is None else ["--rigs", str(rigs)]
-    count = shards or min(_shards(client), rigs or max(cases // 25, 1))
+    count = _shards(client, folder, shards, rigs or max(cases // 25, 1))
     _work_shards(client, words, count, retries, progress)
     merged = folder / "merged"
     text = call(["campaign", "--merge", str(folder / "shards"), "-o", str(merged), "--force", "--format", "json"])
@@ -82,17 +92,19 @@ def diagnose_fleet(
     """Diagnoses the records that a list names, into ``table`` (CSV or Parquet; ``fleet.parquet`` in ``out`` without one): ``borescope.records/1``.
 
     ``manifest`` is the path of a list, a pattern such as ``"s3://rigs/2026/*.mf4"``, or a sequence of paths and addresses; records at
-    addresses are brought into ``out`` by the workers first. Records without a diagnosis are in ``.failures``. Workers see ``out``, the list and its records under the same paths.
+    addresses are brought into ``out`` by the workers first. Records without a diagnosis are in ``.failures``. Workers see ``out``, the list
+    and its records under the same paths. ``shards`` without a number is ten for each thread of the workers, at least 100.
     """
-    folder, count = Path(out), shards or _shards(client)
+    folder = Path(out)
 
     def fetched(errands: Sequence[Errand]) -> list[str]:
         wrong: list[str] = []
-        pieces = [errands[at::count] for at in range(min(count, len(errands)))]
+        pieces = [errands[at::_MOST_ERRANDS] for at in range(min(_MOST_ERRANDS, len(errands)))]
         _work(client, lambda index: (do, pieces[index - 1]), len(pieces), retries, None, wrong.extend)
         return wrong
 
     words = ["diagnose", _rig_file(rig, folder), "--records", local(manifest, folder, fetched), "--threads", "1"]
+    count = _shards(client, folder, shards, _MOST)
     _work_shards(client, [*words, "-o", str(folder / "shards")], count, retries, progress)
     into = os.fspath(table or folder / "fleet.parquet")
     return Result(call(["diagnose", "--merge", str(folder / "shards"), "-o", into, "--force", "--format", "json"]))
@@ -109,25 +121,49 @@ def _rig_file(rig: Rig | str | os.PathLike[str], folder: Path) -> str:
     return str(path)
 
 
-def _shards(client: Any) -> int:
-    return int(min(max(_EACH * sum(client.nthreads().values()), 1), _MOST))
+def _shards(client: Any, folder: Path, asked: int | None, most: int) -> int:
+    """How many shards the work in a folder has; kept there, as another cluster that goes on with it may be of another size."""
+    path = folder / "shards.json"
+    if path.exists():
+        kept = int(json.loads(path.read_text(encoding="utf-8"))["shards"])
+        if asked not in (None, kept):
+            raise Complaint(
+                f"the work in the folder is in {kept} shards, not {asked}",
+                file=str(path),
+                remedy="leave `shards` away to go on with it, or name another folder",
+            )
+        return kept
+    count = asked or min(max(_EACH * _threads(client), _LEAST), most, _MOST)
+    path.write_text(json.dumps({"shards": count}) + "\n", encoding="utf-8")
+    return count
 
 
-def _shard(words: Sequence[str], index: int, of: int) -> str | None:
+def _threads(client: Any) -> int:
+    """Threads of all workers that are there now."""
+    return sum(client.nthreads().values())
+
+
+def _shard(words: Sequence[str], index: int, of: int, version: str) -> Complaint | None:
     """Does a shard, on a worker; gives what is wrong where it cannot be done."""
+    # Shards of two versions cannot be merged: better told before the first one than after the last.
+    if version != __version__:
+        return Complaint(
+            f"the worker on {platform.node()} has version {__version__} of the package, and this program has {version}",
+            remedy="install the same version on all workers; then the same call goes on with what is done",
+        )
     done, wrong = call_all([*words, "--shard", f"{index}/{of}"], threads=1)
     # Of records some may be damaged: they are in the journal, and the shard is done.
-    return str(wrong[0]) if wrong and not done else None
+    return wrong[0] if wrong and not done else None
 
 
 def _work_shards(client: Any, words: Sequence[str], of: int, retries: int, progress: Done | None) -> None:
     words = [str(Path(word).resolve()) if before == "-o" else word for before, word in zip(["", *words], words)]
 
-    def take(wrong: str | None) -> None:
+    def take(wrong: Complaint | None) -> None:
         if wrong is not None:
-            raise Complaint(wrong)
+            raise wrong
 
-    _work(client, lambda index: (_shard, words, index, of), of, retries, progress, take)
+    _work(client, lambda index: (_shard, words, index, of, __version__), of, retries, progress, take)
 
 
 def _lost() -> Complaint:
@@ -174,8 +210,21 @@ def _work(
         of_future[future.key] = index
         return future
 
-    window = max(_WINDOW * sum(client.nthreads().values()), 1)
-    flow = as_completed([submit() for _ in range(min(window, of))])
+    flow, window, again = as_completed([]), 0, 0.0
+
+    def fill() -> None:
+        """Keeps a window of work with the scheduler, as wide as the cluster is now."""
+        nonlocal window, again
+        if waiting and time.monotonic() > again:
+            try:
+                window = max(_WINDOW * _threads(client), _LEAST)
+            except OSError:
+                raise _lost() from None
+            again = time.monotonic() + _AGAIN
+        while waiting and flow.count() < window:
+            flow.add(submit())
+
+    fill()
     try:
         for future in _finished(client, flow):
             index = of_future.pop(future.key)
@@ -201,8 +250,7 @@ def _work(
                     )
                 waiting.append(index)
             future.release()
-            if waiting:
-                flow.add(submit())
+            fill()
     finally:
         # Ctrl-C leaves no work behind.
         if client.status == "running":
