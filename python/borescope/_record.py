@@ -22,8 +22,9 @@ class Record:
     """Columns of equal length, each with its unit; one of them the time.
 
     ``columns`` is a mapping of arrays, or a DataFrame of pandas or polars. Units stand in the names, ``"p_A [bar]"``, or in
-    ``units``, ``{"p_A": "bar"}``. A DataFrame of pandas may have the time as its index. A time of dates, or of time differences,
-    needs no unit; dates count from the first row. A value that is None or not a number
+    ``units``, ``{"p_A": "bar"}``; those of columns that the rig does not use may be ``"-"``. A DataFrame of pandas may have the time as its
+    index. A time of dates, or of time differences, may have any name and needs no unit; dates count from the first row. Any other time
+    is the column ``time``, or the first one. A value that is None or not a number
     is a sample that is missing. ``name`` is what results call it.
 
     >>> record = Record({"time [s]": [0.0, 0.1], "p_A": [10.0, 10.5]}, units={"p_A": "bar"})
@@ -33,28 +34,27 @@ class Record:
 
     def __init__(self, columns: Any, units: Mapping[str, str] | None = None, name: str = "record") -> None:
         self.name = name
-        self.units: dict[str, str] = {}
-        self._columns: dict[str, list[float]] = {}
         given = dict(units or {})
-        for head, values in _columns(columns):
-            column, unit = _split(head)
-            unit = given.pop(column, unit)
-            values = _listed(values)
-            if column.lower() in _TIMES and values and isinstance(values[0], (datetime, timedelta)):
-                values, unit = _seconds(column, values), "s"
-            if column in self._columns:
+        heads = [(*_split(head), _listed(values)) for head, values in _columns(columns)]
+        names = [column for column, _, _ in heads]
+        for column in names:
+            if names.count(column) > 1:
                 raise Complaint(f"the column `{column}` comes twice", remedy="leave one away, or rename it")
-            if unit is None:
-                raise Complaint(
-                    f"the column `{column}` has no unit",
-                    remedy=f'write it into the name, `"{column} [bar]"`, or give `units={{"{column}": "bar"}}`; "-" is a pure number',
-                )
-            self.units[column] = unit
-            self._columns[column] = _numbers(column, values)
+        time = _time(heads)
+        found = {column: given.pop(column, unit) for column, unit, _ in heads}
         if given:
-            raise Complaint(f"`units` names columns that there are not: {', '.join(given)}", remedy="check the names")
+            raise Complaint(
+                f"`units` names columns that there are not: {', '.join(given)}", remedy=f"there are {_quoted(names)}"
+            )
+        given_values: dict[str, Sequence[Any]] = {column: values for column, _, values in heads}
+        if time is not None and _dated(given_values[time]):
+            given_values[time], found[time] = _seconds(time, given_values[time]), "s"
+        without = [column for column, unit in found.items() if unit is None]
+        if without:
+            raise _without_unit(without)
+        self.units: dict[str, str] = {column: unit for column, unit in found.items() if unit is not None}
+        self._columns: dict[str, list[float]] = {column: _numbers(column, values) for column, values in given_values.items()}
         # A frame may have its time anywhere; a table begins with it.
-        time = next((column for column in self._columns if column.lower() in _TIMES), None)
         if time is not None:
             self._columns = {time: self._columns[time], **self._columns}
             self.units = {time: self.units[time], **self.units}
@@ -142,6 +142,11 @@ def path_of(record: RecordLike, folder: Path, name: str = "record") -> str:
     return str(path)
 
 
+def is_one(records: Any) -> bool:
+    """Whether this is a record, and no sequence of them."""
+    return isinstance(records, (str, os.PathLike, bytes, bytearray, memoryview, Mapping, Record)) or hasattr(records, "columns")
+
+
 def is_address(text: str) -> bool:
     """Whether a text is an address that fsspec reads, and no path."""
     return _ADDRESS.match(text) is not None
@@ -187,14 +192,15 @@ def _fetched(address: str, folder: Path) -> str:
 
 def _columns(columns: Any) -> Iterable[tuple[str, Any]]:
     if isinstance(columns, Mapping):
-        return list(columns.items())
-    kind = type(columns).__module__.split(".")[0]
+        return [(str(head), values) for head, values in columns.items()]
+    kind = type(columns).__module__.split(".")[0] if hasattr(columns, "columns") else ""
     if kind == "pandas":
         index = columns.index
         # Only an index of dates is a time whatever it is called; a bare one counts the rows.
         dated = "datetime" in str(index.dtype) or "timedelta" in str(index.dtype)
         named = [(str(index.name or "time"), index.to_numpy())] if index.name or dated else []
-        return [*named, *((str(head), columns[head].to_numpy()) for head in columns.columns)]
+        # By number, as two may have one name.
+        return [*named, *((str(head), columns.iloc[:, at].to_numpy()) for at, head in enumerate(columns.columns))]
     if kind == "polars":
         return [(head, columns[head].to_list()) for head in columns.columns]
     raise Complaint(
@@ -209,6 +215,37 @@ def _split(head: str) -> tuple[str, str | None]:
         name, unit = head[:-1].rsplit("[", 1)
         return name.strip(), unit.strip()
     return head, None
+
+
+def _quoted(names: Sequence[str]) -> str:
+    """Names as a sentence has them; of many the first ones."""
+    return ", ".join(f"`{name}`" for name in names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
+
+
+def _without_unit(names: Sequence[str]) -> Complaint:
+    """Columns without a unit, all at once, with a line to copy and to fill in."""
+    told = f"the column {_quoted(names)} has no unit" if len(names) == 1 else f"{len(names)} columns have no unit: {_quoted(names)}"
+    asked = ", ".join(f'"{name}": "{"s" if _sounds_like_time(name) else "..."}"' for name in names[:12])
+    asked += ", ..." if len(names) > 12 else ""
+    return Complaint(
+        told,
+        remedy=f'`borescope.Record(..., units={{{asked}}})`, or units in the names, `"p_A [bar]"`; "-" is a pure number. '
+        "Leave columns away that hold no numbers",
+    )
+
+
+def _sounds_like_time(name: str) -> bool:
+    return name.lower() in _TIMES or name.lower().startswith(("time", "t_", "zeit"))
+
+
+def _dated(values: Sequence[Any]) -> bool:
+    return bool(values) and isinstance(values[0], (datetime, timedelta))
+
+
+def _time(heads: Sequence[tuple[str, str | None, Sequence[Any]]]) -> str | None:
+    """The column that is the time: the one that is called so, else the first one with dates; else the command takes the first one."""
+    called = next((column for column, _, _ in heads if column.lower() in _TIMES), None)
+    return called or next((column for column, _, values in heads if _dated(values)), None)
 
 
 def _listed(values: Any) -> Sequence[Any]:
@@ -238,8 +275,18 @@ def _numbers(column: str, values: Sequence[Any]) -> list[float]:
         elif isinstance(value, SupportsFloat):
             numbers.append(float(value))
         else:
-            raise Complaint(
-                f"row {row} of the column `{column}` is {value!r}, no number",
-                remedy="give numbers; the time counts in seconds from the start of the record",
-            )
+            raise Complaint(f"row {row} of the column `{column}` is {value!r}, no number", remedy=_number_instead_of(value))
     return numbers
+
+
+def _number_instead_of(value: Any) -> str:
+    if isinstance(value, str):
+        return (
+            "make numbers of the texts, `pandas.to_numeric(column)`, after `.str.replace(\",\", \".\")` where they have decimal commas; "
+            "leave a column of words away"
+        )
+    if isinstance(value, (datetime, timedelta)):
+        return "only one column of dates is the time: leave the others away"
+    if isinstance(value, list):
+        return "give arrays of one dimension, `array.ravel()`"
+    return "give real numbers"

@@ -119,9 +119,15 @@ def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
     return flat
 
 
+def _short(value: float) -> str:
+    """Two digits, and never a power of ten: 0.95, 34, 210."""
+    return f"{float(f'{value:.2g}'):g}"
+
+
 class Result(Item):
     """What a verb of the command gives.
 
+    Its keys are attributes; ``dir(result)`` and ``list(result)`` name them. Lists in it are tables: ``result.channels.to_pandas()``.
     ``json`` is the text that the command writes, ``page`` its page with pictures (or None), and ``curves`` its table of curves.
     """
 
@@ -165,8 +171,20 @@ class Result(Item):
         words = [str(self._data[key]) for key in ("verdict", "conclusion") if key in self._data]
         if "adequate" in self._data:
             words.append("adequate" if self._data["adequate"] else "inadequate")
-        if isinstance(self._data.get("times_noise"), float):
-            words.append(f"{self._data['times_noise']:.2g}x the sensor noise")
+        warnings = record.get("warnings") if isinstance(record := self._data.get("record"), Mapping) else None
+        if warnings is not None:
+            words.append(f"{len(warnings)} warning{'' if len(warnings) == 1 else 's'} of the record")
+        candidates = self._data.get("candidates")
+        # Rivals that explain the record as well are told one by one in the table.
+        if candidates and candidates[0].get("supported"):
+            words.append(f"first of {len(candidates)}: {candidates[0]['effect']}")
+        steps = self._data.get("steps")
+        if steps:
+            added = [step["added"] for step in steps if step.get("added")]
+            words.append(", ".join(added) or "nothing added")
+            words.append(f"{_short(steps[0]['check_rmse'])}x -> {_short(steps[-1]['check_rmse'])}x the sensor noise on the check record")
+        if isinstance(self._data.get("times_noise"), (int, float)):
+            words.append(f"{_short(self._data['times_noise'])}x the sensor noise")
         return f"{type(self).__name__}({self._data.get('schema', '')}{': ' if words else ''}{', '.join(words)})"
 
 

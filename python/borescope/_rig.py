@@ -13,7 +13,7 @@ from typing import Any
 
 from borescope._complaint import Complaint, Listener, call, call_all
 from borescope._fleet import ListLike, local
-from borescope._record import Record, RecordLike, path_of
+from borescope._record import Record, RecordLike, is_one, path_of
 from borescope._result import Calibration, Diagnosis, Improvement, Result
 
 Progress = bool | Listener | None
@@ -109,7 +109,10 @@ class Rig:
         return str(path)
 
     def check(self, record: RecordLike | None = None) -> Result:
-        """What is in the rig file and, if given, in a record for it: ``borescope.check/1``."""
+        """What is in the rig file and, if given, in a record for it: ``borescope.check/1``.
+
+        ``.rig.faults``, ``.rig.sensors``, ``.rig.parameters`` are tables; ``.record.warnings`` says which columns are doubtful, and why.
+        """
         with _desk() as desk:
             records = [] if record is None else [path_of(record, desk.folder)]
             return Result(desk.plain(desk.call(["check", self._file(desk), *records, "--format", "json"])))
@@ -148,7 +151,12 @@ class Rig:
             return Result(desk.plain(desk.call([*words, "--format", "json"], progress, threads)))
 
     def compare(self, record: RecordLike, *, progress: Progress = None, threads: int | None = None) -> Result:
-        """Where the model misses a record, and by how much: ``borescope.comparison/1``."""
+        """Where the model misses a record, and by how much: ``borescope.comparison/1``.
+
+        ``.times_noise`` is the error in units of the sensor noise, about 1 where the model explains the record; ``.as_stated`` the same with
+        all values as the rig file has them, nothing fitted; ``.channels`` the table by sensor, ``.where`` the part of the record with the
+        largest error, ``.curves`` what was measured and modelled.
+        """
         with _desk() as desk:
             words = ["compare", self._file(desk), path_of(record, desk.folder)]
             return Result(*desk.ask(words, progress, threads, curves=True))
@@ -161,7 +169,11 @@ class Rig:
         progress: Progress = None,
         threads: int | None = None,
     ) -> Result:
-        """Which physical effect the model lacks, judged on ``check``, another record: ``borescope.suggestion/1``."""
+        """Which physical effect the model lacks, judged on ``check``, another record: ``borescope.suggestion/1``.
+
+        ``.conclusion`` is such as ``"effect-found"``; ``.candidates`` the table of effects, the best first, with ``effect`` as :meth:`add`
+        takes it, errors before and after in units of the sensor noise, and ``supported`` where ``check`` agrees.
+        """
         with _desk() as desk:
             words = ["suggest", self._file(desk), path_of(record, desk.folder, "fit")]
             words += [] if check is None else ["--check", path_of(check, desk.folder, "check")]
@@ -178,7 +190,10 @@ class Rig:
     def improve(
         self, fit: RecordLike, check: RecordLike, *, progress: Progress = None, threads: int | None = None
     ) -> Improvement:
-        """Adds the physics that the model lacks, as long as ``fit`` asks for it and ``check`` agrees."""
+        """Adds the physics that the model lacks, as long as ``fit`` asks for it and ``check`` agrees: ``borescope.improvement/1``.
+
+        ``.rig`` is the new rig, ``.ledger`` the table of steps: what was added, and the error of both records in units of the sensor noise.
+        """
         with _desk() as desk:
             words = ["improve", self._file(desk), "--fit", path_of(fit, desk.folder, "fit")]
             words += ["--check", path_of(check, desk.folder, "check"), "-o", desk.new("new.toml")]
@@ -188,9 +203,10 @@ class Rig:
     def calibrate(
         self, records: Sequence[RecordLike], *, progress: Progress = None, threads: int | None = None
     ) -> Calibration:
-        """What healthy records say of the machine beyond its data sheet; ``.rig`` is the rig with it."""
+        """What healthy records say of the machine beyond its data sheet: ``borescope.calibration/1``; ``.rig`` is the rig with it."""
         with _desk() as desk:
-            paths = [path_of(record, desk.folder, f"healthy_{number}") for number, record in enumerate(records, 1)]
+            several = [records] if is_one(records) else records
+            paths = [path_of(record, desk.folder, f"healthy_{number}") for number, record in enumerate(several, 1)]
             out, page, _ = desk.ask(["calibrate", self._file(desk), *paths, "-o", desk.new("new.toml")], progress, threads)
             return Calibration(out, page, Rig(text=desk.text("new.toml") or ""))
 
@@ -204,7 +220,8 @@ class Rig:
     ) -> Record:
         """What the sensors would show over the inputs of a record, or over the rig's own cycle.
 
-        ``set`` changes parameters, ``{"cylinder.clearance": "0.1 mm"}``; with ``seed`` there is noise.
+        ``set`` changes parameters, ``{"cylinder.clearance": "0.1 mm"}``; with ``seed`` there is noise. Where a pressure falls below vacuum,
+        which the model is not valid for, a :class:`Note` says so.
         """
         with _desk() as desk:
             words = ["simulate", self._file(desk), "-o", desk.new("simulated.csv")]
@@ -215,7 +232,10 @@ class Rig:
             return Record.read_csv(desk.new("simulated.csv"))
 
     def isolability(self, record: RecordLike | None = None, *, progress: Progress = None) -> Result:
-        """Which faults the sensors can tell apart: ``borescope.isolability/1``."""
+        """Which faults the sensors can isolate: ``borescope.isolability/1``.
+
+        ``.faults`` names them, ``.expected.widths`` has the half width of the 95 % interval that each would get from such a record.
+        """
         with _desk() as desk:
             words = ["isolability", self._file(desk)]
             words += [] if record is None else ["--input", path_of(record, desk.folder, "inputs")]
@@ -230,7 +250,10 @@ class Rig:
         disturbance: float = 1.0,
         threads: int | None = None,
     ) -> Result:
-        """How good the diagnosis of this rig is, measured on synthetic faults: ``borescope.campaign/1``."""
+        """How good the diagnosis of this rig is, measured on synthetic faults: ``borescope.campaign/1``.
+
+        ``.scores`` has rates and errors, ``.cases`` the table of cases.
+        """
         with _desk() as desk:
             words = ["campaign", self._file(desk), "--cases", str(cases), "--seed", str(seed)]
             words += ["--disturbance", str(disturbance)]

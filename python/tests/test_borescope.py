@@ -111,6 +111,58 @@ def test_times_may_be_dates(tanks, clogged):
         bs.Record(gap)
 
 
+def test_a_time_of_dates_may_have_any_name_and_place(clogged):
+    import pandas
+
+    frame = clogged.to_pandas()
+    seconds = frame.pop("time [s]")
+    frame.insert(1, "Zeit", pandas.Timestamp("2026-05-01") + pandas.to_timedelta(seconds - seconds[0], unit="s"))
+    record = bs.Record(frame)
+    assert record.keys()[0] == "Zeit" and record.units["Zeit"] == "s" and record["Zeit"][0] == 0
+    with pytest.raises(bs.Complaint, match="the column `Kauf` has no unit"):
+        bs.Record(frame.assign(Kauf=frame["Zeit"]))
+    with pytest.raises(bs.Complaint, match="no number") as caught:
+        bs.Record(frame.assign(Kauf=frame["Zeit"]), units={"Kauf": "-"})
+    assert "only one column of dates" in caught.value.remedy
+
+
+def test_columns_without_units_are_told_at_once(tanks):
+    import pandas
+
+    frame = tanks.simulate(seed=1).to_pandas()
+    frame.columns = ["t_s", "valve", "upper", "lower"]
+    with pytest.raises(bs.Complaint, match="4 columns have no unit: `t_s`, `valve`, `upper`, `lower`") as caught:
+        tanks.diagnose(frame)
+    assert 'units={"t_s": "s", "valve": "...", "upper": "..."' in caught.value.remedy
+    with pytest.raises(bs.Complaint, match="a Series is no record"):
+        bs.Record(frame["upper"])
+    units = {"t_s": "s", "valve": "V", "upper": "mm", "lower": "mm"}
+    for column, told in [
+        (frame["upper"].astype(object).where(frame.index != 3, "dry"), "row 3 of the column `upper` is 'dry', no number"),
+        (frame["upper"].map(lambda value: f"{value:.1f}".replace(".", ",")), "no number"),
+    ]:
+        with pytest.raises(bs.Complaint, match=told) as caught:
+            bs.Record(frame.assign(upper=column), units=units)
+        assert "pandas.to_numeric" in caught.value.remedy
+    gap = frame.assign(upper=frame["upper"].astype("Float64").where(frame.index != 3, pandas.NA))
+    assert math.isnan(bs.Record(gap, units=units)["upper"][3])
+    twice = pandas.concat([frame, frame["upper"]], axis=1)
+    with pytest.raises(bs.Complaint, match="`upper` comes twice"):
+        bs.Record(twice, units=units)
+
+
+def test_what_the_command_says_beside_its_result_comes_too(tmp_path):
+    """Keys of the JSON are attributes as they stand, and warnings are notes."""
+    rig = bs.Rig(TELESCOPIC)
+    ran = command("compare", TELESCOPIC, LEAK, "--format", "json")
+    compared = rig.compare(LEAK)
+    assert compared.json == ran.stdout and compared.as_stated.times_noise > 1
+    # A load that pulls.
+    pulled = rig.text.replace('"5400 N"', '"-9000 N"').replace('"0.3 bar"', '"60 bar"')
+    with pytest.warns(bs.Note, match="below vacuum"):
+        bs.Rig(text=pulled).simulate()
+
+
 def test_the_learning_loop_on_a_frame(tanks):
     leaking = tanks.add("external-leakage@lower")
     leak = next(one.id for one in leaking.check().rig.parameters if "leak" in one.id)
@@ -123,7 +175,8 @@ def test_the_learning_loop_on_a_frame(tanks):
     assert found.conclusion in ("effect-found", "confounded", "partly-explained")
     assert found.candidates[0].supported
     better = tanks.improve(fit, check)
-    assert len(better.ledger) >= 2
+    assert len(better.ledger) >= 2 and better.ledger[1].added in repr(better)
+    assert found.candidates[0].effect in repr(found)
     errors = [step["check_rmse"] for step in better.ledger]
     assert errors[-1] < 0.5 * errors[0]
     assert better.rig.compare(check).times_noise < 1.3
@@ -132,6 +185,8 @@ def test_the_learning_loop_on_a_frame(tanks):
 def test_calibration_isolability_effects_campaign(tanks, tmp_path):
     healthy = [tanks.simulate(seed=seed) for seed in (1, 2)]
     calibrated = tanks.calibrate(healthy).rig
+    # One record alone needs no list around it.
+    assert tanks.calibrate(healthy[0].to_pandas()).json == tanks.calibrate([healthy[0].to_pandas()]).json
     assert "[calibration]" in calibrated.text and "[calibration]" not in tanks.text
     calibrated.save(tmp_path / "rig.toml")
     with pytest.raises(bs.Complaint, match="the file exists"):
