@@ -7,7 +7,7 @@ import io
 import math
 import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, SupportsFloat
@@ -21,8 +21,8 @@ _BEGINNINGS = {b"MDF": "mf4", b"PK\x03\x04": "xlsx", b"PAR1": "parquet", b"MATLA
 class Record:
     """Columns of equal length, each with its unit; one of them the time.
 
-    ``columns`` is a mapping of arrays, or a DataFrame of pandas or polars. Units stand in the names, ``"p_A [bar]"``, or in
-    ``units``, ``{"p_A": "bar"}``; those of columns that the rig does not use may be ``"-"``. A DataFrame of pandas may have the time as its
+    ``columns`` is a mapping of arrays, or a DataFrame of pandas or polars. Units stand in the names, ``"p_A [bar]"``
+    (or all of them as ``"p_A (bar)"``, or as ``"p_A_bar"`` behind a time ``"t_s"``), or in ``units``, ``{"p_A": "bar"}``; those of columns that the rig does not use may be ``"-"``. A DataFrame of pandas may have the time as its
     index. A time of dates, or of time differences, may have any name and needs no unit; dates count from the first row. Any other time
     is the column ``time``, or the first one. A value that is None or not a number
     is a sample that is missing. ``name`` is what results call it.
@@ -35,7 +35,9 @@ class Record:
     def __init__(self, columns: Any, units: Mapping[str, str] | None = None, name: str = "record") -> None:
         self.name = name
         given = dict(units or {})
-        heads = [(*_split(head), _listed(values)) for head, values in _columns(columns)]
+        table = _columns(columns)
+        split = _splitter([head for head, _ in table], given)
+        heads = [(*split(head), _listed(values)) for head, values in table]
         names = [column for column, _, _ in heads]
         for column in names:
             if names.count(column) > 1:
@@ -190,7 +192,7 @@ def _fetched(address: str, folder: Path) -> str:
     return str(path)
 
 
-def _columns(columns: Any) -> Iterable[tuple[str, Any]]:
+def _columns(columns: Any) -> Sequence[tuple[str, Any]]:
     if isinstance(columns, Mapping):
         return [(str(head), values) for head, values in columns.items()]
     kind = type(columns).__module__.split(".")[0] if hasattr(columns, "columns") else ""
@@ -202,19 +204,42 @@ def _columns(columns: Any) -> Iterable[tuple[str, Any]]:
         # By number, as two may have one name.
         return [*named, *((str(head), columns.iloc[:, at].to_numpy()) for at, head in enumerate(columns.columns))]
     if kind == "polars":
-        return [(head, columns[head].to_list()) for head in columns.columns]
+        return [(str(head), columns[head].to_list()) for head in columns.columns]
     raise Complaint(
         f"a {type(columns).__name__} is no record",
         remedy="give a path, bytes, a mapping of arrays, or a DataFrame of pandas or polars",
     )
 
 
-def _split(head: str) -> tuple[str, str | None]:
-    head = head.strip()
-    if head.endswith("]") and "[" in head:
-        name, unit = head[:-1].rsplit("[", 1)
-        return name.strip(), unit.strip()
-    return head, None
+#: Units as they stand behind the last `_` of a name, where they are written otherwise than between brackets.
+_SUFFIXES = {"pct": "%", "lpm": "L/min", "C": "degC", **{unit: unit for unit in (
+    "s", "ms", "min", "h", "bar", "mbar", "Pa", "kPa", "MPa", "psi", "m", "mm", "cm", "um", "V", "mV", "A", "mA", "N", "kN", "kg", "W", "kW", "degC"
+)}}  # fmt: skip
+#: A time that is written with its unit so, as in a file: `t_s`.
+_TIME_WITH_UNIT = re.compile("(?:t|time|zeit|timestamp)_(?:s|ms|min|h)", re.IGNORECASE)
+
+
+def _splitter(heads: Sequence[str], given: Mapping[str, str]) -> Callable[[str], tuple[str, str | None]]:
+    """How names and units are written, as of a file: `p_A [bar]`, or all `p_A (bar)`, or all `p_A_bar` behind a time such as `t_s`."""
+    square = any(head.strip().endswith("]") for head in heads)
+    low = bool(heads) and _TIME_WITH_UNIT.fullmatch(heads[0].strip()) is not None
+
+    def split(head: str) -> tuple[str, str | None]:
+        head = head.strip()
+        if head in given:
+            return head, None
+        if head.endswith("]") and "[" in head:
+            name, unit = head[:-1].rsplit("[", 1)
+            return name.strip(), unit.strip()
+        if not square and head.endswith(")") and "(" in head:
+            name, unit = head[:-1].rsplit("(", 1)
+            return name.strip(), unit.strip()
+        if not square and low and head.rpartition("_")[2] in _SUFFIXES:
+            name, _, unit = head.rpartition("_")
+            return name, _SUFFIXES[unit]
+        return head, None
+
+    return split
 
 
 def _quoted(names: Sequence[str]) -> str:

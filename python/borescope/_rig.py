@@ -303,7 +303,7 @@ def effects() -> Result:
 
 def diagnose_fleet(
     manifest: ListLike,
-    rig: str | os.PathLike[str],
+    rig: Rig | str | os.PathLike[str],
     out: str | os.PathLike[str],
     *,
     shard: str | None = None,
@@ -316,7 +316,7 @@ def diagnose_fleet(
     What is done already is not done again. Gives a complaint for each record that has no diagnosis.
     """
     records = local(manifest, Path(out))
-    words = ["diagnose", os.fspath(rig), "--records", records, "-o", os.fspath(out)]
+    words = ["diagnose", rig_file(rig, Path(out)), "--records", records, "-o", os.fspath(out)]
     words += [] if shard is None else ["--shard", shard]
     words += [] if threads is None else ["--threads", str(threads)]
     done, wrong = call_all(words)
@@ -324,6 +324,20 @@ def diagnose_fleet(
         wrong[0].others = tuple(wrong[1:])
         raise wrong[0]
     return wrong
+
+
+def rig_file(rig: Rig | str | os.PathLike[str], folder: Path) -> str:
+    """The path of a rig file; of a rig that is no file, one in a folder, where all workers see it."""
+    if not isinstance(rig, Rig):
+        return os.fspath(rig)
+    if rig.path is not None:
+        return rig.path
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder.resolve() / "rig.toml"
+    if path.exists() and path.read_text(encoding="utf-8") != rig.text:
+        raise Complaint("the folder holds the work of another rig file", file=str(path), remedy="name another folder")
+    path.write_text(rig.text, encoding="utf-8")
+    return str(path)
 
 
 def history(store: str | os.PathLike[str], rig: Rig, *, by: str = "time") -> Result:

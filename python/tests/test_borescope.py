@@ -126,14 +126,30 @@ def test_a_time_of_dates_may_have_any_name_and_place(clogged):
     assert "only one column of dates" in caught.value.remedy
 
 
+def test_units_in_names_are_those_of_files(tanks, clogged):
+    frame = clogged.to_pandas()
+    wanted = tanks.diagnose(frame).faults[0].value
+    for names in (["time (s)", "u (V)", "level_1 (mm)", "level_2 (mm)"], ["t_s", "u_V", "level_1_mm", "level_2_mm"]):
+        named = bs.Record(frame.set_axis(names, axis=1))
+        assert list(named.units.values()) == ["s", "V", "mm", "mm"] and named.keys()[1:] == ["u", "level_1", "level_2"]
+        assert tanks.diagnose(named).faults[0].value == wanted
+    # What is given beside the name is not looked for in it; beside square brackets `_` and round ones are part of the name.
+    own = bs.Record({"t_s": [0.0], "x_mm": [1.0]}, units={"t_s": "s", "x_mm": "mm"})
+    assert own.keys() == ["t_s", "x_mm"]
+    assert bs.Record({"time [s]": [0.0], "level_mm [mm]": [1.0]}).keys() == ["time", "level_mm"]
+
+
 def test_columns_without_units_are_told_at_once(tanks):
     import pandas
 
     frame = tanks.simulate(seed=1).to_pandas()
     frame.columns = ["t_s", "valve", "upper", "lower"]
-    with pytest.raises(bs.Complaint, match="4 columns have no unit: `t_s`, `valve`, `upper`, `lower`") as caught:
+    with pytest.raises(bs.Complaint, match="3 columns have no unit: `valve`, `upper`, `lower`") as caught:
         tanks.diagnose(frame)
-    assert 'units={"t_s": "s", "valve": "...", "upper": "..."' in caught.value.remedy
+    assert 'units={"valve": "...", "upper": "..."' in caught.value.remedy
+    with pytest.raises(bs.Complaint, match="4 columns have no unit") as caught:
+        tanks.diagnose(frame.rename(columns={"t_s": "t"}))
+    assert 'units={"t": "s", "valve": "..."' in caught.value.remedy
     with pytest.raises(bs.Complaint, match="a Series is no record"):
         bs.Record(frame["upper"])
     units = {"t_s": "s", "valve": "V", "upper": "mm", "lower": "mm"}
@@ -320,6 +336,15 @@ def test_a_fleet(tanks, clogged, tmp_path):
     assert ran.returncode == 0, ran.stderr
     stands = bs.fleet(tmp_path / "table.parquet")
     assert [(rig.rig, rig.state) for rig in stands.rigs] == [("two", "faulty"), ("one", "healthy")]
+    # A rig that is no file gets one among the rows.
+    assert bs.diagnose_fleet([str(tmp_path / "a.csv")], rig=bs.Rig(text=tanks.text), out=tmp_path / "text") == []
+    assert (tmp_path / "text/rig.toml").read_text() == tanks.text
+    (tmp_path / "twice.csv").write_text("record\na.csv\n./a.csv\n")
+    with pytest.raises(bs.Complaint, match="`./a.csv` comes twice"):
+        bs.diagnose_fleet(tmp_path / "twice.csv", rig=TANKS, out=tmp_path / "twice")
+    with pytest.raises(bs.Complaint, match="shards of 2 count from 1 to 2") as caught:
+        bs.diagnose_fleet(tmp_path / "list.csv", rig=TANKS, out=tmp_path / "rows", shard="3/2")
+    assert "--help" not in str(caught.value) and "\n" not in caught.value.what
     with pytest.raises(bs.Complaint, match="no such file"):
         bs.diagnose_fleet(tmp_path / "nowhere.csv", rig=TANKS, out=tmp_path / "rows")
 

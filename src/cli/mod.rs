@@ -217,6 +217,17 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     2
 }
 
+/// What is wrong with a command line, without the advice to read `--help`, which another program cannot follow.
+fn wrong_words(text: &str) -> Complaint {
+    let joined = |paragraph: &str| paragraph.split_whitespace().collect::<Vec<_>>().join(" ");
+    let mut paragraphs = text.trim_start_matches("error: ").split("\n\n");
+    let complaint = Complaint::new(Kind::Syntax, joined(paragraphs.next().unwrap_or_default()));
+    match paragraphs.find_map(|paragraph| paragraph.trim_start().strip_prefix("tip: ")) {
+        Some(tip) => complaint.help(joined(tip)),
+        None => complaint,
+    }
+}
+
 /// Runs one command line, the name of the program first, within another program: what the command would write to standard output
 /// goes to `out`, its notes to `notes`, and `context` stands in for its signals and its progress. Gives whether something was found, where `--exit-code` asks.
 ///
@@ -228,10 +239,7 @@ pub fn call(
     out: &mut dyn Write,
     notes: &mut Vec<String>,
 ) -> Result<bool, Vec<Complaint>> {
-    let command_line = CommandLine::try_parse_from(arguments).map_err(|error| {
-        let text = error.to_string();
-        vec![Complaint::new(Kind::Syntax, text.trim_start_matches("error: ").trim_end())]
-    })?;
+    let command_line = CommandLine::try_parse_from(arguments).map_err(|error| vec![wrong_words(&error.to_string())])?;
     let (result, made) = terminal::gathering_notes(|| command_line.verb.run(context, out));
     notes.extend(made);
     let result = result.and_then(|status| {

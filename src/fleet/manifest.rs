@@ -1,7 +1,7 @@
 //! A list of records: a table with a line for each.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use crate::complaint::{Complaint, Kind, Place};
 use crate::files;
@@ -62,7 +62,7 @@ impl Manifest {
                 return Err(Complaint::new(Kind::Duplicate, what).at(Place::line(path, 1)).help("leave one away"));
             }
         }
-        let Some(record) = column("record") else {
+        let Some(records) = column("record") else {
             return Err(Complaint::new(Kind::MissingEntry, "the list has no column `record`")
                 .at(Place::line(path, 1))
                 .help(EXAMPLE));
@@ -82,10 +82,11 @@ impl Manifest {
             }
             let field =
                 |column: Option<usize>| column.and_then(|column| fields.get(column)).filter(|text| !text.is_empty());
-            let Some(name) = field(Some(record)) else {
+            let Some(name) = field(Some(records)) else {
                 return Err(wrong(Kind::MissingEntry, "the field `record` is empty".to_owned()).help("name a file"));
             };
-            if let Some(before) = seen.insert(name.to_owned(), line) {
+            let record = folder.join(name);
+            if let Some(before) = seen.insert(plain(&record), line) {
                 return Err(Complaint::new(Kind::Duplicate, format!("`{name}` comes twice"))
                     .at(Place::line(path, before))
                     .at(Place::line(path, line))
@@ -93,7 +94,7 @@ impl Manifest {
             }
             let at = field(measured_at).map(str::parse::<Moment>).transpose();
             let at = at.map_err(|complaint| complaint.at(Place::line(path, line)))?;
-            entries.push(Entry { record: folder.join(name), rig: field(rig).map(str::to_owned), measured_at: at });
+            entries.push(Entry { record, rig: field(rig).map(str::to_owned), measured_at: at });
         }
         if entries.is_empty() {
             return Err(Complaint::new(Kind::Empty, "the list has no records").in_file(path).help(EXAMPLE));
@@ -101,6 +102,21 @@ impl Manifest {
         let unread = head.iter().filter(|name| !COLUMNS.contains(name)).map(str::to_owned).collect();
         Ok(Self { path: path.to_path_buf(), digest, entries, unread })
     }
+}
+
+/// A path without detours: `./a.csv` and `b/../a.csv` are `a.csv`. No file is looked at, as there may be very many, far away.
+fn plain(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if matches!(plain.components().next_back(), Some(Component::Normal(_))) => {
+                plain.pop();
+            }
+            other => plain.push(other),
+        }
+    }
+    plain
 }
 
 const EXAMPLE: &str = "begin it with a line `record`, or `record,rig,measured_at`, and name a file in each line below";
@@ -144,6 +160,7 @@ mod tests {
             ("record,rig\na.csv,1\nb.csv\n", "list.csv:3: 1 fields, where the head has 2"),
             ("record,rig\n,1\n", "list.csv:2: the field `record` is empty"),
             ("record\na.csv\nb.csv\na.csv\n", "list.csv:4: `a.csv` comes twice"),
+            ("record\na.csv\n./b/../a.csv\n", "list.csv:3: `./b/../a.csv` comes twice"),
             ("record,measured_at\na.csv,noon\n", "list.csv:2: `noon` is no moment"),
         ] {
             let error = read(text).unwrap_err().to_string();
