@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from borescope._beside import absolute, relative
 from borescope._complaint import Complaint, Listener, call, call_all
 from borescope._fleet import ListLike, local
 from borescope._record import Record, RecordLike, is_one, path_of
@@ -31,6 +32,10 @@ class _Desk:
     def text(self, name: str) -> str | None:
         path = self.folder / name
         return path.read_text(encoding="utf-8") if path.exists() else None
+
+    def rig(self) -> Rig:
+        """The rig that a verb has written."""
+        return Rig(text=absolute(self.text("new.toml") or "", self.folder))
 
     def plain(self, text: str) -> str:
         """A result without the folder, which is gone when it is read."""
@@ -84,19 +89,24 @@ class Rig:
         if (path is None) == (text is None):
             raise Complaint("a rig is either a file or a text", remedy='`Rig("rig.toml")` or `Rig(text=...)`')
         self.path = None if path is None else os.fspath(path)
-        self._text = text
+        self._text = None if text is None else absolute(text, Path())
         self.check()
 
     @property
     def text(self) -> str:
-        """The rig file."""
+        """The rig file; one that is no file has whole paths of the files that it names."""
         return self._text if self._text is not None else Path(self.path or "").read_text(encoding="utf-8")
 
     def save(self, path: str | os.PathLike[str], force: bool = False) -> None:
         """Writes the rig file; one that is there is only overwritten with ``force``."""
         if Path(path).exists() and not force:
             raise Complaint("the file exists", file=os.fspath(path), remedy="name another, or say `force=True`")
-        Path(path).write_text(self.text, encoding="utf-8")
+        Path(path).write_text(self._text_in(Path(path).parent), encoding="utf-8")
+
+    def _text_in(self, folder: Path) -> str:
+        """The rig file as it is to be written into a folder: files beside it are named from there."""
+        here = self.text if self.path is None else absolute(self.text, Path(self.path).parent)
+        return relative(here, folder)
 
     def __repr__(self) -> str:
         return f"Rig({self.path or 'text'})"
@@ -185,7 +195,7 @@ class Rig:
             words = ["add", self._file(desk), effect, "-o", desk.new("new.toml")]
             words += [] if fit is None else ["--fit", path_of(fit, desk.folder, "fit")]
             desk.call(words, progress)
-            return Rig(text=desk.text("new.toml") or "")
+            return desk.rig()
 
     def improve(
         self, fit: RecordLike, check: RecordLike, *, progress: Progress = None, threads: int | None = None
@@ -198,7 +208,7 @@ class Rig:
             words = ["improve", self._file(desk), "--fit", path_of(fit, desk.folder, "fit")]
             words += ["--check", path_of(check, desk.folder, "check"), "-o", desk.new("new.toml")]
             answer = desk.ask(words, progress, threads, curves=True)
-            return Improvement(*answer, Rig(text=desk.text("new.toml") or ""))
+            return Improvement(*answer, desk.rig())
 
     def calibrate(
         self, records: Sequence[RecordLike], *, progress: Progress = None, threads: int | None = None
@@ -208,7 +218,7 @@ class Rig:
             several = [records] if is_one(records) else records
             paths = [path_of(record, desk.folder, f"healthy_{number}") for number, record in enumerate(several, 1)]
             out, page, _ = desk.ask(["calibrate", self._file(desk), *paths, "-o", desk.new("new.toml")], progress, threads)
-            return Calibration(out, page, Rig(text=desk.text("new.toml") or ""))
+            return Calibration(out, page, desk.rig())
 
     def simulate(
         self,
@@ -282,7 +292,7 @@ def draft(
         words = ["init", path_of(record, desk.folder), "-o", desk.new("new.toml")]
         words += [word for name, value in given.items() if value is not None for word in (f"--{name}", value)]
         desk.call(words)
-        return Rig(text=desk.text("new.toml") or "")
+        return desk.rig()
 
 
 def example(folder: str | os.PathLike[str], *, force: bool = False) -> Path:
@@ -332,11 +342,16 @@ def rig_file(rig: Rig | str | os.PathLike[str], folder: Path) -> str:
         return os.fspath(rig)
     if rig.path is not None:
         return rig.path
+    return rig_file_in(rig, folder)
+
+
+def rig_file_in(rig: Rig, folder: Path) -> str:
+    """The path of a copy of the rig file in a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder.resolve() / "rig.toml"
-    if path.exists() and path.read_text(encoding="utf-8") != rig.text:
+    path, text = folder.resolve() / "rig.toml", rig._text_in(folder.resolve())
+    if path.exists() and path.read_text(encoding="utf-8") != text:
         raise Complaint("the folder holds the work of another rig file", file=str(path), remedy="name another folder")
-    path.write_text(rig.text, encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
     return str(path)
 
 

@@ -25,7 +25,7 @@ from borescope._borescope import __version__
 from borescope._complaint import Complaint, call, call_all
 from borescope._fleet import Errand, ListLike, do, local
 from borescope._result import Result
-from borescope._rig import Rig
+from borescope._rig import Rig, rig_file_in
 
 #: Called with how many shards are done, and of how many.
 Done = Callable[[int, int], object]
@@ -112,13 +112,7 @@ def diagnose_fleet(
 
 def _rig_file(rig: Rig | str | os.PathLike[str], folder: Path) -> str:
     """The rig file beside the shards, where all workers see it."""
-    text = rig.text if isinstance(rig, Rig) else Path(rig).read_text(encoding="utf-8")
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder.resolve() / "rig.toml"
-    if path.exists() and path.read_text(encoding="utf-8") != text:
-        raise Complaint("the folder holds the work of another rig file", file=str(path), remedy="name another folder")
-    path.write_text(text, encoding="utf-8")
-    return str(path)
+    return rig_file_in(rig if isinstance(rig, Rig) else Rig(rig), folder)
 
 
 def _shards(client: Any, folder: Path, asked: int | None, most: int) -> int:

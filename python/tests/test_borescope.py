@@ -213,6 +213,19 @@ def test_calibration_isolability_effects_campaign(tanks, tmp_path):
     assert len(tanks.campaign(2, rigs=1).cases) == 2
 
 
+def test_a_rig_that_names_files_may_be_saved_anywhere(tmp_path):
+    boom = bs.Rig(ROOT / "fixtures/boom/rig.toml")
+    sensor = boom.check().rig.sensors[0].name
+    more = boom.add(f"sensor-gain@{sensor}")
+    for number, rig in enumerate([boom, more, bs.Rig(text=more.text)]):
+        folder = tmp_path.joinpath(*"abc"[: number + 1])
+        folder.mkdir(parents=True)
+        rig.save(folder / "rig.toml")
+        assert "linkage.csv" in bs.Rig(folder / "rig.toml").text
+    wrong = bs.diagnose_fleet([str(ROOT / "fixtures/boom/leak.csv")], rig=more, out=tmp_path / "rows")
+    assert wrong == []
+
+
 def test_what_is_wrong_is_one_complaint_with_its_place(tanks, tmp_path):
     path = tmp_path / "rig.toml"
     path.write_text(tanks.text.replace("diameter = \"8 mm\"", "diameter = \"8 bar\"", 1))
