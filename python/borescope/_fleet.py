@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import io
 import os
 import re
 import warnings
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from borescope._complaint import Complaint, Note
+from borescope._files import write
 from borescope._record import fetch, is_address
 
 #: What is taken for a list: its path, a pattern such as ``"s3://rigs/2026/*.mf4"``, or paths and addresses one after the other.
@@ -45,9 +47,7 @@ def do(errands: Sequence[Errand]) -> list[str]:
             continue
         os.makedirs(os.path.dirname(path), exist_ok=True)
         # Two workers may bring the same one.
-        part = f"{path}.{os.getpid()}.part"
-        Path(part).write_bytes(data)
-        os.replace(part, path)
+        write(Path(path), data)
     return wrong
 
 
@@ -74,10 +74,11 @@ def local(records: ListLike, folder: Path, fetcher: Fetcher = do) -> str:
         warnings.warn(what, Note, stacklevel=4)
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "list.csv"
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.DictWriter(file, _KNOWN, restval="", extrasaction="ignore", lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+    text = io.StringIO()
+    table = csv.DictWriter(text, _KNOWN, restval="", extrasaction="ignore", lineterminator="\n")
+    table.writeheader()
+    table.writerows(rows)
+    write(path, text.getvalue())
     return str(path.resolve())
 
 

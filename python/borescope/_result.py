@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 from borescope._complaint import Complaint
+from borescope._files import write
 
 if TYPE_CHECKING:
     from borescope._rig import Rig
@@ -157,7 +158,7 @@ class Result(Item):
         path = Path(path)
         if path.exists() and not force:
             raise Complaint("the file exists", file=str(path), remedy="name another, or say `force=True`")
-        path.write_text(self.page, encoding="utf-8")
+        write(path, self.page)
 
     def _repr_html_(self) -> str:
         if self.page is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import io
 import os
 import tempfile
@@ -13,6 +14,7 @@ from typing import Any
 
 from borescope._beside import absolute, relative
 from borescope._complaint import Complaint, Listener, call, call_all
+from borescope._files import write
 from borescope._fleet import ListLike, local
 from borescope._record import Record, RecordLike, is_one, path_of
 from borescope._result import Calibration, Diagnosis, Improvement, Result
@@ -70,6 +72,13 @@ def _desk() -> Iterator[_Desk]:
             )
             plain.others = complaint.others
             raise plain from None
+        except OSError as error:
+            if error.errno != errno.ENOSPC:
+                raise
+            raise Complaint(
+                f"there is no room left in the folder of temporary files, {tempfile.gettempdir()}",
+                remedy="make room there, or name another folder with the environment variable `TMPDIR`",
+            ) from error
 
 
 class Rig:
@@ -101,7 +110,7 @@ class Rig:
         """Writes the rig file; one that is there is only overwritten with ``force``."""
         if Path(path).exists() and not force:
             raise Complaint("the file exists", file=os.fspath(path), remedy="name another, or say `force=True`")
-        Path(path).write_text(self._text_in(Path(path).parent), encoding="utf-8")
+        write(Path(path), self._text_in(Path(path).parent))
 
     def _text_in(self, folder: Path) -> str:
         """The rig file as it is to be written into a folder: files beside it are named from there."""
@@ -351,7 +360,7 @@ def rig_file_in(rig: Rig, folder: Path) -> str:
     path, text = folder.resolve() / "rig.toml", rig._text_in(folder.resolve())
     if path.exists() and path.read_text(encoding="utf-8") != text:
         raise Complaint("the folder holds the work of another rig file", file=str(path), remedy="name another folder")
-    path.write_text(text, encoding="utf-8")
+    write(path, text)
     return str(path)
 
 

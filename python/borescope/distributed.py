@@ -23,6 +23,7 @@ from typing import Any
 
 from borescope._borescope import __version__
 from borescope._complaint import Complaint, call, call_all
+from borescope._files import write
 from borescope._fleet import Errand, ListLike, do, local
 from borescope._result import Result
 from borescope._rig import Rig, rig_file_in
@@ -128,7 +129,7 @@ def _shards(client: Any, folder: Path, asked: int | None, most: int) -> int:
             )
         return kept
     count = asked or min(max(_EACH * _threads(client), _LEAST), most, _MOST)
-    path.write_text(json.dumps({"shards": count}) + "\n", encoding="utf-8")
+    write(path, json.dumps({"shards": count}) + "\n")
     return count
 
 

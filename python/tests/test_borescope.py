@@ -252,6 +252,29 @@ def test_what_is_wrong_is_one_complaint_with_its_place(tanks, tmp_path):
     assert math.isnan(bs.Record({"time [s]": [0.0], "u [V]": [None]})["u"][0])
 
 
+def test_a_full_disk_is_one_complaint(tanks, clogged, tmp_path):
+    """A limit on the size of files is the full disk of everyone: nothing half written is left."""
+    program = f"""
+import resource, signal, borescope as bs
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+rig, clogged = bs.Rig({TANKS!r}), bs.Record.read_csv({str(tmp_path / "clogged.csv")!r})
+diagnosis = rig.diagnose(clogged)
+resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+for call in (lambda: diagnosis.save({str(tmp_path / "page.html")!r}), lambda: rig.save({str(tmp_path / "new.toml")!r})):
+    try:
+        call()
+    except bs.Complaint as complaint:
+        print(complaint.what, complaint.remedy)
+"""
+    (tmp_path / "clogged.csv").write_text(clogged.to_csv())
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stdout.count("cannot be written: File too large") == 2, ran.stdout
+    assert [path.name for path in tmp_path.iterdir()] == ["clogged.csv"]
+    with pytest.raises(bs.Complaint, match="cannot be written"):
+        tanks.save(tmp_path / "gone/rig.toml")
+
+
 @pytest.fixture
 def interruptible():
     """Ctrl-C as in a terminal: what is started in the background of a shell may come with SIGINT ignored."""
