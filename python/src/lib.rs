@@ -26,6 +26,9 @@ fn wrong(complaint: &Complaint) -> Wrong {
     )
 }
 
+/// The latest progress: stage, how many pieces of it are done, and of how many.
+type Latest = Option<(String, usize, Option<usize>)>;
+
 /// Runs a command line without the name of the program.
 ///
 /// Gives what the command writes to standard output, what went wrong, and its notes. `progress` is called with the stage, how many pieces of it
@@ -38,7 +41,7 @@ fn call(
     progress: Option<Py<PyAny>>,
     threads: Option<usize>,
 ) -> PyResult<(String, Vec<Wrong>, Vec<String>)> {
-    let seen: Arc<Mutex<Option<(String, usize, Option<usize>)>>> = Arc::default();
+    let seen: Arc<Mutex<Latest>> = Arc::default();
     let latest = Arc::clone(&seen);
     let threads = threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     // Threads of the call alone: none are left that a fork would lose.
