@@ -10,7 +10,7 @@ pub use crate::check::{
 pub use crate::diagnosis::watch::{Episode, WatchedVerdict};
 pub use crate::diagnosis::{
     ChannelReport, CommonCause, DynamicsReport, FaultReport, FitReport, FittedReport, Hypothesis, MissingEffect,
-    ProfileReport, RivalEffect, UncertainReport,
+    OffDataSheet, OffSheetValue, ProfileReport, RivalEffect, UncertainReport,
 };
 pub use crate::estimation::Identifiable;
 #[cfg(feature = "store")]

@@ -144,7 +144,7 @@ pub(super) fn instead(model: &Model, record: &Record, plain: &Diagnosed) -> Opti
 
 impl Diagnosed {
     /// Logarithm of the evidence, had the record been weighed otherwise: costs compare under common weights only.
-    fn evidence_under(&self, weights: &Weights, rig: &Rig, record: &Record) -> f64 {
+    pub(super) fn evidence_under(&self, weights: &Weights, rig: &Rig, record: &Record) -> f64 {
         let Ok(measured) = weighed::measured(rig, record) else { return f64::NEG_INFINITY };
         let mut misfit = away(&self.model, &measured);
         weights.apply(&mut misfit);

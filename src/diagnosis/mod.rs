@@ -7,6 +7,7 @@
 pub(crate) mod candidates;
 pub mod case;
 mod common_cause;
+mod data_sheet;
 mod doubtful;
 pub mod estimate;
 pub(crate) mod events;
@@ -42,7 +43,7 @@ pub(crate) use missed::{adequate, is_there, missed, tame_squares};
 use problem::over_sensors;
 pub use result::{
     ChannelReport, CommonCause, Diagnosis, DynamicsReport, FaultReport, FitReport, FittedReport, MissingEffect,
-    ProfileReport, RivalEffect, SCHEMA, UncertainReport, Verdict,
+    OffDataSheet, OffSheetValue, ProfileReport, RivalEffect, SCHEMA, UncertainReport, Verdict,
 };
 
 /// What the user may choose.
@@ -74,6 +75,8 @@ pub struct Diagnosed {
     pub other_rig: Option<Rig>,
     /// Logarithm of the evidence of the fault combination, up to what is the same for all of the record.
     evidence: f64,
+    /// Logarithm of the share of what was open before that the record leaves of all that is uncertain.
+    occam: f64,
 }
 
 impl Diagnosed {
@@ -96,11 +99,17 @@ const DIGITS: usize = 7;
 /// # Errors
 /// Columns that are missing, a model that cannot be solved, or a [context](crate::Context) that was cancelled.
 pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
-    model.rig.context().run(|| diagnose_with_causes(model, record, options))
+    model.rig.context().run(|| diagnose_here(model, record, options))
 }
 
 /// The same on the threads of the caller.
-fn diagnose_with_causes(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
+fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
+    let stated = diagnose_as_stated(model, record, options)?;
+    Ok(data_sheet::instead(model, record, &stated, options)?.unwrap_or(stated))
+}
+
+/// The same with every value as the rig file has it.
+fn diagnose_as_stated(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
     let plain = diagnose_from(model, record, (&[], None), options)?;
     let Some((corrected, cause)) = common_cause::instead(model, record, &plain) else { return Ok(plain) };
     let mut diagnosed = diagnose_from(model, &corrected, (&[], None), options)?;
@@ -125,18 +134,26 @@ pub fn diagnose_from(
     start: (&[Shown], Option<f64>),
     options: &DiagnosisOptions,
 ) -> Result<Diagnosed, Complaint> {
-    let plain = diagnose_again(model, record, start, options, 0)?;
+    let plain = diagnose_again(model, record, start, options, Attempt::default())?;
     plain.ok_or_else(|| Complaint::new(Kind::Computation, "no explanation was kept").at(Place::file(&record.path)))
 }
 
-/// The same, spools having been found to follow otherwise so many times; `None` where they have and the record still is not
-/// explained.
+/// A diagnosis among others of the same record.
+#[derive(Clone, Copy, Default)]
+struct Attempt {
+    /// How often spools have been found to follow otherwise.
+    found: usize,
+    /// Whether it is given up where it does not explain the record.
+    only_if_explained: bool,
+}
+
+/// The same as one of several attempts; `None` where that is given up.
 fn diagnose_again(
     model: &Model,
     record: &Record,
     (shown, begun): (&[Shown], Option<f64>),
     options: &DiagnosisOptions,
-    found: usize,
+    attempt: Attempt,
 ) -> Result<Option<Diagnosed>, Complaint> {
     let start = (shown, begun);
     let rig = &model.rig;
@@ -184,11 +201,12 @@ fn diagnose_again(
     };
     rig.context().first_look(|| summary::first_look(&estimate));
     let with_other_spools = |estimate: &Estimate<'_>| -> Result<Option<Diagnosed>, Complaint> {
-        let doubtful = found < rig.settings().diagnosis.dynamics_renewals
+        let doubtful = attempt.found < rig.settings().diagnosis.dynamics_renewals
             && !(estimate.explains() && estimate.isolation.set().is_empty());
         let Some(dynamics) = doubtful.then(|| switching::found(estimate)).flatten() else { return Ok(None) };
         let other = Model::new(switching::applied(rig, &dynamics)).with_tolerance(model.tolerance);
-        let again = diagnose_again(&other, record, start, options, found + 1)?;
+        let next = Attempt { found: attempt.found + 1, only_if_explained: true };
+        let again = diagnose_again(&other, record, start, options, next)?;
         Ok(again.map(|mut again| {
             let found = again.other_rig.get_or_insert(other.rig);
             again.diagnosis.dynamics = switching::report(rig, found, switching::Open::All);
@@ -200,7 +218,7 @@ fn diagnose_again(
     }
     let estimate = estimate.with_model(exact)?;
     let without_faults = estimate.isolation.set().is_empty();
-    if found > 0 && !estimate.explains() {
+    if attempt.only_if_explained && !estimate.explains() {
         return Ok(None);
     }
     let (estimate, intervals) = interval::settled(estimate);
@@ -244,6 +262,7 @@ fn diagnose_again(
         verdict,
         common_cause: None,
         missing_effect: None,
+        off_data_sheet: None,
         dynamics: Vec::new(),
         rival_effects: Vec::new(),
         times_noise: rounded(over_sensors(measured), DIGITS),
@@ -270,6 +289,7 @@ fn diagnose_again(
     };
     let weights = case.full.weights.clone();
     let evidence = isolation.evidence(case);
+    let occam = isolation.local.occam(&case.prior(isolation.set()));
     Ok(Some(Diagnosed {
         diagnosis,
         model: outputs,
@@ -280,6 +300,7 @@ fn diagnose_again(
         corrected: None,
         other_rig: None,
         evidence,
+        occam,
     }))
 }
 

@@ -196,6 +196,32 @@ pub struct CommonCause {
     pub instead_of: Vec<String>,
 }
 
+/// Parts that are not as their data sheets have them, although the rig file takes those as exact: the record is explained only so.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OffDataSheet {
+    /// Values that are furthest from what is stated, the furthest first.
+    pub values: Vec<OffSheetValue>,
+    /// Faults that the record takes with every value as stated.
+    pub instead_of: Vec<String>,
+    /// Error with those, over the noise of the sensors.
+    pub times_noise_as_stated: f64,
+}
+
+/// A value that is not as its data sheet has it. Numbers in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OffSheetValue {
+    /// Such as `pump.displacement`.
+    pub id: String,
+    /// With which the record is explained.
+    pub value: f64,
+    /// As the rig file has it.
+    pub nominal: f64,
+    /// As the rig file has it.
+    pub unit: String,
+    /// How far parts deviate from data sheets, one standard deviation.
+    pub sigma_before: f64,
+}
+
 /// A parameter of how a spool follows its command, where the record asks for another value than the rig file's. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DynamicsReport {
@@ -254,6 +280,9 @@ pub struct Diagnosis {
     pub common_cause: Option<CommonCause>,
     /// An effect that the model lacks; faults, hypotheses and sensors are those of the model with it.
     pub missing_effect: Option<MissingEffect>,
+    /// Parts that are not as their data sheets have them, where the record is explained only so; all else is said of the model with
+    /// every value as uncertain as parts deviate.
+    pub off_data_sheet: Option<OffDataSheet>,
     /// How spools follow their commands, where the record asks for other than the rig file has; all else is said of the model with
     /// it.
     pub dynamics: Vec<DynamicsReport>,

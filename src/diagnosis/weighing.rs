@@ -49,7 +49,7 @@ impl Around<'_> {
     }
 
     /// Score of a set that leaves a cost where that of the centre is a `reference`.
-    fn score(&self, case: &Case<'_>, set: FaultSet, cost: f64, reference: f64) -> f64 {
+    pub fn score(&self, case: &Case<'_>, set: FaultSet, cost: f64, reference: f64) -> f64 {
         -0.5 * (cost - reference) / inflation_between(set, self.centre, self.inflation) + self.priced(case, set)
     }
 }

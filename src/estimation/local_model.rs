@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::criteria::occam;
+use super::prior::Gaussian;
 use super::problem::{Linearised, Problem, Space, scale};
 use super::triangle::Triangle;
 use super::{FitError, Loss, ScoreTest, long_run_variance};
@@ -63,6 +65,15 @@ impl LocalModel {
     /// The triangle of the Jacobian.
     pub(super) fn triangle(&self) -> &Triangle {
         &self.triangle
+    }
+
+    /// Logarithm of the share of its prior volume that the record leaves what is known before it; see [`occam`].
+    pub fn occam(&self, prior: &Gaussian) -> f64 {
+        let mut columns = self.triangle.r.select_columns(&prior.members);
+        for (mut column, &member) in columns.column_iter_mut().zip(&prior.members) {
+            column /= self.scale[member];
+        }
+        occam(columns * prior.root())
     }
 
     /// Derivatives of the misfits by the parameters, per scale.

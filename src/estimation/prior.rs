@@ -67,6 +67,13 @@ impl Gaussian {
         jacobian
     }
 
+    /// A root of the covariance, SI: what it makes of independent deviations of variance 1 is distributed like this.
+    pub fn root(&self) -> DMatrix<f64> {
+        let whitening = self.whitening.clone();
+        // It is triangular with a positive diagonal.
+        whitening.solve_lower_triangular(&DMatrix::identity(self.len(), self.len())).unwrap_or(whitening)
+    }
+
     /// Inverse of the covariance, SI.
     pub fn precision(&self) -> DMatrix<f64> {
         self.whitening.tr_mul(&self.whitening)

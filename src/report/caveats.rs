@@ -1,7 +1,10 @@
 //! What one has to know with a verdict: what the record does not say, and what else the verdict may come from.
 
+use super::learn::times;
 use crate::diagnosis::summary::reads_otherwise;
-use crate::diagnosis::{ChannelReport, Diagnosis, DynamicsReport, UncertainReport, Verdict};
+use crate::diagnosis::{
+    ChannelReport, Diagnosis, DynamicsReport, OffDataSheet, OffSheetValue, UncertainReport, Verdict,
+};
 use crate::estimation::Identifiable;
 use crate::number::{rounded, text, with_unit};
 use crate::record::survey::{Doubt, Finding, told};
@@ -22,6 +25,7 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
         };
         told.push(format!("Check how the record was taken: if it is not so that {}, {without}.", cause.clause));
     }
+    told.extend(diagnosis.off_data_sheet.as_ref().map(off_data_sheet));
     told.extend(weighed_down(&diagnosis.channels));
     told.extend(followed_otherwise(&diagnosis.dynamics));
     told.extend(far_off(&diagnosis.uncertain));
@@ -51,6 +55,32 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
         format!("Rows are missing from {from} s to {to} s: the commands there are not known; split the record there.")
     }));
     told
+}
+
+/// Values off their data sheets that are named.
+const OFF_NAMED: usize = 3;
+
+/// What the record takes otherwise than the rig file states it.
+fn off_data_sheet(off: &OffDataSheet) -> String {
+    let one = |one: &OffSheetValue| {
+        let value = with_unit(rounded(one.value, 4), &one.unit);
+        format!("{} {value} (stated {})", one.id, text(rounded(one.nominal, 4)))
+    };
+    let named: Vec<String> = off.values.iter().take(OFF_NAMED).map(one).collect();
+    let more = match off.values.len().saturating_sub(OFF_NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let otherwise = match off.instead_of.as_slice() {
+        [] => "no faults explain the record".to_owned(),
+        some => format!("it would take {}", some.join(", ")),
+    };
+    format!(
+        "This takes parts to be as far off their data sheets as parts are: {}{more}. With every value as stated, {otherwise}, and {} is left. \
+         Calibrate on healthy records: intervals become narrower.",
+        named.join(", "),
+        times(off.times_noise_as_stated)
+    )
 }
 
 /// Error of a sensor that is explained, times its noise, from which on it is said why it counts as explained.
@@ -93,8 +123,8 @@ fn taken_as_exact(ids: &[String]) -> Option<String> {
 fn how_many_exact(count: usize) -> Option<String> {
     match count {
         0 => None,
-        1 => Some("One data-sheet value is taken as exact; an error in it shows as a fault.".to_owned()),
-        several => Some(format!("{several} data-sheet values are taken as exact; an error in one shows as a fault.")),
+        1 => Some("One data-sheet value is taken as exact: intervals leave its error out.".to_owned()),
+        several => Some(format!("{several} data-sheet values are taken as exact: intervals leave their errors out.")),
     }
 }
 

@@ -76,7 +76,7 @@ fn write_rig(out: &mut dyn Write, rig: &RigPage) -> io::Result<()> {
         exact.iter().filter(|parameter| parameter.exact_by_sheet).map(|parameter| parameter.id.as_str()).collect();
     if !by_sheet.is_empty() {
         let advice = format!(
-            "  Exact although parts deviate from data sheets, so that an error in one of them shows as a fault: {}. State `+-`, or \
+            "  Taken as exact although parts deviate from data sheets, until a record cannot be explained so: {}. State `+-`, or \
              calibrate on healthy records.",
             by_sheet.join(", ")
         );

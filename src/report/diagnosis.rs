@@ -32,7 +32,10 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
     let without = without(diagnosis);
     let condition = diagnosis.common_cause.as_ref().map_or_else(String::new, |cause| format!(", if {}", cause.clause));
     match (diagnosis.verdict, &diagnosis.missing_effect) {
-        (Verdict::Healthy, _) => format!("HEALTHY{without}{condition}: the healthy model explains the record."),
+        (Verdict::Healthy, _) => {
+            let off = if diagnosis.off_data_sheet.is_some() { ", with parts off their data sheets" } else { "" };
+            format!("HEALTHY{without}{condition}: the healthy model explains the record{off}.")
+        }
         (Verdict::Faulty, _) => format!("FAULTY{without}{condition}: {}.", present.join(", ")),
         (Verdict::ModelInadequate, Some(missing)) => {
             let beside = match present.as_slice() {

@@ -144,6 +144,9 @@ pub(super) fn in_place(rival: &RivalEffect) -> String {
 /// The command that leads further.
 pub(super) fn next(diagnosis: &Diagnosis, findings: &[Finding]) -> Option<String> {
     let (rig, record) = (argument(&diagnosis.rig), argument(&diagnosis.record));
+    if diagnosis.off_data_sheet.is_some() {
+        return Some(format!("borescope calibrate {rig} HEALTHY_RECORD -o calibrated.toml"));
+    }
     match diagnosis.verdict {
         Verdict::Healthy => Some(format!("borescope isolability {rig} --input {record}")),
         // Physics that may be missing is asked of a second record first.

@@ -19,10 +19,10 @@ const SHARE: f64 = 0.1;
 pub const NEVER_KNOWN: f64 = 0.02;
 
 impl Rig {
-    /// What no record tells of a fault of a calibrated rig, one standard deviation, SI; 0 without a calibration, where the laws
-    /// are taken as right.
+    /// What no record tells of a fault, one standard deviation, SI; 0 where its healthy value is exact, as the laws then are too.
     pub(crate) fn never_known(&self, fault: &Fault) -> f64 {
-        if self.calibration.is_some() { NEVER_KNOWN * self.parameters[fault.parameter].spread } else { 0.0 }
+        let parameter = &self.parameters[fault.parameter];
+        if self.calibration.is_some() || parameter.sigma > 0.0 { NEVER_KNOWN * parameter.spread } else { 0.0 }
     }
 
     /// Parameters with these indices are exact by the rig file, although parts deviate from data sheets and no calibration has said
@@ -33,6 +33,22 @@ impl Rig {
             parameter.spread > 0.0 && parameter.sigma == 0.0 && !self.is_fault(*index) && !self.is_of_sensor(*index)
         };
         if self.calibration.is_some() { Vec::new() } else { (0..self.parameters.len()).filter(deviates).collect() }
+    }
+
+    /// The rig with everything as uncertain as parts deviate from their data sheets, where its file takes it as exact, and with all
+    /// margins; `None` where a calibration or the file has said how sure each value is.
+    pub(crate) fn as_by_data_sheet(&self) -> Option<Rig> {
+        if self.exact_by_sheet().is_empty() {
+            return None;
+        }
+        let mut rig = self.clone();
+        for margin in self.margins() {
+            rig.give_margin(&margin).ok()?;
+        }
+        for parameter in rig.parameters.iter_mut().filter(|parameter| parameter.sigma == 0.0) {
+            parameter.sigma = parameter.spread;
+        }
+        Some(rig)
     }
 
     /// The margins that the rig may still be given: every place of an effect that no circuit is quite without, that it can have

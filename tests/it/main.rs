@@ -74,6 +74,7 @@ mod diagnosis {
     mod consequences;
     mod context;
     mod cycle;
+    mod data_sheet;
     mod effort;
     mod honest;
     mod measured;

@@ -32,6 +32,7 @@ fn diagnosis(record: &str, value: f64, half: f64) -> Diagnosis {
         verdict: Verdict::Faulty,
         common_cause: None,
         missing_effect: None,
+        off_data_sheet: None,
         dynamics: Vec::new(),
         rival_effects: Vec::new(),
         times_noise: 1.0,
