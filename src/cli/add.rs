@@ -55,11 +55,10 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
             Format::Json => write_json(out, &report)?,
             Format::Text => {
                 write!(out, "{report}")?;
-                let new = argument(&arguments.output.display().to_string());
+                let new = argument(&arguments.output);
                 match &arguments.fit {
                     Some(record) => {
-                        let (record, rig) = (record.display().to_string(), arguments.rig.display().to_string());
-                        let (record, rig) = (argument(&record), argument(&rig));
+                        let (record, rig) = (argument(record), argument(&arguments.rig));
                         // The file may have taken its own place.
                         let before = if rig == new { String::new() } else { format!(" --before {rig}") };
                         writeln!(out, "Next: borescope compare {new} {record}{before}")?;

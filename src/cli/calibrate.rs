@@ -157,7 +157,7 @@ fn write_text(out: &mut dyn Write, output: &Path, report: &CalibrationReport) ->
         ]
     });
     write_table(out, "records", cells.collect())?;
-    writeln!(out, "\nNext: borescope diagnose {} ANOTHER_RECORD", argument(&output.display().to_string()))
+    writeln!(out, "\nNext: borescope diagnose {} ANOTHER_RECORD", argument(output))
 }
 
 /// A heading, and lines in columns.

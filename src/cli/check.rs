@@ -34,10 +34,10 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         Format::Text => {
             write_page(out, &checked.report)?;
             if checked.refused.is_none() {
-                let rig = argument(&arguments.rig.display().to_string());
+                let rig = argument(&arguments.rig);
                 match &arguments.record {
                     Some(record) => {
-                        writeln!(out, "\nNext: borescope compare {rig} {}", argument(&record.display().to_string()))?;
+                        writeln!(out, "\nNext: borescope compare {rig} {}", argument(record))?;
                     }
                     None => writeln!(out, "\nNext: borescope check {rig} RECORD")?,
                 }

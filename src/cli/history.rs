@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         Format::Json => write_json(out, &history)?,
         Format::Text => {
             out.write_all(write_text(&history).as_bytes())?;
-            let [rig, store] = [&arguments.rig, &arguments.store].map(|path| argument(&path.display().to_string()));
+            let [rig, store] = [&arguments.rig, &arguments.store].map(argument);
             writeln!(out, "\nNext: borescope diagnose {rig} RECORD --store {store}")?;
         }
     }

@@ -54,7 +54,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
             if let Some(expected) = &report.expected {
                 out.write_all(expected_text(expected).as_bytes())?;
             }
-            let rig_file = argument(&arguments.rig.display().to_string());
+            let rig_file = argument(&arguments.rig);
             match &rig.cycle {
                 // What a diagnosis is worth on this rig, measured.
                 Some(_) => writeln!(out, "\nNext: borescope campaign {rig_file} --cases 100")?,

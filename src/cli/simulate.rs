@@ -92,8 +92,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
             Format::Json => write_json(out, &report)?,
             Format::Text => {
                 write!(out, "{report}")?;
-                let [rig, record] =
-                    [&arguments.rig, &arguments.output].map(|path| argument(&path.display().to_string()));
+                let [rig, record] = [&arguments.rig, &arguments.output].map(argument);
                 writeln!(out, "Next: borescope diagnose {rig} {record}")?;
             }
         }

@@ -5,52 +5,55 @@
 //! deviate, is diagnosed once more with every value as uncertain as its part is ([`Rig::as_by_data_sheet`]). The two compete by their
 //! evidence: what deviates has the Occam factor of what it may deviate by.
 
-use super::DIGITS;
+use super::doubtful::set_aside;
 use super::estimate::picked;
 use super::result::{OffDataSheet, OffSheetValue, Verdict};
-use super::weighed::case_at;
+use super::weighed::unweighed;
 use super::weighing::{Around, inflations};
-use super::{Attempt, Diagnosed, DiagnosisOptions, diagnose_again};
-use crate::complaint::Complaint;
+use super::{DIGITS, Diagnosed, FittedReport};
 use crate::model::{InputSignals, Model};
 use crate::number::rounded;
 use crate::record::Record;
 use crate::rig::{FaultSet, Rig};
 
-/// The diagnosis with parts that deviate, where it is a better one than that with every value as stated.
-pub(super) fn instead(
-    model: &Model,
-    record: &Record,
-    stated: &Diagnosed,
-    options: &DiagnosisOptions,
-) -> Result<Option<Diagnosed>, Complaint> {
+/// The rig with parts that deviate, where a record should be diagnosed with it once more: what was found with every value as stated does
+/// not explain it, or has a fault that could go.
+pub(super) fn doubted(model: &Model, record: &Record, stated: &Diagnosed) -> Option<Rig> {
     // A column in another unit is a mistake in the record, which no part should be fitted to.
     if stated.diagnosis.channels.iter().any(|channel| channel.ratio_to_healthy.is_some()) {
-        return Ok(None);
+        return None;
     }
-    let explained = stated.diagnosis.verdict != Verdict::ModelInadequate;
-    if explained && !(stated.is_as_old_as_the_record() && replaces_a_fault(model, record, stated)) {
-        return Ok(None);
-    }
-    let Some(rig) = model.rig.as_by_data_sheet() else { return Ok(None) };
-    let rig = Model::new(rig).with_tolerance(model.tolerance);
-    let attempt = Attempt { only_if_explained: true, ..Attempt::default() };
-    let Some(mut found) = diagnose_again(&rig, record, (&[], None), options, attempt)? else { return Ok(None) };
-    let is_better = || {
-        let stated = stated.evidence_under(&found.weights, &model.rig, record) + stated.occam;
-        found.evidence + found.occam > stated
+    let doubtful = match stated.diagnosis.verdict {
+        Verdict::ModelInadequate => true,
+        _ => stated.is_as_old_as_the_record() && replaces_a_fault(model, record, stated),
     };
-    if found.diagnosis.verdict == Verdict::ModelInadequate || explained && !is_better() {
-        return Ok(None);
+    if doubtful { model.rig.as_by_data_sheet() } else { None }
+}
+
+/// What was found with parts that deviate as the diagnosis of the record; `None` where what was found as stated is the better explanation.
+pub(super) fn preferred(
+    rig: &Rig,
+    record: &Record,
+    stated: &Diagnosed,
+    (freed, mut found): (Rig, Diagnosed),
+) -> Option<Diagnosed> {
+    let is_better = || {
+        let (believed, _) = set_aside(rig, record);
+        let record = believed.as_ref().unwrap_or(record);
+        found.evidence + found.occam > stated.evidence_under(&found.weights, rig, record) + stated.occam
+    };
+    let explained = |one: &Diagnosed| one.diagnosis.verdict != Verdict::ModelInadequate;
+    if !explained(&found) || explained(stated) && !is_better() {
+        return None;
     }
     found.diagnosis.off_data_sheet = Some(OffDataSheet {
-        values: values(&model.rig, &rig.rig, &found),
+        values: values(rig, &freed, &found),
         instead_of: stated.diagnosis.present().map(|fault| fault.id.clone()).collect(),
         times_noise_as_stated: stated.diagnosis.times_noise,
     });
     found.healthy.clone_from(&stated.healthy);
-    found.other_rig.get_or_insert(rig.rig);
-    Ok(Some(found))
+    found.other_rig.get_or_insert(freed);
+    Some(found)
 }
 
 impl Diagnosed {
@@ -64,11 +67,15 @@ impl Diagnosed {
 /// Whether, near an explanation by faults, one of them less is more probable where parts may deviate: asked of the local model there,
 /// which costs a linearisation.
 fn replaces_a_fault(model: &Model, record: &Record, stated: &Diagnosed) -> bool {
+    let (believed, _) = set_aside(&model.rig, record);
+    let record = believed.as_ref().unwrap_or(record);
     let Some(rig) = stated.rig(&model.rig).as_by_data_sheet() else { return false };
     let model = Model::new(rig).with_tolerance(model.tolerance);
     let values = stated.diagnosis.found(&model.rig);
     let Ok(drive) = InputSignals::from_record(&model.rig, record) else { return false };
-    let Ok((case, local)) = case_at(&model, record, &drive, &picked(&model.rig, &values)) else { return false };
+    let Ok(mut case) = unweighed(&model, record, &drive) else { return false };
+    case.full.weights = stated.weights.clone();
+    let Ok(local) = case.local_model(&picked(&model.rig, &values)) else { return false };
     let present = stated.diagnosis.faults.iter().enumerate().filter(|(_, fault)| fault.present);
     let set: FaultSet = present.map(|(fault, _)| fault).collect();
     let schur = case.schur_complement(&local);
@@ -85,7 +92,7 @@ fn replaces_a_fault(model: &Model, record: &Record, stated: &Diagnosed) -> bool 
 
 /// What was freed, the furthest from what is stated first.
 fn values(stated: &Rig, freed: &Rig, found: &Diagnosed) -> Vec<OffSheetValue> {
-    let one = |fitted: &super::FittedReport| {
+    let one = |fitted: &FittedReport| {
         let index = freed.parameter(&fitted.id)?;
         // Margins stand behind the parameters of the file, which says nothing of them.
         let (parameter, before) = (&freed.parameters[index], stated.parameters.get(index)?.sigma);

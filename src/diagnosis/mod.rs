@@ -105,7 +105,11 @@ pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> R
 /// The same on the threads of the caller.
 fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
     let stated = diagnose_as_stated(model, record, options)?;
-    Ok(data_sheet::instead(model, record, &stated, options)?.unwrap_or(stated))
+    let Some(freed) = data_sheet::doubted(model, record, &stated) else { return Ok(stated) };
+    let deviating = Model::new(freed).with_tolerance(model.tolerance);
+    let attempt = Attempt { only_if_explained: true, ..Attempt::default() };
+    let Some(found) = diagnose_again(&deviating, record, (&[], None), options, attempt)? else { return Ok(stated) };
+    Ok(data_sheet::preferred(&model.rig, record, &stated, (deviating.rig, found)).unwrap_or(stated))
 }
 
 /// The same with every value as the rig file has it.

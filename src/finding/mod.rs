@@ -3,6 +3,8 @@
 
 mod consequence;
 
+use std::path::Path;
+
 use serde::Serialize;
 
 pub use consequence::Consequence;
@@ -178,9 +180,10 @@ fn part(rig: &Rig, id: &str) -> String {
 }
 
 /// A path as an argument of a shell.
-pub(crate) fn argument(path: &str) -> String {
+pub(crate) fn argument(path: impl AsRef<Path>) -> String {
+    let path = path.as_ref().display().to_string();
     let plain = |character: char| character.is_alphanumeric() || "/._-+:@".contains(character);
-    if path.chars().all(plain) { path.to_owned() } else { format!("'{}'", path.replace('\'', "'\\''")) }
+    if path.chars().all(plain) { path } else { format!("'{}'", path.replace('\'', "'\\''")) }
 }
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! What one has to know with a verdict: what the record does not say, and what else the verdict may come from.
 
-use super::learn::times;
 use crate::diagnosis::summary::reads_otherwise;
 use crate::diagnosis::{
     ChannelReport, Diagnosis, DynamicsReport, OffDataSheet, OffSheetValue, UncertainReport, Verdict,
@@ -76,10 +75,10 @@ fn off_data_sheet(off: &OffDataSheet) -> String {
         some => format!("it would take {}", some.join(", ")),
     };
     format!(
-        "This takes parts to be as far off their data sheets as parts are: {}{more}. With every value as stated, {otherwise}, and {} is left. \
+        "This takes parts to be as far off their data sheets as parts are: {}{more}. With every value as stated, {otherwise}, and {}x the sensor noise is left. \
          Calibrate on healthy records: intervals become narrower.",
         named.join(", "),
-        times(off.times_noise_as_stated)
+        text(rounded(off.times_noise_as_stated, 2))
     )
 }
 

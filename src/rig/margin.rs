@@ -19,10 +19,12 @@ const SHARE: f64 = 0.1;
 pub const NEVER_KNOWN: f64 = 0.02;
 
 impl Rig {
-    /// What no record tells of a fault, one standard deviation, SI; 0 where its healthy value is exact, as the laws then are too.
+    /// What no record tells of a fault, one standard deviation, SI; 0 of a rig file that states its healthy value, as the laws are then
+    /// taken as right too.
     pub(crate) fn never_known(&self, fault: &Fault) -> f64 {
         let parameter = &self.parameters[fault.parameter];
-        if self.calibration.is_some() || parameter.sigma > 0.0 { NEVER_KNOWN * parameter.spread } else { 0.0 }
+        let is_by_data_sheet = parameter.sigma == parameter.spread;
+        if self.calibration.is_some() || is_by_data_sheet { NEVER_KNOWN * parameter.spread } else { 0.0 }
     }
 
     /// Parameters with these indices are exact by the rig file, although parts deviate from data sheets and no calibration has said
