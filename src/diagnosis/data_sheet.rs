@@ -43,7 +43,7 @@ pub(super) fn preferred(
         found.evidence + found.occam > stated.evidence_under(&found.weights, rig, record) + stated.occam
     };
     let explained = |one: &Diagnosed| one.diagnosis.verdict != Verdict::ModelInadequate;
-    if !explained(&found) || explained(stated) && !is_better() {
+    if !explained(&found) || !is_as_parts_are(&freed, &found) || explained(stated) && !is_better() {
         return None;
     }
     found.diagnosis.off_data_sheet = Some(OffDataSheet {
@@ -88,6 +88,17 @@ fn replaces_a_fault(model: &Model, record: &Record, stated: &Diagnosed) -> bool 
     let fewer = set.iter().filter_map(|fault| score(set.without(fault)));
     let best = fewer.fold(f64::NEG_INFINITY, f64::max);
     score(set).is_none_or(|all| best > all)
+}
+
+/// Whether nothing is further off than parts are: neither values of the file nor margins.
+fn is_as_parts_are(freed: &Rig, found: &Diagnosed) -> bool {
+    let (settings, healthy) = (&freed.settings().diagnosis, freed.healthy());
+    found.diagnosis.fit.parameters.iter().filter(|fitted| !fitted.fault).all(|fitted| {
+        let Some(index) = freed.parameter(&fitted.id) else { return true };
+        let parameter = &freed.parameters[index];
+        let away = (parameter.unit.to_si(fitted.value) - healthy[index]).abs();
+        away <= settings.off_sheet_deviations * parameter.sigma
+    })
 }
 
 /// What was freed, the furthest from what is stated first.

@@ -25,6 +25,9 @@ settings! {
         /// How often spools may be found to follow their commands otherwise than the rig file has it.
         dynamics_renewals: usize = 2, "explanations",
             "The second time from an explanation that the first one has led to; bounds the effort.";
+        /// A part that is further off its data sheet is not believed to be.
+        off_sheet_deviations: f64 = 4.0, "standard deviations of the data sheet",
+            "Normal: of 80 parts that are right, one is as far off in half a per cent of machines.";
         /// A weighted misfit of more pulls with constant force only (Huber).
         huber_width: f64 = 3.0, "standard deviations of the noise",
             "One normal sample in 400 is beyond; estimates lose less than 0.2 % of their precision.";
