@@ -49,7 +49,7 @@ fn record(bytes: &[u8]) {
     if let Ok(record) = Asked::default().read_bytes("record", bytes.to_vec()) {
         assert!(record.time.windows(2).all(|pair| pair[0] < pair[1]));
         assert!(record.channels.iter().all(|channel| channel.values.len() == record.time.len()));
-        let _ = survey(&record, |_| Some(Scatter { noise: 1.0, resolution: 0.0 }));
+        let _ = survey(&record, |_| Some(Scatter { noise: 1.0, resolution: 0.0 }), |_| false);
     }
 }
 

@@ -1,7 +1,10 @@
 //! Mean lags of parts that follow pressures, as healthy records together show them: of relief valves, of the regulators of pumps.
 //!
 //! Such a lag may be another in each switching, and weights forgive that within each phase. What a mean lag other than stated does to a
-//! body lasts beyond its phase: the zero and gain of its position sensor would take up the error.
+//! body lasts beyond its phase: the zero and gain of its position sensor would take up the error. Where the rounds have ended they are asked
+//! for again.
+
+use rayon::prelude::*;
 
 use super::first_fits::{FIRST, first_fits};
 use super::joint::Solutions;
@@ -10,6 +13,7 @@ use super::{estimated, prior};
 use crate::diagnosis::switching::applied;
 use crate::estimation::Gaussian;
 use crate::estimation::criteria::bic;
+use crate::rig::Rig;
 
 /// Other mean lags.
 pub(super) struct Found {
@@ -40,6 +44,74 @@ pub(super) fn other_lags(solutions: &Solutions<'_>, prior: &Gaussian, (theta, co
     let (of_lags, others): (Vec<_>, Vec<_>) = pairs().partition(|(one, _)| lags.contains(&one.parameter));
     let values = of_lags.into_iter().map(|(one, &value)| (one.parameter, value)).collect();
     Some(Found { lags: values, theta: others.into_iter().map(|(_, &value)| value).collect() })
+}
+
+/// Mean lags asked for where a fit has ended.
+pub(super) struct Asked {
+    /// Least plain error with the lags that the fit has, in squares of the sensors' noise, what was known before of all values included.
+    pub cost: f64,
+    /// Others, by index, with their values, SI, with which it would be less by more than their number; `None` where none are.
+    pub better: Option<Vec<(usize, f64)>>,
+}
+
+/// Asks for them by the plain error, everything estimated following. `stated`: by index, with the values of the data sheet, SI.
+///
+/// The weights of the first fits have nothing left of what a lag does behind a jump, and values that are still off bend it to serve them.
+pub(super) fn again(
+    solutions: &Solutions<'_>,
+    prior: &Gaussian,
+    theta: &[f64],
+    stated: &[(usize, f64)],
+) -> Option<Asked> {
+    let rig = &solutions.model.rig;
+    rig.context().stage("mean lags");
+    let profile = Profile::at(solutions, prior, theta).ok()??;
+    let cost = |lags: &[(usize, f64)]| {
+        let pairs = lags.iter().zip(stated);
+        let away = pairs.map(|(&(lag, value), &(_, mean))| ((value - mean) / rig.parameters[lag].sigma).powi(2));
+        let cost = profile.of(&profile.curves(&applied(rig, lags), theta)?) + away.sum::<f64>();
+        cost.is_finite().then_some(cost)
+    };
+    let at_hand: Vec<(usize, f64)> = stated.iter().map(|&(lag, _)| (lag, rig.parameters[lag].value)).collect();
+    let as_fitted = cost(&at_hand)?;
+    let (best, least) = searched(rig, stated, (at_hand, as_fitted), &cost);
+    let is_better = bic(least - as_fitted, stated.len(), profile.samples) < 0.0;
+    Some(Asked { cost: as_fitted, better: is_better.then_some(best) })
+}
+
+/// Lags of least cost, from some at hand with theirs: one after the other by a standard deviation, and by half where none of it leads on.
+fn searched(
+    rig: &Rig,
+    stated: &[(usize, f64)],
+    (mut best, mut least): (Vec<(usize, f64)>, f64),
+    cost: &(impl Fn(&[(usize, f64)]) -> Option<f64> + Sync),
+) -> (Vec<(usize, f64)>, f64) {
+    let lags: Vec<usize> = stated.iter().map(|&(lag, _)| lag).collect();
+    let open = estimated(&applied(rig, stated), &lags);
+    let ways: Vec<(usize, (f64, f64))> = (0..lags.len())
+        .filter_map(|of| Some((of, open.iter().find(|one| one.parameter == lags[of])?.bounds)))
+        .collect();
+    let settings = &rig.settings().diagnosis;
+    let (mut step, mut halved) = (1.0, 0);
+    for _ in 0..settings.dynamics_steps {
+        let around = ways.par_iter().flat_map_iter(|&(of, bounds)| [-step, step].map(|step| (of, bounds, step)));
+        let tried = around.filter_map(|(of, (low, high), step)| {
+            let mut lags = best.clone();
+            let (lag, value) = &mut lags[of];
+            *value = (*value + step * rig.parameters[*lag].sigma).clamp(low, high);
+            Some((cost(&lags)?, lags))
+        });
+        let next = tried.collect::<Vec<_>>().into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        match next.filter(|next| next.0 < least) {
+            Some(next) => (least, best) = next,
+            None if halved == settings.dynamics_halvings => break,
+            None => {
+                step *= 0.5;
+                halved += 1;
+            }
+        }
+    }
+    (best, least)
 }
 
 /// Whether any of the lags by itself takes a share of what is beyond noise, by the parabola through the costs at one standard deviation

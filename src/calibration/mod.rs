@@ -29,7 +29,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::problem::Estimated;
 use crate::diagnosis::switching::{self as spools, Open};
 use crate::diagnosis::weighed;
-use crate::estimation::{FitError, Gaussian};
+use crate::estimation::{FitError, Gaussian, NotFinite};
 use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::Rig;
@@ -125,11 +125,12 @@ fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Resul
     let before = solutions.errors(&prior.mean).map_err(|error| failed(error.into()))?;
     let (theta, cost) = first_fits(&solutions, &prior, &prior.mean, &FIRST).map_err(failed)?;
     let given = Given { margins, dynamics: Vec::new() };
-    let mut begun = Begun { given, prior: &prior, before, most_rounds: options.rounds.max(1) };
+    let mut begun = Begun { given, lags: Vec::new(), prior: &prior, before, most_rounds: options.rounds.max(1) };
     let other = lags::other_lags(&solutions, &prior, (&theta, cost));
     rig.context().check()?;
     let Some(lags::Found { lags, theta }) = other else { return begun.with_spools(&sheet, records, solutions, theta) };
     begun.given.dynamics = lags.iter().map(|&(own, _)| own).collect();
+    begun.lags = lags.iter().map(|&(own, _)| (own, model.rig.parameters[own].value)).collect();
     let (sheet, model) = (spools::applied(&sheet, &lags), Model::new(spools::applied(&model.rig, &lags)));
     let taken = self::taken(&model.rig, records)?;
     let solutions = Solutions::new(&model, &taken, open(&model.rig));
@@ -158,6 +159,7 @@ fn taken<'a>(rig: &Rig, records: impl IntoIterator<Item = &'a Record>) -> Result
 }
 
 /// What a calibration says beside values, their correlation and the sensors.
+#[derive(Clone)]
 struct Given {
     margins: Vec<String>,
     /// Parameters of how spools follow.
@@ -167,6 +169,8 @@ struct Given {
 /// What a calibration has begun with.
 struct Begun<'a> {
     given: Given,
+    /// Mean lags that are found otherwise, with what the data sheet has, SI.
+    lags: Vec<(usize, f64)>,
     prior: &'a Gaussian,
     /// Errors of the model as stated, root mean squares `[record][sensor]`, SI.
     before: Vec<Vec<f64>>,
@@ -203,10 +207,52 @@ impl Begun<'_> {
         solutions: Solutions<'_>,
         theta: Vec<f64>,
     ) -> Result<(Rig, CalibrationReport), Complaint> {
-        let mut rounds = Rounds::new(solutions, self.prior, self.before);
-        let settled = rounds.settle(theta, self.most_rounds);
-        let finished = settled.and_then(|settled| rounds.finish((sheet, self.given), records, settled));
-        finished.map_err(|error| failed(sheet, records, &error))
+        let asked = (sheet.settings().calibration.dynamics_rounds, f64::INFINITY);
+        let found = self.ended((sheet, records), (solutions, theta), asked);
+        sheet.context().check()?;
+        found
+            .and_then(|found| found.ok_or(FitError::NotFinite(NotFinite::Misfit)))
+            .map_err(|error| failed(sheet, records, &error))
+    }
+
+    /// The same, the mean lags asked for again where the rounds have ended, so many times. What follows with others is kept where its
+    /// least plain error is less, taken where it has led: a far step along derivatives may promise what is not there. `None` where
+    /// that of these rounds is not below a limit.
+    fn ended(
+        &self,
+        (sheet, records): (&Rig, &[Record]),
+        (solutions, theta): (Solutions<'_>, Vec<f64>),
+        (times, limit): (usize, f64),
+    ) -> Result<Option<(Rig, CalibrationReport)>, FitError> {
+        let mut rounds = Rounds::new(solutions, self.prior, self.before.clone());
+        let settled = rounds.settle(theta, self.most_rounds)?;
+        let (solutions, theta) = (&rounds.solutions, &settled.fit.theta);
+        let asked = if self.lags.is_empty() { None } else { lags::again(solutions, self.prior, theta, &self.lags) };
+        let cost = asked.as_ref().map_or(f64::INFINITY, |asked| asked.cost);
+        if limit.is_finite() && cost >= limit {
+            return Ok(None);
+        }
+        if let (Some(times), Some(better)) = (times.checked_sub(1), asked.and_then(|asked| asked.better)) {
+            let further = self.with_lags((sheet, records), (solutions, theta), &better, (times, cost));
+            if further.is_some() {
+                return Ok(further);
+            }
+        }
+        rounds.finish((sheet, self.given.clone()), records, settled).map(Some)
+    }
+
+    /// The same from a fit with other mean lags; `None` also where the model cannot be solved with them.
+    fn with_lags(
+        &self,
+        (sheet, records): (&Rig, &[Record]),
+        (solutions, theta): (&Solutions<'_>, &[f64]),
+        lags: &[(usize, f64)],
+        asked: (usize, f64),
+    ) -> Option<(Rig, CalibrationReport)> {
+        let model = Model::new(spools::applied(&solutions.model.rig, lags));
+        let taken = taken(&model.rig, records).ok()?;
+        let solutions = Solutions::new(&model, &taken, open(&model.rig));
+        self.ended((&spools::applied(sheet, lags), records), (solutions, theta.to_vec()), asked).ok()?
     }
 }
 

@@ -5,10 +5,11 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::complaint::Complaint;
+use crate::diagnosis::doubtful::surveyed;
 use crate::diagnosis::weighed::measured;
 use crate::model::InputSignals;
 use crate::number::{in_unit, rounded};
-use crate::record::survey::{Finding, survey, told};
+use crate::record::survey::{Finding, told};
 use crate::record::{Channel, Record};
 use crate::rig::{Proposal, Rig};
 
@@ -91,10 +92,7 @@ pub(super) fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<
         Some(complaint) => Err(complaint),
         None => columns(rig, &record),
     };
-    let findings = survey(&record, |channel| {
-        let own = rig.sensors.iter().find(|sensor| sensor.column == channel.name);
-        own.map(|sensor| sensor.scatter(channel))
-    });
+    let findings = surveyed(rig, &record);
     let (from, to) = (record.time.first().copied().unwrap_or(0.0), record.time.last().copied().unwrap_or(0.0));
     let sampling = record.sampling();
     let mut warnings: Vec<String> = Vec::new();

@@ -8,7 +8,7 @@ pub(crate) mod candidates;
 pub mod case;
 mod common_cause;
 mod data_sheet;
-mod doubtful;
+pub(crate) mod doubtful;
 pub mod estimate;
 pub(crate) mod events;
 pub mod expected;

@@ -57,7 +57,7 @@ pub(super) fn survey(
     known: &Known<'_>,
     time: &[f64],
     any_measured: bool,
-    restless: impl Fn(usize) -> bool,
+    (restless, switches): (impl Fn(usize) -> bool, impl Fn(f64) -> bool),
 ) -> Vec<Finding> {
     let channel = known.channel;
     let values = &channel.values;
@@ -99,10 +99,24 @@ pub(super) fn survey(
             row += run.len();
         }
     }
-    let spikes =
-        (1..values.len().saturating_sub(1)).filter(|row| is_spike(values, *row, scatter.noise) && !restless(*row));
+    let leaps = (1..values.len().saturating_sub(1)).filter(|row| is_spike(values, *row, scatter.noise));
+    let leaps: Vec<usize> = leaps.collect();
+    let spikes = leaps.iter().copied().filter(|&row| {
+        let is_switched = time.get(row).is_some_and(|&time| switches(time));
+        !restless(row) && (!is_switched || is_far_beyond(values, row, &leaps))
+    });
     findings.extend(spikes.map(|row| of_rows(Doubt::Spike, row..row + 1, values.get(row).copied())));
     findings
+}
+
+/// Whether a value is further from all others that do not leap than those are from each other.
+fn is_far_beyond(values: &[f64], row: usize, leaps: &[usize]) -> bool {
+    let others =
+        values.iter().enumerate().filter(|(row, value)| value.is_finite() && leaps.binary_search(row).is_err());
+    let (least, greatest) = others.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), (_, value)| {
+        (least.min(*value), greatest.max(*value))
+    });
+    values.get(row).is_some_and(|value| (least - value).max(value - greatest) > greatest - least)
 }
 
 /// Whether the channel is as restless as its noise makes it, away from its extremes and from where it holds one value: a sensor
@@ -169,7 +183,10 @@ mod tests {
         let time: Vec<f64> = (0..values.len()).map(|row| row as f64).collect();
         let channel = Channel::new("p", Unit::dimensionless(), values);
         let known = Known::new(&channel, Some(Scatter { noise: 1.0, resolution: 0.2 }));
-        survey(&known, &time, true, |_| false).into_iter().map(|finding| (finding.doubt, finding.span)).collect()
+        survey(&known, &time, true, (|_| false, |_| false))
+            .into_iter()
+            .map(|finding| (finding.doubt, finding.span))
+            .collect()
     }
 
     #[test]

@@ -65,8 +65,13 @@ pub struct Finding {
 /// Every doubt: first those about the clock, then those about each column, in the order of the file and of their times.
 ///
 /// Whether a channel stands still or leaps is judged only where `scatter` says what moves one of its samples; a leap only
-/// where no other such channel bends within the rows before, since a circuit that switches leaps too.
-pub fn survey(record: &Record, scatter: impl Fn(&Channel) -> Option<Scatter>) -> Vec<Finding> {
+/// where no other such channel bends within the rows before, since a circuit that switches leaps too. At times at which it `switches`
+/// no other channel has to say so: the leap is then doubted only where it is far beyond all other values of its channel.
+pub fn survey(
+    record: &Record,
+    scatter: impl Fn(&Channel) -> Option<Scatter>,
+    switches: impl Fn(f64) -> bool,
+) -> Vec<Finding> {
     let mut findings = clock::survey(record);
     let known: Vec<Known<'_>> = record.channels.iter().map(|channel| Known::new(channel, scatter(channel))).collect();
     let any_measured = known.iter().any(|known| known.is_measured);
@@ -75,7 +80,7 @@ pub fn survey(record: &Record, scatter: impl Fn(&Channel) -> Option<Scatter>) ->
             let others = known.iter().enumerate().filter(|(other, _)| *other != index);
             others.into_iter().any(|(_, other)| channel::is_near(&other.bends, row))
         };
-        findings.extend(channel::survey(own, &record.time, any_measured, restless));
+        findings.extend(channel::survey(own, &record.time, any_measured, (restless, &switches)));
     }
     findings
 }

@@ -230,7 +230,7 @@ fn findings(change: impl Fn(usize, f64, f64) -> (f64, f64)) -> Vec<Finding> {
     let path = folder.path().join("record.csv");
     fs::write(&path, rows).unwrap();
     let (record, refused) = Record::read_as_it_stands(&path).unwrap();
-    let found = survey(&record, |_| Some(Scatter { noise: 0.3e5, resolution: 0.0 }));
+    let found = survey(&record, |_| Some(Scatter { noise: 0.3e5, resolution: 0.0 }), |_| false);
     let refusing = |finding: &Finding| matches!(finding.doubt, Doubt::DuplicateStamp | Doubt::ClockReset);
     assert_eq!(refused.is_some(), found.iter().any(refusing), "{found:?}");
     found
@@ -263,6 +263,30 @@ fn each_doubt_is_found_with_its_times() {
     assert!((jitter[0].value.unwrap() - 0.0008).abs() < 0.0002, "{jitter:?}");
 }
 
+/// Where a valve opens a pressure leaps for one row; no circuit leaves all that it has ever done by more than that spans.
+#[test]
+fn a_leap_while_a_command_switches_is_the_circuits() {
+    let pressures = |at_switching: f64| {
+        let wave = (0..200).map(|row| 50.0 + 5.0 * (0.05 * f64::from(row)).sin() + 0.3 * f64::from(row * row).sin());
+        let mut values: Vec<f64> = wave.map(|bar| bar * 1e5).collect();
+        values[120] = at_switching * 1e5;
+        let time = (0..200).map(|row| 0.01 * f64::from(row)).collect();
+        Record::from_columns(time, [("p", "Pa", values)]).unwrap()
+    };
+    let leaps = |record: &Record, switched: f64| {
+        let scatter = |_: &_| Some(Scatter { noise: 0.3e5, resolution: 0.0 });
+        let found = survey(record, scatter, |time| (switched..switched + 0.05).contains(&time));
+        found
+            .into_iter()
+            .filter(|finding| finding.doubt == Doubt::Spike)
+            .map(|finding| finding.from_s)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(leaps(&pressures(40.0), 0.3), [1.2]);
+    assert_eq!(leaps(&pressures(40.0), 1.18), [] as [f64; 0]);
+    assert_eq!(leaps(&pressures(400.0), 1.18), [1.2]);
+}
+
 /// A value that never changes is a dead sensor only where noise would move it, and moves the other channels.
 #[test]
 fn a_sensor_that_noise_would_move_is_dead() {
@@ -273,7 +297,7 @@ fn a_sensor_that_noise_would_move_is_dead() {
         let path = folder.path().join("record.csv");
         fs::write(&path, rows).unwrap();
         let record = Record::read(&path).unwrap();
-        let found = survey(&record, |_| Some(Scatter { noise: 0.3e5, resolution }));
+        let found = survey(&record, |_| Some(Scatter { noise: 0.3e5, resolution }), |_| false);
         found.into_iter().map(|finding| (finding.channel.unwrap(), finding.doubt)).collect::<Vec<_>>()
     };
     let doubts = |other, resolution| doubts_of(|_| "7.0".to_owned(), other, resolution);
