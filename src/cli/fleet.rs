@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         Format::Json => write_json(out, &fleet)?,
         Format::Text => {
             out.write_all(report::fleet::write_text(&fleet, arguments.all).as_bytes())?;
-            writeln!(out, "\nNext: borescope history RIG.toml --store {}", argument(&store_of(source)))?;
+            writeln!(out, "\nNext: borescope history RIG.toml --store {}", argument(store_of(source)))?;
         }
     }
     Ok(Status::Done)
