@@ -67,9 +67,9 @@ impl Diagnosed {
 /// Whether, near an explanation by faults, one of them less is more probable where parts may deviate: asked of the local model there,
 /// which costs a linearisation.
 fn replaces_a_fault(model: &Model, record: &Record, stated: &Diagnosed) -> bool {
+    let Some(rig) = stated.rig(&model.rig).as_by_data_sheet() else { return false };
     let (believed, _) = set_aside(&model.rig, record);
     let record = believed.as_ref().unwrap_or(record);
-    let Some(rig) = stated.rig(&model.rig).as_by_data_sheet() else { return false };
     let model = Model::new(rig).with_tolerance(model.tolerance);
     let values = stated.diagnosis.found(&model.rig);
     let Ok(drive) = InputSignals::from_record(&model.rig, record) else { return false };
