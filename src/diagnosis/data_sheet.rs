@@ -90,38 +90,38 @@ fn replaces_a_fault(model: &Model, record: &Record, stated: &Diagnosed) -> bool 
     score(set).is_none_or(|all| best > all)
 }
 
+/// All that was fitted and is no fault: its index in the rig, and how far off it is, in standard deviations before the record.
+fn deviations<'a>(freed: &'a Rig, found: &'a Diagnosed) -> impl Iterator<Item = (usize, f64, &'a FittedReport)> {
+    let healthy = freed.healthy();
+    let fitted = found.diagnosis.fit.parameters.iter().filter(|fitted| !fitted.fault);
+    fitted.filter_map(move |fitted| {
+        let index = freed.parameter(&fitted.id)?;
+        let parameter = &freed.parameters[index];
+        Some((index, (parameter.unit.to_si(fitted.value) - healthy[index]).abs() / parameter.sigma, fitted))
+    })
+}
+
 /// Whether nothing is further off than parts are: neither values of the file nor margins.
 fn is_as_parts_are(freed: &Rig, found: &Diagnosed) -> bool {
-    let (settings, healthy) = (&freed.settings().diagnosis, freed.healthy());
-    found.diagnosis.fit.parameters.iter().filter(|fitted| !fitted.fault).all(|fitted| {
-        let Some(index) = freed.parameter(&fitted.id) else { return true };
-        let parameter = &freed.parameters[index];
-        let away = (parameter.unit.to_si(fitted.value) - healthy[index]).abs();
-        away <= settings.off_sheet_deviations * parameter.sigma
-    })
+    deviations(freed, found).all(|(_, away, _)| away <= freed.settings().diagnosis.off_sheet_deviations)
 }
 
 /// What was freed, the furthest from what is stated first.
 fn values(stated: &Rig, freed: &Rig, found: &Diagnosed) -> Vec<OffSheetValue> {
-    let one = |fitted: &FittedReport| {
-        let index = freed.parameter(&fitted.id)?;
-        // Margins stand behind the parameters of the file, which says nothing of them.
-        let (parameter, before) = (&freed.parameters[index], stated.parameters.get(index)?.sigma);
-        if fitted.fault || before > 0.0 || parameter.sigma == 0.0 {
-            return None;
-        }
-        let nominal = freed.healthy()[index];
-        let away = (parameter.unit.to_si(fitted.value) - nominal).abs() / parameter.sigma;
-        let value = OffSheetValue {
+    let healthy = freed.healthy();
+    // Margins stand behind the parameters of the file, which says nothing of them.
+    let is_freed = |index: usize| stated.parameters.get(index).is_some_and(|parameter| parameter.sigma == 0.0);
+    let mut values: Vec<_> = deviations(freed, found).filter(|&(index, ..)| is_freed(index)).collect();
+    values.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let one = |(index, _, fitted): (usize, f64, &FittedReport)| {
+        let parameter = &freed.parameters[index];
+        OffSheetValue {
             id: fitted.id.clone(),
             value: fitted.value,
-            nominal: rounded(parameter.unit.from_si(nominal), DIGITS),
+            nominal: rounded(parameter.unit.from_si(healthy[index]), DIGITS),
             unit: fitted.unit.clone(),
             sigma_before: rounded(parameter.unit.difference_from_si(parameter.sigma), DIGITS),
-        };
-        Some((away, value))
+        }
     };
-    let mut values: Vec<(f64, OffSheetValue)> = found.diagnosis.fit.parameters.iter().filter_map(one).collect();
-    values.sort_by(|a, b| b.0.total_cmp(&a.0));
-    values.into_iter().map(|(_, value)| value).collect()
+    values.into_iter().map(one).collect()
 }
