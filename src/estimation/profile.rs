@@ -12,8 +12,9 @@ use std::fmt;
 
 use nalgebra::DVector;
 
+use super::local_model::Evaluated;
 use super::problem::cost;
-use super::{Fit, Held, LocalModel, Loss, Options, Problem, StoppedBecause, fit_along};
+use super::{Fit, Held, LocalModel, Options, Problem, StoppedBecause, fit_along};
 
 /// Rise of `2 F` that ends a 95 % interval: quantile of chi-square with one degree of freedom.
 pub const RISE: f64 = 3.841_459;
@@ -22,8 +23,10 @@ pub const QUANTILE: f64 = 1.959_964;
 /// Most values that are tried for one end: four times as far each time, then a bracket halved at worst, ends a thousand
 /// expected widths away are found to a percent.
 const MOST_VALUES: usize = 16;
-/// A rise this close to the threshold, relative, is interpolated.
-const CLOSE: f64 = 0.05;
+/// Error of an end, as a share of its distance: a hundredth.
+const EXACT: f64 = 0.01;
+/// A change of the misfits that the local model misses by so much of its square, a tenth of its length, is straight.
+const STRAIGHT: f64 = 0.01;
 /// A cost lower than the best by this share of the threshold is another optimum.
 const BETTER: f64 = 0.25;
 /// A rise up to so many thresholds is near: twice as far along a straight root.
@@ -148,79 +151,143 @@ pub fn interval<P: Problem>(
     let sigma = Some(sigma).filter(|sigma| *sigma < high - low);
     let value = best.theta[parameter];
     let points = vec![ProfilePoint { value, rise: 0.0 }];
-    let mut search = Search { problem, parameter, best, direction, threshold, points, better: None };
-    let wide = if (high - low).is_finite() { 0.25 * (high - low) } else { near.scale[parameter] };
-    let reach = |search: &Search<'_, P>, bound: f64| {
-        let reach =
-            sigma.map_or_else(|| search.reach_alone(near.loss, (bound - value).clamp(-wide, wide)), |s| QUANTILE * s);
-        reach.copysign(bound - value)
+    let mut search = Search { problem, near, parameter, best, threshold, points, better: None };
+    // What lies at a bound, as a fault that is absent, may have a law that begins there with a power.
+    let begins = sigma.is_none() || value <= low || value >= high;
+    let mut side = |bound: f64| {
+        let most = if (high - low).is_finite() { 0.25 * (high - low) } else { near.scale[parameter] };
+        let straight = Way { direction: direction.clone(), sign: (bound - value).signum(), unit: 1.0, power: 1.0 };
+        let secant = if begins { search.secant(&straight, bound, most) } else { None };
+        search.side(secant.as_ref().unwrap_or(&straight), bound)
     };
-    let (lower, upper) = (reach(&search, low), reach(&search, high));
-    let (lower, upper) = (search.side(near, low, lower), search.side(near, high, upper));
+    let (lower, upper) = (side(low), side(high));
     let sigma = sigma.filter(|_| value > low && value < high);
     let Search { mut points, better, .. } = search;
     points.sort_by(|a, b| a.value.total_cmp(&b.value));
     Interval { value, sigma, lower, upper, threshold, points, better }
 }
 
+/// How everything moves along a profile, in a coordinate of the distance in which the root of the rise is nearly straight: the distance
+/// itself, or a power of it for a law that begins with one (leak through a gap: the third).
+#[derive(Clone)]
+struct Way {
+    /// That of the parameter, its own entry in the coordinate.
+    direction: DVector<f64>,
+    /// 1 upwards, -1 downwards.
+    sign: f64,
+    /// Where coordinate and distance are equal.
+    unit: f64,
+    power: f64,
+}
+
+impl Way {
+    fn coordinate(&self, distance: f64) -> f64 {
+        self.unit * (distance / self.unit).powf(self.power)
+    }
+
+    fn distance(&self, coordinate: f64) -> f64 {
+        self.unit * (coordinate / self.unit).powf(self.power.recip())
+    }
+}
+
 struct Search<'a, P> {
     problem: &'a P,
+    near: &'a LocalModel,
     parameter: usize,
     best: &'a Fit,
-    direction: DVector<f64>,
     threshold: f64,
     points: Vec<ProfilePoint>,
     better: Option<Fit>,
 }
 
 impl<P: Problem> Search<'_, P> {
-    /// Where the local model does not know how far an end is, as at a law that begins with a power: a distance, `wide` at most, at which the rise
-    /// is not far beyond the threshold with all else where it is. What follows makes it less, and from afar that takes many steps.
-    fn reach_alone(&self, loss: Loss, wide: f64) -> f64 {
-        let mut theta = self.best.theta.clone();
-        let mut reach = wide;
-        let values = if wide == 0.0 { 0 } else { MOST_VALUES };
-        for _ in 0..values {
-            theta[self.parameter] = self.best.theta[self.parameter] + reach;
-            let rise =
-                self.problem.misfit(&theta).map(|misfit| cost(self.problem, loss, &misfit, &theta) - self.best.cost);
+    /// The way towards `bound` by what the parameter does alone at a distance, `most` at most, at which the rise is not far beyond the
+    /// threshold, and at half of that, everything else following as the local model has it. `None` where that foresees it, and where the
+    /// model fails.
+    fn secant(&self, straight: &Way, bound: f64, most: f64) -> Option<Way> {
+        let (near, best, parameter) = (self.near, self.best, self.parameter);
+        let value = best.theta[parameter];
+        let alone = |distance: f64| {
+            let mut theta = best.theta.clone();
+            theta[parameter] = value + straight.sign * distance;
+            self.problem.misfit(&theta).ok().map(|misfit| (theta, misfit))
+        };
+        let mut distance = most.min((bound - value).abs()).min(self.threshold.sqrt() / self.slope(straight));
+        let mut found = None;
+        for _ in 0..if distance > 0.0 { MOST_VALUES } else { 0 } {
+            found = alone(distance);
+            let rise = found.as_ref().map(|(theta, misfit)| cost(self.problem, near.loss, misfit, theta) - best.cost);
             match rise {
-                Ok(rise) if rise <= NEAR * self.threshold => break,
-                Ok(rise) => reach *= (self.threshold / rise).sqrt().max(0.1),
-                Err(_) => reach *= 0.1,
+                Some(rise) if rise <= NEAR * self.threshold => break,
+                Some(rise) => distance *= (self.threshold / rise).sqrt().max(0.1),
+                None => distance *= 0.1,
             }
         }
-        reach
+        let (theta, misfit) = found?;
+        let distance = (theta[parameter] - value).abs();
+        let [before, after] = [(&best.theta, &best.misfit), (&theta, &misfit)];
+        let [before, after] = [before, after].map(|(theta, misfit)| Evaluated { theta, misfit });
+        if near.foresees(before, after, STRAIGHT) {
+            return None;
+        }
+        let (_, half) = alone(0.5 * distance)?;
+        let change = |misfit: &[f64]| misfit.iter().zip(&best.misfit).map(|(after, before)| after - before).collect();
+        let [whole, half]: [Vec<f64>; 2] = [change(&misfit), change(&half)];
+        let [length, half] = [&whole, &half].map(|change| change.iter().map(|c| c * c).sum::<f64>().sqrt());
+        let power = (length / half).log2();
+        let held = Held::new(self.problem, parameter, value);
+        let score = near.score_test(&held, &best.theta, &best.misfit).ok()?.of(&whole);
+        let own = straight.sign * distance / near.scale[parameter];
+        let variance = own * own / score.information;
+        if !(power > 0.0 && power.is_finite() && variance.is_finite()) {
+            return None;
+        }
+        let mut direction = DVector::zeros(near.count());
+        for (free, falls) in score.following() {
+            direction[free] = -falls * variance / own;
+        }
+        direction[parameter] = variance;
+        Some(Way { direction, unit: distance, power, ..*straight })
     }
 
-    /// The end between the value and `bound`, `reach` away by the local model.
-    fn side(&mut self, near: &LocalModel, bound: f64, reach: f64) -> Side {
+    /// The value of the parameter at a coordinate.
+    fn value_at(&self, way: &Way, at: f64) -> f64 {
+        let (low, high) = self.problem.bounds()[self.parameter];
+        (self.best.theta[self.parameter] + way.sign * way.distance(at)).clamp(low, high)
+    }
+
+    /// Slope of the root of the rise where the profile begins, by a local model.
+    fn slope(&self, way: &Way) -> f64 {
+        (way.direction[self.parameter].sqrt() * self.near.scale[self.parameter]).recip()
+    }
+
+    /// The end between the value and `bound`.
+    fn side(&mut self, way: &Way, bound: f64) -> Side {
         let value = self.best.theta[self.parameter];
         let target = self.threshold.sqrt();
         if value == bound {
             return Side { end: None, why: End::BoundReached, rise: 0.0 };
         }
-        let inside = |at: f64| if reach < 0.0 { at.max(bound) } else { at.min(bound) };
-        let mut fresh: Option<Fresh> = None;
-        let mut left = MOST_RELINEARISATIONS;
-        // Values with the root of their rise: the last below the threshold, the first above.
-        let mut below = (value, 0.0);
+        let last = way.coordinate((bound - value).abs());
+        let slope = self.slope(way);
+        let mut ahead = Ahead { left: MOST_RELINEARISATIONS, fresh: None };
+        // Coordinates with the root of their rise: the last below the threshold, the first above.
+        let mut below = (0.0, 0.0);
         let mut above: Option<(f64, f64)> = None;
-        let mut from = self.best.clone();
+        let mut from = (self.best.clone(), 0.0);
         let (mut turns, mut last_side) = (0, None);
-        // Distance and root of the rise of the last value.
-        let mut last: Option<(f64, f64)> = None;
-        let mut at = inside(value + reach);
-        // How far from a value below the next may lie: a stride that has failed is halved, and doubled again from where it holds.
+        let reach = (target / slope).min(last);
+        let mut at = reach;
+        // How far from a coordinate below the next may lie: a stride that has failed is halved, and doubled again from where it holds.
         let mut stride = f64::INFINITY;
         for _ in 0..MOST_VALUES {
-            let point = match self.held_at(near, &mut fresh, &from, at, &mut left) {
+            let point = match self.held_at(way, &mut ahead, (&from.0, from.1), at) {
                 Ok(point) => point,
                 Err(why) => {
-                    if (at - below.0).abs() < 1e-3 * reach.abs() {
+                    if (at - below.0).abs() < 1e-3 * reach {
                         return Side { end: None, why, rise: below.1 * below.1 };
                     }
-                    stride = 0.5 * (at - below.0).abs();
+                    stride = 0.5 * (at - below.0);
                     at = f64::midpoint(at, below.0);
                     continue;
                 }
@@ -231,73 +298,57 @@ impl<P: Problem> Search<'_, P> {
                 self.better = Some(point);
                 return Side { end: None, why: End::BetterOptimum, rise: 0.0 };
             }
-            self.points.push(ProfilePoint { value: at, rise: rise.max(0.0) });
+            self.points.push(ProfilePoint { value: self.value_at(way, at), rise: rise.max(0.0) });
             let root = rise.max(0.0).sqrt();
-            if (rise / self.threshold - 1.0).abs() < CLOSE {
-                let seen = [below, (at, root)].map(|(at, root)| (at - value, root));
-                let end = value + self.crossing(near, seen, target);
-                return Side { end: Some(inside(end)), why: End::Crossed, rise };
-            }
-            let here = ((at - value).abs(), root);
-            let powered = last.replace(here).and_then(|last| along_a_power([last, here], target));
-            let powered = powered.map(|distance| value + distance.copysign(reach));
             let inner = root < target;
+            if inner && at >= last {
+                return Side { end: None, why: End::BoundReached, rise };
+            }
+            let parabola = Parabola::through(slope, below, (at, root));
+            if parabola.error(target) < EXACT {
+                let end = self.value_at(way, parabola.crossing(target).min(last));
+                return Side { end: Some(end), why: End::Crossed, rise };
+            }
             turns = if last_side == Some(inner) { turns + 1 } else { 0 };
             last_side = Some(inner);
             if inner {
                 stride *= 2.0;
                 below = (at, root);
-                from = point;
-                if at == bound {
-                    return Side { end: None, why: End::BoundReached, rise };
-                }
+                from = (point, at);
             } else {
                 above = Some((at, root));
             }
             at = match above {
-                // Between a value below and one above: where the rise of the last two leads, else on the chord, but not at its ends;
-                // halfway where that keeps falling on one side.
+                // On the chord between a value below and one above, but not at its ends; halfway where that keeps falling on one side.
                 Some(above) => {
                     let chord = (target - below.1) / (above.1 - below.1);
-                    let led = powered.map_or(chord, |at| (at - below.0) / (above.0 - below.0));
-                    let share = if turns > 1 { 0.5 } else { led.clamp(0.1, 0.9) };
+                    let share = if turns > 1 { 0.5 } else { chord.clamp(0.1, 0.9) };
                     below.0 + share * (above.0 - below.0)
                 }
-                None => {
-                    let slope = below.1 / (below.0 - value);
-                    let straight = value + (target / slope).clamp(-1e300, 1e300);
-                    let further = powered.unwrap_or(straight);
-                    let most = value + 4.0 * (below.0 - value);
-                    inside(if reach < 0.0 { further.max(most) } else { further.min(most) })
-                }
+                None => (below.0 * (target / below.1).min(4.0)).min(last),
             };
-            at = at.clamp(below.0 - stride, below.0 + stride);
+            at = at.min(below.0 + stride);
         }
         Side { end: None, why: End::GaveUp, rise: below.1 * below.1 }
     }
 
-    /// The best fit with the parameter held, from another one; relinearised where much is still promised. Why there is none, where
-    /// the model fails, or the fit does not settle: from where it was led, the best is not near.
-    fn held_at(
-        &self,
-        near: &LocalModel,
-        fresh: &mut Option<Fresh>,
-        from: &Fit,
-        at: f64,
-        left: &mut usize,
-    ) -> Result<Fit, End> {
+    /// The best fit with the parameter held, from where everything is led; relinearised where much is still promised. Why there is none,
+    /// where the model fails, or the fit does not settle: from where it was led, the best is not near.
+    fn held_at(&self, way: &Way, ahead: &mut Ahead, from: (&Fit, f64), to: f64) -> Result<Fit, End> {
         let enough = 0.5 * STALE * self.threshold;
-        let held = Held::new(self.problem, self.parameter, at);
-        let (model, direction) =
-            fresh.as_ref().map_or((near, &self.direction), |fresh| (&fresh.model, &fresh.direction));
-        let start = self.follow(model, direction, from, at);
+        let value = self.value_at(way, to);
+        let held = Held::new(self.problem, self.parameter, value);
+        let fresh = ahead.fresh.as_ref();
+        let (model, along) = fresh.map_or((self.near, way), |fresh| (&fresh.model, &fresh.way));
+        let [before, after] = [from.1, to].map(|at| along.coordinate(way.distance(at)));
+        let start = self.follow(model, along, from.0, after - before);
         let mut point =
             fit_along(&held, model, &start, Options::steps(STEPS.0, enough)).map_err(|_| End::ModelFails)?;
         let better = |point: &Fit| point.cost < self.best.cost - BETTER * self.threshold;
         let (mut taken, mut retaken) = (0, None);
-        while undone(&point) > STALE * self.threshold && taken < *left {
+        while undone(&point) > STALE * self.threshold && taken < ahead.left {
             let before = undone(&point);
-            let Ok(model) = LocalModel::at(&held, &point.theta, near.loss) else { break };
+            let Ok(model) = LocalModel::at(&held, &point.theta, self.near.loss) else { break };
             let Ok(further) = fit_along(&held, &model, &point.theta, Options::steps(STEPS.1, enough)) else { break };
             point = further;
             if undone(&point) > CONTRACTS * before && !better(&point) {
@@ -305,55 +356,68 @@ impl<P: Problem> Search<'_, P> {
             }
             taken += 1;
             let direction = model.information(self.problem).ok().and_then(|known| known.direction(self.parameter));
-            retaken = direction.map(|direction| Fresh { model, direction }).or(retaken);
+            retaken = direction
+                .map(|direction| Fresh { model, way: Way { direction, sign: way.sign, unit: 1.0, power: 1.0 } })
+                .or(retaken);
         }
-        // A rise that is off by more than two values may be apart says nothing.
-        if undone(&point) > CLOSE * self.threshold && !better(&point) {
+        if undone(&point) > STALE * self.threshold && !better(&point) {
             return Err(End::GaveUp);
         }
-        *left -= taken;
-        if retaken.is_some() {
-            *fresh = retaken;
+        ahead.left -= taken;
+        // A model from far beyond the end says nothing of it.
+        if retaken.is_some() && point.cost - self.best.cost < NEAR * self.threshold {
+            ahead.fresh = retaken;
         }
         Ok(point)
     }
 
-    /// Everything as a local model expects it with the parameter held at a value.
-    fn follow(&self, model: &LocalModel, direction: &DVector<f64>, from: &Fit, at: f64) -> Vec<f64> {
-        let own = direction[self.parameter] * model.scale[self.parameter];
-        let share = (at - from.theta[self.parameter]) / own;
-        let moved = direction.iter().zip(&model.scale).map(|(along, scale)| share * along * scale);
+    /// Everything as a local model expects it so much further along a way.
+    fn follow(&self, model: &LocalModel, way: &Way, from: &Fit, further: f64) -> Vec<f64> {
+        let share = way.sign * further / (way.direction[self.parameter] * model.scale[self.parameter]);
+        let moved = way.direction.iter().zip(&model.scale).map(|(along, scale)| share * along * scale);
         from.theta.iter().zip(moved).map(|(theta, moved)| theta + moved).collect()
-    }
-
-    /// Distance from the best value at which the root of the rise is `target`: on the parabola through the best value, and
-    /// two `seen` distances with their roots. Where the first of them is the best value itself, the parabola has the slope
-    /// that the local model gives it there.
-    fn crossing(&self, near: &LocalModel, seen: [(f64, f64); 2], target: f64) -> f64 {
-        let [(inner, inner_root), (outer, outer_root)] = seen;
-        let slope = (self.direction[self.parameter].sqrt() * near.scale[self.parameter]).recip() * outer.signum();
-        let (first, last) = (if inner == 0.0 { slope } else { inner_root / inner }, outer_root / outer);
-        let bend = (last - first) / (outer - inner);
-        let straight = inner + (outer - inner) * (target - inner_root) / (outer_root - inner_root);
-        // Newton's method from the chord; the parabola is all but straight between two points of one side.
-        let mut at = straight;
-        for _ in 0..4 {
-            let (chord, rise) = (first + bend * (at - inner), first + bend * (2.0 * at - inner));
-            at -= (at * chord - target) / rise;
-        }
-        // A parabola that has turned back says nothing.
-        let near_chord = (at - straight).abs() <= 0.25 * (straight - inner).abs() && at.is_finite();
-        if near_chord { at } else { straight }
     }
 }
 
-/// The distance from the best value at which the root of the rise is `target`, on the power of the distance that goes through two others:
-/// it vanishes at the best value, and behind a law that bends it is no straight line (leak through a gap: its third power). `None` where
-/// they are on none that rises.
-fn along_a_power([(one, root), (other, other_root)]: [(f64, f64); 2], target: f64) -> Option<f64> {
-    let power = (other_root / root).ln() / (other / one).ln();
-    let distance = other * (target / other_root).powf(power.recip());
-    (power.is_finite() && power > 0.0 && distance.is_finite() && distance > 0.0).then_some(distance)
+/// The root of the rise along a profile: a parabola through the best value and two coordinates.
+struct Parabola {
+    inner: (f64, f64),
+    outer: (f64, f64),
+    /// Of the chords from the best value to either.
+    slopes: (f64, f64),
+}
+
+impl Parabola {
+    /// Through two coordinates with their roots. Where the first of them is the best value itself, the parabola has the slope there that
+    /// the local model gives it.
+    fn through(slope: f64, inner: (f64, f64), outer: (f64, f64)) -> Self {
+        let first = if inner.0 == 0.0 { slope } else { inner.1 / inner.0 };
+        Self { inner, outer, slopes: (first, outer.1 / outer.0) }
+    }
+
+    /// By how much the slope changes over the distance, as a share of it.
+    fn bend(&self) -> f64 {
+        (self.slopes.1 / self.slopes.0 - 1.0) * self.outer.0 / (self.outer.0 - self.inner.0)
+    }
+
+    /// By how much the crossing of `target` would be wrong, as a share of its distance, if the root were as straight on from the outer
+    /// coordinate as it is found to be up to there; on the parabola it is less.
+    fn error(&self, target: f64) -> f64 {
+        (target / self.outer.1 - 1.0).abs() * self.bend().abs()
+    }
+
+    /// Coordinate at which the root is `target`.
+    fn crossing(&self, target: f64) -> f64 {
+        let ((inner, inner_root), (outer, outer_root)) = (self.inner, self.outer);
+        let bend = (self.slopes.1 - self.slopes.0) / (outer - inner);
+        // Newton's method from the chord; the parabola is all but straight between two points of one side.
+        let mut at = inner + (outer - inner) * (target - inner_root) / (outer_root - inner_root);
+        for _ in 0..4 {
+            let chord = self.slopes.0 + bend * (at - inner);
+            at -= (at * chord - target) / (chord + bend * at);
+        }
+        at
+    }
 }
 
 /// Decrease of `2 F` that a fit could still make by its local model, whether or not a step could be found that makes it.
@@ -364,8 +428,16 @@ fn undone(fit: &Fit) -> f64 {
     }
 }
 
-/// A local model taken on the way, and the direction of the parameter in it.
+/// What the search of an end goes on with.
+struct Ahead {
+    /// Relinearisations left.
+    left: usize,
+    /// The last local model taken on the way.
+    fresh: Option<Fresh>,
+}
+
+/// A local model taken on the way, and the way on by it.
 struct Fresh {
     model: LocalModel,
-    direction: DVector<f64>,
+    way: Way,
 }

@@ -51,6 +51,11 @@ impl Score {
         self.information * factor * (2.0 * self.factor - factor)
     }
 
+    /// The free parameters, and by how much each falls, per scale, for a factor of 1, everything estimated following.
+    pub fn following(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.free.iter().copied().zip(self.follow.iter().copied())
+    }
+
     /// Rise of the cost where the change is in the model and a free parameter stands at another value, all else following; and
     /// the factor on the change at which it is least. Of two quantities that are normal together the one conditioned on the other,
     /// written without a division by the information of the change: one that does what the parameter does has none beside it.
