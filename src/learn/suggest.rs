@@ -11,7 +11,7 @@ use super::scoring::{candidates, tolerated, worth};
 use super::screening::{Screening, promised};
 use super::separate::{Experiment, separating};
 use super::spools::{self, with_spools};
-use super::verdict::{conclude, conclude_near, in_order, is_part, is_whole};
+use super::verdict::{conclude, conclude_near, in_order, is_part, stands_alone};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::DynamicsReport;
 use crate::diagnosis::estimate::{self, Estimate};
@@ -223,13 +223,11 @@ pub fn suggest_from(
     let mut judged = screening.judge(promising.into_iter().map(|candidate| vec![candidate.clone()]).collect(), &[])?;
     let more = alike(settings, &judged, &lists);
     screening.join(&mut judged, more)?;
-    // A fault that comes with an effect may stand in for a second one.
-    let stands_in = judged.first().is_some_and(|best| !best.trial.set.difference(base.set).is_empty());
-    if !near && (stands_in || !judged.iter().any(is_whole)) {
+    if !near && !judged.first().is_some_and(stands_alone) {
         let more = pairs(&judged, &base);
         screening.join(&mut judged, more)?;
         if let Some(best) = judged.iter().find(|one| is_part(one, &base, &base_check))
-            && !is_whole(best)
+            && !stands_alone(best)
         {
             let more = beside(best, estimate.case.record)?;
             screening.join(&mut judged, more)?;

@@ -95,6 +95,13 @@ pub(super) fn is_whole(judged: &EvaluatedModel) -> bool {
     at_floor && !judged.warnings.iter().any(Warning::is_at_end)
 }
 
+/// Whether an explanation is whole and nothing else stands in for physics beside it: no fault that the model does without elsewhere, no
+/// value far from where it was known to be.
+pub(super) fn stands_alone(judged: &EvaluatedModel) -> bool {
+    let stands_in = |warning: &Warning| matches!(warning, Warning::Moved { .. } | Warning::FaultNeeded { .. });
+    is_whole(judged) && !judged.warnings.iter().any(stands_in)
+}
+
 /// Whether some effects are a part of more.
 pub(super) fn is_among(some: &[Candidate], more: &[Candidate]) -> bool {
     some.len() < more.len() && some.iter().all(|one| more.iter().any(|other| other.id == one.id))
