@@ -106,6 +106,7 @@ mod fit {
 
 mod learn {
     mod open_rigs;
+    mod pairs;
     mod rates;
     mod rivals;
 }
