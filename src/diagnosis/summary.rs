@@ -119,7 +119,7 @@ pub(super) fn faults(
                     [None, Some(_)] => Identifiable::UpperBoundOnly,
                     [None, None] => Identifiable::Unidentifiable,
                 },
-                remark: interval.and_then(|interval| remark(interval, fault, shown, &parameter.unit.symbol)),
+                remark: interval.and_then(|interval| remark(interval, ends, fault, shown, &parameter.unit.symbol)),
                 biased,
             }
         })
@@ -129,14 +129,15 @@ pub(super) fn faults(
 /// The ends of an interval, SI; where the search for one did not settle, the standard error stands in for it, since an open
 /// end says that the record does not bound the value. Beyond the range that was searched it would say nothing.
 fn ends(interval: &Interval, (low, high): (f64, f64)) -> [Option<f64>; 2] {
-    let stand_in = |side: &Side, sign: f64| match (side.end, side.why, interval.sigma) {
-        (None, End::GaveUp | End::BetterOptimum | End::ModelFails, Some(sigma)) => {
-            let end = interval.value + sign * QUANTILE * sigma;
+    let end = |side: &Side, sign: f64| {
+        let stand_in = || {
+            let end = interval.value + sign * QUANTILE * interval.sigma?;
             (low < end && end < high).then_some(end)
-        }
-        (end, _, _) => end,
+        };
+        let unsettled = matches!(side.why, End::GaveUp | End::BetterOptimum | End::ModelFails);
+        if unsettled { side.end.or_else(stand_in) } else { side.end }
     };
-    [stand_in(&interval.lower, -1.0), stand_in(&interval.upper, 1.0)]
+    [end(&interval.lower, -1.0), end(&interval.upper, 1.0)]
 }
 
 /// Whether an interval (SI, open ends unbounded) holds a value.
@@ -144,9 +145,16 @@ fn holds(ends: [Option<f64>; 2], value: f64) -> bool {
     ends[0].is_none_or(|low| low <= value) && ends[1].is_none_or(|high| value <= high)
 }
 
-/// Why an end of an interval is open.
-fn remark(interval: &Interval, fault: &crate::rig::Fault, shown: impl Fn(f64) -> f64, unit: &str) -> Option<String> {
-    let one = |end: &Side, bound: f64, side: &str| match end.why {
+/// Why an end of an interval is open, or stands for what it does; `ends` are those that are told.
+fn remark(
+    interval: &Interval,
+    ends: [Option<f64>; 2],
+    fault: &crate::rig::Fault,
+    shown: impl Fn(f64) -> f64,
+    unit: &str,
+) -> Option<String> {
+    let told = |end: Option<f64>| if end.is_some() { "it is taken from the standard error" } else { "it stays open" };
+    let one = |end: &Side, at: Option<f64>, bound: f64, side: &str| match end.why {
         End::Crossed => None,
         End::BoundReached if interval.value == bound => {
             Some(format!("the {side} end of the search, {} {unit}, fits best", shown(bound)))
@@ -157,18 +165,12 @@ fn remark(interval: &Interval, fault: &crate::rig::Fault, shown: impl Fn(f64) ->
             shown(bound),
             end.rise / interval.inflation(),
         )),
-        End::ModelFails => {
-            Some(format!("the model cannot be solved towards the {side} end; it is taken from the standard error"))
-        }
-        End::BetterOptimum | End::GaveUp => {
-            Some(format!("the search for the {side} end did not settle; it is taken from the standard error"))
-        }
+        End::ModelFails => Some(format!("the model cannot be solved towards the {side} end; {}", told(at))),
+        End::BetterOptimum | End::GaveUp => Some(format!("the search for the {side} end did not settle; {}", told(at))),
     };
-    let remarks: Vec<String> =
-        [one(&interval.lower, fault.bounds.0, "lower"), one(&interval.upper, fault.bounds.1, "upper")]
-            .into_iter()
-            .flatten()
-            .collect();
+    let lower = one(&interval.lower, ends[0], fault.bounds.0, "lower");
+    let upper = one(&interval.upper, ends[1], fault.bounds.1, "upper");
+    let remarks: Vec<String> = [lower, upper].into_iter().flatten().collect();
     (!remarks.is_empty()).then(|| remarks.join("; "))
 }
 

@@ -274,7 +274,36 @@ impl Role {
     }
 }
 
+/// Whether two names are equal, at compile time too.
+const fn is_same(a: &str, b: &str) -> bool {
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    let mut place = 0;
+    while place < a.len() && place < b.len() && a[place] == b[place] {
+        place += 1;
+    }
+    place == a.len() && place == b.len()
+}
+
 impl Card {
+    /// Place of a parameter of the card among its parameters; where it has none of this name, what asks for it does not compile.
+    pub const fn place(&self, name: &str) -> usize {
+        let mut place = 0;
+        while !is_same(self.parameters[place].name, name) {
+            place += 1;
+        }
+        place
+    }
+
+    /// How many of its ports are hydraulic.
+    pub const fn hydraulic_ports(&self) -> usize {
+        let (mut port, mut count) = (0, 0);
+        while port < self.ports.len() {
+            count += matches!(self.ports[port].kind, PortKind::Hydraulic) as usize;
+            port += 1;
+        }
+        count
+    }
+
     /// An empty card to fill with struct update syntax.
     pub const EMPTY: Card = Card {
         kind: "",

@@ -109,6 +109,18 @@ fn groups(line: &mut impl FnMut(&str), scores: &Scores) {
     }
 }
 
+/// The size from which on a fault is found, and its bound, as far as sizes were drawn: beyond them a curve says nothing.
+pub fn found_from(found: &Found, unit: &str) -> String {
+    let [least, most] = found.drawn;
+    let shown = |size: f64| text(rounded(size, 3));
+    match found.size {
+        size if size > most => format!("beyond {} {unit}", shown(most)),
+        size if size < least => format!("below {} {unit}", shown(least)),
+        size if found.upper95 > most => format!("{} {unit}", shown(size)),
+        size => format!("{} {unit} (below {})", shown(size), shown(found.upper95)),
+    }
+}
+
 fn row_of(name: &str, group: &Group) -> String {
     let alarms = if group.detected.of > 0 { &group.detected } else { &group.false_alarms };
     format!(
@@ -125,11 +137,8 @@ fn faults(line: &mut impl FnMut(&str), faults: &[FaultScore]) {
         "fault                           found             wrongly blamed    mean error  coverage          found in 90 % from",
     );
     for fault in faults {
-        let from = |found: &Option<Found>, unit: &str| {
-            found.map_or(String::new(), |found| {
-                format!("{} {unit} (below {})", text(rounded(found.size, 3)), text(rounded(found.upper95, 3)))
-            })
-        };
+        let from =
+            |found: &Option<Found>, unit: &str| found.as_ref().map_or(String::new(), |found| found_from(found, unit));
         let flow = from(&fault.found90_l_min, "L/min");
         let flow = if flow.is_empty() { flow } else { format!("; {flow}") };
         line(&format!(

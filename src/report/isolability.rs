@@ -174,7 +174,7 @@ pub fn expected_text(numbers: &Expectation) -> String {
     );
     for ExpectedWidth { id, unit, half_width } in &numbers.widths {
         // At the healthy value a leak through a gap has no slope: it goes with the third power.
-        let unknown = || "not told by small changes; assume a size, `--with`".to_owned();
+        let unknown = || "not determined by small changes; assume a size, `--with`".to_owned();
         let width = half_width.map_or_else(unknown, |half| format!("+- {}", number::with_unit(half, unit)));
         let _ = writeln!(text, "  {id:longest$}  {width}");
     }

@@ -86,7 +86,7 @@ impl Balance {
                 }
                 if let Some((reading, own)) = readings.port(rig, index, port) {
                     self.terms.push(Term::Measured { reading, sign: -sign * own });
-                } else if balance == Passes::OneWay {
+                } else if matches!(balance, Passes::OneWay { .. }) {
                     self.shut.push(View::of(rig, index, readings)?);
                 } else if balance == Passes::Through {
                     self.add_port(rig, (index, 1 - port), sign, readings, reach - 1)?;

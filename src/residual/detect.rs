@@ -255,7 +255,8 @@ pub(super) fn phases(rig: &Rig) -> &'static [&'static str] {
 
 /// Input that commands the first directional valve.
 fn command(rig: &Rig) -> Option<usize> {
-    let valve = rig.components.iter().find(|component| facts(component.card).residuals == Residuals::Directional)?;
+    let is_valve = |residuals| matches!(residuals, Residuals::Directional { .. });
+    let valve = rig.components.iter().find(|component| is_valve(facts(component.card).residuals))?;
     valve.inputs.first().copied()
 }
 

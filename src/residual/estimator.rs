@@ -4,10 +4,10 @@
 //! `printed` in it. Flows in m³/s, pressures in Pa (all gauge or all absolute), areas in m².
 
 use crate::numeric::Real;
-use crate::physics::component::directional_valve::DirectionalValve;
-use crate::physics::component::facts;
-use crate::physics::component::facts::Residuals;
-use crate::physics::component::flow_control_valve::FlowControlValve;
+use crate::physics::card::Card;
+use crate::physics::component::cylinder;
+use crate::physics::component::directional_valve::{self, DirectionalValve};
+use crate::physics::component::flow_control_valve::{self, FlowControlValve};
 use crate::physics::fluid::{self, Fluid};
 use crate::physics::ports::Law;
 use crate::rig::Rig;
@@ -60,15 +60,16 @@ impl Healthy {
     /// The first component of each kind of a rig, with `parameters` (all of the rig's, SI); `None` where the rig lacks one.
     pub fn of(rig: &Rig, parameters: &[f64]) -> Option<Self> {
         let fluid = Fluid::new(parameters.get(..fluid::CARD.parameters.len())?);
-        let own = |residuals: Residuals| {
-            let component = rig.components.iter().find(|component| facts(component.card).residuals == residuals)?;
+        let own = |card: &Card| {
+            let component = rig.components.iter().find(|component| component.card.kind == card.kind)?;
             parameters.get(component.first_parameter..)?.get(..component.card.parameters.len())
         };
-        let cylinder = own(Residuals::Cylinder)?;
+        let sheet = own(&cylinder::CARD)?;
+        let [bore, rod] = ["bore", "rod"].map(|name| sheet[cylinder::CARD.place(name)]);
         Some(Self {
-            areas: Areas::of(cylinder[0], cylinder[1]),
-            flow_control: FlowControlValve::new(own(Residuals::FlowControl)?, &fluid),
-            directional: DirectionalValve::new(own(Residuals::Directional)?, &fluid),
+            areas: Areas::of(bore, rod),
+            flow_control: FlowControlValve::new(own(&flow_control_valve::CARD)?, &fluid),
+            directional: DirectionalValve::new(own(&directional_valve::CARD)?, &fluid),
         })
     }
 

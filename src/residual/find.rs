@@ -9,7 +9,7 @@ use super::reading::Readings;
 use super::view::View;
 use crate::physics::card::PortKind;
 use crate::physics::component::facts;
-use crate::physics::component::facts::Residuals;
+use crate::physics::component::facts::{Residuals, Spring, Throttle};
 use crate::rig::{Quantity, Rig};
 use crate::units::Unit;
 
@@ -20,17 +20,19 @@ pub fn generators(rig: &Rig) -> Vec<Generator> {
     let mut found = Vec::new();
     for (index, component) in rig.parts() {
         match facts(component.card).residuals {
-            Residuals::Cylinder => cylinder(rig, index, &mut found),
-            Residuals::FlowControl => flow_control(rig, index, &mut found),
+            Residuals::Cylinder { bore, rod, .. } => cylinder(rig, index, [bore, rod], &mut found),
+            Residuals::FlowControl { orifice, spring } => flow_control(rig, index, (orifice, spring), &mut found),
             Residuals::Through => {
                 let meaning = "flow of the healthy part at the measured pressures minus the actual flow";
                 through(rig, index, Label::new("flow", "-", meaning), &mut found);
             }
             Residuals::EachPort => each_port(rig, index, &mut found),
-            Residuals::Directional => directional(rig, index, &mut found),
+            Residuals::Directional { opening, rated_flow, rated_drop } => {
+                directional(rig, index, [opening, rated_flow, rated_drop], &mut found);
+            }
             Residuals::Pump => pump(rig, index, &mut found),
             // The pump that it guards brings its residual.
-            Residuals::Relief | Residuals::None => {}
+            Residuals::Relief { .. } | Residuals::None => {}
         }
     }
     found
@@ -77,7 +79,7 @@ fn add(
     }
 }
 
-fn cylinder(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
+fn cylinder(rig: &Rig, index: usize, diameters: [usize; 2], found: &mut Vec<Generator>) {
     for printed in [false, true] {
         let label = Label::new("leakage", "(4)", "flow from the cap side past the piston to the rod side");
         add(rig, index, if printed { label.printed() } else { label }, found, |readings| {
@@ -85,6 +87,7 @@ fn cylinder(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
                 view: View::of(rig, index, readings)?,
                 a: Balance::into_port(rig, index, 0, readings)?,
                 b: Balance::into_port(rig, index, 1, readings)?,
+                diameters,
                 printed,
             })
         });
@@ -150,18 +153,18 @@ fn each_port(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
     }
 }
 
-fn flow_control(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
+fn flow_control(rig: &Rig, index: usize, (orifice, spring): (Throttle, Spring), found: &mut Vec<Generator>) {
     let meaning = "flow of the healthy valve at the measured pressures minus the actual flow";
     through(rig, index, Label::new("flow", "(10)", meaning), found);
     let meaning = "flow of the regulating valve, whatever the pressures, minus the actual flow";
     add(rig, index, Label::new("flow", "(10)", meaning).printed(), found, |readings| {
         let view = View::of(rig, index, readings)?;
         let flow = Balance::into_port(rig, index, 1, readings)?;
-        Some(Form::ConstantFlow { view, flow })
+        Some(Form::ConstantFlow { view, flow, orifice, spring })
     });
 }
 
-fn directional(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
+fn directional(rig: &Rig, index: usize, rated: [usize; 3], found: &mut Vec<Generator>) {
     const EDGES: [(Edge, &str, &str, &str); 4] = [
         (Edge::Leakage, "leakage", "(16)", "flow into P that does not come out of the consumer port"),
         (Edge::Consumer, "consumer", "(18)", "healthy flow of the pressure edge minus the flow to the consumer"),
@@ -179,7 +182,7 @@ fn directional(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
                     |port, wanted| if wanted { Balance::into_port(rig, index, port, readings) } else { None };
                 let flows = [flow(0, supply), None, flow(2, consumer), flow(3, consumer)];
                 let known = (!supply || flows[0].is_some()) && (!consumer || flows[2].is_some() || flows[3].is_some());
-                known.then_some(Form::Valve { view, flows, edge, printed })
+                known.then_some(Form::Valve { view, flows, edge, printed: printed.then_some(rated) })
             });
         }
     }
@@ -187,16 +190,16 @@ fn directional(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
 
 fn pump(rig: &Rig, index: usize, found: &mut Vec<Generator>) {
     let node = rig.components[index].ports[0];
-    let of_kind = |residuals: Residuals| {
+    let of_kind = |is_one: fn(Residuals) -> bool| {
         let all = rig.parts();
-        all.filter(move |(_, component)| facts(component.card).residuals == residuals && component.ports[0] == node)
+        all.filter(move |(_, component)| is_one(facts(component.card).residuals) && component.ports[0] == node)
             .map(|(other, _)| other)
             .collect::<Vec<usize>>()
     };
-    let reliefs = of_kind(Residuals::Relief);
+    let pumps = of_kind(|residuals| residuals == Residuals::Pump);
+    let reliefs = of_kind(|residuals| matches!(residuals, Residuals::Relief { .. }));
     let balance = |readings: &mut Readings, shut: bool| {
-        let known: Vec<(usize, usize)> =
-            of_kind(Residuals::Pump).iter().chain(&reliefs).map(|&other| (other, 0)).collect();
+        let known: Vec<(usize, usize)> = pumps.iter().chain(&reliefs).map(|&other| (other, 0)).collect();
         let mut flow = Balance::of_node(rig, &known, readings)?;
         let mut view = |(other, port): &(usize, usize)| Some((View::of(rig, *other, readings)?, *port));
         let laws = known.iter().map(&mut view).collect::<Option<Vec<_>>>()?;

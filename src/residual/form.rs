@@ -4,6 +4,7 @@ use super::balance::Balance;
 use super::known::Parameters;
 use super::view::View;
 use crate::numeric::Real;
+use crate::physics::component::facts::{Spring, Throttle};
 use crate::physics::law::orifice_conductance;
 use crate::rig::Rig;
 use std::f64::consts::PI;
@@ -24,13 +25,13 @@ pub(super) enum Edge {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Form {
     /// Corrected (4), volumes compensated, or as printed.
-    CylinderLeakage { view: View, a: Balance, b: Balance, printed: bool },
+    CylinderLeakage { view: View, a: Balance, b: Balance, diameters: [usize; 2], printed: bool },
     /// `sign (sum of what the laws let into the ports - what the channels say)`.
     Through { laws: Vec<(View, usize)>, flow: Balance, sign: f64 },
     /// (10) as printed: the flow of a regulating valve, whatever the pressures; `flow` is counted into the outlet.
-    ConstantFlow { view: View, flow: Balance },
-    /// Directional valve; `flows` into P, T, A, B where known.
-    Valve { view: View, flows: [Option<Balance>; 4], edge: Edge, printed: bool },
+    ConstantFlow { view: View, flow: Balance, orifice: Throttle, spring: Spring },
+    /// Directional valve; `flows` into P, T, A, B where known. As printed it reads opening, rated flow and rated drop.
+    Valve { view: View, flows: [Option<Balance>; 4], edge: Edge, printed: Option<[usize; 3]> },
     /// Sum of forces on a body minus mass times acceleration.
     Force { laws: Vec<(View, usize)>, acceleration: usize },
 }
@@ -45,10 +46,10 @@ impl Form {
     /// The residual, SI; `None` where it is not defined, such as an edge of a valve that stands closed.
     pub fn value<N: Real>(&self, rig: &Rig, p: &Parameters<N>, x: &[N]) -> Option<N> {
         Some(match self {
-            Form::CylinderLeakage { view, a, b, printed } => {
+            Form::CylinderLeakage { view, a, b, diameters, printed } => {
                 let area = |diameter: N| diameter * diameter * (PI / 4.0);
-                let area_a = area(view.parameter(rig, 0, p));
-                let area_b = area_a - area(view.parameter(rig, 1, p));
+                let [bore, rod] = diameters.map(|diameter| area(view.parameter(rig, diameter, p)));
+                let (area_a, area_b) = (bore, bore - rod);
                 if *printed {
                     let (q1, q2) = (a.measured(x), -b.measured(x));
                     return Some((area_a * q2 - area_b * q1) / (area_a + area_b));
@@ -65,10 +66,12 @@ impl Form {
                 let law = laws.iter().fold(N::zero(), |sum, (view, port)| sum + view.answers(p, x).through[*port]);
                 (law - flow.flow(p, x)) * *sign
             }
-            Form::ConstantFlow { view, flow } => {
+            Form::ConstantFlow { view, flow, orifice, spring } => {
                 let own = |index: usize| view.parameter(rig, index, p);
-                let throttle = orifice_conductance(own(1), own(0), p.values[0]);
-                throttle * (own(5) * own(6) / own(7)).sqrt() + flow.measured(x)
+                let throttle =
+                    orifice_conductance(own(orifice.discharge_coefficient), own(orifice.diameter), p.values[0]);
+                let drop = own(spring.rate) * own(spring.compression) / own(spring.spool_area);
+                throttle * drop.sqrt() + flow.measured(x)
             }
             Form::Valve { view, flows, edge, printed } => return valve(rig, view, flows, *edge, *printed, p, x),
             Form::Force { laws, acceleration } => laws.iter().fold(N::zero(), |sum, (view, port)| {
@@ -117,7 +120,7 @@ fn valve<N: Real>(
     view: &View,
     flows: &[Option<Balance>; 4],
     edge: Edge,
-    printed: bool,
+    printed: Option<[usize; 3]>,
     p: &Parameters<N>,
     x: &[N],
 ) -> Option<N> {
@@ -127,9 +130,10 @@ fn valve<N: Real>(
     }
     let (consumer, back) = if command > 0.0 { (A, B) } else { (B, A) };
     let measured = |port: usize| flows[port].as_ref().map(|flow| flow.flow(p, x));
-    if printed {
+    if let Some(rated) = printed {
         // (13) as printed, the bracket outside the root: a number without physical unit.
-        let conductance = view.parameter(rig, 2, p) * view.parameter(rig, 0, p) / view.parameter(rig, 1, p).sqrt();
+        let [opening, rated_flow, rated_drop] = rated.map(|own| view.parameter(rig, own, p));
+        let conductance = opening * rated_flow / rated_drop.sqrt();
         let drop = |from: usize, to: usize| view.pressure(from, p, x) - view.pressure(to, p, x);
         return Some(match edge {
             Edge::Leakage => measured(P)? + measured(consumer)?,

@@ -266,19 +266,20 @@ impl Generator {
         let spread =
             |readings: [Option<usize>; 2]| CLEAR * readings.iter().flatten().map(|&r| variances[r]).sum::<f64>().sqrt();
         let over = |view: &super::view::View| {
-            let drop = view.pressure(0, p, shown) - view.pressure(1, p, shown) - view.parameter(rig, 0, p);
-            (drop, spread([view.reading(0), view.reading(1)]))
+            let opens_at = facts(rig.components[view.component].card).opens_at()?;
+            let drop = view.pressure(0, p, shown) - view.pressure(1, p, shown) - view.parameter(rig, opens_at, p);
+            Some((drop, spread([view.reading(0), view.reading(1)])))
         };
-        if self.form.shut().iter().any(|view| matches!(over(view), (drop, spread) if drop > -spread)) {
+        if self.form.shut().iter().any(|view| matches!(over(view), Some((drop, spread)) if drop > -spread)) {
             return Gate::CheckValve;
         }
         for view in self.form.views() {
             match facts(rig.components[view.component].card).residuals {
-                Residuals::Relief if matches!(over(view), (drop, spread) if drop.abs() < spread) => {
+                Residuals::Relief { .. } if matches!(over(view), Some((drop, spread)) if drop.abs() < spread) => {
                     return Gate::Cracking;
                 }
-                Residuals::Cylinder if matches!(self.form, Form::Force { .. }) => {
-                    let (position, stroke) = (view.pressure(2, p, shown), view.parameter(rig, 2, p));
+                Residuals::Cylinder { stroke, .. } if matches!(self.form, Form::Force { .. }) => {
+                    let (position, stroke) = (view.pressure(2, p, shown), view.parameter(rig, stroke, p));
                     let spread = spread([view.reading(2), None]);
                     if position < spread || position > stroke - spread {
                         return Gate::EndStop;

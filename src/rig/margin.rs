@@ -22,9 +22,8 @@ impl Rig {
     /// What no record tells of a fault, one standard deviation, SI; 0 of a rig file that states its healthy value, as the laws are then
     /// taken as right too.
     pub(crate) fn never_known(&self, fault: &Fault) -> f64 {
-        let parameter = &self.parameters[fault.parameter];
-        let is_by_data_sheet = parameter.sigma == parameter.spread;
-        if self.calibration.is_some() || is_by_data_sheet { NEVER_KNOWN * parameter.spread } else { 0.0 }
+        let known = self.calibration.is_none() && !self.parts_deviate;
+        if known { 0.0 } else { NEVER_KNOWN * self.parameters[fault.parameter].spread }
     }
 
     /// Parameters with these indices are exact by the rig file, although parts deviate from data sheets and no calibration has said
@@ -47,6 +46,7 @@ impl Rig {
         for margin in self.margins() {
             rig.give_margin(&margin).ok()?;
         }
+        rig.parts_deviate = true;
         for parameter in rig.parameters.iter_mut().filter(|parameter| parameter.sigma == 0.0) {
             parameter.sigma = parameter.spread;
         }

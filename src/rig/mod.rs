@@ -96,6 +96,8 @@ pub struct Rig {
     /// What healthy records have taught; the values above hold it already.
     #[doc(hidden)]
     pub calibration: Option<Calibration>,
+    /// Whether values that the file takes as exact are as uncertain as parts deviate from their data sheets.
+    pub(crate) parts_deviate: bool,
     /// Parameters of faults with those that hold what they were before: see [`Rig::with_before`].
     #[doc(hidden)]
     pub before: Vec<(usize, usize)>,

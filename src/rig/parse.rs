@@ -53,6 +53,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         readings: Vec::new(),
         cycle: None,
         calibration: None,
+        parts_deviate: false,
         before: Vec::new(),
         beside: Vec::new(),
         context: Context::default(),

@@ -9,7 +9,7 @@ use crate::physics::ports::{Law, PortFlows, PortVariables};
 pub const FACTS: Facts = Facts {
     symbol: Symbol::CheckValve,
     residuals: Residuals::None,
-    balance: Balance::OneWay,
+    balance: Balance::OneWay { opens_at: CARD.place("cracking_pressure") },
     settles: Settles::AtOnce,
 };
 

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 
 pub const FACTS: Facts = Facts {
     symbol: Symbol::Cylinder,
-    residuals: Residuals::Cylinder,
+    residuals: Residuals::Cylinder { bore: CARD.place("bore"), rod: CARD.place("rod"), stroke: CARD.place("stroke") },
     balance: Balance::Chamber,
     settles: Settles::AtOnce,
 };

@@ -23,7 +23,11 @@ const fn leak(name: &'static str, symbol: &'static str, meaning: &'static str) -
 
 pub const FACTS: Facts = Facts {
     symbol: Symbol::DirectionalValve,
-    residuals: Residuals::Directional,
+    residuals: Residuals::Directional {
+        opening: CARD.place("opening"),
+        rated_flow: CARD.place("rated_flow"),
+        rated_drop: CARD.place("rated_drop"),
+    },
     balance: Balance::Ends,
     settles: Settles::Lag,
 };

@@ -1,6 +1,6 @@
 //! Flow control valve: a reducing valve keeps the pressure drop over a throttle.
 
-use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
+use super::facts::{Balance, Facts, Residuals, Settles, Spring, Symbol, Throttle};
 use super::orifice::TRANSITION;
 use crate::numeric::Real;
 use crate::physics::card::{Answer, Card, Parameter, Port, Role, State, Worked};
@@ -10,7 +10,17 @@ use crate::physics::ports::{Law, PortFlows, PortVariables};
 
 pub const FACTS: Facts = Facts {
     symbol: Symbol::FlowControlValve,
-    residuals: Residuals::FlowControl,
+    residuals: Residuals::FlowControl {
+        orifice: Throttle {
+            diameter: CARD.place("orifice_diameter"),
+            discharge_coefficient: CARD.place("discharge_coefficient"),
+        },
+        spring: Spring {
+            rate: CARD.place("spring_rate"),
+            compression: CARD.place("spring_compression"),
+            spool_area: CARD.place("spool_area"),
+        },
+    },
     balance: Balance::Through,
     settles: Settles::Lag,
 };

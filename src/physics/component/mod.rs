@@ -25,6 +25,10 @@ macro_rules! components {
                 !card.worked.is_empty() || card.fixes_pressure.is_some(),
                 concat!("a component has a number worked by hand: ", stringify!($module))
             );
+            assert!(
+                card.hydraulic_ports() == 2 || !(card.throttles || $module::FACTS.needs_two_ports()),
+                concat!("what one flow passes through has two hydraulic ports: ", stringify!($module))
+            );
             let lags = matches!($module::FACTS.settles, Settles::Lag);
             assert!(
                 lags == card.has(Role::Lag),

@@ -7,8 +7,12 @@ use crate::physics::fluid::Fluid;
 use crate::physics::law::root;
 use crate::physics::ports::{Law, PortFlows, PortVariables};
 
-pub const FACTS: Facts =
-    Facts { symbol: Symbol::ReliefValve, residuals: Residuals::Relief, balance: Balance::Ends, settles: Settles::Lag };
+pub const FACTS: Facts = Facts {
+    symbol: Symbol::ReliefValve,
+    residuals: Residuals::Relief { opens_at: CARD.place("set_pressure") },
+    balance: Balance::Ends,
+    settles: Settles::Lag,
+};
 
 pub const CARD: Card = Card {
     kind: "relief-valve",

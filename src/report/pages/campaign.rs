@@ -113,9 +113,7 @@ fn faults(scores: &Scores) -> Section {
         let mut row: Vec<Cell> = vec![fault.id.clone().into()];
         row.extend(rate(&fault.found, None));
         row.extend(rate(&fault.coverage, Some(HOLDS)));
-        let smallest = fault.found90.map_or("-".to_owned(), |found| {
-            format!("{} {} (below {})", text(rounded(found.size, 3)), fault.unit, text(rounded(found.upper95, 3)))
-        });
+        let smallest = fault.found90.map_or("-".to_owned(), |found| words::found_from(&found, &fault.unit));
         row.extend([words::short(&fault.blamed).into(), number(fault.mape_of_deviation, " %"), smallest.into()]);
         row
     };

@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use crate::support::cards;
 
+use borescope::internals::physics::ATMOSPHERE;
 use borescope::internals::physics::component::{AnyLaw, CARDS};
 use borescope::internals::physics::ports::{INPUTS, PORTS, STATES, VARIABLES};
 use cards::unit;
@@ -33,6 +34,27 @@ fn worked_numbers_come_out() {
     for card in CARDS {
         cards::worked_numbers_come_out(card, |parameters, fluid, seen, answers| {
             AnyLaw::new(card, parameters, fluid).unwrap().evaluate(seen, answers);
+        });
+    }
+}
+
+#[test]
+fn what_throttles_passes_more_the_larger_the_drop() {
+    // Behind a loss in its line a law is solved for one flow, which it has only where it rises.
+    let at_hand = ATMOSPHERE + 100e5;
+    for card in CARDS.iter().filter(|card| card.throttles) {
+        cards::worked_numbers_come_out(card, |parameters, fluid, seen, answers| {
+            let law = AnyLaw::new(card, parameters, fluid).unwrap();
+            law.evaluate(seen, answers);
+            let flow = |drop: f64| {
+                let (mut moved, mut other) = (*seen, *answers);
+                (moved.z[0], moved.z[1]) = (at_hand + drop, at_hand);
+                law.evaluate(&moved, &mut other);
+                assert_eq!(other.through[0], -other.through[1], "{}: what enters leaves", card.kind);
+                other.through[0]
+            };
+            let flows: Vec<f64> = (-1000..=1000).map(|tenths| flow(f64::from(tenths) * 1e4)).collect();
+            assert!(flows.is_sorted(), "{} throttles, but its flow falls where the drop rises", card.kind);
         });
     }
 }

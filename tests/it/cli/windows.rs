@@ -196,7 +196,9 @@ fn memory_does_not_grow_with_the_record() {
     let folder = tempfile::tempdir().unwrap();
     let [short, long] = [100, 400].map(|cycles| peak(&long(folder.path(), [cycles, 0]), &["7.5", "--fits", "0"]));
     println!("187,500 rows: {short} kB, 750,000 rows: {long} kB");
-    assert!(short > 1000.0 && long < 1.2 * short, "{short} kB, then {long} kB");
+    // Ten columns of numbers, were the further rows kept; what an allocator holds on to while the machine is busy is a few megabytes.
+    let kept = (750_000.0 - 187_500.0) * 10.0 * 8.0 / 1024.0;
+    assert!(short > 1000.0 && long - short < 0.25 * kept, "{short} kB, then {long} kB, of {kept:.0} kB");
 }
 
 /// What takes minutes.

@@ -21,7 +21,9 @@ fn is_fresh(path: &str, parts: &[Part]) {
         return;
     }
     let differs = page.lines().zip(fresh.lines()).enumerate().find(|(_, (old, new))| old != new);
-    panic!("{path} is stale; run `BLESS=1 cargo test --test it -- docs::reference`. First difference: {differs:?}");
+    panic!(
+        "{path} is stale; run `BLESS=1 cargo test --release --test it -- docs::reference`. First difference: {differs:?}"
+    );
 }
 
 #[test]

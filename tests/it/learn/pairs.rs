@@ -30,7 +30,10 @@ fn a_line_and_a_seal_are_no_viscous_friction() {
     });
     let found = improve(&Rig::read(PRESS).unwrap(), &records[0], &records[1], |_| ()).unwrap();
     let added: Vec<&str> = found.steps.iter().filter_map(|step| step.added.as_deref()).collect();
-    assert_eq!((found.conclusion, added), (Conclusion::EffectFound, vec!["line-resistance@A + seal-friction@cylinder"]));
+    assert_eq!(
+        (found.conclusion, added),
+        (Conclusion::EffectFound, vec!["line-resistance@A + seal-friction@cylinder"])
+    );
     let value = |id: &str| {
         let index = found.trial.rig.parameter(id).unwrap();
         found.trial.rig.parameters[index].unit.from_si(found.trial.values[index])
