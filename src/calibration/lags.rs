@@ -4,15 +4,14 @@
 //! body lasts beyond its phase: the zero and gain of its position sensor would take up the error. Where the rounds have ended they are asked
 //! for again.
 
-use rayon::prelude::*;
-
 use super::first_fits::{FIRST, first_fits};
 use super::joint::Solutions;
 use super::plain_error::Profile;
 use super::{estimated, prior};
-use crate::diagnosis::switching::applied;
+use crate::diagnosis::switching::{applied, patience};
 use crate::estimation::Gaussian;
 use crate::estimation::criteria::bic;
+use crate::estimation::pattern::pattern_search;
 use crate::rig::Rig;
 
 /// Other mean lags.
@@ -83,7 +82,7 @@ pub(super) fn again(
 fn searched(
     rig: &Rig,
     stated: &[(usize, f64)],
-    (mut best, mut least): (Vec<(usize, f64)>, f64),
+    at_hand: (Vec<(usize, f64)>, f64),
     cost: &(impl Fn(&[(usize, f64)]) -> Option<f64> + Sync),
 ) -> (Vec<(usize, f64)>, f64) {
     let lags: Vec<usize> = stated.iter().map(|&(lag, _)| lag).collect();
@@ -91,27 +90,16 @@ fn searched(
     let ways: Vec<(usize, (f64, f64))> = (0..lags.len())
         .filter_map(|of| Some((of, open.iter().find(|one| one.parameter == lags[of])?.bounds)))
         .collect();
-    let settings = &rig.settings().diagnosis;
-    let (mut step, mut halved) = (1.0, 0);
-    for _ in 0..settings.dynamics_steps {
-        let around = ways.par_iter().flat_map_iter(|&(of, bounds)| [-step, step].map(|step| (of, bounds, step)));
-        let tried = around.filter_map(|(of, (low, high), step)| {
+    let around = |best: &Vec<(usize, f64)>, share: f64| {
+        let to = |&(of, (low, high)): &(usize, (f64, f64)), step: f64| {
             let mut lags = best.clone();
             let (lag, value) = &mut lags[of];
             *value = (*value + step * rig.parameters[*lag].sigma).clamp(low, high);
-            Some((cost(&lags)?, lags))
-        });
-        let next = tried.collect::<Vec<_>>().into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-        match next.filter(|next| next.0 < least) {
-            Some(next) => (least, best) = next,
-            None if halved == settings.dynamics_halvings => break,
-            None => {
-                step *= 0.5;
-                halved += 1;
-            }
-        }
-    }
-    (best, least)
+            lags
+        };
+        ways.iter().flat_map(|way| [-share, share].map(|step| to(way, step))).collect()
+    };
+    pattern_search(at_hand, patience(rig), around, |lags: &Vec<(usize, f64)>| cost(lags))
 }
 
 /// Whether any of the lags by itself takes a share of what is beyond noise, by the parabola through the costs at one standard deviation

@@ -12,6 +12,7 @@ use super::estimate::Estimate;
 use super::result::DynamicsReport;
 use crate::estimation::ScoreTest;
 use crate::estimation::criteria::bic;
+use crate::estimation::pattern::{Patience, least, pattern_search};
 use crate::model::InputSignals;
 use crate::number::rounded;
 use crate::rig::{Follower, Rig};
@@ -78,6 +79,12 @@ pub(crate) fn searched(
         }
     }
     (!changed(at_hand, &other, open).is_empty()).then_some((other, reached))
+}
+
+/// How long how parts follow is searched.
+pub(crate) fn patience(rig: &Rig) -> Patience {
+    let settings = &rig.settings().diagnosis;
+    Patience { moves: settings.dynamics_steps, halvings: settings.dynamics_halvings }
 }
 
 /// How spools follow in a rig otherwise than as stated, for [`applied`]: parameters by index with their values, SI.
@@ -258,31 +265,18 @@ impl<F: Fn(&Rig) -> Option<f64> + Sync> Search<'_, F> {
     /// The dynamics with which the cost falls most, and by how much; `None` where nothing is worth a search.
     fn best(&self) -> Option<(Dynamics, f64)> {
         let begin = self.at_hand().map_or_else(|| self.grid(), |at_hand| vec![at_hand]);
-        let mut best = self.best_of(begin)?;
+        let cost = |&dynamics: &Dynamics| (self.fall)(&self.with(dynamics)?).map(|fall| -fall);
+        let start = least(begin, &cost)?;
         // Where nothing around the stated spool does better, the search has nowhere to go.
-        if best.1 <= 0.0 && self.at_hand().is_none() {
+        if start.1 >= 0.0 && self.at_hand().is_none() {
             return None;
         }
-        let settings = &self.stated.settings().diagnosis;
-        let (mut steps, mut halved) = (STEPS, 0);
         let ways: &[Way] = if self.is_lag_open() { &Way::ALL } else { &[Way::Mass, Way::DeadTime] };
-        for _ in 0..settings.dynamics_steps {
-            let around = ways.iter().flat_map(|way| [-1.0, 1.0].map(|sign| way.step(best.0, steps, sign)));
-            match self.best_of(around.collect()).filter(|next| next.1 > best.1) {
-                Some(next) => best = next,
-                None if halved == settings.dynamics_halvings => break,
-                None => {
-                    steps = steps.map(|step| 0.5 * step);
-                    halved += 1;
-                }
-            }
-        }
-        (best.1 > 0.0).then_some(best)
-    }
-
-    fn best_of(&self, candidates: Vec<Dynamics>) -> Option<(Dynamics, f64)> {
-        let falls = candidates.into_par_iter().filter_map(|one| Some((one, (self.fall)(&self.with(one)?)?)));
-        let falls: Vec<(Dynamics, f64)> = falls.collect();
-        falls.into_iter().reduce(|best, next| if next.1 > best.1 { next } else { best })
+        let around = |&best: &Dynamics, share: f64| {
+            let steps = STEPS.map(|step| share * step);
+            ways.iter().flat_map(|way| [-1.0, 1.0].map(|sign| way.step(best, steps, sign))).collect()
+        };
+        let (best, cost) = pattern_search(start, patience(self.stated), around, cost);
+        (cost < 0.0).then_some((best, -cost))
     }
 }

@@ -15,6 +15,7 @@
 //! | [`score`] | what would a change that the model does not have explain |
 //! | [`profile`] | which interval do the data allow, and is it open at an end |
 //! | `uncertainty` | how well is it known, if misfits resemble their neighbours too; why is a figure missing |
+//! | [`pattern`] | where is the optimum of what has no sensitivities |
 //! | [`criteria`] | is one more parameter worth what it explains |
 
 mod autocorrelation;
@@ -26,6 +27,7 @@ mod fit;
 pub mod local_model;
 pub mod loss;
 mod options;
+pub mod pattern;
 pub mod prior;
 pub mod problem;
 pub mod profile;

@@ -116,10 +116,7 @@ fn add_while_asked(
         told(&next);
         steps.push(next);
         let reached = &steps[steps.len() - 1];
-        if is_adequate(&reached.fit) && is_adequate(&reached.check) {
-            last.conclusion = Conclusion::Adequate;
-            break;
-        }
+        let is_explained = is_adequate(&reached.fit) && is_adequate(&reached.check);
         let model = Model::new(trial.rig.clone());
         let drive = InputSignals::from_record(&model.rig, fit)?;
         let theta = estimate::picked(&model.rig, &trial.values);
@@ -128,6 +125,10 @@ fn add_while_asked(
         let base_point = FittedModel::of(&again)?;
         let cost = base_point.cost;
         last = suggest_from(&again, base_point, Some(check))?;
+        // What both records bear is asked once more, as `suggest` would ask; only what it finds goes on.
+        if is_explained && last.conclusion != Conclusion::EffectFound {
+            last.conclusion = Conclusion::Adequate;
+        }
         // It may have found a better fit of the same model.
         if last.base.cost < cost - model.rig.settings().learn.rival_bic
             && let (Some(reached), Some(on_check)) = (steps.last_mut(), &last.base_check)
