@@ -75,7 +75,8 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let names = [&arguments.rig, &arguments.fit, &arguments.check].map(|path| path.display().to_string());
     let ledger = Ledger::new(&improvement, names);
     if let Some(path) = &arguments.report {
-        write_page(path, &pages::improvement::improvement(&rig, (&fit, &check), &improvement, &ledger)?)?;
+        let new = arguments.output.display().to_string();
+        write_page(path, &pages::improvement::improvement(&rig, (&fit, &check), &improvement, (&ledger, &new))?)?;
     }
     if let Some(path) = &arguments.curves {
         let curves = Curves { model: &improvement.given.fit.outputs, found: &improvement.trial.fit.outputs };

@@ -14,13 +14,15 @@ const ABOVE_NOISE: f64 = 1.2;
 pub fn brief(comparison: &Comparison) -> String {
     let before = comparison.before.as_ref();
     let mut lines = headline(comparison);
-    if let Some(with_faults) = &comparison.with_faults {
-        lines.extend(explained_by(with_faults));
-    }
     // Faults that explain the record say more than the place where the model without them is off.
     let explained = comparison.with_faults.as_ref().is_some_and(|with| with.adequate);
     if let Some(place) = comparison.place.as_ref().filter(|_| !explained) {
         lines.extend(located(place));
+    }
+    if let Some(with_faults) = &comparison.with_faults {
+        let (heading, faults) = explained_by(with_faults);
+        lines.push(heading);
+        lines.extend(faults.iter().map(|fault| format!("  {fault}")));
     }
     if let Some(before) = before {
         let with = before.with_faults.as_ref();
@@ -103,15 +105,15 @@ fn located(place: &MisfitPlace) -> Vec<String> {
     lines
 }
 
-fn explained_by(with_faults: &WithFaults) -> Vec<String> {
+/// What the faults that explain a record best leave, and each of them with its size.
+pub(super) fn explained_by(with_faults: &WithFaults) -> (String, Vec<String>) {
     let enough = if with_faults.adequate { "" } else { "; not enough" };
-    let mut lines = vec![format!("With the faults that explain it best, {}{enough}:", times(with_faults.times_noise))];
-    lines.extend(with_faults.faults.iter().map(fault));
-    lines
+    let heading = format!("With the faults that explain it best, {}{enough}:", times(with_faults.times_noise));
+    (heading, with_faults.faults.iter().map(fault).collect())
 }
 
 fn fault(fault: &PresentFault) -> String {
-    format!("  {} (new: {})", named_fault(fault), with_unit(rounded(fault.healthy, 4), &fault.unit))
+    format!("{} (new: {})", named_fault(fault), with_unit(rounded(fault.healthy, 4), &fault.unit))
 }
 
 /// Sensor by sensor: your model, with faults, and the same of an older rig file.

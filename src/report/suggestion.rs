@@ -7,7 +7,7 @@ use super::unknown::Rise;
 use crate::finding::argument;
 use crate::learn::evaluated::Conclusion;
 use crate::learn::result::{CandidateReport, SuggestionReport};
-use crate::number::before_unit;
+use crate::number::{before_unit, rounded};
 
 /// Candidates that are shown, the best included.
 const SHOWN: usize = 3;
@@ -59,7 +59,11 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
 pub(super) fn rows(report: &SuggestionReport, first: &CandidateReport) -> Vec<ErrorRow> {
     let with = if report.faults.is_empty() { String::new() } else { format!(", with {}", faults(&report.faults)) };
     let yours = ErrorRow { name: format!("your model{with}"), fit: first.rmse_before, check: first.check_rmse_before };
-    let shown = report.candidates.iter().take(SHOWN);
+    let error = |fit: f64, check: Option<f64>| rounded(check.unwrap_or(fit), 2);
+    let before = error(first.rmse_before, first.check_rmse_before);
+    // With what is refused and reduces nothing there is nothing to compare.
+    let reduces = |one: &&CandidateReport| one.supported || error(one.rmse_after, one.check_rmse_after) < before;
+    let shown = report.candidates.iter().filter(reduces).take(SHOWN);
     let each = shown.map(|one| {
         let rejected = if one.supported { "" } else { " (not supported)" };
         let name = format!("+ {}{rejected}", one.effect);

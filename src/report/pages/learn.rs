@@ -38,7 +38,15 @@ pub fn comparison(rig: &Rig, record: &Record, compared: &Compared) -> Result<Str
     page.provenance(&comparison.rig, &[record]);
     let mut verdict = Section::new("Verdict");
     verdict.notice(words::comparison_tone(comparison), words::comparison_headline(comparison));
+    if let Some(with_faults) = &comparison.with_faults {
+        let (heading, faults) = brief::explained_by(with_faults);
+        verdict.paragraph(heading);
+        verdict.list(faults);
+    }
     verdict.table(bars("Error over all sensors, times the sensor noise", &errors(comparison)));
+    if let Some(stated) = brief::stated(comparison) {
+        verdict.paragraph(stated);
+    }
     let (heads, rows) = brief::table(comparison);
     verdict.table(Table::of(
         "Error of each sensor, times its noise; `explained` is judged within noise and tolerance",
