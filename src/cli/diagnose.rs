@@ -112,7 +112,12 @@ fn one_by_one(rig: &Path, arguments: &Arguments, context: &Context, out: &mut dy
                     terminal::clear();
                     let page = match arguments.all {
                         true => write_styled(&diagnosed, &model.rig, style),
-                        false => brief(&diagnosed.diagnosis, &findings, style, Left { page: arguments.report.is_some(), store }),
+                        false => brief(
+                            &diagnosed.diagnosis,
+                            &findings,
+                            style,
+                            Left { page: arguments.report.is_some(), store },
+                        ),
                     };
                     out.write_all(page.as_bytes())?;
                     out.flush()?;

@@ -121,12 +121,7 @@ fn taken_out(
 /// The model that was found with its new effects a little weaker: so little that the record answers in proportion, which it
 /// does not where an effect is missing whole. `None` of a curve, whose place another curve cannot take twice. `nominal` are the values
 /// of the model without them: a parameter that the circuit has anyway, such as the friction of a cylinder, does nothing new there.
-fn weakened(
-    found: &FittedModel,
-    nominal: &[f64],
-    new: &[&InstalledEffect],
-    record: &Record,
-) -> Option<FittedModel> {
+fn weakened(found: &FittedModel, nominal: &[f64], new: &[&InstalledEffect], record: &Record) -> Option<FittedModel> {
     let mut rig = found.rig.clone();
     let mut values = found.values.clone();
     for effect in new {
