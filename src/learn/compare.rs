@@ -192,6 +192,7 @@ impl Comparison {
             channels,
             fitted: Vec::new(),
             with_faults: None,
+            unfilled: rig.unfilled.len(),
             before: None,
         })
     }

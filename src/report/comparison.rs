@@ -1,6 +1,7 @@
 //! The comparison of a model with a record in a few lines: the verdict first, the next command last.
 
 use super::brief::wrapped;
+use super::caveats::drafted;
 use super::learn::{goes_with, multiple, named_fault, times};
 use super::table::{Head, aligned};
 use crate::finding::argument;
@@ -30,6 +31,7 @@ pub fn brief(comparison: &Comparison) -> String {
         lines.extend(wrapped(&format!("Before ({}): {}{with}.", before.rig, times(before.times_noise)), "  "));
     }
     lines.extend(stated(comparison).iter().flat_map(|words| wrapped(words, "  ")));
+    lines.extend(drafted(comparison.unfilled).iter().flat_map(|words| wrapped(words, "  ")));
     lines.push(String::new());
     let (heads, rows) = table(comparison);
     lines.extend(aligned(&heads, &rows));
@@ -153,6 +155,7 @@ fn times_noise(channel: &ChannelComparison) -> String {
 pub(super) fn next(comparison: &Comparison) -> String {
     let (rig, record) = (argument(&comparison.rig), argument(&comparison.record));
     match &comparison.with_faults {
+        _ if comparison.unfilled > 0 => format!("Next: borescope check {rig} {record}"),
         _ if comparison.adequate => format!("Next: borescope diagnose {rig} {record}"),
         Some(with_faults) if with_faults.adequate => format!("Next: borescope diagnose {rig} {record}"),
         _ => format!("Next: borescope suggest {rig} {record} --check ANOTHER_RECORD"),
@@ -196,6 +199,7 @@ mod tests {
             fitted: Vec::new(),
             as_stated: None,
             with_faults: None,
+            unfilled: 0,
             before: None,
         }
     }
@@ -224,6 +228,13 @@ mod tests {
         assert_eq!(row, ["p_A", "11.2", "bar", "45", "1", "51", "with", "faults"]);
         assert_eq!(lines[9], "Next: borescope diagnose rig.toml record.csv");
         assert!(lines.iter().all(|line| line.len() <= 80), "{page}");
+    }
+
+    #[test]
+    fn a_draft_leads_to_its_open_values() {
+        let page = brief(&Comparison { unfilled: 16, ..comparison(610.0) });
+        assert!(page.contains("16 values of the rig file are still marked DATA SHEET"), "{page}");
+        assert!(page.contains("\nNext: borescope check rig.toml record.csv\n"), "{page}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! A suggestion in a few lines: the verdict first, the errors with and without the effect, the next command last.
 
 use super::brief::{ErrorRow, errors, wrapped};
-use super::caveats::learnt_with;
+use super::caveats::{drafted, learnt_with};
 use super::learn::{conclusion_in_short, estimate, experiment, sits};
 use super::unknown::Rise;
 use crate::finding::argument;
@@ -49,6 +49,7 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
     if let Some(best) = best {
         lines.extend(best.warnings.iter().take(CAVEATS).flat_map(|one| wrapped(&format!("Caveat: {one}."), "  ")));
     }
+    lines.extend(drafted(report.unfilled).iter().flat_map(|words| wrapped(words, "  ")));
     lines.push(String::new());
     // A command stays in one line, so that it can be copied.
     lines.push(format!("Next: {}", next(report, best)));
@@ -83,6 +84,9 @@ pub(super) fn faults<T: AsRef<str>>(ids: &[T]) -> String {
 /// The command that leads further.
 pub(super) fn next(report: &SuggestionReport, best: Option<&CandidateReport>) -> String {
     let (rig, record) = (argument(&report.rig), argument(&report.record));
+    if report.unfilled > 0 {
+        return format!("borescope check {rig} {record}");
+    }
     let Some(check) = report.check.as_deref().map(argument) else {
         return match report.conclusion {
             Conclusion::Adequate => format!("borescope diagnose {rig} {record}"),

@@ -55,6 +55,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         calibration: None,
         before: Vec::new(),
         beside: Vec::new(),
+        unfilled: Vec::new(),
         context: Context::default(),
     };
     let fluid_table =

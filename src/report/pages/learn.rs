@@ -8,6 +8,7 @@ use crate::learn::compare::Compared;
 use crate::learn::comparison::{Comparison, FittedParameter, WithFaults};
 use crate::record::Record;
 use crate::report::brief::ErrorRow;
+use crate::report::caveats::drafted;
 use crate::report::comparison as brief;
 use crate::report::digits::{plus_minus, worth};
 use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table};
@@ -53,6 +54,9 @@ pub fn comparison(rig: &Rig, record: &Record, compared: &Compared) -> Result<Str
         &heads,
         rows,
     ));
+    if let Some(draft) = drafted(comparison.unfilled) {
+        verdict.paragraph(draft);
+    }
     verdict.preformatted(brief::next(comparison));
     page.section(verdict);
     let yours = Said { name: "your model", outputs: &compared.run.outputs, style: YOURS };
