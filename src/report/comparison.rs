@@ -126,7 +126,7 @@ pub(super) fn table(comparison: &Comparison) -> (Vec<Head>, Vec<Vec<String>>) {
     let mut heads: Vec<Head> = vec![("sensor", false), ("rms misfit", true), ("unit", false), ("x noise", true)];
     heads.extend(with_faults.map(|_| ("with faults", true)));
     heads.extend(before.map(|_| ("before", true)));
-    heads.extend(before_with.map(|_| ("with faults", true)));
+    heads.extend(before_with.map(|_| ("before, with faults", true)));
     heads.push(("explained", false));
     let rows = comparison.channels.iter().map(|channel| {
         let same = |channels: &[ChannelComparison]| channels.iter().find(|other| other.name == channel.name).cloned();

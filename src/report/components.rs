@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::table::{Head, aligned};
+use super::table::{Head, aligned, fitted};
 use crate::physics::card::{Card, Parameter, PortKind};
 use crate::physics::component::CARDS;
 use crate::rig::catalogue;
@@ -130,9 +130,11 @@ pub fn library() -> String {
         let ports: Vec<&str> = card.ports.iter().map(|port| port.name).collect();
         vec![card.kind.to_owned(), ports.join(" "), card.meaning.to_owned()]
     };
-    let rows: Vec<Vec<String>> = cards().map(row).collect();
+    let mut all: Vec<&'static Card> = cards().collect();
+    all.sort_by_key(|card| (card.own.is_some(), card.kind));
+    let rows: Vec<Vec<String>> = all.into_iter().map(row).collect();
     aligned(&KIND_HEADS, &rows).join("\n")
-        + "\n\nThe card of one: borescope components KIND; the file of one of the catalogue, to copy and change: --source\n"
+        + "\n\nThe card of one: borescope components KIND\nThe file of one of the catalogue, to copy and change: --source\n"
 }
 
 /// One card as text.
@@ -161,5 +163,5 @@ pub fn card(card: &Card) -> String {
         lines.push(String::new());
         lines.extend(aligned(&PARAMETER_HEADS, &report.parameters.iter().map(row).collect::<Vec<_>>()));
     }
-    lines.join("\n") + "\n"
+    fitted(&(lines.join("\n") + "\n"))
 }
