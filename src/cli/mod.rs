@@ -195,7 +195,7 @@ fn command() -> clap::Command {
     let groups: String = GROUPS.iter().map(group).collect();
     let template = format!(
         "{{about}}\n\n{{usage-heading}} {{usage}}\n\n{groups}Options:\n{{options}}\n\n\
-         Start here: borescope example DIR   writes a rig file with records, and says what to type\n\
+         Start here: borescope example DIR   (a rig file, records, what to type)\n\
          One verb:   borescope VERB --help\n\
          The book:   docs/SUMMARY.md of the source; docs/which-verb.md says which verb when\n"
     );

@@ -120,7 +120,7 @@ fn parameter(own: &Parameter) -> ParameterReport {
     }
 }
 
-const KIND_HEADS: [Head; 3] = [("kind", false), ("ports", false), ("meaning", false)];
+const KIND_HEADS: [Head; 2] = [("kind", false), ("meaning", false)];
 const PARAMETER_HEADS: [Head; 4] = [("parameter", false), ("unit", false), ("default", true), ("meaning", false)];
 const NAMED_HEADS: [Head; 3] = [("name", false), ("unit or node", false), ("meaning", false)];
 
@@ -128,7 +128,7 @@ const NAMED_HEADS: [Head; 3] = [("name", false), ("unit or node", false), ("mean
 pub fn library() -> String {
     let row = |card: &'static Card| {
         let ports: Vec<&str> = card.ports.iter().map(|port| port.name).collect();
-        vec![card.kind.to_owned(), ports.join(" "), card.meaning.to_owned()]
+        vec![card.kind.to_owned(), format!("{} Ports: {}.", card.meaning, ports.join(", "))]
     };
     let mut all: Vec<&'static Card> = cards().collect();
     all.sort_by_key(|card| (card.own.is_some(), card.kind));

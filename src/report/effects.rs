@@ -214,7 +214,7 @@ fn rows(effect: &EffectReport) -> Vec<(String, &FreeReport)> {
         .collect()
 }
 
-const LIBRARY_HEADS: [Head; 3] = [("effect", false), ("where", false), ("meaning", false)];
+const LIBRARY_HEADS: [Head; 2] = [("effect", false), ("meaning, and where it may sit", false)];
 pub(super) const FREE_HEADS: [Head; 6] = [
     ("parameter", false),
     ("unit", false),
@@ -245,7 +245,7 @@ pub fn library() -> String {
     effects.sort_by_key(|effect| effect.name);
     let row = |same: &[EffectReport]| {
         let places: Vec<String> = same.iter().map(|effect| effect.at.replace('`', "")).collect();
-        vec![same[0].name.to_owned(), places.join("; "), same[0].meaning.to_owned()]
+        vec![same[0].name.to_owned(), format!("{} At {}.", same[0].meaning, places.join(" or "))]
     };
     let rows: Vec<Vec<String>> = effects.chunk_by(|a, b| a.name == b.name).map(row).collect();
     aligned(&LIBRARY_HEADS, &rows).join("\n") + "\n\nThe card of one: borescope effects NAME\n"

@@ -5,6 +5,8 @@ use super::brief::{WIDTH, wrapped};
 /// A head, and whether numbers stand under it, which are set to the right.
 pub type Head = (&'static str, bool);
 
+/// Characters of a label at the start of a line at most.
+const LABEL: usize = 10;
 /// Columns between two of a table, and before the first.
 const GAP: usize = 2;
 
@@ -80,7 +82,12 @@ pub fn fitted(text: &str) -> String {
         if line.chars().count() <= WIDTH || is_command {
             return vec![line.to_owned()];
         }
-        let start = line.rfind("  ").map_or(0, |at| at + 2);
+        let behind = |at: usize| at + line[at..].len() - line[at..].trim_start().len();
+        let start = match line.find("  ") {
+            // A word and what it stands for, which may hold blanks of its own.
+            Some(at) if (1..=LABEL).contains(&at) => behind(at),
+            _ => line.rfind("  ").map_or(0, behind),
+        };
         let (label, rest) = line.split_at(start);
         let room = label.chars().count();
         if room > WIDTH / 2 || rest.is_empty() {

@@ -190,11 +190,7 @@ impl Chart {
                 }
             }
         }
-        // What was measured is thin and lies on top: under a wide model it shows wherever both differ.
-        let wide = |series: &Series| series.shape == Shape::Wide;
-        let below = self.series.iter().enumerate().filter(|(_, series)| !wide(series));
-        let above = self.series.iter().enumerate().filter(|(_, series)| wide(series));
-        for (index, series) in below.chain(above) {
+        for (index, series) in self.series.iter().enumerate() {
             let mut line = String::new();
             let count = pieces(series).count().max(1);
             for piece in pieces(series) {
