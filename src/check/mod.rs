@@ -281,7 +281,7 @@ fn rig_page(rig: &Rig) -> RigPage {
             interval_s: cycle.interval,
             duration_s: rounded(cycle.duration(), 12),
         }),
-        warnings: rig.doubts(),
+        warnings: rig.unfilled_values().into_iter().chain(rig.doubts()).collect(),
     }
 }
 

@@ -16,12 +16,13 @@ use crate::number::{before_unit, rounded, with_unit};
 use crate::report::brief::wrapped;
 use crate::report::digits::plus_minus;
 use crate::report::pages;
+use crate::report::table::fitted;
 use crate::rig::Rig;
 
 /// Calibrate a rig on healthy records, and write a new rig file
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  borescope calibrate rig.toml healthy_1.csv healthy_2.csv -o calibrated.toml --report calibration.html"
+    after_help = "Example:\n  borescope calibrate rig.toml healthy_1.csv healthy_2.csv \\\n    -o calibrated.toml --report calibration.html"
 )]
 pub struct Arguments {
     /// The rig file; its own calibration, if it has one, is not used
@@ -71,7 +72,11 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     if is_kept(&arguments.output) {
         match arguments.format {
             Format::Json => write_json(out, &calibrated.report)?,
-            Format::Text => write_text(out, &arguments.output, &calibrated.report)?,
+            Format::Text => {
+                let mut text = Vec::new();
+                write_text(&mut text, &arguments.output, &calibrated.report)?;
+                out.write_all(fitted(&String::from_utf8_lossy(&text)).as_bytes())?;
+            }
         }
         out.flush()?;
     }

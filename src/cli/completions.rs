@@ -10,7 +10,7 @@ use super::{CommandLine, Failure, Status};
 /// Write shell completions to standard output
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  borescope completions bash > ~/.local/share/bash-completion/completions/borescope\n  \
+    after_help = "Examples:\n  borescope completions bash \\\n    > ~/.local/share/bash-completion/completions/borescope\n  \
                   borescope completions zsh > ~/.zfunc/_borescope\n  \
                   borescope completions fish > ~/.config/fish/completions/borescope.fish"
 )]

@@ -12,7 +12,7 @@ use crate::rig::catalogue;
 /// List the component kinds that a rig file may name, or show one of them
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  borescope components catalogue:counterbalance-valve --source > counterbalance.toml"
+    after_help = "Example:\n  borescope components catalogue:counterbalance-valve --source \\\n    > counterbalance.toml"
 )]
 pub struct Arguments {
     /// The kind as a rig file writes it

@@ -18,7 +18,7 @@ use crate::record::survey::Doubt;
 use crate::report::caveats::left_out;
 use crate::report::curves::Curves;
 use crate::report::diagnosis::write_styled;
-use crate::report::findings::brief;
+use crate::report::findings::{Left, brief};
 use crate::report::pages::diagnosis::html;
 use crate::rig::Rig;
 
@@ -99,7 +99,7 @@ fn one_by_one(rig: &Path, arguments: &Arguments, context: &Context, out: &mut dy
             let found = diagnosed.other_rig.clone().map(Model::new);
             let findings = findings(found.as_ref().unwrap_or(&model), record, &diagnosed.diagnosis)?;
             if let Some(report) = &arguments.report {
-                write_page(report, &html(&model.rig, record, &diagnosed, &findings)?)?;
+                write_page(report, &html(&model.rig, record, &diagnosed, (&findings, store))?)?;
             }
             Ok((diagnosed, findings))
         });
@@ -112,7 +112,12 @@ fn one_by_one(rig: &Path, arguments: &Arguments, context: &Context, out: &mut dy
                     terminal::clear();
                     let page = match arguments.all {
                         true => write_styled(&diagnosed, &model.rig, style),
-                        false => brief(&diagnosed.diagnosis, &findings, style),
+                        false => brief(
+                            &diagnosed.diagnosis,
+                            &findings,
+                            style,
+                            Left { page: arguments.report.is_some(), store },
+                        ),
                     };
                     out.write_all(page.as_bytes())?;
                     out.flush()?;

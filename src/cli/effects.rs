@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{Failure, Format, Overwriting, Status, write_json, write_page};
-use crate::complaint::{Complaint, Kind, help_with_names};
-use crate::report::effects::{EffectReport, LibraryReport, all, card, library, named};
+use crate::complaint::{Complaint, Kind};
+use crate::report::effects::{EffectReport, LibraryReport, card, library, meant, named};
 use crate::report::pages;
 
 /// List the physical effects that can be added to a model, or show one of them
@@ -43,7 +43,14 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
     let effects = named(kind);
     if effects.is_empty() {
         return Err(Complaint::new(Kind::UnknownName, format!("there is no effect `{kind}`"))
-            .help(help_with_names(kind, "effects", all().map(|effect| effect.name)))
+            .help(match meant(kind).as_slice() {
+                [] => "`borescope effects` lists all".to_owned(),
+                [some @ .., last] => {
+                    let some: Vec<String> = some.iter().map(|name| format!("`{name}`")).collect();
+                    let or = if some.is_empty() { String::new() } else { format!("{} or ", some.join(", ")) };
+                    format!("did you mean {or}`{last}`? `borescope effects` lists all")
+                }
+            })
             .into());
     }
     if let Some(path) = &arguments.report {

@@ -20,7 +20,7 @@ use crate::rig::Rig;
 /// Effects are fitted to one record and judged on another record of the same rig under other loads.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  borescope improve rig.toml --fit monday.csv --check tuesday.csv -o better.toml --report ledger.html"
+    after_help = "Example:\n  borescope improve rig.toml --fit monday.csv --check tuesday.csv \\\n    -o better.toml --report ledger.html"
 )]
 pub struct Arguments {
     /// The rig file
@@ -75,7 +75,8 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let names = [&arguments.rig, &arguments.fit, &arguments.check].map(|path| path.display().to_string());
     let ledger = Ledger::new(&improvement, names);
     if let Some(path) = &arguments.report {
-        write_page(path, &pages::improvement::improvement(&rig, (&fit, &check), &improvement, &ledger)?)?;
+        let new = arguments.output.display().to_string();
+        write_page(path, &pages::improvement::improvement(&rig, (&fit, &check), &improvement, (&ledger, &new))?)?;
     }
     if let Some(path) = &arguments.curves {
         let curves = Curves { model: &improvement.given.fit.outputs, found: &improvement.trial.fit.outputs };
@@ -89,7 +90,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
                 let page = if arguments.all {
                     let mut page = Vec::new();
                     ledger.write_text(&mut page)?;
-                    String::from_utf8_lossy(&page).into_owned()
+                    report::table::fitted(&String::from_utf8_lossy(&page))
                 } else {
                     ledger.brief(&arguments.output.display().to_string())
                 };

@@ -12,6 +12,7 @@ use crate::finding::argument;
 use crate::isolability::{TakenFault, isolability};
 use crate::report::isolability::{expected_text, signature_text};
 use crate::report::pages::isolability::html;
+use crate::report::table::fitted;
 use crate::rig::Rig;
 
 /// Find which faults of a rig its sensors can detect and isolate
@@ -49,11 +50,9 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     }
     match arguments.format {
         Format::Text => {
-            write!(out, "{}", report.structure)?;
-            out.write_all(signature_text(&rig, report.signatures.as_deref()).as_bytes())?;
-            if let Some(expected) = &report.expected {
-                out.write_all(expected_text(expected).as_bytes())?;
-            }
+            let mut text = report.structure.to_string() + &signature_text(&rig, report.signatures.as_deref());
+            text.extend(report.expected.as_ref().map(expected_text));
+            out.write_all(fitted(&text).as_bytes())?;
             let rig_file = argument(&arguments.rig);
             match &rig.cycle {
                 // What a diagnosis is worth on this rig, measured.

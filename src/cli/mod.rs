@@ -36,17 +36,18 @@ use std::ffi::OsString;
 use std::io::{self, Write};
 use std::path::Path;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 use crate::complaint::{Complaint, Kind};
 use crate::context::{Context, Interrupted};
 use crate::files::{Outputs, is_closed_pipe, write_atomically};
+use crate::report::brief::wrapped;
 use crate::visible::Visible;
 use terminal::FirstLook;
 
 /// Diagnose hydraulic circuits from records: which faults, how large, how probable.
 #[derive(Debug, Parser)]
-#[command(name = "borescope", version)]
+#[command(name = "borescope", version, max_term_width = 80)]
 struct CommandLine {
     /// Nothing on standard error but errors: no notes, no warnings, no progress
     #[arg(short, long, global = true)]
@@ -167,11 +168,46 @@ impl From<io::Error> for Failure {
     }
 }
 
+/// The verbs as a user meets them; [which when](../../docs/which-verb.md) has the same order.
+const GROUPS: [(&str, &[&str]); 6] = [
+    ("Begin", &["example", "init", "check", "simulate"]),
+    ("Diagnose", &["compare", "calibrate", "diagnose"]),
+    ("Find what the model lacks", &["suggest", "add", "improve", "desk"]),
+    ("Plan and trust", &["isolability", "campaign"]),
+    ("Keep and survey", &["history", "export", "fleet"]),
+    ("Look up", &["components", "effects", "completions", "man"]),
+];
+
+/// Columns of a name of a verb with what stands around it.
+const NAME: usize = 15;
+
+/// The command line whose help has the verbs in groups.
+fn command() -> clap::Command {
+    let program = CommandLine::command();
+    let line = |name: &&str| {
+        let about = program.find_subcommand(name).and_then(|verb| verb.get_about()).map(ToString::to_string);
+        let mut lines = wrapped(&format!("{}{}", "_".repeat(NAME), about.unwrap_or_default()), &" ".repeat(NAME));
+        lines[0].replace_range(..NAME, &format!("  {name:<13}"));
+        lines.join("\n") + "\n"
+    };
+    let group =
+        |(title, verbs): &(&str, &[&str])| format!("{title}:\n{}\n", verbs.iter().map(line).collect::<String>());
+    let groups: String = GROUPS.iter().map(group).collect();
+    let template = format!(
+        "{{about}}\n\n{{usage-heading}} {{usage}}\n\n{groups}Options:\n{{options}}\n\n\
+         Start here: borescope example DIR   (a rig file, records, what to type)\n\
+         One verb:   borescope VERB --help\n\
+         The book:   docs/SUMMARY.md of the source; docs/which-verb.md says which verb when\n"
+    );
+    program.help_template(template)
+}
+
 /// Runs one command line, the name of the program first, and returns the exit status.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let pipes: Vec<String> = arguments.iter().skip(1).filter_map(named_pipe).collect();
-    let command_line = match CommandLine::try_parse_from(arguments) {
+    let parsed = command().try_get_matches_from(arguments);
+    let command_line = match parsed.and_then(|matches| CommandLine::from_arg_matches(&matches)) {
         Ok(command_line) => command_line,
         Err(error) => {
             // Help that nobody reads to its end is no failure.

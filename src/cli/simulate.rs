@@ -17,7 +17,9 @@ use crate::simulation::{self, SetParameter, SimulationOptions, SimulationReport,
 
 /// Simulate a rig, and write the record that its sensors would give
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  borescope simulate rig.toml --set cylinder.clearance=0.2mm --seed 1 -o record.csv")]
+#[command(
+    after_help = "Example:\n  borescope simulate rig.toml --set cylinder.clearance=0.2mm --seed 1 \\\n    -o record.csv"
+)]
 pub struct Arguments {
     /// The rig file
     rig: PathBuf,

@@ -18,7 +18,7 @@ use crate::rig::Rig;
 /// Suggest the physical effect that the model of a rig lacks
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  borescope suggest rig.toml monday.csv --check tuesday.csv --report candidates.html"
+    after_help = "Example:\n  borescope suggest rig.toml monday.csv --check tuesday.csv \\\n    --report candidates.html"
 )]
 pub struct Arguments {
     /// The rig file

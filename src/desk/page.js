@@ -99,6 +99,8 @@ function ticks(low, high, most) {
   for (let at = Math.ceil(low / step) * step; at <= high; at += step) all.push(Number(at.toPrecision(12)));
   return all;
 }
+// One number at an axis says nothing of its scale.
+function enough(low, high, most) { const some = ticks(low, high, most); return some.length > 1 || most > 12 ? some : enough(low, high, most + 1); }
 function chart(canvas, sensor, curves) {
   const { pen, width, height } = surface(canvas), [from, to] = span();
   const x = (time) => LEFT + (time - from) / (to - from) * (width - LEFT - RIGHT);
@@ -107,7 +109,7 @@ function chart(canvas, sensor, curves) {
     const y = (value) => bottom - (value - low) / (high - low) * (bottom - top);
     pen.save(); pen.strokeStyle = color('--line'); pen.fillStyle = color('--soft'); pen.textAlign = 'right'; pen.lineWidth = 1;
     const unit = top < 30 ? '' : '×';
-    for (const tick of ticks(low, high, top < 30 ? 4 : 3)) { pen.beginPath(); pen.moveTo(LEFT, y(tick)); pen.lineTo(width - RIGHT, y(tick)); pen.stroke(); pen.fillText(tick + unit, LEFT - 5, y(tick) + 4); }
+    for (const tick of enough(low, high, top < 30 ? 4 : 3)) { pen.beginPath(); pen.moveTo(LEFT, y(tick)); pen.lineTo(width - RIGHT, y(tick)); pen.stroke(); pen.fillText(tick + unit, LEFT - 5, y(tick) + 4); }
     pen.beginPath(); pen.rect(LEFT, top - 2, width - LEFT - RIGHT, bottom - top + 4); pen.clip(); pen.lineJoin = 'round';
     for (const [key, ink, thick, alpha, dash = []] of lines) {
       pen.strokeStyle = color(ink); pen.setLineDash(dash); pen.lineWidth = thick; pen.globalAlpha = alpha; pen.beginPath(); let open = false;

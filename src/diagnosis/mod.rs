@@ -288,6 +288,7 @@ fn diagnose_again(
         channels,
         uncertain: summary::uncertain(&estimate),
         taken_as_exact: rig.exact_by_sheet().into_iter().map(|index| rig.parameters[index].id.clone()).collect(),
+        unfilled: rig.unfilled.len(),
         left_out,
         faults,
     };

@@ -311,6 +311,9 @@ pub struct Diagnosis {
     /// Parameters that the rig file states without an uncertainty, although parts deviate from data sheets: an error in one of them shows
     /// as a fault. None of a calibrated rig.
     pub taken_as_exact: Vec<String>,
+    /// Values of the rig file that are still those of a draft.
+    #[serde(skip)]
+    pub unfilled: usize,
     /// What of the record the fit does not have: samples that are missing or not to be believed, missing rows.
     pub left_out: Vec<Finding>,
 }

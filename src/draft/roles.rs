@@ -1,7 +1,7 @@
 //! What each column of a record may be in a circuit.
 
 use super::Circuit;
-use crate::record::{Channel, Record};
+use crate::record::{Channel, NamedPlace, Record, named_place};
 use crate::units::Dimension;
 
 /// Where a sensor of the cylinder circuit sits.
@@ -138,23 +138,12 @@ fn is_switched(values: &[f64]) -> bool {
     on > 0.0 && there().any(|value| value == 0.0) && there().all(|value| value == 0.0 || value == on)
 }
 
-/// Where a pressure or a flow is measured, by the last word of its name that says it.
+/// Where a pressure or a flow is measured, as its name says.
 fn spot(name: &str) -> Option<Location> {
-    let words = name.split(|letter: char| !letter.is_alphanumeric()).filter(|word| !word.is_empty());
-    // `pA` is `p_A`: the letter of the quantity goes before.
-    let words = words.map(|word| match word.strip_prefix(['p', 'q', 'Q']) {
-        Some(rest) if rest.chars().count() == 1 => rest.to_lowercase(),
-        _ => word.to_lowercase(),
-    });
-    let words: Vec<String> = words.collect();
-    let several = words.len() > 1;
-    words.iter().enumerate().rev().find_map(|(index, word)| match word.as_str() {
-        "a" | "cap" | "head" => Some(Location::A),
-        "b" | "rod" | "annulus" => Some(Location::B),
-        "pump" | "supply" | "system" | "s" => Some(Location::PumpLine),
-        // Alone it is the quantity.
-        "p" if several && index > 0 => Some(Location::PumpLine),
-        _ => None,
+    named_place(name).map(|place| match place {
+        NamedPlace::PumpLine => Location::PumpLine,
+        NamedPlace::A => Location::A,
+        NamedPlace::B => Location::B,
     })
 }
 
@@ -173,21 +162,5 @@ mod tests {
         // One that is in between is a command, and two that are on together are no valve.
         assert_eq!(names(&[&a, &column("u", &[0.0, 0.5, 1.0, 0.0])]), None);
         assert_eq!(names(&[&a, &column("lamp", &[1.0, 1.0, 0.0, 0.0])]), None);
-    }
-
-    #[test]
-    fn names_say_where_a_sensor_sits() {
-        for (name, expected) in [
-            ("p_A", Some(Location::A)),
-            ("pA", Some(Location::A)),
-            ("Druck B", Some(Location::B)),
-            ("pressure rod side", Some(Location::B)),
-            ("p_pump", Some(Location::PumpLine)),
-            ("p_P", Some(Location::PumpLine)),
-            ("p", None),
-            ("pressure 1", None),
-        ] {
-            assert_eq!(spot(name), expected, "{name}");
-        }
     }
 }

@@ -10,8 +10,7 @@ use crate::number::{rounded, written};
 use crate::record::{Channel, Record};
 use crate::units::{Dimension, Quantity};
 
-/// Behind a value that only the data sheet knows.
-pub(super) const OPEN: &str = "# DATA SHEET";
+pub(super) use crate::rig::PLACEHOLDER as OPEN;
 
 /// Pressure of water per level, mbar/m.
 const WATER: f64 = 97.9;

@@ -14,6 +14,8 @@ use crate::rig::{Quantity, Rig, Sensor};
 const MOST: usize = 3;
 /// Rows over which a reading has to stand at least: with fewer, any curve stands that is sampled slowly.
 const ROWS: usize = 10;
+/// Share of its travel by which a piston is at an end: stops give way under loads.
+const END: f64 = 0.01;
 /// Digits of a reported number.
 const DIGITS: usize = 6;
 
@@ -36,13 +38,14 @@ pub struct Consequence {
     pub sensor: String,
     /// Which property of its readings changes.
     pub measure: Measure,
-    /// With the fault minus without it, in `unit`.
+    /// With the fault minus without it, in `unit`. Of a time to an end that one of the two does not reach before the inputs switch: that to
+    /// the switching, which it is at least.
     pub change: f64,
     /// The unit of the sensor; s for a time.
     pub unit: String,
-    /// The value with the fault, in `unit`; `None` for [`Measure::Rms`].
+    /// The value with the fault, in `unit`; `None` for [`Measure::Rms`], and where the end is not reached.
     pub with_fault: Option<f64>,
-    /// The value without the fault, in `unit`; `None` for [`Measure::Rms`].
+    /// The value without the fault, in `unit`; `None` for [`Measure::Rms`], and where the end is not reached.
     pub without_fault: Option<f64>,
     /// Start of the phase, s.
     pub from_s: f64,
@@ -171,48 +174,79 @@ impl Runs<'_> {
         })
     }
 
-    /// The largest change of the time to an end position that both runs reach.
+    /// The largest change of the time to an end position: of one that both runs reach, or only one of them before the inputs switch.
     fn travel_time(&self, index: usize) -> Option<Consequence> {
         let time = self.time();
         let (sensor, [with, without]) = self.curves(index);
         if sensor.quantity != Quantity::Position {
             return None;
         }
+        let band = sensor.noise.max(END * travel(with).max(travel(without)));
         let jumps = jumps(self.record, self.drive).into_iter().filter_map(|row| row.checked_sub(self.from));
         let ends: Vec<usize> = std::iter::once(0).chain(jumps).chain([time.len()]).collect();
-        let late = |phase: &[usize]| {
+        let strokes = ends.windows(2).filter(|phase| phase[0] < phase[1]).filter_map(|phase| {
             let rows = phase[0]..phase[1];
-            let [a, b] = [with, without]
-                .map(|curve| arrival((time, &curve[rows.clone()]), rows.start, sensor.noise, self.switching()));
-            let (a, b) = (a?, b?);
-            let same_end = (with[rows.end - 1] - without[rows.end - 1]).abs() <= sensor.noise;
+            let limits = (band, sensor.noise, self.switching());
+            let arrives = [with, without].map(|curve| arrival((time, curve), &rows, limits));
+            let last = [with, without].map(|curve| curve[rows.end - 1]);
+            // One that creeps on has been there all the same.
+            let passes = |curve: &[f64], end: f64| rows.clone().find(|&row| (curve[row] - end).abs() <= band);
+            let (end, arrives) = match arrives {
+                [Some(_), Some(_)] if (last[0] - last[1]).abs() <= band => (last[1], arrives),
+                [Some(a), None] => (last[0], [Some(a), passes(without, last[0])]),
+                [None, Some(b)] => (last[1], [passes(with, last[1]), Some(b)]),
+                _ => return None,
+            };
+            let late = time[arrives[0].unwrap_or(rows.end - 1)] - time[arrives[1].unwrap_or(rows.end - 1)];
             // The samples of a record show a time to one interval.
-            let seen = a.abs_diff(b) > 1;
-            (same_end && seen).then_some((rows, a, b))
-        };
-        let size = |(_, a, b): &(Range<usize>, usize, usize)| (time[*a] - time[*b]).abs();
-        let phases = ends.windows(2).filter(|phase| phase[0] < phase[1]).filter_map(late);
-        let (rows, a, b) = phases.max_by(|one, other| size(one).total_cmp(&size(other)))?;
+            let seen = match arrives {
+                [Some(a), Some(b)] => a.abs_diff(b) > 1,
+                _ => late != 0.0,
+            };
+            seen.then_some(Stroke { rows, end, arrives, late })
+        });
+        let Stroke { rows, end, arrives, late } = strokes.max_by(|a, b| a.late.abs().total_cmp(&b.late.abs()))?;
         let gap = rows.clone().map(|row| (with[row] - without[row]).abs()).fold(0.0, f64::max);
         let start = time[rows.start];
-        let change = time[a] - time[b];
-        let when = if change > 0.0 { "later" } else { "earlier" };
+        let [with_fault, without_fault] = arrives.map(|row| row.map(|row| rounded(time[row] - start, DIGITS)));
         // Which of the two ends: of one stroke it may be late, of the other early.
         let unit = self.rig.sensor_unit(sensor);
-        let end = with_unit(rounded(in_unit(without[rows.end - 1], &unit), 3), &unit.symbol);
+        let shown = if end.abs() <= band { 0.0 } else { in_unit(end, &unit) };
+        let (name, end) = (&sensor.name, with_unit(rounded(shown, 3), &unit.symbol));
+        let text = match (with_fault, without_fault) {
+            (Some(after), None) => format!("{name} reaches {end} after {} s (new: not at all)", figure(after)),
+            (None, Some(after)) => format!("{name} no longer reaches {end} (new: after {} s)", figure(after)),
+            _ => format!("{name} reaches {end} {} s {}", figure(late), if late > 0.0 { "later" } else { "earlier" }),
+        };
         Some(Consequence {
-            sensor: sensor.name.clone(),
+            sensor: name.clone(),
             measure: Measure::TravelTime,
-            change: rounded(change, DIGITS),
+            change: rounded(late, DIGITS),
             unit: "s".to_owned(),
-            with_fault: Some(rounded(time[a] - start, DIGITS)),
-            without_fault: Some(rounded(time[b] - start, DIGITS)),
+            with_fault,
+            without_fault,
             from_s: rounded(start, DIGITS),
             to_s: rounded(time[rows.end - 1], DIGITS),
             times_noise: rounded(gap / sensor.noise, DIGITS),
-            text: format!("{} reaches {end} {} s {when}", sensor.name, figure(change)),
+            text,
         })
     }
+}
+
+/// A stroke that at least one of two runs ends before the inputs switch: the rows in which it may, where, when with and without the
+/// fault, and by how much later with it, s; at least so much where one does not arrive.
+struct Stroke {
+    rows: Range<usize>,
+    end: f64,
+    arrives: [Option<usize>; 2],
+    late: f64,
+}
+
+/// From the least to the greatest position.
+fn travel(curve: &[f64]) -> f64 {
+    let (low, high) =
+        curve.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
+    (high - low).max(0.0)
 }
 
 /// The size of a change with two digits: more would say that the model is exact.
@@ -246,11 +280,17 @@ fn runs(marked: &[bool]) -> Vec<Range<usize>> {
     found
 }
 
-/// The row from which on a curve differs from its last value by no more than the noise of one sample; `None` where it moves
-/// by no more at all, or still moves at the end.
-fn arrival((time, curve): (&[f64], &[f64]), first: usize, noise: f64, switching: f64) -> Option<usize> {
-    let end = *curve.last()?;
-    let row = curve.iter().rposition(|value| (value - end).abs() > noise)? + 1 + first;
-    let last = first + curve.len() - 1;
-    (time[last] - time[row.min(last)] >= switching).then_some(row)
+/// The row from which on a curve is at its end: within the first limit, as a stop gives way under a load; `None` where it was there from
+/// the start, or where it still moves by more than the second one, the noise, within the third, a switching.
+fn arrival(
+    (time, curve): (&[f64], &[f64]),
+    rows: &Range<usize>,
+    (band, noise, switching): (f64, f64, f64),
+) -> Option<usize> {
+    let last = rows.end - 1;
+    let end = curve[last];
+    let row = curve[rows.clone()].iter().rposition(|value| (value - end).abs() > band)? + 1 + rows.start;
+    let before = time.partition_point(|&t| t < time[last] - switching);
+    let rests = row <= before && (curve[before] - end).abs() <= noise;
+    rests.then_some(row)
 }

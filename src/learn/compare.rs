@@ -25,6 +25,8 @@ const WORST: usize = 3;
 const NAMED: usize = 3;
 /// Digits of a reported number.
 const DIGITS: usize = 6;
+/// Digits of an error as people read it.
+const SHOWN: usize = 2;
 
 /// A comparison with the curves behind it.
 #[derive(Debug, Clone)]
@@ -69,10 +71,11 @@ fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     comparison.fitted = estimated.filter(|&index| !rig.is_fault(index)).map(fitted(rig, &values)).collect();
     let mut found = None;
     rig.context().first_look(|| misses(comparison.times_noise));
-    // Faults with which the error grows explain nothing, whatever their weights make of it.
+    // Faults with which the error does not fall explain nothing, whatever their weights make of it.
+    let shown = |times_noise: f64| rounded(times_noise, SHOWN);
     if !comparison.adequate
         && let Some(Explained { with_faults, outputs }) = with_faults(&model, record)?
-        && (with_faults.adequate || with_faults.times_noise < comparison.times_noise)
+        && (with_faults.adequate || shown(with_faults.times_noise) < shown(comparison.times_noise))
     {
         comparison.with_faults = Some(with_faults);
         found = Some(outputs);
@@ -189,17 +192,19 @@ impl Comparison {
             channels,
             fitted: Vec::new(),
             with_faults: None,
+            unfilled: rig.unfilled.len(),
             before: None,
         })
     }
 }
 
-/// The worst sensor, its worst phase, and what its misfit goes with.
+/// The worst sensor, in the one number for people, of those that are not explained; its worst phase, and what its misfit goes with.
 fn place(rig: &Rig, channels: &[ChannelComparison]) -> Option<MisfitPlace> {
     let worst = |(_, a): &(&Sensor, &ChannelComparison), (_, b): &(&Sensor, &ChannelComparison)| {
-        a.chi2_reduced.total_cmp(&b.chi2_reduced)
+        a.times_noise.total_cmp(&b.times_noise)
     };
-    let (sensor, channel) = rig.sensors.iter().zip(channels).max_by(worst)?;
+    let missed = rig.sensors.iter().zip(channels).filter(|(_, channel)| !channel.adequate);
+    let (sensor, channel) = missed.max_by(worst)?;
     let miss = channel.worst.first()?;
     Some(MisfitPlace {
         equation: equation(rig, sensor),

@@ -163,6 +163,9 @@ pub struct Comparison {
     pub fitted: Vec<FittedParameter>,
     /// The model with the faults that explain the record; `None` where the model alone is adequate, or no fault was found.
     pub with_faults: Option<WithFaults>,
+    /// Values of the rig file that are still those of a draft.
+    #[serde(skip)]
+    pub unfilled: usize,
     /// The same record with an older rig file, where one was given.
     pub(crate) before: Option<Earlier>,
 }

@@ -129,6 +129,9 @@ pub struct SuggestionReport {
     pub not_fitted: Vec<ScoredReport>,
     /// What would tell the best from its first rival; `None` where it has none, or where the rig has no cycle.
     pub experiment: Option<Experiment>,
+    /// Values of the rig file that are still those of a draft.
+    #[serde(skip)]
+    pub unfilled: usize,
 }
 
 impl SuggestionReport {
@@ -155,6 +158,7 @@ impl SuggestionReport {
         }
         Ok(Self {
             schema: SCHEMA,
+            unfilled: base.rig.unfilled.len(),
             rig: base.rig.path.display().to_string(),
             record: record.path.display().to_string(),
             check: check.map(|check| check.path.display().to_string()),

@@ -5,7 +5,11 @@ use super::run::run_of;
 use crate::complaint::Complaint;
 use crate::diagnosis::{DiagnosisOptions, diagnose};
 use crate::model::Model;
+use crate::number::rounded;
 use crate::record::Record;
+
+/// Digits with which a fault is named.
+const NAMED: usize = 4;
 
 /// A model with the faults that explain a record, with the curves behind it.
 pub(super) struct Explained {
@@ -31,7 +35,9 @@ pub(super) fn with_faults(model: &Model, record: &Record) -> Result<Option<Expla
         healthy: fault.healthy,
         ci95: fault.ci95,
     });
-    let faults: Vec<PresentFault> = present.collect();
+    // What differs from new by less than is shown would be told as a fault of a part as good as new.
+    let differs = |fault: &PresentFault| rounded(fault.value, NAMED) != rounded(fault.healthy, NAMED);
+    let faults: Vec<PresentFault> = present.filter(differs).collect();
     if faults.is_empty() {
         return Ok(None);
     }

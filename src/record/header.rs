@@ -6,6 +6,7 @@ use super::Asked;
 use super::care::MOST_COLUMNS;
 use super::dialect::UnitsIn;
 use super::line::Line;
+use super::stamp::may_be_date;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::units::{Dimension, Unit};
 use crate::visible::unusable_name;
@@ -20,6 +21,7 @@ pub(super) struct Column {
 pub(super) struct Heading<'a> {
     pub path: &'a Path,
     pub line: Line<'a>,
+    pub around: Around,
 }
 
 impl Heading<'_> {
@@ -30,6 +32,15 @@ impl Heading<'_> {
     fn column(&self, index: usize) -> Place {
         self.line.field(self.path, index)
     }
+}
+
+/// What is known of a row of names from those around it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Around {
+    /// Whether the row below begins with a date: the first column is the time then, whatever it is called.
+    pub dated: bool,
+    /// Whether rows above it were passed over.
+    pub titled: bool,
 }
 
 /// The columns that a header names.
@@ -56,6 +67,24 @@ pub(super) fn is_unit_row(fields: &csv::StringRecord) -> bool {
     fields.get(0).is_some_and(|first| Unit::parse_as(bare_unit(first), Dimension::TIME).is_ok())
         // The unit `1` of a pure number is one too.
         && !fields.iter().any(|field| field.trim() != "1" && is_number(field))
+}
+
+/// Whether a row of names and the one below it are header and first row of a table.
+pub(super) fn stands_above(names: &csv::StringRecord, below: &csv::StringRecord) -> bool {
+    let begins_with_digit = |row: &csv::StringRecord| {
+        row.get(0).is_some_and(|first| first.trim().starts_with(|c: char| c.is_ascii_digit()))
+    };
+    names.len() > 1
+        && names.len() == below.len()
+        && !begins_with_digit(names)
+        && !holds_values(names)
+        && begins_with_digit(below)
+        && holds_values(below)
+}
+
+/// Whether a row begins with a date.
+pub(super) fn is_dated(row: &csv::StringRecord) -> bool {
+    row.get(0).is_some_and(|first| may_be_date(first.trim()))
 }
 
 /// Whether a field behind the first is a number or a date, which no column is called.
@@ -177,7 +206,8 @@ pub(super) fn begins_with_time(fields: &csv::StringRecord) -> bool {
 }
 
 fn check_time(fields: &csv::StringRecord, row: &Heading<'_>) -> Result<(), Complaint> {
-    if begins_with_time(fields) {
+    let Around { dated, titled } = row.around;
+    if begins_with_time(fields) || (dated && !fields.iter().any(is_time)) {
         return Ok(());
     }
     let first = fields.get(0).unwrap_or_default();
@@ -189,7 +219,9 @@ fn check_time(fields: &csv::StringRecord, row: &Heading<'_>) -> Result<(), Compl
         Complaint::new(Kind::MissingEntry, "the first row holds numbers, not the names of the columns")
             .help("name the columns in the first row: `time [s],p_A [bar],...`")
     } else {
-        Complaint::new(Kind::MissingEntry, format!("the first column is `{}`, not the time", tidy(first))).help(
+        let which =
+            if titled { "no line begins with the time; this one looks like the header, but its" } else { "the" };
+        Complaint::new(Kind::MissingEntry, format!("{which} first column is `{}`, not the time", tidy(first))).help(
             match bare_name(first) {
                 "" => "name the first column `time [s]`".to_owned(),
                 name => format!("write `{name} [s]` if it is; else put the time in front"),

@@ -15,6 +15,7 @@ mod header;
 mod line;
 mod mat;
 mod mdf;
+mod named;
 mod origin;
 mod packed;
 #[cfg(feature = "parquet")]
@@ -41,6 +42,7 @@ use crate::units::{Dimension, Unit, UnitError};
 
 pub use asked::Asked;
 pub use columns::Inputs;
+pub(crate) use named::{NamedPlace, named_place};
 pub use origin::Origin;
 pub use sampling::Sampling;
 pub use stream::Stream;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::care::{Care, Standing};
 use super::dialect::{Dialect, UnitsIn, separator, stated_separator};
-use super::header::{self, Heading};
+use super::header::{self, Around, Heading};
 use super::line::Line;
 use super::table::Row;
 use super::table::{Table, unclosed_quote};
@@ -50,11 +50,19 @@ impl Names<'_> {
         }
         let names = std::mem::take(&mut piece.row);
         // Loggers write `Date/Time;12.03.2024 10:15` above the table.
-        (header::begins_with_time(&names) && !header::holds_values(&names))
-            || (header::lacks_units(&names)
-                && piece.next(path).is_ok_and(|found| found)
-                && header::is_unit_row(&piece.row)
-                && names.len() == piece.row.len())
+        if header::begins_with_time(&names) && !header::holds_values(&names) {
+            return true;
+        }
+        piece.next(path).is_ok_and(|found| found)
+            && ((header::lacks_units(&names) && header::is_unit_row(&piece.row) && names.len() == piece.row.len())
+                || (header::stands_above(&names, &piece.row) && header::is_dated(&piece.row)))
+    }
+
+    /// Whether the row stands above one of values, so that it names columns although the first is no time.
+    fn stand_above_values(&self, path: &Path) -> bool {
+        let mut piece = Piece::new(self.text, self.separator, self.lines);
+        let mut next = || piece.next(path).is_ok_and(|found| found).then(|| std::mem::take(&mut piece.row));
+        next().zip(next()).is_some_and(|(names, below)| header::stands_above(&names, &below))
     }
 }
 
@@ -159,13 +167,16 @@ impl<'a> Rows<'a> {
         }
         let names = std::mem::take(&mut piece.row);
         let mut unit_row = None;
-        let header = if header::lacks_units(&names) && piece.next(self.path)? && header::is_unit_row(&piece.row) {
+        let below = piece.next(self.path)?;
+        let header = if below && header::lacks_units(&names) && header::is_unit_row(&piece.row) {
             unit_row = Some(piece.lines.line);
             let units = std::mem::take(&mut piece.row);
-            let row = Heading { path: self.path, line: piece.line() };
+            let row = Heading { path: self.path, line: piece.line(), around: Around::default() };
             header::parse(&header::join(&names, &units, &row)?, &row, self.asked)?
         } else {
-            header::parse(&names, &Heading { path: self.path, line: names_line }, self.asked)?
+            let dated = below && header::stands_above(&names, &piece.row) && header::is_dated(&piece.row);
+            let around = Around { dated, titled: above > 0 };
+            header::parse(&names, &Heading { path: self.path, line: names_line, around }, self.asked)?
         };
         let units = header.units;
         let table = Table::new(self.path, separator, header, self.care);
@@ -189,13 +200,17 @@ impl<'a> Rows<'a> {
             let above = titles + usize::from(stated.is_some());
             Ok(Names { text, lines: Lines::new(text, line), separator, above })
         };
-        let first = names(start, lines.line, 0);
+        let mut first = names(start, lines.line, 0);
+        let mut likely = false;
         let mut at = start;
         for titles in 0..=MOST_TITLES {
-            if let Ok(names) = names(at, lines.line, titles)
-                && names.are_names(self.path)
-            {
-                return Ok(names);
+            if let Ok(names) = names(at, lines.line, titles) {
+                if names.are_names(self.path) {
+                    return Ok(names);
+                }
+                if !likely && names.stand_above_values(self.path) {
+                    (first, likely) = (Ok(names), true);
+                }
             }
             let Some(next) = lines.next_row(behind(at)) else { break };
             at = next;

@@ -19,17 +19,11 @@ pub(super) struct Stamp {
 }
 
 impl Stamp {
-    /// A date and a time of day after ISO 8601, with a blank or a `T` between them, with or without its distance to UTC. Other ways
-    /// to write a date leave open which number is the day.
+    /// A date and a time of day, with a blank or a `T` between them, with or without its distance to UTC: after ISO 8601, or day, month
+    /// and year between points, an order that no country exchanges. Dates between slashes leave open which number is the day.
     pub(super) fn parse(text: &str) -> Option<Self> {
-        let is_date = |date: &str| {
-            date.len() == 10
-                && date.bytes().enumerate().all(|(at, byte)| match at {
-                    4 | 7 => byte == b'-',
-                    _ => byte.is_ascii_digit(),
-                })
-        };
-        let (date, time) = text.split_once(['T', ' ']).filter(|(date, time)| is_date(date) && time.contains(':'))?;
+        let (date, time) = text.split_once(['T', ' ']).filter(|(_, time)| time.contains(':'))?;
+        let date = iso(date)?;
         let text = format!("{date}T{}", time.replacen(',', ".", 1));
         let decimals = time
             .split_once(['.', ','])
@@ -44,6 +38,19 @@ impl Stamp {
     pub(super) fn seconds_since(self, other: Self) -> f64 {
         (self.moment.as_nanosecond() - other.moment.as_nanosecond()) as f64 / 1e9
     }
+}
+
+/// A date as ISO 8601 has it.
+fn iso(date: &str) -> Option<String> {
+    let digits = |text: &str, count: &[usize]| count.contains(&text.len()) && text.bytes().all(|b| b.is_ascii_digit());
+    let parts = |sign: char| <[&str; 3]>::try_from(date.split(sign).collect::<Vec<_>>()).ok();
+    if let Some([year, month, day]) = parts('-') {
+        let is_date = digits(year, &[4]) && digits(month, &[2]) && digits(day, &[2]);
+        return is_date.then(|| date.to_owned());
+    }
+    let [day, month, year] = parts('.')?;
+    let is_date = digits(year, &[4]) && digits(month, &[1, 2]) && digits(day, &[1, 2]);
+    is_date.then(|| format!("{year}-{month:0>2}-{day:0>2}"))
 }
 
 /// Whether a text looks like a date or a time of day.
@@ -63,6 +70,8 @@ mod tests {
             ("2026-11-23 10:00:00,1205", 0.0005, false, 4),
             ("2026-11-23 10:01", 59.88, false, 0),
             ("2026-11-24 00:00:00", 50399.88, false, 0),
+            ("23.11.2026 10:00:00,125", 0.005, false, 3),
+            ("1.12.2026 10:00:00", 8.0 * 86400.0 - 0.12, false, 0),
             ("2026-11-23T10:00:00.120Z", 0.0, true, 3),
             ("2026-11-23 11:00:00.12+01:00", 0.0, true, 2),
         ] {
@@ -76,7 +85,8 @@ mod tests {
         for text in [
             "2026-11-23",
             "10:00:00.120",
-            "23.11.2026 10:00:00",
+            "11.23.2026 10:00:00",
+            "23.11.26 10:00:00",
             "11/12/2026 10:00",
             "2026-11-23 25:00:00",
             "2026-02-30 10:00:00",

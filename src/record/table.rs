@@ -194,7 +194,7 @@ impl<'a> Table<'a> {
     fn not_a_date(&self, field: &str, row: &Row<'_>) -> Complaint {
         let what = format!("`{field}` in column `{}` is not a date with a time of day", self.name(0));
         self.complain(Kind::Number, row, 0, what).help(format!(
-            "write all times like `{}`, year, month and day in this order: another could be read in two ways",
+            "write all times like `{}` or `23.11.2026 10:00:00.120`: another order could be read in two ways",
             stamp::EXAMPLE
         ))
     }

@@ -48,7 +48,7 @@ pub fn write_text(finished: &Finished) -> String {
     ));
     line("");
     line("What the figures mean, with their sources: docs/how-to/run-a-campaign.md");
-    page
+    super::table::fitted(&page)
 }
 
 /// `3 of 4, 75 % (19.4 to 99.4 %)`.

@@ -16,7 +16,7 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
         fault.identifiable == Identifiable::Unidentifiable && fault.remark.is_some()
     };
     let open: Vec<&str> = diagnosis.faults.iter().filter(untold).map(|fault| fault.id.as_str()).collect();
-    let mut told = Vec::new();
+    let mut told: Vec<String> = drafted(diagnosis.unfilled).into_iter().collect();
     if let Some(cause) = &diagnosis.common_cause {
         let without = match cause.instead_of.as_slice() {
             [] => "no faults of this rig explain the record".to_owned(),
@@ -54,6 +54,16 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
         format!("Rows are missing from {from} s to {to} s: the commands there are not known; split the record there.")
     }));
     told
+}
+
+/// That a result means little while values are those of a draft.
+pub(super) fn drafted(unfilled: usize) -> Option<String> {
+    let what = match unfilled {
+        0 => return None,
+        1 => "One value of the rig file is still marked DATA SHEET: until it is that".to_owned(),
+        several => format!("{several} values of the rig file are still marked DATA SHEET: until they are those"),
+    };
+    Some(format!("{what} of your machine, this says little. `borescope check` names the lines."))
 }
 
 /// Values off their data sheets that are named.
@@ -122,8 +132,8 @@ fn taken_as_exact(ids: &[String]) -> Option<String> {
 fn how_many_exact(count: usize) -> Option<String> {
     match count {
         0 => None,
-        1 => Some("One data-sheet value is taken as exact: intervals leave its error out.".to_owned()),
-        several => Some(format!("{several} data-sheet values are taken as exact: intervals leave their errors out.")),
+        1 => Some("Intervals take one data-sheet value as exact: give it `+-`, or calibrate.".to_owned()),
+        several => Some(format!("Intervals take {several} data-sheet values as exact: give them `+-`, or calibrate.")),
     }
 }
 

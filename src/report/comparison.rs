@@ -1,6 +1,7 @@
 //! The comparison of a model with a record in a few lines: the verdict first, the next command last.
 
 use super::brief::wrapped;
+use super::caveats::drafted;
 use super::learn::{goes_with, multiple, named_fault, times};
 use super::table::{Head, aligned};
 use crate::finding::argument;
@@ -14,13 +15,15 @@ const ABOVE_NOISE: f64 = 1.2;
 pub fn brief(comparison: &Comparison) -> String {
     let before = comparison.before.as_ref();
     let mut lines = headline(comparison);
-    if let Some(with_faults) = &comparison.with_faults {
-        lines.extend(explained_by(with_faults));
-    }
     // Faults that explain the record say more than the place where the model without them is off.
     let explained = comparison.with_faults.as_ref().is_some_and(|with| with.adequate);
     if let Some(place) = comparison.place.as_ref().filter(|_| !explained) {
         lines.extend(located(place));
+    }
+    if let Some(with_faults) = &comparison.with_faults {
+        let (heading, faults) = explained_by(with_faults);
+        lines.push(heading);
+        lines.extend(faults.iter().map(|fault| format!("  {fault}")));
     }
     if let Some(before) = before {
         let with = before.with_faults.as_ref();
@@ -28,6 +31,7 @@ pub fn brief(comparison: &Comparison) -> String {
         lines.extend(wrapped(&format!("Before ({}): {}{with}.", before.rig, times(before.times_noise)), "  "));
     }
     lines.extend(stated(comparison).iter().flat_map(|words| wrapped(words, "  ")));
+    lines.extend(drafted(comparison.unfilled).iter().flat_map(|words| wrapped(words, "  ")));
     lines.push(String::new());
     let (heads, rows) = table(comparison);
     lines.extend(aligned(&heads, &rows));
@@ -103,15 +107,15 @@ fn located(place: &MisfitPlace) -> Vec<String> {
     lines
 }
 
-fn explained_by(with_faults: &WithFaults) -> Vec<String> {
+/// What the faults that explain a record best leave, and each of them with its size.
+pub(super) fn explained_by(with_faults: &WithFaults) -> (String, Vec<String>) {
     let enough = if with_faults.adequate { "" } else { "; not enough" };
-    let mut lines = vec![format!("With the faults that explain it best, {}{enough}:", times(with_faults.times_noise))];
-    lines.extend(with_faults.faults.iter().map(fault));
-    lines
+    let heading = format!("With the faults that explain it best, {}{enough}:", times(with_faults.times_noise));
+    (heading, with_faults.faults.iter().map(fault).collect())
 }
 
 fn fault(fault: &PresentFault) -> String {
-    format!("  {} (new: {})", named_fault(fault), with_unit(rounded(fault.healthy, 4), &fault.unit))
+    format!("{} (new: {})", named_fault(fault), with_unit(rounded(fault.healthy, 4), &fault.unit))
 }
 
 /// Sensor by sensor: your model, with faults, and the same of an older rig file.
@@ -122,7 +126,7 @@ pub(super) fn table(comparison: &Comparison) -> (Vec<Head>, Vec<Vec<String>>) {
     let mut heads: Vec<Head> = vec![("sensor", false), ("rms misfit", true), ("unit", false), ("x noise", true)];
     heads.extend(with_faults.map(|_| ("with faults", true)));
     heads.extend(before.map(|_| ("before", true)));
-    heads.extend(before_with.map(|_| ("with faults", true)));
+    heads.extend(before_with.map(|_| ("before, with faults", true)));
     heads.push(("explained", false));
     let rows = comparison.channels.iter().map(|channel| {
         let same = |channels: &[ChannelComparison]| channels.iter().find(|other| other.name == channel.name).cloned();
@@ -151,6 +155,7 @@ fn times_noise(channel: &ChannelComparison) -> String {
 pub(super) fn next(comparison: &Comparison) -> String {
     let (rig, record) = (argument(&comparison.rig), argument(&comparison.record));
     match &comparison.with_faults {
+        _ if comparison.unfilled > 0 => format!("Next: borescope check {rig} {record}"),
         _ if comparison.adequate => format!("Next: borescope diagnose {rig} {record}"),
         Some(with_faults) if with_faults.adequate => format!("Next: borescope diagnose {rig} {record}"),
         _ => format!("Next: borescope suggest {rig} {record} --check ANOTHER_RECORD"),
@@ -194,6 +199,7 @@ mod tests {
             fitted: Vec::new(),
             as_stated: None,
             with_faults: None,
+            unfilled: 0,
             before: None,
         }
     }
@@ -222,6 +228,13 @@ mod tests {
         assert_eq!(row, ["p_A", "11.2", "bar", "45", "1", "51", "with", "faults"]);
         assert_eq!(lines[9], "Next: borescope diagnose rig.toml record.csv");
         assert!(lines.iter().all(|line| line.len() <= 80), "{page}");
+    }
+
+    #[test]
+    fn a_draft_leads_to_its_open_values() {
+        let page = brief(&Comparison { unfilled: 16, ..comparison(610.0) });
+        assert!(page.contains("16 values of the rig file are still marked DATA SHEET"), "{page}");
+        assert!(page.contains("\nNext: borescope check rig.toml record.csv\n"), "{page}");
     }
 
     #[test]

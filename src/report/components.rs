@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::table::{Head, aligned};
+use super::table::{Head, aligned, fitted};
 use crate::physics::card::{Card, Parameter, PortKind};
 use crate::physics::component::CARDS;
 use crate::rig::catalogue;
@@ -120,7 +120,7 @@ fn parameter(own: &Parameter) -> ParameterReport {
     }
 }
 
-const KIND_HEADS: [Head; 3] = [("kind", false), ("ports", false), ("meaning", false)];
+const KIND_HEADS: [Head; 2] = [("kind", false), ("meaning", false)];
 const PARAMETER_HEADS: [Head; 4] = [("parameter", false), ("unit", false), ("default", true), ("meaning", false)];
 const NAMED_HEADS: [Head; 3] = [("name", false), ("unit or node", false), ("meaning", false)];
 
@@ -128,11 +128,13 @@ const NAMED_HEADS: [Head; 3] = [("name", false), ("unit or node", false), ("mean
 pub fn library() -> String {
     let row = |card: &'static Card| {
         let ports: Vec<&str> = card.ports.iter().map(|port| port.name).collect();
-        vec![card.kind.to_owned(), ports.join(" "), card.meaning.to_owned()]
+        vec![card.kind.to_owned(), format!("{} Ports: {}.", card.meaning, ports.join(", "))]
     };
-    let rows: Vec<Vec<String>> = cards().map(row).collect();
+    let mut all: Vec<&'static Card> = cards().collect();
+    all.sort_by_key(|card| (card.own.is_some(), card.kind));
+    let rows: Vec<Vec<String>> = all.into_iter().map(row).collect();
     aligned(&KIND_HEADS, &rows).join("\n")
-        + "\n\nThe card of one: borescope components KIND; the file of one of the catalogue, to copy and change: --source\n"
+        + "\n\nThe card of one: borescope components KIND\nThe file of one of the catalogue, to copy and change: --source\n"
 }
 
 /// One card as text.
@@ -161,5 +163,5 @@ pub fn card(card: &Card) -> String {
         lines.push(String::new());
         lines.extend(aligned(&PARAMETER_HEADS, &report.parameters.iter().map(row).collect::<Vec<_>>()));
     }
-    lines.join("\n") + "\n"
+    fitted(&(lines.join("\n") + "\n"))
 }

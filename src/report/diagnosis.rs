@@ -8,7 +8,7 @@ use super::residuals;
 use super::style::{Style, Tone};
 #[cfg(feature = "cli")]
 use super::style::{bars, scale};
-use super::table::{Head, aligned};
+use super::table::{Head, aligned, fitted as lines_fitted, within};
 #[cfg(feature = "cli")]
 use crate::diagnosis::{Diagnosed, is_there};
 use crate::diagnosis::{Diagnosis, FaultReport, MissingEffect, UncertainReport, Verdict};
@@ -363,7 +363,7 @@ fn pictured(
         .zip(pictures)
         .map(|(row, picture)| [row.as_slice(), std::slice::from_ref(picture)].concat())
         .collect();
-    let wide = aligned(&heads, &rows);
+    let wide = within(None, &heads, &rows);
     let fits = |line: &String| style.width.is_some_and(|width| line.chars().count() <= width);
     if wide.iter().all(fits) { wide } else { plain }
 }
@@ -405,7 +405,7 @@ fn page(diagnosis: &Diagnosis, style: Style, [scales, courses]: [Vec<String>; 2]
         block("Left out of the fit", indented(left_out));
     }
     lines.extend([String::new(), fitted(diagnosis), String::new()]);
-    lines.join("\n")
+    lines_fitted(&lines.join("\n"))
 }
 
 /// How the fit went, in a line.

@@ -5,7 +5,8 @@ use std::fmt::{self, Write};
 
 use serde::Serialize;
 
-use super::table::{Head, aligned};
+use super::table::{Head, aligned, fitted};
+use crate::complaint::did_you_mean;
 use crate::number::with_unit;
 use crate::physics::card::Parameter;
 use crate::physics::effect::{At, EFFECTS, Effect, FreeParameter, InitialGuess};
@@ -65,6 +66,24 @@ pub fn all() -> impl Iterator<Item = &'static Effect> {
 /// The effects of this name; components of several kinds may have one each.
 pub fn named(name: &str) -> Vec<&'static Effect> {
     all().filter(|effect| effect.name == name).collect()
+}
+
+/// So many names are offered for one that is not known.
+const OFFERED: usize = 6;
+
+/// The names that may be meant by one that is not known: those nearest by letters, then those that have one of its words.
+pub fn meant(name: &str) -> Vec<&'static str> {
+    let mut names: Vec<&'static str> = all().map(|effect| effect.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    let words: Vec<String> =
+        name.to_lowercase().split(['-', '_', ' ']).filter(|word| word.len() > 2).map(str::to_owned).collect();
+    let near = did_you_mean(name, names.iter().copied());
+    let alike = names.iter().copied().filter(|known| words.iter().any(|word| known.contains(word.as_str())));
+    // Curves without a formula are the last that a name without one means.
+    let mut alike: Vec<&str> = alike.filter(|known| Some(*known) != near).collect();
+    alike.sort_by_key(|known| known.starts_with("empirical"));
+    near.into_iter().chain(alike).take(OFFERED).collect()
 }
 
 impl LibraryReport {
@@ -195,7 +214,7 @@ fn rows(effect: &EffectReport) -> Vec<(String, &FreeReport)> {
         .collect()
 }
 
-const LIBRARY_HEADS: [Head; 3] = [("effect", false), ("where", false), ("meaning", false)];
+const LIBRARY_HEADS: [Head; 2] = [("effect", false), ("meaning, and where it may sit", false)];
 pub(super) const FREE_HEADS: [Head; 6] = [
     ("parameter", false),
     ("unit", false),
@@ -220,11 +239,15 @@ pub(super) fn free_rows(effect: &EffectReport) -> Vec<Vec<String>> {
     rows(effect).into_iter().map(row).collect()
 }
 
-/// The library as a table.
+/// The library as a table by name; of effects of one name, at components of several kinds, one row.
 pub fn library() -> String {
-    let row =
-        |effect: EffectReport| vec![effect.name.to_owned(), effect.at.replace('`', ""), effect.meaning.to_owned()];
-    let rows: Vec<Vec<String>> = LibraryReport::new().effects.into_iter().map(row).collect();
+    let mut effects = LibraryReport::new().effects;
+    effects.sort_by_key(|effect| effect.name);
+    let row = |same: &[EffectReport]| {
+        let places: Vec<String> = same.iter().map(|effect| effect.at.replace('`', "")).collect();
+        vec![same[0].name.to_owned(), format!("{} At {}.", same[0].meaning, places.join(" or "))]
+    };
+    let rows: Vec<Vec<String>> = effects.chunk_by(|a, b| a.name == b.name).map(row).collect();
     aligned(&LIBRARY_HEADS, &rows).join("\n") + "\n\nThe card of one: borescope effects NAME\n"
 }
 
@@ -238,7 +261,7 @@ pub fn card(effect: &Effect) -> String {
     lines.push(format!("source    {}", effect.source));
     lines.push(String::new());
     lines.extend(aligned(&FREE_HEADS, &free_rows(&effect)));
-    lines.join("\n") + "\n"
+    fitted(&(lines.join("\n") + "\n"))
 }
 
 /// The whole library as part of a page.

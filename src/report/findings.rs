@@ -1,5 +1,7 @@
 //! A diagnosis in a few lines: the verdict first, then each finding, the next command last.
 
+use std::path::Path;
+
 use super::addition::VERY_STRONG;
 use super::brief::wrapped;
 use super::caveats::{caveats, detected};
@@ -20,8 +22,17 @@ const RIVALS: usize = 2;
 /// Faults of a model that explains nothing well that are named.
 const ATTEMPTED: usize = 4;
 
+/// What a run of `diagnose` leaves anyway, so that it is not said to be the next step.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Left<'a> {
+    /// Whether it writes a page.
+    pub page: bool,
+    /// The store that it adds to.
+    pub store: Option<&'a Path>,
+}
+
 /// The diagnosis for people, no wider than a terminal.
-pub fn brief(diagnosis: &Diagnosis, findings: &[Finding], style: Style) -> String {
+pub fn brief(diagnosis: &Diagnosis, findings: &[Finding], style: Style, written: Left<'_>) -> String {
     let headline = wrapped(&headline(diagnosis), "  ");
     let mut lines: Vec<String> =
         headline.into_iter().map(|line| style.painted(&line, tone(diagnosis.verdict))).collect();
@@ -40,7 +51,7 @@ pub fn brief(diagnosis: &Diagnosis, findings: &[Finding], style: Style) -> Strin
     lines.extend(caveats(diagnosis).iter().flat_map(|caveat| wrapped(caveat, "  ")));
     lines.push(String::new());
     // A command stays in one line, so that it can be copied.
-    lines.extend(next(diagnosis, findings).into_iter().map(|command| format!("Next: {command}")));
+    lines.extend(next(diagnosis, findings, written).into_iter().map(|command| format!("Next: {command}")));
     lines.push("Intervals hold 95 %; `--all` shows every fault, residual and sensor.".to_owned());
     lines.join("\n") + "\n"
 }
@@ -142,8 +153,11 @@ pub(super) fn in_place(rival: &RivalEffect) -> String {
 }
 
 /// The command that leads further.
-pub(super) fn next(diagnosis: &Diagnosis, findings: &[Finding]) -> Option<String> {
+pub(super) fn next(diagnosis: &Diagnosis, findings: &[Finding], written: Left<'_>) -> Option<String> {
     let (rig, record) = (argument(&diagnosis.rig), argument(&diagnosis.record));
+    if diagnosis.unfilled > 0 {
+        return Some(format!("borescope check {rig} {record}"));
+    }
     if diagnosis.off_data_sheet.is_some() {
         return Some(format!("borescope calibrate {rig} HEALTHY_RECORD -o calibrated.toml"));
     }
@@ -152,7 +166,13 @@ pub(super) fn next(diagnosis: &Diagnosis, findings: &[Finding]) -> Option<String
         // Physics that may be missing is asked of a second record first.
         Verdict::Faulty => {
             let by_effect = |finding: &&Finding| finding.rivals.first().is_some_and(|rival| rival.effect.is_some());
-            findings.iter().find(by_effect).or(findings.first()).map(|finding| finding.next.command.clone())
+            let finding = findings.iter().find(by_effect).or(findings.first())?;
+            Some(match (finding.rivals.is_empty() && written.page, written.store) {
+                (false, _) => finding.next.command.clone(),
+                // With the page written, what is left to know is how the fault grows.
+                (true, None) => format!("borescope diagnose {rig} {record} --store runs.db"),
+                (true, Some(store)) => format!("borescope history {rig} --store {}", argument(store)),
+            })
         }
         Verdict::ModelInadequate => Some(format!("borescope suggest {rig} {record} --check ANOTHER_RECORD")),
     }

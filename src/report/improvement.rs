@@ -222,30 +222,39 @@ impl Ledger {
             lines.push("As a law, for the rig file; `suggest` judges it like any other effect:".to_owned());
             lines.extend(rise.formula().lines().map(|line| format!("  {line}")));
         }
-        let warnings = self.steps.iter().flat_map(|row| &row.warnings).take(WARNINGS);
-        lines.extend(warnings.flat_map(|warning| wrapped(&format!("Caveat: {warning}."), "  ")));
+        lines.extend(self.caveats().take(WARNINGS).flat_map(|caveat| wrapped(&caveat, "  ")));
         lines.extend(self.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));
         lines.extend(self.remaining.as_ref().map(left).into_iter().flat_map(|words| wrapped(&words, "  ")));
-        let (rig, new, check) = (argument(&self.rig), argument(new), argument(&self.check_record));
-        if all.is_empty() {
-            let (what, better) = if self.dynamics.is_empty() {
-                (format!("{new} is a copy of {rig}: no effect was added."), &rig)
-            } else {
-                (format!("{new} has the spools as the record shows them; no effect was added."), &new)
-            };
-            lines.extend(wrapped(&what, "  "));
-            lines.push(String::new());
-            lines.push(format!("Next: borescope diagnose {better} {check}"));
-        } else {
+        let (rig, file) = (argument(&self.rig), argument(new));
+        let what = if !all.is_empty() {
             let spools = if self.dynamics.is_empty() { "" } else { " and the spools" };
-            let kept = format!("{new} has the effects{spools}. A fault belongs to its record, and is not in it.");
-            lines.extend(wrapped(&kept, "  "));
-            lines.push(String::new());
-            // A command stays in one line, so that it can be copied.
-            lines.push(format!("Next: borescope compare {new} {check} --before {rig}"));
-        }
+            format!("{file} has the effects{spools}. A fault belongs to its record, and is not in it.")
+        } else if self.dynamics.is_empty() {
+            format!("{file} is a copy of {rig}: no effect was added.")
+        } else {
+            format!("{file} has the spools as the record shows them; no effect was added.")
+        };
+        lines.extend(wrapped(&what, "  "));
+        lines.push(String::new());
+        // A command stays in one line, so that it can be copied.
+        lines.push(format!("Next: {}", self.next(new)));
         lines.push("`--all` shows every sensor, chi-square, caveats and what was refused.".to_owned());
         lines.join("\n") + "\n"
+    }
+
+    /// What speaks against what was added, in the order in which it was.
+    pub fn caveats(&self) -> impl Iterator<Item = String> + '_ {
+        self.steps.iter().flat_map(|row| &row.warnings).map(|warning| format!("Caveat: {warning}."))
+    }
+
+    /// The command that leads further; `new` is the file that was written.
+    pub fn next(&self, new: &str) -> String {
+        let (rig, new, check) = (argument(&self.rig), argument(new), argument(&self.check_record));
+        match (self.effects.is_empty(), self.dynamics.is_empty()) {
+            (false, _) => format!("borescope compare {new} {check} --before {rig}"),
+            (true, true) => format!("borescope diagnose {rig} {check}"),
+            (true, false) => format!("borescope diagnose {new} {check}"),
+        }
     }
 
     /// What the model of a row is called; of the first with the faults that are fitted in it.

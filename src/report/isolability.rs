@@ -3,6 +3,7 @@
 
 use std::fmt::Write;
 
+use super::brief::WIDTH;
 use crate::isolability::{Expectation, ExpectedWidth, SignatureRow};
 use crate::number::{self, in_unit, rounded};
 use crate::report::html::{Cell, Column, Table};
@@ -86,35 +87,61 @@ fn write(text: &mut String, rig: &Rig, rows: &[SignatureRow]) -> std::fmt::Resul
         writeln!(text, "{:>4} {} from {healthy} to {end}", index + 1, parameter.id)?;
     }
     let width = rows.iter().map(|row| row.residual.len()).max().unwrap_or(0);
-    let numbers: String = (1..=faults.len()).map(|number| format!("{number:>10}")).collect();
-    writeln!(
-        text,
-        "  {:width$}  {:8}  {:6}  {:>8}  {:>9}{numbers}  unit",
-        "", "equation", "phase", "noise", "tolerance"
-    )?;
-    for row in rows {
-        let cell = |fault: &&Fault| {
-            let id = &rig.parameters[fault.parameter].id;
-            let answer = row.faults.iter().find(|answer| answer.id == *id);
-            match answer.map(|answer| answer.response) {
-                None => format!("{:>10}", "."),
-                // `+0.000` would look like a response.
-                Some(response) if response.abs() < 5e-4 => format!("{:>10}", "0"),
-                Some(response) => format!("{response:>+10.3}"),
-            }
-        };
-        let cells: String = faults.iter().map(cell).collect();
-        let SignatureRow { residual, equation, phase, unit, sigma_of_mean, tolerance, .. } = row;
-        writeln!(
-            text,
-            "  {residual:width$}  {equation:8}  {phase:6}  {sigma_of_mean:>8.4}  {tolerance:>9.4}{cells}  {unit}"
-        )?;
+    let places: Vec<usize> = (0..faults.len()).collect();
+    // Beside residual, equation and phase; noise, tolerance and unit take a first table where all do not fit.
+    let room = WIDTH.saturating_sub(width + 24);
+    let (whole, each) = (NOISE + CELL * faults.len() <= room, (room / CELL).max(1));
+    let blocks: Vec<(bool, &[usize])> = match whole {
+        true => vec![(true, places.as_slice())],
+        false => std::iter::once((true, &places[..0])).chain(places.chunks(each).map(|some| (false, some))).collect(),
+    };
+    for (noise, some) in blocks {
+        if !noise {
+            writeln!(text)?;
+        }
+        let numbers: String = some.iter().map(|place| format!("{:>CELL$}", place + 1)).collect();
+        let heads = if noise { format!("  {:>8}  {:>9}", "noise", "tolerance") } else { String::new() };
+        let unit = if noise { "  unit" } else { "" };
+        writeln!(text, "  {:width$}  {:8}  {:6}{heads}{numbers}{unit}", "", "equation", "phase")?;
+        for row in rows {
+            let cell = |fault: &&Fault| {
+                let id = &rig.parameters[fault.parameter].id;
+                let answer = row.faults.iter().find(|answer| answer.id == *id);
+                match answer.map(|answer| answer.response) {
+                    None => format!("{:>CELL$}", "."),
+                    // `+0.000` would look like a response.
+                    Some(response) if response.abs() < 5e-4 => format!("{:>CELL$}", "0"),
+                    Some(response) => format!("{response:>+CELL$.3}"),
+                }
+            };
+            let cells: String = some.iter().map(|&place| cell(&faults[place])).collect();
+            let SignatureRow { residual, equation, phase, unit, sigma_of_mean, tolerance, .. } = row;
+            let numbers = if noise { format!("  {sigma_of_mean:>8.4}  {tolerance:>9.4}") } else { String::new() };
+            let unit = if noise { format!("  {unit}") } else { String::new() };
+            writeln!(text, "  {residual:width$}  {equation:8}  {phase:6}{numbers}{cells}{unit}")?;
+        }
     }
     writeln!(
         text,
-        "noise: one standard deviation of the mean over the phase; tolerance: of what averaging does not lower.\n\
-         Offsets and gains of sensors: with `--format json`."
-    )
+        "noise: one standard deviation of the mean over the phase; tolerance: of what\naveraging does not lower. Offsets and gains of \
+         sensors: with `--format json`."
+    )?;
+    blind(rig, rows).map_or(Ok(()), |words| writeln!(text, "{words}"))
+}
+
+/// Columns of a number of a fault, and of noise and tolerance with the unit.
+const CELL: usize = 10;
+const NOISE: usize = 29;
+
+/// What it means where no residual answers to any fault of a component.
+pub(super) fn blind(rig: &Rig, rows: &[SignatureRow]) -> Option<String> {
+    let faults = of_components(rig);
+    let answers = |row: &SignatureRow| {
+        row.faults.iter().any(|answer| faults.iter().any(|fault| rig.parameters[fault.parameter].id == answer.id))
+    };
+    (!faults.is_empty() && !rows.iter().any(answers)).then(|| {
+        "No residual answers to any fault of a component: alarms of `diagnose --window` cannot show them, only a fit can.".to_owned()
+    })
 }
 
 /// Per cent, for people.
@@ -134,10 +161,7 @@ pub(super) fn expected_sentences(numbers: &Expectation) -> Vec<String> {
     let lost = numbers.with.iter().filter(|one| !one.identifiable);
     said.extend(lost.map(|one| format!("{}: not identifiable at this size.", one.id)));
     let name = if numbers.rival.is_empty() { "healthy".to_owned() } else { numbers.rival.join(" + ") };
-    said.push(format!(
-        "Noise makes {name} more probable than that in {} % of records, more often than anything else.",
-        mistaken(numbers)
-    ));
+    said.push(format!("Most easily mistaken for {name}: by noise, in {} % of records.", mistaken(numbers)));
     said
 }
 

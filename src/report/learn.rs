@@ -9,7 +9,7 @@ use super::digits::Estimate;
 use super::html::Table;
 #[cfg(feature = "cli")]
 use super::style::Tone;
-use super::table::{Head, aligned};
+use super::table::{Head, aligned, fitted};
 use crate::learn::comparison::{ChannelComparison, Comparison, MisfitPlace, PresentFault};
 use crate::learn::evaluated::{Conclusion, EvaluatedModel};
 use crate::learn::result::{CandidateReport, EffectParameter, ScoredReport, SuggestionReport};
@@ -147,7 +147,7 @@ pub fn comparison(comparison: &Comparison) -> String {
 }
 
 fn ended(lines: Vec<String>) -> String {
-    lines.join("\n") + "\n"
+    fitted(&(lines.join("\n") + "\n"))
 }
 
 /// What a misfit correlates with, in words; empty where it does with nothing.

@@ -1,13 +1,13 @@
 //! A suggestion in a few lines: the verdict first, the errors with and without the effect, the next command last.
 
 use super::brief::{ErrorRow, errors, wrapped};
-use super::caveats::learnt_with;
+use super::caveats::{drafted, learnt_with};
 use super::learn::{conclusion_in_short, estimate, experiment, sits};
 use super::unknown::Rise;
 use crate::finding::argument;
 use crate::learn::evaluated::Conclusion;
 use crate::learn::result::{CandidateReport, SuggestionReport};
-use crate::number::before_unit;
+use crate::number::{before_unit, rounded};
 
 /// Candidates that are shown, the best included.
 const SHOWN: usize = 3;
@@ -49,6 +49,7 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
     if let Some(best) = best {
         lines.extend(best.warnings.iter().take(CAVEATS).flat_map(|one| wrapped(&format!("Caveat: {one}."), "  ")));
     }
+    lines.extend(drafted(report.unfilled).iter().flat_map(|words| wrapped(words, "  ")));
     lines.push(String::new());
     // A command stays in one line, so that it can be copied.
     lines.push(format!("Next: {}", next(report, best)));
@@ -59,7 +60,11 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
 pub(super) fn rows(report: &SuggestionReport, first: &CandidateReport) -> Vec<ErrorRow> {
     let with = if report.faults.is_empty() { String::new() } else { format!(", with {}", faults(&report.faults)) };
     let yours = ErrorRow { name: format!("your model{with}"), fit: first.rmse_before, check: first.check_rmse_before };
-    let shown = report.candidates.iter().take(SHOWN);
+    let error = |fit: f64, check: Option<f64>| rounded(check.unwrap_or(fit), 2);
+    let before = error(first.rmse_before, first.check_rmse_before);
+    // With what is refused and reduces nothing there is nothing to compare.
+    let reduces = |one: &&CandidateReport| one.supported || error(one.rmse_after, one.check_rmse_after) < before;
+    let shown = report.candidates.iter().filter(reduces).take(SHOWN);
     let each = shown.map(|one| {
         let rejected = if one.supported { "" } else { " (not supported)" };
         let name = format!("+ {}{rejected}", one.effect);
@@ -79,6 +84,9 @@ pub(super) fn faults<T: AsRef<str>>(ids: &[T]) -> String {
 /// The command that leads further.
 pub(super) fn next(report: &SuggestionReport, best: Option<&CandidateReport>) -> String {
     let (rig, record) = (argument(&report.rig), argument(&report.record));
+    if report.unfilled > 0 {
+        return format!("borescope check {rig} {record}");
+    }
     let Some(check) = report.check.as_deref().map(argument) else {
         return match report.conclusion {
             Conclusion::Adequate => format!("borescope diagnose {rig} {record}"),

@@ -14,6 +14,8 @@ const ELSEWHERE: f64 = 6.0;
 const BEYOND: f64 = 0.5;
 /// Relative difference of two values that are the same in two units.
 const ROUNDING: f64 = 1e-12;
+/// Lines of a draft that are named.
+const LINES_NAMED: usize = 20;
 /// Share by which a ratio of intervals may miss a power of a thousand.
 const NEAR: f64 = 0.05;
 
@@ -38,6 +40,20 @@ impl Rig {
             )
         });
         starts.chain(self.commands(record)).chain(self.another_clock(record)).chain(self.coldness(record)).collect()
+    }
+
+    /// Values that are still those of a draft, in words with their lines.
+    pub fn unfilled_values(&self) -> Option<String> {
+        let lines: Vec<String> = self.unfilled.iter().take(LINES_NAMED).map(usize::to_string).collect();
+        let more = if self.unfilled.len() > LINES_NAMED { " and more" } else { "" };
+        let (values, are, lines) = match self.unfilled.len() {
+            0 => return None,
+            1 => ("One value".to_owned(), "is", format!("line {}", lines.join(", "))),
+            count => (format!("{count} values"), "are", format!("lines {}{more}", lines.join(", "))),
+        };
+        Some(format!(
+            "{values} {are} still marked DATA SHEET ({lines}): put in those of your machine, and take the marks away"
+        ))
     }
 
     /// What is doubtful in the rig file alone, each in words.

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{Input, Rig, Sensor, Temperature};
 use crate::complaint::{Complaint, Kind, help_with_near};
-use crate::record::{Channel, Record};
+use crate::record::{Channel, Record, named_place};
 use crate::units::{Dimension, Unit};
 
 /// A column that the rig asks for and the record does not have, with the column that it may be.
@@ -93,7 +93,7 @@ impl Rig {
         let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
         for (want, (_, column, dimension)) in lacking.iter().enumerate() {
             let fitting = free.iter().enumerate().filter(|(_, (_, unit))| unit.dimension == *dimension);
-            pairs.extend(fitting.map(|(have, (name, _))| (similarity(column, name), want, have)));
+            pairs.extend(fitting.filter_map(|(have, (name, _))| Some((similarity(column, name)?, want, have))));
         }
         // The most alike first; ties in the order of the files.
         pairs.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
@@ -124,9 +124,15 @@ impl Rig {
     }
 }
 
-/// How alike two names are, letters and digits alone counting.
-fn similarity(a: &str, b: &str) -> f64 {
+/// How alike two names are, letters and digits alone counting. Names that say the same place of a circuit are alike in any language, names
+/// that say two places are not.
+fn similarity(a: &str, b: &str) -> Option<f64> {
+    let placed = match (named_place(a), named_place(b)) {
+        (Some(a), Some(b)) if a != b => return None,
+        (Some(_), Some(_)) => ALIKE,
+        _ => 0.0,
+    };
     let bare =
         |name: &str| name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect::<String>();
-    strsim::normalized_damerau_levenshtein(&bare(a), &bare(b))
+    Some(strsim::normalized_damerau_levenshtein(&bare(a), &bare(b)).max(placed))
 }

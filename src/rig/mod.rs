@@ -103,8 +103,20 @@ pub struct Rig {
     pub before: Vec<(usize, usize)>,
     /// Files beside it that it names, in the order in which they were read.
     pub(crate) beside: Vec<Beside>,
+    /// Lines of the file whose values still bear the [mark](PLACEHOLDER) of a draft.
+    pub(crate) unfilled: Vec<usize>,
     /// What computations on it run in; a clone of the rig runs in the same.
     pub(crate) context: Context,
+}
+
+/// Behind a value of a draft that only the data sheet knows; a user takes it away with the value.
+pub const PLACEHOLDER: &str = "# DATA SHEET";
+
+/// The lines of a rig file whose values bear the mark of a draft. A comment is lost to TOML, so the text is asked.
+fn unfilled(text: &str) -> Vec<usize> {
+    let marked =
+        |line: &str| line.split_once(PLACEHOLDER).is_some_and(|(value, _)| value.contains('=') && !value.contains('#'));
+    text.lines().zip(1..).filter(|(line, _)| marked(line)).map(|(_, number)| number).collect()
 }
 
 /// What a node is, by the ports that meet there.
@@ -260,7 +272,8 @@ impl Rig {
     /// # Errors
     /// As [`Rig::read`].
     pub fn parse(path: impl Into<PathBuf>, text: String) -> Result<Self, Complaint> {
-        let rig = parse::parse(source::Source::new(path, text))?;
+        let unfilled = unfilled(&text);
+        let rig = Self { unfilled, ..parse::parse(source::Source::new(path, text))? };
         validate::validate(&rig)?;
         Ok(rig)
     }

@@ -56,6 +56,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         parts_deviate: false,
         before: Vec::new(),
         beside: Vec::new(),
+        unfilled: Vec::new(),
         context: Context::default(),
     };
     let fluid_table =

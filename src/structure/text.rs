@@ -14,6 +14,9 @@ impl fmt::Display for Isolability {
     }
 }
 
+/// Columns of a terminal.
+const COLUMNS: usize = 80;
+
 fn write(text: &mut fmt::Formatter<'_>, result: &Isolability) -> fmt::Result {
     let detected = result.detectable.iter().filter(|&&detectable| detectable).count();
     writeln!(
@@ -27,14 +30,27 @@ fn write(text: &mut fmt::Formatter<'_>, result: &Isolability) -> fmt::Result {
     )?;
     writeln!(text, "{detected} of {} faults can be detected.\n", result.faults.len())?;
     let width = result.faults.iter().map(String::len).max().unwrap_or(0);
-    let numbers: String = (1..=result.faults.len()).map(|number| format!("{number:>4}")).collect();
-    writeln!(text, "     {:width$}{numbers}", "")?;
-    for (index, (fault, row)) in result.faults.iter().zip(&result.explained_by).enumerate() {
-        let marks: String = row.iter().map(|&explains| if explains { "   x" } else { "   ." }).collect();
-        let note = if result.detectable[index] { "" } else { "   cannot be detected" };
-        writeln!(text, "{:>4} {fault:width$}{marks}{note}", index + 1)?;
+    let fits = 5 + width + 4 * result.faults.len() <= COLUMNS;
+    if fits {
+        let numbers: String = (1..=result.faults.len()).map(|number| format!("{number:>4}")).collect();
+        writeln!(text, "     {:width$}{numbers}", "")?;
     }
-    writeln!(text, "x: the fault of the column explains whatever the fault of the row does.\n")?;
+    for (index, (fault, row)) in result.faults.iter().zip(&result.explained_by).enumerate() {
+        let note = if result.detectable[index] { "" } else { "   cannot be detected" };
+        if fits {
+            let marks: String = row.iter().map(|&explains| if explains { "   x" } else { "   ." }).collect();
+            writeln!(text, "{:>4} {fault:width$}{marks}{note}", index + 1)?;
+        } else {
+            let others = row.iter().enumerate().filter(|(other, explains)| **explains && *other != index);
+            let others: Vec<String> = others.map(|(other, _)| (other + 1).to_string()).collect();
+            let others = if others.is_empty() { "-".to_owned() } else { others.join(" ") };
+            writeln!(text, "{:>4} {fault:width$}  {others}{note}", index + 1)?;
+        }
+    }
+    match fits {
+        true => writeln!(text, "x: the fault of the column explains whatever the fault of the row does.\n")?,
+        false => writeln!(text, "Behind each fault the others that explain whatever it does, by their numbers.\n")?,
+    }
     for group in &result.ambiguity_groups {
         writeln!(text, "Not isolable from each other (ambiguity group): {}.", group.join(", "))?;
     }

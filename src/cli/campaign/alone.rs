@@ -47,7 +47,7 @@ pub fn run(
         let rig = calibrated.map_or(&campaign.rig, |model| &model.rig);
         let model = Model::new(diagnosed.rig(rig).clone());
         let findings = findings(&model, record, &diagnosed.diagnosis)?;
-        write_page(path, &report::pages::diagnosis::html(rig, record, diagnosed, &findings)?)?;
+        write_page(path, &report::pages::diagnosis::html(rig, record, diagnosed, (&findings, None))?)?;
     }
     let diagnosis = replay.diagnosed.as_ref().map(|diagnosed| &diagnosed.diagnosis);
     match arguments.format {

@@ -1,5 +1,7 @@
 //! The page of a diagnosis.
 
+use std::path::Path;
+
 use super::channels::{FOUND, Said, Shown, YOURS};
 use super::learn::{CURVES, named, prior_scale};
 use super::{misfit, profile, residuals};
@@ -11,7 +13,7 @@ use crate::record::Record;
 use crate::report::caveats::{TOLD, caveats, detected, left_out};
 use crate::report::circuit;
 use crate::report::diagnosis as words;
-use crate::report::findings;
+use crate::report::findings::{self, Left};
 use crate::report::html::{Card, Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::residuals as balances;
 use crate::report::style::Tone;
@@ -22,12 +24,18 @@ use crate::rig::Rig;
 ///
 /// # Errors
 /// Columns that are missing.
-pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed, findings: &[Finding]) -> Result<String, Complaint> {
+pub fn html(
+    rig: &Rig,
+    record: &Record,
+    diagnosed: &Diagnosed,
+    (findings, store): (&[Finding], Option<&Path>),
+) -> Result<String, Complaint> {
     let diagnosis = &diagnosed.diagnosis;
     let fitted = diagnosed.rig(rig);
     let mut page = Page::new(format!("Diagnosis of {}", named(rig)), format!("Record {}", diagnosis.record));
     page.provenance(&diagnosis.rig, &[record]);
-    page.section(verdict(rig, diagnosis, findings));
+    let next = findings::next(diagnosis, findings, Left { page: true, store });
+    page.section(verdict(rig, diagnosis, findings, next));
     let present: Vec<&FaultReport> = diagnosis.present().collect();
     let mut drawn = Section::new("Circuit");
     let (framed, what): (&[&FaultReport], &str) = match diagnosis.verdict {
@@ -96,7 +104,7 @@ pub fn html(rig: &Rig, record: &Record, diagnosed: &Diagnosed, findings: &[Findi
 }
 
 /// The verdict, a card for each finding, and what one has to know with them.
-fn verdict(rig: &Rig, diagnosis: &Diagnosis, findings: &[Finding]) -> Section {
+fn verdict(rig: &Rig, diagnosis: &Diagnosis, findings: &[Finding], next: Option<String>) -> Section {
     let mut verdict = Section::new("Verdict");
     verdict.notice(words::tone(diagnosis.verdict), words::headline(diagnosis));
     let mut cards: Vec<Card> = Vec::new();
@@ -110,7 +118,7 @@ fn verdict(rig: &Rig, diagnosis: &Diagnosis, findings: &[Finding]) -> Section {
             about: words::sizes(missing),
             scale: None,
             facts: vec![("what it explains".to_owned(), words::left_by(missing, diagnosis))],
-            command: findings::next(diagnosis, findings).unwrap_or_default(),
+            command: String::new(),
         });
     }
     if diagnosis.verdict == Verdict::Faulty || diagnosis.missing_effect.is_some() {
@@ -131,6 +139,9 @@ fn verdict(rig: &Rig, diagnosis: &Diagnosis, findings: &[Finding]) -> Section {
     if !left_out.is_empty() {
         verdict.subheading("Left out of the fit");
         verdict.list(left_out);
+    }
+    if let Some(next) = next {
+        verdict.preformatted(format!("Next: {next}"));
     }
     verdict
 }

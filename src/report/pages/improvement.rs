@@ -20,7 +20,7 @@ use crate::rig::Rig;
 const SIZES: usize = 8;
 
 /// The page of an improvement: what was added, the fall of the error, its picture, the check record before and after; the rest
-/// is folded.
+/// is folded. `new` is the rig file that was written.
 ///
 /// # Errors
 /// Columns that are missing.
@@ -28,12 +28,12 @@ pub fn improvement(
     rig: &Rig,
     (fit, check): (&Record, &Record),
     found: &Improvement,
-    ledger: &Ledger,
+    (ledger, new): (&Ledger, &str),
 ) -> Result<String, Complaint> {
     let lead = format!("Fitted to {}, judged on {}", ledger.fit_record, ledger.check_record);
     let mut page = Page::new(format!("Improvement of {}", named(rig)), lead);
     page.provenance(&ledger.rig, &[fit, check]);
-    page.section(verdict(ledger));
+    page.section(verdict(ledger, new));
     let ids: Vec<String> = ledger.effects.iter().map(|effect| effect.id.clone()).collect();
     let joined = ids.join(" + ");
     let more = (!ids.is_empty()).then_some((joined.as_str(), &found.trial));
@@ -70,7 +70,7 @@ pub fn improvement(
 }
 
 /// What was added, with the fall of the error and what is left.
-fn verdict(ledger: &Ledger) -> Section {
+fn verdict(ledger: &Ledger, new: &str) -> Section {
     let mut verdict = Section::new("Verdict");
     verdict.notice(crate::report::learn::tone(ledger.conclusion), ledger.headline());
     if let Some(spools) = crate::report::caveats::learnt_with(&ledger.dynamics) {
@@ -89,6 +89,9 @@ fn verdict(ledger: &Ledger) -> Section {
         } else {
             verdict.table(table);
         }
+        for caveat in ledger.caveats() {
+            verdict.paragraph(caveat);
+        }
         verdict.paragraph(ledger.not_written());
     }
     if let Some(rise) = &ledger.rise {
@@ -104,6 +107,7 @@ fn verdict(ledger: &Ledger) -> Section {
     if let Some(rest) = &ledger.remaining {
         verdict.paragraph(left(rest));
     }
+    verdict.preformatted(format!("Next: {}", ledger.next(new)));
     verdict
 }
 

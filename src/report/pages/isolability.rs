@@ -4,7 +4,7 @@ use super::learn::named;
 use crate::isolability::IsolabilityReport;
 use crate::report::circuit;
 use crate::report::html::{Cell, Column, Page, Section, Table};
-use crate::report::isolability::{expected_sentences, signature_table, width_table};
+use crate::report::isolability::{blind, expected_sentences, signature_table, width_table};
 use crate::report::style::Tone;
 use crate::rig::Rig;
 use crate::structure::{FaultPair, Isolability};
@@ -66,7 +66,10 @@ pub fn html(rig: &Rig, report: &IsolabilityReport) -> String {
     page.section(tests(structure));
     if let (Some(rows), Some(numbers)) = (&report.signatures, &report.expected) {
         let mut signatures = Section::new("Signatures at the operating point");
-        signatures.table(signature_table(rig, rows));
+        match blind(rig, rows) {
+            Some(words) => signatures.paragraph(words),
+            None => signatures.table(signature_table(rig, rows)),
+        };
         page.section(signatures);
         let mut expected = Section::new("What a record there would say");
         expected.list(expected_sentences(numbers)).table(width_table(numbers));
@@ -92,7 +95,7 @@ fn isolation_table(structure: &Isolability) -> Table {
         std::iter::once(name).chain(explained.iter().enumerate().map(cell)).collect()
     };
     let mut table = Table::new(
-        "x: the fault of the column explains whatever the fault of the row does",
+        "x: the fault of the column explains whatever the fault of the row does; \u{b7}: the fault itself",
         std::iter::once(Column::text("fault")).chain(columns).collect(),
         structure.faults.iter().zip(&structure.explained_by).enumerate().map(row).collect(),
     );

@@ -8,6 +8,7 @@ use crate::learn::compare::Compared;
 use crate::learn::comparison::{Comparison, FittedParameter, WithFaults};
 use crate::record::Record;
 use crate::report::brief::ErrorRow;
+use crate::report::caveats::drafted;
 use crate::report::comparison as brief;
 use crate::report::digits::{plus_minus, worth};
 use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table};
@@ -38,13 +39,24 @@ pub fn comparison(rig: &Rig, record: &Record, compared: &Compared) -> Result<Str
     page.provenance(&comparison.rig, &[record]);
     let mut verdict = Section::new("Verdict");
     verdict.notice(words::comparison_tone(comparison), words::comparison_headline(comparison));
+    if let Some(with_faults) = &comparison.with_faults {
+        let (heading, faults) = brief::explained_by(with_faults);
+        verdict.paragraph(heading);
+        verdict.list(faults);
+    }
     verdict.table(bars("Error over all sensors, times the sensor noise", &errors(comparison)));
+    if let Some(stated) = brief::stated(comparison) {
+        verdict.paragraph(stated);
+    }
     let (heads, rows) = brief::table(comparison);
     verdict.table(Table::of(
         "Error of each sensor, times its noise; `explained` is judged within noise and tolerance",
         &heads,
         rows,
     ));
+    if let Some(draft) = drafted(comparison.unfilled) {
+        verdict.paragraph(draft);
+    }
     verdict.preformatted(brief::next(comparison));
     page.section(verdict);
     let yours = Said { name: "your model", outputs: &compared.run.outputs, style: YOURS };

@@ -43,7 +43,7 @@ pub(super) fn section(
         found.rig.effects.iter().filter(|effect| base.rig.effects.iter().all(|old| old.id != effect.id)).collect();
     // A model that cannot be solved without the effect has no picture.
     let Ok(without) = taken_out(base, found, &new, record) else { return Ok(None) };
-    let weaker = weakened(found, &new, record);
+    let weaker = weakened(found, &base.rig.nominal(), &new, record);
     let weak = weaker.is_some();
     let all = match weaker {
         // The curve of the record is what the law was weakened by, and what the record asks for beside it.
@@ -119,8 +119,9 @@ fn taken_out(
 }
 
 /// The model that was found with its new effects a little weaker: so little that the record answers in proportion, which it
-/// does not where an effect is missing whole. `None` of a curve, whose place another curve cannot take twice.
-fn weakened(found: &FittedModel, new: &[&InstalledEffect], record: &Record) -> Option<FittedModel> {
+/// does not where an effect is missing whole. `None` of a curve, whose place another curve cannot take twice. `nominal` are the values
+/// of the model without them: a parameter that the circuit has anyway, such as the friction of a cylinder, does nothing new there.
+fn weakened(found: &FittedModel, nominal: &[f64], new: &[&InstalledEffect], record: &Record) -> Option<FittedModel> {
     let mut rig = found.rig.clone();
     let mut values = found.values.clone();
     for effect in new {
@@ -128,10 +129,13 @@ fn weakened(found: &FittedModel, new: &[&InstalledEffect], record: &Record) -> O
         if placed.effect.empirical {
             return None;
         }
+        // Where some parameters have a value that does nothing, the others are its form.
+        let sized = placed.effect.parameters.iter().any(|free| free.neutral.is_some());
         for (&index, free) in effect.parameters.iter().zip(placed.effect.parameters) {
-            if let Some(neutral) = free.neutral {
-                let neutral = rig.effect_unit(placed, free.name).to_si(neutral);
-                values[index] += WEAKER * (neutral - values[index]);
+            let neutral = free.neutral.map(|neutral| rig.effect_unit(placed, free.name).to_si(neutral));
+            let before = nominal.get(index).copied().filter(|_| neutral.is_some() || !sized);
+            if let Some(nothing) = before.or(neutral) {
+                values[index] += WEAKER * (nothing - values[index]);
             }
             // It stays as weak: only the curve may make up for it.
             rig.parameters[index].sigma = 0.0;

@@ -43,6 +43,43 @@ fn a_record_of_a_cylinder_gives_its_circuit() {
     assert!(text.matches("# DATA SHEET").count() > 10);
 }
 
+#[test]
+fn check_finds_the_columns_that_init_maps_and_names_what_is_left_to_fill_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (english, german, rig) = (path("english.csv"), path("german.csv"), path("rig.toml"));
+    let rows: String =
+        (0..40).map(|row| format!("{row}.0,{},160,{},{},{row}\n", row % 2, 20 + row % 3, 10 + row)).collect();
+    let header = |names: [&str; 3]| {
+        format!("time [s],u [-],{} [bar],{} [bar],{} [bar],x [mm]\n{rows}", names[0], names[1], names[2])
+    };
+    fs::write(&english, header(["p_pump", "p_A", "p_B"])).unwrap();
+    fs::write(&german, header(["Druck Pumpe", "Druck A", "Druck B"])).unwrap();
+    let ran = done(&["init", &english, "-o", &rig]);
+    let (open, _) = ran.out.split_once(" values are marked DATA SHEET").unwrap();
+    let open = open.rsplit('\n').next().unwrap();
+    let ran = done(&["init", &german, "-o", &path("other.toml")]);
+    assert!(ran.out.contains("  Druck Pumpe  pressure at the pump line\n"), "{}", ran.out);
+    let ran = borescope(["check", rig.as_str(), &german]);
+    for name in ["Druck Pumpe", "Druck A", "Druck B"] {
+        assert!(ran.out.contains(&format!("column = \"{name}\"")), "{}", ran.out);
+    }
+    // The line of each is named while its mark stands.
+    let text = fs::read_to_string(&rig).unwrap();
+    let line = 1 + text.lines().position(|line| line.contains("= \"870 kg/m3\"  # DATA SHEET")).unwrap();
+    let told = done(&["check", &rig, &english]).out;
+    assert!(told.contains(&format!("{open} values are still marked DATA SHEET (lines {line}, ")), "{told}");
+    // Nothing is sought in a draft without faults.
+    fs::write(&rig, &text[..text.find("\n[faults]").unwrap()]).unwrap();
+    for verb in ["compare", "suggest", "diagnose"] {
+        let told = done(&[verb, &rig, &english]).out;
+        assert!(told.contains(&format!("{open} values of the rig file are still marked DATA SHEET")), "{verb}: {told}");
+        assert!(told.contains(&format!("\nNext: borescope check {rig} {english}\n")), "{verb}: {told}");
+    }
+    fs::write(&rig, text.replace("# DATA SHEET", "#")).unwrap();
+    assert!(!done(&["check", &rig, &english]).out.contains("DATA SHEET"));
+}
+
 /// Off, one solenoid, off, the other.
 #[test]
 fn two_columns_that_switch_a_solenoid_each_give_a_valve_with_two_solenoids() {

@@ -249,6 +249,26 @@ fn the_first_picture_of_what_is_missing_is_at_the_place_of_the_verdict() {
 }
 
 #[test]
+fn a_law_in_a_parameter_that_the_circuit_has_anyway_is_drawn_at_its_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| text(&folder.path().join(name));
+    let (example, rig) = (path("example"), path("example/rig.toml"));
+    assert_eq!(borescope(&words(&format!("example {example}"))).status, Some(0));
+    for (seed, record) in [(1, path("fit.csv")), (2, path("check.csv"))] {
+        ran(&words(&format!("simulate {rig} --set cylinder.viscous_friction=20kN.s/m --seed {seed} -o {record}")));
+    }
+    let (new, page) = (path("new.toml"), path("page.html"));
+    let files = format!("--fit {} --check {} -o {new} --report {page}", path("fit.csv"), path("check.csv"));
+    ran(&words(&format!("improve {rig} {files}")));
+    let html = fs::read_to_string(&page).unwrap();
+    let (_, law) = curve(&html, "force against the motion at cylinder", 1);
+    // The example has 2 kN.s/m: the law is what is more of it, a line through the origin.
+    let last = law.last().unwrap();
+    let slope = last.1 / last.0;
+    assert!((slope / 18.0 - 1.0).abs() < 0.2, "{slope} N.s/mm of 18 at {last:?}");
+}
+
+#[test]
 fn the_misfit_by_phase_says_of_which_model_it_is() {
     for (verb, name) in [
         ("diagnose", "with the faults"),

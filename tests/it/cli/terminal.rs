@@ -14,8 +14,11 @@ const SHELLS: [&str; 3] = ["bash", "zsh", "fish"];
 /// The names of all verbs, as `--help` lists them.
 fn verbs() -> Vec<String> {
     let help = borescope(["--help"]).out;
-    let listed = help.split("Commands:\n").nth(1).unwrap().split("\n\n").next().unwrap();
-    let verbs: Vec<String> = listed.lines().map(|line| line.split_whitespace().next().unwrap().to_owned()).collect();
+    let (groups, _) = help.split_once("\nOptions:\n").unwrap();
+    let (_, groups) = groups.split_once("\n\nBegin:\n").unwrap();
+    let is_verb = |line: &&str| line.starts_with("  ") && !line.starts_with("   ");
+    let name = |line: &str| line.split_whitespace().next().unwrap().to_owned();
+    let verbs: Vec<String> = groups.lines().filter(is_verb).map(name).collect();
     assert!(verbs.len() > 10, "{help}");
     verbs.into_iter().filter(|verb| verb != "help").collect()
 }
@@ -48,6 +51,51 @@ fn every_verb_shows_an_example_of_itself() {
         assert!(ran.out.contains("\nExample") && example, "{verb}: {}", ran.out);
         assert!(ran.out.contains("--quiet"), "{verb}");
     }
+}
+
+#[test]
+fn help_has_every_verb_in_a_group_and_fits_a_terminal() {
+    let help = borescope(["--help"]).out;
+    assert!(help.contains("Start here: borescope example DIR"), "{help}");
+    let page = borescope(["completions", "fish"]).out;
+    for name in verbs() {
+        assert!(page.contains(&format!("-a \"{name}\"")), "{name}");
+    }
+    let of_completions = page.lines().filter(|line| line.contains("__fish_borescope_needs_command\" -f -a"));
+    let names: Vec<&str> =
+        of_completions.map(|line| line.split("-f -a \"").nth(1).unwrap().split('"').next().unwrap()).collect();
+    for name in names.into_iter().filter(|name| *name != "help") {
+        assert!(verbs().contains(&name.to_owned()), "{name} is in no group");
+    }
+    for verb in verbs().iter().map(|verb| vec![verb.as_str(), "--help"]).chain([vec!["--help"]]) {
+        let out = borescope(&verb).out;
+        let wide: Vec<&str> = out.lines().filter(|line| line.chars().count() > 80).collect();
+        assert!(wide.is_empty(), "{verb:?}: {wide:#?}");
+    }
+}
+
+#[test]
+fn lists_and_full_texts_fit_a_terminal() {
+    let calls: [&[&str]; 6] = [
+        &["effects"],
+        &["components"],
+        &["effects", "seal-friction"],
+        &["components", "cylinder"],
+        &["isolability", "fixtures/telescopic/rig.toml"],
+        &["check", RIG],
+    ];
+    for call in calls {
+        let out = borescope(call).out;
+        let wide: Vec<&str> = out.lines().filter(|line| line.chars().count() > 80).collect();
+        assert!(wide.is_empty(), "{call:?}: {wide:#?}");
+    }
+    // Each name once, and a name that is none leads to those that have the word.
+    let out = borescope(["effects"]).out;
+    let names = out.lines().filter(|line| line.starts_with("  ") && !line.starts_with("   ")).skip(1);
+    let names: Vec<&str> = names.map(|line| line.split_whitespace().next().unwrap()).collect();
+    assert!(names.is_sorted() && names.windows(2).all(|pair| pair[0] != pair[1]), "{names:?}");
+    let told = borescope(["effects", "friction"]).err;
+    assert!(told.contains("`seal-friction`") && told.contains("`viscous-friction`"), "{told}");
 }
 
 #[test]

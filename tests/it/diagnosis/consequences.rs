@@ -32,6 +32,26 @@ fn a_clearance_causes_the_leak_of_its_gap() {
 }
 
 #[test]
+fn a_stroke_that_only_one_of_both_ends_is_the_change_that_is_named() {
+    let rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
+    let record = rig.record(RECORD).unwrap();
+    let drive = InputSignals::from_record(&rig, &record).unwrap();
+    let run = |model: &Model| model.solve(&model.rig.nominal(), &drive, &record.time).unwrap().values;
+    let healthy = run(&rig.model());
+    let slow = run(&rig.model().with("flow_control.orifice_diameter", "1 mm").unwrap());
+    let told = |with_fault: &Vec<Vec<f64>>, without_fault: &Vec<Vec<f64>>| {
+        let runs = Runs { rig: &rig, record: &record, drive: &drive, from: 0, with_fault, without_fault };
+        runs.consequences(false).into_iter().find(|one| one.measure == Measure::TravelTime).unwrap()
+    };
+    let never = told(&slow, &healthy);
+    assert!(never.text.starts_with("x no longer reaches ") && never.with_fault.is_none(), "{never:?}");
+    assert!(never.change > 0.0 && never.without_fault.is_some(), "{never:?}");
+    // The other way round it arrives only with the fault, as a piston does that leaks from its high side to the other.
+    let only = told(&healthy, &slow);
+    assert!(only.text.ends_with(" s (new: not at all)") && only.change == -never.change, "{only:?}");
+}
+
+#[test]
 fn signs_are_those_of_the_machine() {
     let (lower, ..) = caused_by("relief.set_pressure", "80 bar");
     let pump = lower.iter().find(|one| one.sensor == "p_pump").unwrap();

@@ -1,7 +1,8 @@
 //! The commands of the README, of the tutorial, of the gallery and of how-to pages do what is printed under them.
 //!
-//! Every ```` ```console ```` block is run, line by line, in a copy of the fixtures. A line of printed output must occur in the
-//! real one, in its order, numbers apart; `...` stands for lines left out. Verdicts must agree to the digit.
+//! Every ```` ```console ```` block is run, line by line, in a copy of the fixtures. Lines of printed output must be those of the
+//! real one, none left out, numbers apart; `...` stands for lines left out, and only standard error may be left out without it, or
+//! the whole output. Verdicts must agree to the digit.
 //! `BLESS=1 cargo test --release --test it -- docs::tutorial --include-ignored` writes the present numbers into the documents.
 
 use crate::support::page;
@@ -14,8 +15,28 @@ use std::process::Command;
 const RUN: [&str; 3] = ["borescope ", "sed ", "mkdir "];
 const VERDICTS: [&str; 3] = ["HEALTHY:", "FAULTY:", "MODEL INADEQUATE:"];
 
-/// What a command printed, one line each, standard error behind standard output.
-fn run(folder: &Path, command: &str) -> (Option<i32>, Vec<String>) {
+/// What a command printed, and how far a document has it.
+struct Printed {
+    /// One line each, standard error behind standard output.
+    lines: Vec<String>,
+    /// So many are of standard output.
+    out: usize,
+    next: usize,
+    /// Whether the document shows a line, and whether `...` stands for those that follow.
+    shown: bool,
+    open: bool,
+}
+
+impl Printed {
+    /// The lines of standard output that the document leaves out without saying so, before line `end`.
+    fn left_out(&self, end: usize) -> &[String] {
+        let end = end.min(self.out);
+        if self.shown && !self.open && self.next < end { &self.lines[self.next..end] } else { &[] }
+    }
+}
+
+/// Runs a command.
+fn run(folder: &Path, command: &str) -> (Option<i32>, Printed) {
     // A shell, because a reader has one: pipes, `echo $?` and `cd` mean what they mean there.
     let output = Command::new("sh")
         .args(["-c", &format!("borescope() {{ \"$PROGRAM\" \"$@\"; }}\n{command}")])
@@ -23,8 +44,10 @@ fn run(folder: &Path, command: &str) -> (Option<i32>, Vec<String>) {
         .current_dir(folder)
         .output()
         .unwrap();
-    let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap()).concat();
-    (output.status.code(), text.lines().map(str::to_owned).collect())
+    let [out, err] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    let lines: Vec<String> = out.lines().chain(err.lines()).map(str::to_owned).collect();
+    let out = out.lines().count();
+    (output.status.code(), Printed { lines, out, next: 0, shown: false, open: false })
 }
 
 /// Words of a line, every number as `#`.
@@ -75,37 +98,54 @@ fn check(path: &str) -> (String, Vec<String>, Vec<String>) {
     let document = fs::read_to_string(path).unwrap();
     let (mut now, mut wrong, mut stale, mut ran) = (String::new(), Vec::new(), Vec::new(), 0);
     let mut console = false;
-    let mut left: Option<std::vec::IntoIter<String>> = None;
+    let mut left: Option<Printed> = None;
     for (row, line) in document.lines().enumerate() {
         let mut shown = line.to_owned();
         let place = format!("{path}:{}", row + 1);
+        let ends = line.starts_with("```") || (console && line.starts_with("$ "));
+        if let Some(printed) = left.take_if(|_| ends) {
+            for omitted in printed.left_out(printed.out) {
+                stale.push(format!("{place}: printed, but left out: {omitted}"));
+                now.push_str(&format!("{}\n", omitted.trim_end()));
+            }
+        }
         if line.starts_with("```") {
             console = line == "```console";
-            left = None;
         } else if let Some(command) = line.strip_prefix("$ ").filter(|_| console) {
             let command = command.replace("cargo run --release -- ", "borescope ");
-            left = None;
             if RUN.iter().any(|program| command.starts_with(program)) {
-                let (status, lines) = run(&folder, &command);
+                let (status, printed) = run(&folder, &command);
                 // A document shows an exit status other than 0 by `; echo $?`, which ends with 0 itself.
                 if status != Some(0) {
-                    wrong.push(format!("{place}: exit status {status:?}: {}", lines.join("\n")));
+                    wrong.push(format!("{place}: exit status {status:?}: {}", printed.lines.join("\n")));
                 }
-                left = Some(lines.into_iter());
+                left = Some(printed);
                 ran += 1;
             }
-        } else if let Some(lines) = left.as_mut().filter(|_| console && line != "...") {
-            match lines.find(|real| words(real) == words(line)) {
-                None => {
-                    wrong.push(format!("{place}: not printed, or not here: {line}"));
-                    // What follows would only repeat this.
-                    left = None;
-                }
-                Some(real) => {
-                    if VERDICTS.iter().any(|verdict| line.starts_with(verdict)) && real != line {
-                        stale.push(format!("{place}: stale verdict, now: {real}"));
+        } else if let Some(printed) = left.as_mut().filter(|_| console) {
+            if line == "..." {
+                (printed.open, printed.shown) = (true, true);
+            } else {
+                let rest = printed.lines[printed.next..].iter();
+                match rest.zip(printed.next..).find(|(real, _)| words(real) == words(line)).map(|(_, at)| at) {
+                    None => {
+                        wrong.push(format!("{place}: not printed, or not here: {line}"));
+                        // What follows would only repeat this.
+                        left = None;
                     }
-                    shown = real;
+                    Some(at) => {
+                        printed.shown |= printed.next == 0 && at > 0;
+                        for omitted in printed.left_out(at) {
+                            stale.push(format!("{place}: printed, but left out: {omitted}"));
+                            now.push_str(&format!("{}\n", omitted.trim_end()));
+                        }
+                        let real = &printed.lines[at];
+                        if VERDICTS.iter().any(|verdict| line.starts_with(verdict)) && real != line {
+                            stale.push(format!("{place}: stale verdict, now: {real}"));
+                        }
+                        shown = real.clone();
+                        (printed.next, printed.shown, printed.open) = (at + 1, true, false);
+                    }
                 }
             }
         }

@@ -207,11 +207,31 @@ fn a_mistake_behind_titles_has_its_line() {
     );
     let nameless = read(b",p [bar]\n0,1\n").unwrap_err();
     assert!(nameless.ends_with("help: name the first column `time [s]`"), "{nameless}");
-    // Titles above a table whose first column is not the time are no better than none.
-    assert_eq!(
-        read(b"Press 3\nt,p [bar]\n0,1\n").unwrap_err().lines().next(),
-        Some("error: RECORD:1: the first column is `Press 3`, not the time")
-    );
+    // Of a table whose first column is not the time the header is meant, not the title above it.
+    let told = read(b"Press 3\nt,p [bar]\n0,1\n").unwrap_err();
+    let mut lines = told.lines();
+    let header =
+        "no line begins with the time; this one looks like the header, but its first column is `t`, not the time";
+    assert_eq!(lines.next(), Some(format!("error: RECORD:2: {header}").as_str()));
+    assert_eq!(told.lines().last(), Some("  help: write `t [s]` if it is; else put the time in front"));
+}
+
+#[test]
+fn a_first_column_of_dates_is_the_time_whatever_it_is_called() {
+    let rows = "23.11.2026 10:00:00,005;1,25\n23.11.2026 10:00:00,010;1,5\n";
+    for header in ["Zeit;p [bar]\n", "Datum/Uhrzeit;p [bar]\n", "Presse 4\nDatum;p [bar]\n", "Zeit;p (bar)\n"] {
+        let record = read(format!("{header}{rows}").as_bytes()).unwrap_or_else(|told| panic!("{header}{told}"));
+        assert!((record.time[1] - 0.005).abs() < 1e-12, "{header}: {:?}", record.time);
+        assert_eq!(record.channels[0].values, [1.25e5, 1.5e5], "{header}");
+    }
+    // Which number is the day stays open between slashes, under any name.
+    for header in ["Zeit;p [bar]\n", "time;p [bar]\n"] {
+        let told = read(format!("{header}11/12/2026 10:00:00;1,25\n").as_bytes()).unwrap_err();
+        assert!(told.contains("another order could be read in two ways"), "{told}");
+    }
+    // Numbers are no dates, and a time that stands elsewhere goes before.
+    assert!(read(b"Zeit;p [bar]\n0,5;1,25\n").is_err());
+    assert!(read(b"Datum;time [s];p [bar]\n23.11.2026 10:00:00;0,5;1,25\n").unwrap_err().contains("must be the first"));
 }
 
 /// Two hundred rows of a noisy pressure, 10 ms apart, changed by `change(row, time, value)`.
