@@ -197,7 +197,7 @@ fn command() -> clap::Command {
         "{{about}}\n\n{{usage-heading}} {{usage}}\n\n{groups}Options:\n{{options}}\n\n\
          Start here: borescope example DIR   (a rig file, records, what to type)\n\
          One verb:   borescope VERB --help\n\
-         The book:   docs/SUMMARY.md of the source; docs/which-verb.md says which verb when\n"
+         The book:   docs/SUMMARY.md; docs/which-verb.md says which verb when\n"
     );
     program.help_template(template)
 }

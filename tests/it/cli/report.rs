@@ -253,7 +253,7 @@ fn a_law_in_a_parameter_that_the_circuit_has_anyway_is_drawn_at_its_size() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| text(&folder.path().join(name));
     let (example, rig) = (path("example"), path("example/rig.toml"));
-    assert_eq!(borescope(&words(&format!("example {example}"))).status, Some(0));
+    assert_eq!(borescope(words(&format!("example {example}"))).status, Some(0));
     for (seed, record) in [(1, path("fit.csv")), (2, path("check.csv"))] {
         ran(&words(&format!("simulate {rig} --set cylinder.viscous_friction=20kN.s/m --seed {seed} -o {record}")));
     }

@@ -8,11 +8,14 @@
 use crate::support::page;
 
 use std::fs;
+use std::ops::Range;
 use std::path::Path;
 use std::process::Command;
 
 /// What is run; other commands of a page are for the reader only.
 const RUN: [&str; 3] = ["borescope ", "sed ", "mkdir "];
+/// Lines into which one of a document may have been broken since.
+const BROKEN: usize = 6;
 const VERDICTS: [&str; 3] = ["HEALTHY:", "FAULTY:", "MODEL INADEQUATE:"];
 
 /// What a command printed, and how far a document has it.
@@ -28,6 +31,14 @@ struct Printed {
 }
 
 impl Printed {
+    /// The lines that a line of the document shows: one, or several where it was one before.
+    fn place(&self, line: &str) -> Option<Range<usize>> {
+        let places = (self.next..self.lines.len()).flat_map(|at| (1..=BROKEN).map(move |count| at..at + count));
+        let begins = |at: &Range<usize>| at.len() == 1 || !self.lines[at.start].trim().is_empty();
+        let mut places = places.filter(|at| at.end <= self.lines.len() && begins(at));
+        places.find(|at| words(&self.lines[at.clone()].join(" ")) == words(line))
+    }
+
     /// The lines of standard output that the document leaves out without saying so, before line `end`.
     fn left_out(&self, end: usize) -> &[String] {
         let end = end.min(self.out);
@@ -126,25 +137,25 @@ fn check(path: &str) -> (String, Vec<String>, Vec<String>) {
             if line == "..." {
                 (printed.open, printed.shown) = (true, true);
             } else {
-                let rest = printed.lines[printed.next..].iter();
-                match rest.zip(printed.next..).find(|(real, _)| words(real) == words(line)).map(|(_, at)| at) {
+                match printed.place(line) {
                     None => {
                         wrong.push(format!("{place}: not printed, or not here: {line}"));
                         // What follows would only repeat this.
                         left = None;
                     }
                     Some(at) => {
-                        printed.shown |= printed.next == 0 && at > 0;
-                        for omitted in printed.left_out(at) {
+                        printed.shown |= printed.next == 0 && at.start > 0;
+                        for omitted in printed.left_out(at.start) {
                             stale.push(format!("{place}: printed, but left out: {omitted}"));
                             now.push_str(&format!("{}\n", omitted.trim_end()));
                         }
-                        let real = &printed.lines[at];
-                        if VERDICTS.iter().any(|verdict| line.starts_with(verdict)) && real != line {
-                            stale.push(format!("{place}: stale verdict, now: {real}"));
+                        let real = &printed.lines[at.clone()];
+                        let is_verdict = VERDICTS.iter().any(|verdict| line.starts_with(verdict));
+                        if real.len() > 1 || (is_verdict && real[0] != line) {
+                            stale.push(format!("{place}: stale, now: {}", real.join("\n")));
                         }
-                        shown = real.clone();
-                        (printed.next, printed.shown, printed.open) = (at + 1, true, false);
+                        shown = real.iter().map(|line| line.trim_end()).collect::<Vec<_>>().join("\n");
+                        (printed.next, printed.shown, printed.open) = (at.end, true, false);
                     }
                 }
             }
