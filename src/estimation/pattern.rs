@@ -63,6 +63,7 @@ mod tests {
         let step = 0.4 / 32.0;
         assert!((near.0.0 - 1.0).abs() < step && (near.0.1 + 0.5).abs() < step, "{near:?}");
         let once = pattern_search(((1.9, 0.0), 1.56), Patience { moves: 1, halvings: 5 }, around, cost);
-        assert_eq!(once.0, (1.5, 0.0));
+        // The best of the four, not the first that is better.
+        assert_eq!(once.0, (1.9, -0.4));
     }
 }
