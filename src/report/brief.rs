@@ -2,32 +2,10 @@
 
 use super::learn::multiple;
 use super::table::{Head, aligned};
+pub use super::table::{WIDTH, wrapped};
 
-/// Columns of a terminal of the usual width.
-pub const WIDTH: usize = 80;
 /// Characters of the longest bar of a fall of the error.
 const BAR: usize = 24;
-
-/// A text in lines of at most [`WIDTH`] columns, broken at blanks that are not protected; those after the first begin with
-/// `indent`.
-pub fn wrapped(text: &str, indent: &str) -> Vec<String> {
-    let lead = &text[..text.len() - text.trim_start().len()];
-    let mut lines = vec![lead.to_owned()];
-    let mut empty = true;
-    for word in text.split([' ', '\n']).filter(|word| !word.is_empty()) {
-        let used = lines.last().map_or(0, |line| line.chars().count());
-        if !empty && used + 1 + word.chars().count() > WIDTH {
-            lines.push(indent.to_owned());
-            empty = true;
-        }
-        if let Some(line) = lines.last_mut() {
-            line.push_str(if empty { "" } else { " " });
-            line.push_str(&word.replace('\u{a0}', " "));
-        }
-        empty = false;
-    }
-    lines
-}
 
 /// A model with its errors, times the sensor noise.
 pub struct ErrorRow {

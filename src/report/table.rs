@@ -1,7 +1,7 @@
 //! Tables and texts as wide as a terminal.
 
-use super::brief::{WIDTH, wrapped};
-
+/// Columns of a terminal of the usual width.
+pub const WIDTH: usize = 80;
 /// A head, and whether numbers stand under it, which are set to the right.
 pub type Head = (&'static str, bool);
 
@@ -59,6 +59,27 @@ pub fn within(most: Option<usize>, heads: &[Head], rows: &[Vec<String>]) -> Vec<
     all.iter().enumerate().flat_map(print).collect()
 }
 
+/// A text in lines of at most [`WIDTH`] columns, broken at blanks that are not protected; those after the first begin with
+/// `indent`.
+pub fn wrapped(text: &str, indent: &str) -> Vec<String> {
+    let lead = &text[..text.len() - text.trim_start().len()];
+    let mut lines = vec![lead.to_owned()];
+    let mut empty = true;
+    for word in text.split([' ', '\n']).filter(|word| !word.is_empty()) {
+        let used = lines.last().map_or(0, |line| line.chars().count());
+        if !empty && used + 1 + word.chars().count() > WIDTH {
+            lines.push(indent.to_owned());
+            empty = true;
+        }
+        if let Some(line) = lines.last_mut() {
+            line.push_str(if empty { "" } else { " " });
+            line.push_str(&word.replace('\u{a0}', " "));
+        }
+        empty = false;
+    }
+    lines
+}
+
 /// A text in lines of at most so many columns, as far as its words allow.
 fn folded(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
@@ -86,6 +107,8 @@ pub fn fitted(text: &str) -> String {
         let start = match line.find("  ") {
             // A word and what it stands for, which may hold blanks of its own.
             Some(at) if (1..=LABEL).contains(&at) => behind(at),
+            // What such a word stands for goes on.
+            Some(0) if behind(0) >= LABEL => behind(0),
             _ => line.rfind("  ").map_or(0, behind),
         };
         let (label, rest) = line.split_at(start);

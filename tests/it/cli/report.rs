@@ -295,7 +295,7 @@ fn a_calibrated_value_is_drawn_upon_what_was_known_before() {
 fn what_was_found_stands_before_the_circuit_and_the_circuit_before_the_curves() {
     let html = fs::read_to_string(&pages().paths["diagnose"]).unwrap();
     let place = |part: &str| html.find(part).unwrap_or_else(|| panic!("{part}"));
-    let order = ["<article class=\"finding alert\">", ">Circuit</h2>", "data-name=\"p_A\"", "<details"];
+    let order = ["<article class=\"finding alert\">", ">Circuit</h2>", "data-name=\"x\"", "<details"];
     assert!(order.windows(2).all(|pair| place(pair[0]) < place(pair[1])), "{order:?}");
     assert_eq!(html.matches("<article class=\"finding").count(), 3);
     assert!(html.contains("<footer>borescope "));
