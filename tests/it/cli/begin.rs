@@ -49,7 +49,7 @@ fn check_finds_the_columns_that_init_maps_and_names_what_is_left_to_fill_in() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (english, german, rig) = (path("english.csv"), path("german.csv"), path("rig.toml"));
     let rows: String =
-        (0..40).map(|row| format!("{row}.0,{},160,{},{},{row}\n", row % 2, 20 + row % 3, 10 + row)).collect();
+        (0..40).map(|row| format!("0.{row:02},{},160,{},{},{row}\n", row % 2, 20 + row % 3, 10 + row)).collect();
     let header = |names: [&str; 3]| {
         format!("time [s],u [-],{} [bar],{} [bar],{} [bar],x [mm]\n{rows}", names[0], names[1], names[2])
     };
