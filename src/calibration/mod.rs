@@ -29,7 +29,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::problem::Estimated;
 use crate::diagnosis::switching::{self as spools, Open};
 use crate::diagnosis::weighed;
-use crate::estimation::{FitError, Gaussian};
+use crate::estimation::{FitError, Gaussian, NotFinite};
 use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::Rig;
@@ -207,46 +207,52 @@ impl Begun<'_> {
         solutions: Solutions<'_>,
         theta: Vec<f64>,
     ) -> Result<(Rig, CalibrationReport), Complaint> {
-        let times = sheet.settings().calibration.dynamics_rounds;
-        let found = self.ended((sheet, records), (solutions, theta), times);
+        let asked = (sheet.settings().calibration.dynamics_rounds, f64::INFINITY);
+        let found = self.ended((sheet, records), (solutions, theta), asked);
         sheet.context().check()?;
-        found.map(|(_, found)| found).map_err(|error| failed(sheet, records, &error))
+        found
+            .and_then(|found| found.ok_or(FitError::NotFinite(NotFinite::Misfit)))
+            .map_err(|error| failed(sheet, records, &error))
     }
 
-    /// The same with its least plain error, the mean lags asked for again where the rounds have ended, so many times. What follows with
-    /// others is kept where that is less, taken where it has led: a far step along derivatives may promise what is not there.
+    /// The same, the mean lags asked for again where the rounds have ended, so many times. What follows with others is kept where its
+    /// least plain error is less, taken where it has led: a far step along derivatives may promise what is not there. `None` where
+    /// that of these rounds is not below a limit.
     fn ended(
         &self,
         (sheet, records): (&Rig, &[Record]),
         (solutions, theta): (Solutions<'_>, Vec<f64>),
-        times: usize,
-    ) -> Result<(f64, (Rig, CalibrationReport)), FitError> {
+        (times, limit): (usize, f64),
+    ) -> Result<Option<(Rig, CalibrationReport)>, FitError> {
         let mut rounds = Rounds::new(solutions, self.prior, self.before.clone());
         let settled = rounds.settle(theta, self.most_rounds)?;
         let (solutions, theta) = (&rounds.solutions, &settled.fit.theta);
         let asked = if self.lags.is_empty() { None } else { lags::again(solutions, self.prior, theta, &self.lags) };
         let cost = asked.as_ref().map_or(f64::INFINITY, |asked| asked.cost);
-        if let (Some(times), Some(better)) = (times.checked_sub(1), asked.and_then(|asked| asked.better))
-            && let Some(further) = self.with_lags((sheet, records), (solutions, theta), &better, times)
-            && further.0 < cost
-        {
-            return Ok(further);
+        if limit.is_finite() && cost >= limit {
+            return Ok(None);
         }
-        Ok((cost, rounds.finish((sheet, self.given.clone()), records, settled)?))
+        if let (Some(times), Some(better)) = (times.checked_sub(1), asked.and_then(|asked| asked.better)) {
+            let further = self.with_lags((sheet, records), (solutions, theta), &better, (times, cost));
+            if further.is_some() {
+                return Ok(further);
+            }
+        }
+        rounds.finish((sheet, self.given.clone()), records, settled).map(Some)
     }
 
-    /// The same from a fit with other mean lags; `None` where the model cannot be solved with them.
+    /// The same from a fit with other mean lags; `None` also where the model cannot be solved with them.
     fn with_lags(
         &self,
         (sheet, records): (&Rig, &[Record]),
         (solutions, theta): (&Solutions<'_>, &[f64]),
         lags: &[(usize, f64)],
-        times: usize,
-    ) -> Option<(f64, (Rig, CalibrationReport))> {
+        asked: (usize, f64),
+    ) -> Option<(Rig, CalibrationReport)> {
         let model = Model::new(spools::applied(&solutions.model.rig, lags));
         let taken = taken(&model.rig, records).ok()?;
         let solutions = Solutions::new(&model, &taken, open(&model.rig));
-        self.ended((&spools::applied(sheet, lags), records), (solutions, theta.to_vec()), times).ok()
+        self.ended((&spools::applied(sheet, lags), records), (solutions, theta.to_vec()), asked).ok()?
     }
 }
 
