@@ -27,6 +27,7 @@ mod fit;
 pub mod local_model;
 pub mod loss;
 mod options;
+mod parabola;
 pub mod pattern;
 pub mod prior;
 pub mod problem;

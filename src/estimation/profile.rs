@@ -13,6 +13,7 @@ use std::fmt;
 use nalgebra::DVector;
 
 use super::local_model::Evaluated;
+use super::parabola::Parabola;
 use super::problem::cost;
 use super::{Fit, Held, LocalModel, Options, Problem, StoppedBecause, fit_along};
 
@@ -376,47 +377,6 @@ impl<P: Problem> Search<'_, P> {
         let share = way.sign * further / (way.direction[self.parameter] * model.scale[self.parameter]);
         let moved = way.direction.iter().zip(&model.scale).map(|(along, scale)| share * along * scale);
         from.theta.iter().zip(moved).map(|(theta, moved)| theta + moved).collect()
-    }
-}
-
-/// The root of the rise along a profile: a parabola through the best value and two coordinates.
-struct Parabola {
-    inner: (f64, f64),
-    outer: (f64, f64),
-    /// Of the chords from the best value to either.
-    slopes: (f64, f64),
-}
-
-impl Parabola {
-    /// Through two coordinates with their roots. Where the first of them is the best value itself, the parabola has the slope there that
-    /// the local model gives it.
-    fn through(slope: f64, inner: (f64, f64), outer: (f64, f64)) -> Self {
-        let first = if inner.0 == 0.0 { slope } else { inner.1 / inner.0 };
-        Self { inner, outer, slopes: (first, outer.1 / outer.0) }
-    }
-
-    /// By how much the slope changes over the distance, as a share of it.
-    fn bend(&self) -> f64 {
-        (self.slopes.1 / self.slopes.0 - 1.0) * self.outer.0 / (self.outer.0 - self.inner.0)
-    }
-
-    /// By how much the crossing of `target` would be wrong, as a share of its distance, if the root were as straight on from the outer
-    /// coordinate as it is found to be up to there; on the parabola it is less.
-    fn error(&self, target: f64) -> f64 {
-        (target / self.outer.1 - 1.0).abs() * self.bend().abs()
-    }
-
-    /// Coordinate at which the root is `target`.
-    fn crossing(&self, target: f64) -> f64 {
-        let ((inner, inner_root), (outer, outer_root)) = (self.inner, self.outer);
-        let bend = (self.slopes.1 - self.slopes.0) / (outer - inner);
-        // Newton's method from the chord; the parabola is all but straight between two points of one side.
-        let mut at = inner + (outer - inner) * (target - inner_root) / (outer_root - inner_root);
-        for _ in 0..4 {
-            let chord = self.slopes.0 + bend * (at - inner);
-            at -= (at * chord - target) / (chord + bend * at);
-        }
-        at
     }
 }
 
