@@ -31,13 +31,16 @@ impl Parabola {
     pub(super) fn crossing(&self, target: f64) -> f64 {
         let ((inner, inner_root), (outer, outer_root)) = (self.inner, self.outer);
         let bend = (self.slopes.1 - self.slopes.0) / (outer - inner);
+        let straight = inner + (outer - inner) * (target - inner_root) / (outer_root - inner_root);
         // Newton's method from the chord; the parabola is all but straight between two points of one side.
-        let mut at = inner + (outer - inner) * (target - inner_root) / (outer_root - inner_root);
+        let mut at = straight;
         for _ in 0..4 {
             let chord = self.slopes.0 + bend * (at - inner);
             at -= (at * chord - target) / (chord + bend * at);
         }
-        at
+        // A parabola that has turned back says nothing.
+        let near_chord = (at - straight).abs() <= 0.25 * (straight - inner).abs() && at.is_finite();
+        if near_chord { at } else { straight }
     }
 }
 
@@ -58,5 +61,9 @@ mod tests {
         // The same bend, told from two points that are near each other: 4 % of the slope over a sixth of the way.
         assert_relative_eq!(second.bend(), (1.3 / 1.25 - 1.0) * 1.2 / 0.2, max_relative = 1e-9);
         assert_eq!(Parabola::through(1.0, (0.0, 0.0), (1.0, 1.0)).error(2.0), 0.0);
+        // x (1 - x / 2) turns back at 1 and never gets to 0.505: the end is not carried off from the chord, which is at 1.01.
+        let turned = Parabola::through(1.0, (0.0, 0.0), (1.0, 0.5));
+        assert!(turned.error(0.505) < 0.01);
+        assert!((turned.crossing(0.505) - 1.01).abs() < 0.25 * 1.01, "{}", turned.crossing(0.505));
     }
 }
