@@ -108,7 +108,7 @@ fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Resul
     }
     let failed = |error: FitError| failed(rig, records, &error);
     let mut margins = rig.calibration.as_ref().map_or_else(Vec::new, |known| known.margins.clone());
-    let mut sheet = rig.clone();
+    let mut sheet = rig.as_commanded(records).unwrap_or_else(|| rig.clone());
     for margin in rig.margins() {
         sheet.give_margin(&margin)?;
         margins.push(margin);

@@ -160,6 +160,14 @@ fn diagnose_again(
     attempt: Attempt,
 ) -> Result<Option<Diagnosed>, Complaint> {
     let start = (shown, begun);
+    if let Some(commanded) = model.rig.as_commanded([record]) {
+        let commanded = Model::new(commanded).with_tolerance(model.tolerance);
+        let again = diagnose_again(&commanded, record, start, options, attempt)?;
+        return Ok(again.map(|mut again| {
+            again.other_rig.get_or_insert(commanded.rig);
+            again
+        }));
+    }
     let rig = &model.rig;
     if rig.sensors.is_empty() {
         return Err(Complaint::new(Kind::MissingEntry, "the rig has no sensors, so a record shows nothing of it")

@@ -6,6 +6,7 @@ use toml_edit::{InlineTable, Item, Table};
 
 use super::evaluated::is_adequate;
 use super::fitted_model::{FittedModel, Judge};
+use super::opened::opened;
 use super::refit::range_deviation;
 use super::scoring::candidate;
 use super::spools::{with_dynamics, with_spools};
@@ -17,7 +18,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::estimate::Estimate;
 use crate::number::written;
 use crate::record::Record;
-use crate::rig::{EffectInstance, Rig, document};
+use crate::rig::{EffectInstance, InstalledEffect, Rig, document};
 use crate::units::Unit;
 
 /// Digits of a value and of its standard error.
@@ -41,8 +42,8 @@ pub struct Added {
     pub warnings: Vec<Warning>,
 }
 
-/// A rig file with one effect more: fitted to a record if there is one, else at its neutral value with an
-/// uncertainty that lets later fits estimate it.
+/// A rig file with one effect more: fitted to a record if there is one, jointly with the effects that the file states with an
+/// uncertainty, else at its neutral value with an uncertainty that lets later fits estimate it.
 ///
 /// # Errors
 /// An effect that the rig cannot have or has already; without a record, an effect that is nothing at no value; columns that
@@ -61,7 +62,7 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
             rough_base((rig, near), record, enough, |estimate, base| fitted_with(estimate, &base, &placed))
         };
         let (trial, gained, warnings) =
-            rig.context().run(|| with_spools(rig, record, fitted, |(trial, ..): &Fitted| trial))?;
+            rig.context().run(|| with_spools(&opened(rig), record, fitted, |(trial, ..): &Fitted| trial))?;
         let text = with_effects(&rig.path, text, rig, &trial)?;
         return Ok(Added { text, delta_bic: Some(gained), warnings });
     }
@@ -97,14 +98,16 @@ fn fitted_with(estimate: &Estimate<'_>, base: &FittedModel, placed: &EffectInsta
     }
 }
 
-/// The text of a rig file with the effects that a trial has and the rig has not, as fitted, and with spools that follow as in the
-/// trial.
+/// The text of a rig file with the effects of a trial as fitted, but for those that it states as exact, and with spools that follow as
+/// in the trial.
 ///
 /// # Errors
 /// A text that is no TOML.
 pub(crate) fn with_effects(path: &Path, text: &str, rig: &Rig, trial: &FittedModel) -> Result<String, Complaint> {
     let mut text = text.to_owned();
-    for present in trial.rig.effects.iter().filter(|present| rig.effects.iter().all(|old| old.id != present.id)) {
+    let is_exact = |old: &InstalledEffect| old.parameters.iter().all(|&index| rig.parameters[index].sigma == 0.0);
+    let stays = |present: &InstalledEffect| rig.effects.iter().any(|old| old.id == present.id && is_exact(old));
+    for present in trial.rig.effects.iter().filter(|present| !stays(present)) {
         let written = present.placed.effect.parameters.iter().zip(&present.parameters).map(|(free, &index)| {
             let unit = trial.rig.effect_unit(&present.placed, free.name);
             let sigma = trial.sigmas.get(&index).copied().unwrap_or(0.0);

@@ -61,6 +61,8 @@ pub(super) fn misses(times_noise: f64) -> String {
 }
 
 fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
+    let commanded = rig.as_commanded([record]);
+    let rig = commanded.as_ref().unwrap_or(rig);
     let model = Model::new(rig.clone());
     let drive = InputSignals::from_record(rig, record)?;
     rig.context().stage("fit of the healthy model");
@@ -103,6 +105,8 @@ fn as_stated(model: &Model, record: &Record, drive: &InputSignals) -> Option<AsS
 #[cfg(feature = "cli")]
 pub fn healthy_values(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint> {
     rig.context().run(|| {
+        let commanded = rig.as_commanded([record]);
+        let rig = commanded.as_ref().unwrap_or(rig);
         rig.context().stage("fit of the healthy model");
         Ok(followed(rig, record, &InputSignals::from_record(rig, record)?)?.0)
     })

@@ -21,6 +21,7 @@
 //! | `states` | the states that a record visits, along the axis of such a picture |
 //! | [`add`] | the rig file with an effect more |
 //! | [`addition`] | what was added, as programs read it |
+//! | `opened` | effects that a record is to say the size of, whatever the rig file says |
 //! | `revise` | effects of a rig file set, taken out or refitted by hand |
 //! | [`behind`] | which faults are there beside an effect that the model lacks |
 //! | `rivals` | which effects explain a record as well as a fault does |
@@ -40,6 +41,7 @@ pub mod improve;
 mod lack_of_fit;
 #[cfg(feature = "cli")]
 pub mod missing;
+pub mod opened;
 pub mod phase;
 mod refit;
 pub mod result;

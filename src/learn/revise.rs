@@ -5,13 +5,11 @@ use std::collections::BTreeSet;
 use super::add::{Written, insert, with_effects};
 use super::evaluated::is_adequate;
 use super::fitted_model::FittedModel;
-use super::refit::range_deviation;
+use super::opened::opened;
 use super::suggest::rough_base;
-use super::trial_steps::nothing;
 use crate::complaint::Complaint;
-use crate::physics::effect::FreeParameter;
 use crate::record::Record;
-use crate::rig::{EffectInstance, Rig, document};
+use crate::rig::{Rig, document};
 
 /// The text of a rig file with the effects of `moved` at these values (all parameters of the rig, SI), without those of `off`.
 ///
@@ -42,37 +40,12 @@ pub fn revised(
 }
 
 /// The effects of a rig that it states with an uncertainty refitted, with the faults that the record shows beside them: the text
-/// of the rig file with them, and the fit. What the rig file says of their size is where the fit starts, and no knowledge.
+/// of the rig file with them, and the fit.
 ///
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved on the record.
 pub fn refitted(text: &str, rig: &Rig, record: &Record) -> Result<(String, FittedModel), Complaint> {
-    let mut open = rig.clone();
-    for effect in &rig.effects {
-        for (free, &index) in effect.placed.effect.parameters.iter().zip(&effect.parameters) {
-            if rig.parameters[index].sigma > 0.0 {
-                open.parameters[index].sigma = wide(rig, &effect.placed, free, rig.parameters[index].value);
-            }
-        }
-    }
     let enough = |base: &FittedModel| is_adequate(&base.fit);
-    let fitted = rig.context().run(|| rough_base((&open, None), record, enough, |_, base| Ok(base)))?;
-    let none = Rig { effects: Vec::new(), ..rig.clone() };
-    Ok((with_effects(&rig.path, text, &none, &fitted)?, fitted))
-}
-
-/// Standard uncertainty of a parameter of an effect of which next to nothing is known, SI.
-fn wide(rig: &Rig, placed: &EffectInstance, free: &FreeParameter, value: f64) -> f64 {
-    let neutral = neutral(rig, placed, free).unwrap_or(0.0);
-    let size = rig.first_size(placed, free).map_or(0.0, |first| (first - neutral).abs()).max((value - neutral).abs());
-    if size > 0.0 {
-        rig.settings().learn.revised_sigma * size
-    } else {
-        range_deviation(&rig.effect_unit(placed, free.name), free)
-    }
-}
-
-/// The value, SI, at which a parameter of an effect that the rig has does nothing; `None` where only others of it say so.
-pub fn neutral(rig: &Rig, placed: &EffectInstance, free: &FreeParameter) -> Option<f64> {
-    nothing(rig, placed, free).filter(|_| free.neutral.is_some())
+    let fitted = rig.context().run(|| rough_base((&opened(rig), None), record, enough, |_, base| Ok(base)))?;
+    Ok((with_effects(&rig.path, text, rig, &fitted)?, fitted))
 }

@@ -5,13 +5,14 @@ use super::compare::misses;
 use super::evaluated::{Conclusion, EvaluatedModel, is_adequate};
 use super::fitted_model::FittedModel;
 use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
+use super::opened::opened;
 use super::refit::{BasePoint, charged, quick, refitted};
 use super::run::Run;
 use super::scoring::{candidates, tolerated, worth};
 use super::screening::{Screening, promised};
 use super::separate::{Experiment, separating};
 use super::spools::{self, with_spools};
-use super::verdict::{conclude, conclude_near, in_order, is_part, stands_alone};
+use super::verdict::{conclude, conclude_near, in_order, is_part, leans, stands_alone};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::DynamicsReport;
 use crate::diagnosis::estimate::{self, Estimate};
@@ -60,7 +61,8 @@ impl Suggestion {
     }
 }
 
-/// Looks for the effect that a model lacks.
+/// Looks for the effect that a model lacks. What the rig file states of the size of effects with an uncertainty is where the fit starts,
+/// and no knowledge.
 ///
 /// # Errors
 /// Columns that are missing, a model that cannot be solved, or a [context](crate::Context) that was cancelled.
@@ -69,7 +71,7 @@ pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Sugges
         rough_base((rig, near), fit, Suggestion::explains_all, |estimate, base| suggest_from(estimate, base, check))
     };
     let found = rig.context().run(|| {
-        let mut found = with_spools(rig, fit, suggested, Suggestion::best)?;
+        let mut found = with_spools(&opened(rig), fit, suggested, Suggestion::best)?;
         if let Some(best) = found.judged.first_mut().filter(|best| best.supported) {
             best.finish(fit, check)?;
         }
@@ -90,7 +92,7 @@ pub(super) fn rough_base<T>(
     then: impl Fn(&Estimate<'_>, FittedModel) -> Result<T, Complaint>,
 ) -> Result<T, Complaint> {
     rig.context().stage("fit of your model");
-    let mut rig = with_shown_noise(rig, fit);
+    let mut rig = with_shown_noise(rig.as_commanded([fit]).as_ref().unwrap_or(rig), fit);
     let mut weighings = 1;
     loop {
         let model = Model::new(rig.clone());
@@ -193,10 +195,12 @@ pub fn suggest_from(
     let healthy = || bent.then(|| estimate.without_faults(settings.linearisations)).transpose();
     let samples = base.fit.weights.all_samples() as f64;
     let tolerance = if near { tolerated(settings, samples) } else { 0.0 };
-    let (list, without) = rayon::join(|| candidates(estimate, 0, tolerance), healthy);
+    // What would put a value back to where it was known to be is looked at however little it promises.
+    let beyond = if leans(&base) { 0.0 } else { tolerance };
+    let (list, without) = rayon::join(|| candidates(estimate, 0, beyond), healthy);
     let without = without?;
     let mut lists = vec![list];
-    lists.extend(without.as_ref().map(|without| candidates(without, 1, tolerance)));
+    lists.extend(without.as_ref().map(|without| candidates(without, 1, beyond)));
     let cost = charged(&base.rig, estimate.isolation.best.cost, base.set, samples);
     let mut base_points = vec![BasePoint { values: base.values.clone(), set: base.set, cost }];
     base_points.extend(without.map(|without| BasePoint {
@@ -206,7 +210,7 @@ pub fn suggest_from(
     }));
     let screening =
         Screening { record: estimate.case.record, base: &base, base_check: &base_check, check, base_points };
-    let [chance, worth] = [0.0, tolerance].map(|tolerance| worth(lists[0].len(), tolerance));
+    let [chance, worth] = [0.0, beyond].map(|tolerance| worth(lists[0].len(), tolerance));
     let most = [
         if near { settings.candidates_fitted_near } else { settings.candidates_fitted },
         settings.candidates_fitted_near,

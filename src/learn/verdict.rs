@@ -102,6 +102,11 @@ pub(super) fn stands_alone(judged: &EvaluatedModel) -> bool {
     is_whole(judged) && !judged.warnings.iter().any(stands_in)
 }
 
+/// Whether a model without further effects needs a value far from where it was known to be.
+pub(super) fn leans(base: &FittedModel) -> bool {
+    warnings(base, base).iter().any(|warning| matches!(warning, Warning::Moved { .. }))
+}
+
 /// Whether some effects are a part of more.
 pub(super) fn is_among(some: &[Candidate], more: &[Candidate]) -> bool {
     some.len() < more.len() && some.iter().all(|one| more.iter().any(|other| other.id == one.id))
@@ -132,7 +137,8 @@ pub(super) fn in_order(settings: &LearningSettings, judged: &mut [EvaluatedModel
 }
 
 /// What a model that is within its tolerance lacks nevertheless: an effect that explains both records better, with sense, or
-/// what several faults would have to stand in for. A fall of chi-square within `tolerance` says nothing.
+/// what several faults would have to stand in for. A fall of chi-square within `tolerance` says nothing, unless with it every value is
+/// where it was known to be, and without it one is not.
 pub(super) fn conclude_near(
     judged: &mut Vec<EvaluatedModel>,
     base: &FittedModel,
@@ -140,9 +146,11 @@ pub(super) fn conclude_near(
     tolerance: f64,
 ) -> Conclusion {
     let settings = &base.rig.settings().learn;
+    let leans = leans(base);
     let fall = |before: &Run, after: &Run| (before.chi2 - after.chi2) * after.weights.all_samples() as f64;
     judged.retain_mut(|one| {
         let on_check = base_check.as_ref().zip(one.check.as_ref()).map(|(before, after)| fall(before, after));
+        let tolerance = if leans && stands_alone(one) { 0.0 } else { tolerance };
         let better =
             one.delta_bic > settings.rival_bic.max(tolerance) && on_check.is_none_or(|fall| fall > settings.rival_bic);
         // Fewer faults with an effect in their place may explain the records as well.

@@ -43,6 +43,14 @@ pub(super) fn value(pieces: &[Piece], input: usize, t: f64) -> f64 {
     piece.from[input] + share * (piece.to[input] - piece.from[input])
 }
 
+/// Differences that are rounding, as a share: of two times, of the run.
+pub(super) const SAME: f64 = 1e-9;
+
+/// Whether an input has another value behind a knot than before it.
+pub(super) fn leaps(before: f64, behind: f64) -> bool {
+    (before - behind).abs() > SAME * (before.abs() + behind.abs())
+}
+
 /// Joins the broken lines of all inputs into pieces that end wherever one of them bends or jumps.
 /// Only what the first `inputs` of them leap by is a jump.
 pub(super) fn merge(lines: &[Vec<Stretch>], inputs: usize, start: f64, end: f64) -> Vec<Piece> {
@@ -52,7 +60,7 @@ pub(super) fn merge(lines: &[Vec<Stretch>], inputs: usize, start: f64, end: f64)
     knots.retain(|knot| (start..=end).contains(knot));
     knots.sort_by(f64::total_cmp);
     // Knots of two inputs that differ by rounding only are one.
-    knots.dedup_by(|late, early| *late - *early < 1e-9 * (end - start));
+    knots.dedup_by(|late, early| *late - *early < SAME * (end - start));
     let mut pieces: Vec<Piece> = Vec::new();
     let mut at = vec![0; lines.len()];
     for pair in knots.windows(2) {
@@ -73,7 +81,7 @@ pub(super) fn merge(lines: &[Vec<Stretch>], inputs: usize, start: f64, end: f64)
         }
         let continuous = |last: &Piece| {
             let ends = last.to.iter().zip(&from).zip(&may_jump).take(inputs);
-            ends.filter(|(_, may_jump)| **may_jump).all(|((a, b), _)| (a - b).abs() <= 1e-9 * (a.abs() + b.abs()))
+            !ends.filter(|(_, may_jump)| **may_jump).any(|((before, behind), _)| leaps(*before, *behind))
         };
         let jump = !pieces.last().is_some_and(continuous);
         pieces.push(Piece { start: pair[0], end: pair[1], from, to, jump });

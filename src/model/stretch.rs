@@ -15,7 +15,7 @@ pub(super) struct Stretch {
 
 impl Stretch {
     /// Whether a later point lies on its line.
-    fn goes_through(&self, time: f64, value: f64) -> bool {
+    pub(super) fn goes_through(&self, time: f64, value: f64) -> bool {
         let there = self.from + (time - self.start) / (self.end - self.start) * (self.to - self.from);
         (there - value).abs() <= STRAIGHT * there.abs().max(self.from.abs()).max(self.to.abs())
     }

@@ -121,6 +121,8 @@ pub enum Role {
     InertiaTime,
     /// How much later than it is given an input acts on a part that follows it.
     DeadTime,
+    /// How an edge of a valve opens while its part that follows an input is between its ends.
+    Edge,
     /// A width over which a law is smooth; known to a factor, not to a share.
     Smoothing,
     /// A moving mass.

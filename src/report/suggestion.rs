@@ -76,7 +76,7 @@ pub(super) fn rows(report: &SuggestionReport, first: &CandidateReport) -> Vec<Er
 /// Faults of a model in a name: one by its id, several by their number.
 pub(super) fn faults<T: AsRef<str>>(ids: &[T]) -> String {
     match ids {
-        [one] => one.as_ref().to_owned(),
+        [one] => format!("the fault {}", one.as_ref()),
         several => format!("{} faults", several.len()),
     }
 }

@@ -4,6 +4,7 @@ use super::caveats::{TOLD, caveats, left_out};
 use super::diagnosis::{FAULT_HEADS, fault_rows, headline};
 use super::style::{Style, Tone};
 use super::table::{Head, aligned};
+use crate::diagnosis::Diagnosis;
 use crate::diagnosis::watch::{Episode, Watched, WatchedVerdict};
 use crate::number::{rounded, text};
 
@@ -21,6 +22,10 @@ pub fn write_styled(watched: &Watched, style: Style) -> String {
     if blind > 0 {
         lines.push(format!("{blind} more cannot be judged: no residual applies there"));
     }
+    if let Some(sample) = &watched.sample {
+        lines.push(String::new());
+        lines.extend(of_stretch(sample.diagnosed_s, &sample.diagnosis, style));
+    }
     for (number, episode) in watched.episodes.iter().enumerate() {
         lines.push(String::new());
         lines.extend(of_episode(number + 1, episode, style));
@@ -32,7 +37,14 @@ pub fn write_styled(watched: &Watched, style: Style) -> String {
 /// The conclusion in one line.
 fn told(watched: &Watched) -> String {
     let count = match watched.episodes.len() {
-        0 => return "HEALTHY: no residual raised an alarm in any window.".to_owned(),
+        0 => {
+            let verdict = match watched.conclusion {
+                WatchedVerdict::Healthy => return "HEALTHY: no residual raised an alarm in any window.".to_owned(),
+                WatchedVerdict::Faulty => "FAULTY",
+                WatchedVerdict::ModelInadequate | WatchedVerdict::NotDiagnosed => "MODEL INADEQUATE",
+            };
+            return format!("{verdict}: no residual raised an alarm, a window diagnosed in full does.");
+        }
         1 => "1 episode".to_owned(),
         several => format!("{several} episodes"),
     };
@@ -80,23 +92,26 @@ fn of_episode(number: usize, episode: &Episode, style: Style) -> Vec<String> {
         })
         .collect();
     lines.extend(aligned(&RESIDUAL_HEADS, &rows));
-    if let (Some(diagnosis), Some([from, to])) = (&episode.diagnosis, episode.diagnosed_s) {
-        let tone = super::diagnosis::tone(diagnosis.verdict);
-        lines.push(format!("  diagnosed from {} to {}", seconds(from), seconds(to)));
-        lines.push(format!("  {}", style.painted(&headline(diagnosis), tone)));
-        lines.extend(caveats(diagnosis).into_iter().map(|caveat| format!("  {caveat}")));
-        let left_out = left_out(&diagnosis.left_out, TOLD);
-        lines.extend(left_out.into_iter().map(|words| format!("  left out of the fit: {words}")));
-        let present: Vec<bool> = diagnosis.faults.iter().map(|fault| fault.present).collect();
-        let rows: Vec<Vec<String>> = fault_rows(diagnosis)
-            .into_iter()
-            .zip(present)
-            .filter_map(|(row, present)| present.then_some(row))
-            .collect();
-        if !rows.is_empty() {
-            lines.extend(aligned(&FAULT_HEADS, &rows));
-        }
+    if let (Some(diagnosis), Some(stretch)) = (&episode.diagnosis, episode.diagnosed_s) {
+        lines.extend(of_stretch(stretch, diagnosis, style));
     }
     lines.extend(episode.not_diagnosed.iter().map(|why| format!("  not diagnosed: {why}")));
+    lines
+}
+
+/// The diagnosis of a stretch, s.
+fn of_stretch([from, to]: [f64; 2], diagnosis: &Diagnosis, style: Style) -> Vec<String> {
+    let tone = super::diagnosis::tone(diagnosis.verdict);
+    let mut lines = vec![format!("  diagnosed from {} to {}", seconds(from), seconds(to))];
+    lines.push(format!("  {}", style.painted(&headline(diagnosis), tone)));
+    lines.extend(caveats(diagnosis).into_iter().map(|caveat| format!("  {caveat}")));
+    let left_out = left_out(&diagnosis.left_out, TOLD);
+    lines.extend(left_out.into_iter().map(|words| format!("  left out of the fit: {words}")));
+    let present: Vec<bool> = diagnosis.faults.iter().map(|fault| fault.present).collect();
+    let rows: Vec<Vec<String>> =
+        fault_rows(diagnosis).into_iter().zip(present).filter_map(|(row, present)| present.then_some(row)).collect();
+    if !rows.is_empty() {
+        lines.extend(aligned(&FAULT_HEADS, &rows));
+    }
     lines
 }

@@ -4,6 +4,7 @@ mod at_odds;
 mod before;
 mod beside;
 mod calibration;
+mod commanded;
 mod cycle;
 mod effect;
 mod extent;

@@ -16,7 +16,7 @@ use crate::record::{Record, Stream, Window, Windows};
 use crate::residual::{Block, Fired, Monitor};
 use episodes::Episodes;
 use result::SCHEMA;
-pub use result::{Episode, Watched, WatchedVerdict, WindowReport};
+pub use result::{Episode, Sample, Watched, WatchedVerdict, WindowReport};
 
 /// Windows of which the rows are kept: that of an alarm, the one behind it, and the one whose end is not yet judged.
 const KEPT: usize = 3;
@@ -175,7 +175,22 @@ impl<'a> Watch<'a> {
         }
     }
 
+    /// The last whole window diagnosed, where nothing fired in any.
+    fn sample(&self) -> Option<Sample> {
+        if !self.episodes.all.is_empty() || self.watching.fits == 0 {
+            return None;
+        }
+        let length = |window: &&Window| span(&window.record)[1] - span(&window.record)[0];
+        let whole = self.kept.iter().rev().reduce(|late, early| {
+            // A last window that the record cuts short shows less.
+            if length(&late) < 0.9 * length(&early) { early } else { late }
+        })?;
+        let (diagnosed_s, diagnosis) = diagnosed(self.model, whole, self.start, self.options).ok()?;
+        Some(Sample { diagnosed_s, diagnosis })
+    }
+
     fn result(self, read_as: String) -> Watched {
+        let sample = self.sample();
         let episodes: Vec<Episode> = self.episodes.all.into_iter().map(|running| running.episode).collect();
         let windows: Vec<WindowReport> = self.reports.into_iter().map(|(_, report)| report).collect();
         Watched {
@@ -183,13 +198,14 @@ impl<'a> Watch<'a> {
             rig: self.model.rig.path.display().to_string(),
             record: self.record,
             read_as,
-            conclusion: WatchedVerdict::of(&episodes),
+            conclusion: WatchedVerdict::of(&episodes, sample.as_ref()),
             rows: windows.iter().map(|window| window.rows).sum(),
             from_s: self.start,
             to_s: self.end,
             window_s: self.watching.window,
             fits: self.watching.fits,
             episodes,
+            sample,
             windows,
         }
     }

@@ -47,8 +47,20 @@ pub struct Watched {
     pub fits: usize,
     /// In the order of their beginning.
     pub episodes: Vec<Episode>,
+    /// Where no residual fired: the last whole window, diagnosed in full, as faults that no residual answers to show only there. `None` where
+    /// no window may be diagnosed, or it cannot be.
+    pub sample: Option<Sample>,
     /// Those that have rows.
     pub(crate) windows: Vec<WindowReport>,
+}
+
+/// A stretch that was diagnosed although no residual fired.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Sample {
+    /// The stretch, s.
+    pub diagnosed_s: [f64; 2],
+    /// Of that stretch.
+    pub diagnosis: Diagnosis,
 }
 
 /// One window of the record.
@@ -99,9 +111,11 @@ pub struct FiredResidual {
 }
 
 impl WatchedVerdict {
-    /// The gravest of what the episodes say.
-    pub(super) fn of(episodes: &[Episode]) -> Self {
-        let verdicts = || episodes.iter().map(|episode| episode.diagnosis.as_ref().map(|diagnosis| diagnosis.verdict));
+    /// The gravest of what the episodes say, and the sample where there are none.
+    pub(super) fn of(episodes: &[Episode], sample: Option<&Sample>) -> Self {
+        let of_episodes =
+            || episodes.iter().map(|episode| episode.diagnosis.as_ref().map(|diagnosis| diagnosis.verdict));
+        let verdicts = || of_episodes().chain(sample.map(|sample| Some(sample.diagnosis.verdict)));
         if verdicts().any(|verdict| verdict == Some(Verdict::Faulty)) {
             Self::Faulty
         } else if verdicts().any(|verdict| verdict == Some(Verdict::ModelInadequate)) {

@@ -14,7 +14,7 @@ const fn share(name: &'static str, symbol: &'static str, meaning: &'static str) 
 
 /// Notches and chamfers open an edge slower or faster than its spool moves; few data sheets say how.
 const fn progression(name: &'static str, symbol: &'static str, meaning: &'static str) -> Parameter {
-    Parameter::required(name, symbol, "-", meaning).or(1.0).within(0.2, 5.0).uncertain_per_event(0.05)
+    Parameter::required(name, symbol, "-", meaning).or(1.0).within(0.2, 5.0).is(Role::Edge).uncertain_per_event(0.05)
 }
 
 const fn leak(name: &'static str, symbol: &'static str, meaning: &'static str) -> Parameter {

@@ -80,6 +80,27 @@ fn a_healthy_record_is_healthy_in_every_window() {
     assert!(ran.out.contains("\n8 windows of 7.5 s: 8 quiet, 0 with alarms\n"), "{}", ran.out);
 }
 
+/// Flow meters that may be far off see no leak; pressures and position do.
+#[test]
+fn what_no_residual_answers_to_shows_in_a_window_that_is_diagnosed_in_full() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = long(folder.path(), [0, 3]);
+    let text = fs::read_to_string(RIG).unwrap().replace("lag = \"2 ms\"", "lag = \"2 ms\", tolerance = \"5 L/min\"");
+    let rig = folder.path().join("rig.toml");
+    fs::write(&rig, text).unwrap();
+    let [rig, path] = [&rig, &path].map(|path| path.to_str().unwrap());
+    let ran = borescope(["diagnose", rig, path, "--window", "10", "--exit-code"]);
+    assert_eq!(ran.status, Some(1), "{} {}", ran.out, ran.err);
+    assert!(
+        ran.out.starts_with("FAULTY: no residual raised an alarm, a window diagnosed in full does.\n"),
+        "{}",
+        ran.out
+    );
+    assert!(ran.out.contains("  FAULTY: cylinder.clearance 0."), "{}", ran.out);
+    let none = borescope(["diagnose", rig, path, "--window", "10", "--fits", "0"]);
+    assert!(none.out.starts_with("HEALTHY: no residual raised an alarm in any window.\n"), "{}", none.out);
+}
+
 #[test]
 fn packed_records_and_standard_input_say_the_same() {
     let folder = tempfile::tempdir().unwrap();

@@ -2,10 +2,11 @@
 
 use std::fs;
 
-use borescope::Rig;
+use borescope::internals::learn::add::add;
 use borescope::internals::learn::evaluated::Conclusion;
 use borescope::internals::learn::improve::improve;
 use borescope::internals::model::Model;
+use borescope::{Record, Rig};
 
 use crate::support::cycle::Run;
 
@@ -16,10 +17,10 @@ const HIDDEN: &str = "
 \"seal-friction@cylinder\" = { coulomb = \"1500 N\", breakaway = \"600 N\", stribeck_velocity = \"10 mm/s\" }
 ";
 
-#[test]
-fn a_line_and_a_seal_are_no_viscous_friction() {
+/// Two records of the press that hides both, under different loads.
+fn records() -> [Record; 2] {
     let hidden = Model::new(Rig::parse(PRESS, fs::read_to_string(PRESS).unwrap() + HIDDEN).unwrap());
-    let records = [(1, 1.0), (2, 1.5)].map(|(seed, load)| {
+    [(1, 1.0), (2, 1.5)].map(|(seed, load)| {
         let mut cycle = hidden.rig.cycle.clone().unwrap();
         // The second input is the force.
         for phase in &mut cycle.phases {
@@ -27,7 +28,32 @@ fn a_line_and_a_seal_are_no_viscous_friction() {
             phase.inputs[1].to *= load;
         }
         Run::of(&hidden).through(cycle).seed(seed).record("press")
-    });
+    })
+}
+
+/// What is added first has taken over what it can of the other; from the same record that is no knowledge.
+#[test]
+fn effects_that_are_added_one_after_the_other_are_fitted_together() {
+    let record = &records()[0];
+    for order in [["line-resistance@A", "seal-friction@cylinder"], ["seal-friction@cylinder", "line-resistance@A"]] {
+        let mut text = fs::read_to_string(PRESS).unwrap();
+        for effect in order {
+            let rig = Rig::parse(PRESS, text.clone()).unwrap();
+            text = add(&text, &rig, effect, Some(record)).unwrap().text;
+        }
+        let rig = Rig::parse(PRESS, text).unwrap();
+        for (id, truth) in [("line-resistance@A.turbulent", 0.02), ("seal-friction@cylinder.coulomb", 1500.0)] {
+            let parameter = &rig.parameters[rig.parameter(id).unwrap()];
+            let [value, sigma] = [parameter.value, parameter.sigma].map(|si| parameter.unit.difference_from_si(si));
+            let off = (value - truth) / sigma;
+            assert!(off.abs() < 4.0 && sigma < 0.1 * truth, "{order:?}: {id} {value} +- {sigma}");
+        }
+    }
+}
+
+#[test]
+fn a_line_and_a_seal_are_no_viscous_friction() {
+    let records = records();
     let found = improve(&Rig::read(PRESS).unwrap(), &records[0], &records[1], |_| ()).unwrap();
     let added: Vec<&str> = found.steps.iter().filter_map(|step| step.added.as_deref()).collect();
     assert_eq!(
