@@ -113,7 +113,7 @@ def test_a_history_prints_its_trends(tanks, tmp_path):
     nameless = bs.Rig(text=tanks.text.replace('name = "two tanks"', 'name = ""'))
     with warnings.catch_warnings(action="ignore"):
         store.diagnose(nameless, nameless.simulate(seed=1))
-    assert len(store.history(nameless).runs) == 1 and store.runs()["rig"][-1] == "rig.toml"
+    assert len(store.history(nameless).runs) == 1 and "rig.toml" in store.runs()["rig"]
 
 
 def test_a_record_that_shows_nothing_is_not_simply_healthy(tanks):
