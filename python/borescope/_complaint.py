@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from borescope import _borescope
+from borescope._words import in_python
 
 #: Called with the stage, how many pieces of it are done, and of how many (or None).
 Listener = Callable[[str, int, "int | None"], object]
@@ -47,21 +48,19 @@ class Note(UserWarning):
     """
 
 
-def _as_it_is(text: str) -> str:
-    return text
-
-
 def call(
     arguments: Sequence[str],
     progress: bool | Listener | None = None,
     threads: int | None = None,
-    plain: Callable[[str], str] = _as_it_is,
+    plain: Callable[[str], str] = in_python,
+    scratch: Path | None = None,
 ) -> str:
     """Run a command line without the name of the program, and give what it writes to standard output.
 
-    Its notes, changed by ``plain``, are warnings at the line outside of this package that asked.
+    Its notes, changed by ``plain``, are warnings at the line outside of this package that asked. Results name files in the folder
+    ``scratch``, which were written for this call alone, without it.
     """
-    out, wrong = call_all(arguments, progress, threads, plain)
+    out, wrong = call_all(arguments, progress, threads, plain, scratch)
     if wrong:
         wrong[0].others = tuple(wrong[1:])
         raise wrong[0]
@@ -72,14 +71,19 @@ def call_all(
     arguments: Sequence[str],
     progress: bool | Listener | None = None,
     threads: int | None = None,
-    plain: Callable[[str], str] = _as_it_is,
+    plain: Callable[[str], str] = in_python,
+    scratch: Path | None = None,
 ) -> tuple[str, list[Complaint]]:
     """The same, and what went wrong with some of several records beside what went well."""
     with _Bar(progress) as listener:
-        out, wrong, notes = _borescope.call(list(arguments), listener, threads)
+        out, wrong, notes = _borescope.call(list(arguments), listener, threads, scratch)
     for note in notes:
         warnings.warn(plain(note).removeprefix("note: "), Note, stacklevel=_outside())
-    return out, [Complaint(*one) for one in wrong]
+    return out, [_complaint(*one) for one in wrong]
+
+
+def _complaint(what: str, file: str | None, line: int | None, remedy: str | None, text: str) -> Complaint:
+    return Complaint(in_python(what), file, line, remedy and in_python(remedy), in_python(text))
 
 
 def _outside() -> int:
@@ -103,7 +107,8 @@ class _Bar:
             try:
                 from tqdm.auto import tqdm
             except ImportError:
-                raise Complaint("there is no bar to show the progress", remedy="`pip install tqdm`, or give a function") from None
+                warnings.warn("there is no bar without tqdm: `pip install tqdm`, or give a function", Note, stacklevel=_outside())
+                return
             self.bar = tqdm(bar_format="{desc} {n_fmt}/{total_fmt} {elapsed}")
             self.listener = self.show
 

@@ -33,6 +33,16 @@ class Record:
     """
 
     def __init__(self, columns: Any, units: Mapping[str, str] | None = None, name: str = "record") -> None:
+        if isinstance(columns, (str, os.PathLike)):
+            raise Complaint(
+                f"{os.fspath(columns)!r} is a file, and a `Record` is made of columns",
+                remedy="give the path itself to `rig.diagnose(path)` and the like, which read all formats; or `Record.read_csv(path)` for a table "
+                "with units in its names",
+            )
+        if isinstance(columns, (bytes, bytearray, memoryview)):
+            raise Complaint(
+                "bytes are a file, and a `Record` is made of columns", remedy="give the bytes themselves to `rig.diagnose(data)` and the like"
+            )
         self.name = name
         given = dict(units or {})
         table = _columns(columns)
@@ -207,7 +217,7 @@ def _columns(columns: Any) -> Sequence[tuple[str, Any]]:
         return [(str(head), columns[head].to_list()) for head in columns.columns]
     raise Complaint(
         f"a {type(columns).__name__} is no record",
-        remedy="give a path, bytes, a mapping of arrays, or a DataFrame of pandas or polars",
+        remedy="give a mapping of arrays, or a DataFrame of pandas or polars",
     )
 
 

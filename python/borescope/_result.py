@@ -13,12 +13,23 @@ from typing import TYPE_CHECKING, Any, overload
 
 from borescope._complaint import Complaint
 from borescope._files import write
+from borescope._words import in_python
 
 if TYPE_CHECKING:
     from borescope._rig import Rig
 
 #: Keys that name an entry of a list.
-_NAMES = ("id", "name", "effect", "rig")
+_NAMES = ("id", "name", "effect", "kind", "rig")
+#: Keys whose lists hold objects, after ``docs/schema``: such a list is a table without rows too.
+TABLES = frozenset(
+    "bins by_count candidates cases channels columns components consequences dynamics effects episodes failures faults findings fitted "
+    "goes_with hypotheses inputs inseparable left_out mapping nodes not_fitted onsets parameters phases ports profiles records refused "
+    "residuals rigs rival_effects rivals runs sensors set signatures states steps tests uncertain values widths windows with worst".split()
+)
+#: Rows of a table that are shown; ``to_pandas()`` has all of them.
+_SHOWN = 40
+#: Letters of a line of text, and of one of its cells.
+_WIDE, _CELL = 150, 40
 
 
 class Item(Mapping[str, Any]):
@@ -28,12 +39,15 @@ class Item(Mapping[str, Any]):
         self._data = data
 
     def __getattr__(self, key: str) -> Any:
-        if key.startswith("_") or key not in self._data:
+        # Copies and pickles ask for these before there are data.
+        if key.startswith("_"):
+            raise AttributeError(key)
+        if key not in self._data:
             raise AttributeError(f"there is no `{key}` here, but {', '.join(self._data)}")
-        return _wrapped(self._data[key])
+        return _wrapped(key, self._data[key])
 
     def __getitem__(self, key: str) -> Any:
-        return _wrapped(self._data[key])
+        return _wrapped(key, self._data[key])
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._data)
@@ -82,11 +96,44 @@ class Table(Sequence[Item]):
         """What the rows are called."""
         return [self._name(row) for row in self._rows]
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, (Table, list)):
+            return NotImplemented
+        return list(self._rows) == list(other._rows if isinstance(other, Table) else other)
+
+    # Its rows may be changed by whoever holds the data.
+    __hash__ = None  # type: ignore[assignment]
+
     def __repr__(self) -> str:
-        return f"Table of {len(self)}: {', '.join(str(name) for name in self.names())}"
+        heads, rows = self._cells()
+        lines = [f"Table of {len(self)}{':' if rows else ''}"]
+        widths = [max(len(line[at]) for line in [heads, *rows]) for at in range(len(heads))]
+        fitting = [at for at in range(len(heads)) if sum(widths[: at + 1]) + 2 * at <= _WIDE]
+        lines += ["  ".join(line[at].ljust(widths[at]) for at in fitting).rstrip() for line in ([heads, *rows] if rows else [])]
+        further = [heads[at] for at in range(len(heads)) if at not in fitting]
+        lines += [f"and the columns {', '.join(further)}"] if further else []
+        lines += [f"and {len(self) - len(rows)} more rows"] if len(rows) < len(self) else []
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        heads, rows = self._cells()
+
+        def line(cells: Sequence[str], tag: str) -> str:
+            return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+
+        more = f"<p>and {len(self) - len(rows)} more rows</p>" if len(rows) < len(self) else ""
+        body = "".join(line(row, "td") for row in rows)
+        return f"<table><thead>{line(heads, 'th')}</thead><tbody>{body}</tbody></table>{more}" if heads else "<p>Table of 0</p>"
+
+    def _cells(self) -> tuple[list[str], list[list[str]]]:
+        """Heads and the first rows as texts."""
+        flat = [_flat(row) for row in self._rows[:_SHOWN]]
+        heads = list(dict.fromkeys(key for row in flat for key in row))
+        return heads, [[_cell(row.get(head)) for head in heads] for row in flat]
 
     def rows(self) -> list[dict[str, Any]]:
-        """The rows with plain values: intervals as ``low`` and ``high``."""
+        """The rows with plain values: intervals as ``low`` and ``high``, lists of plain values as they are, what an object within has
+        as ``trend.slope``; lists of objects are left away."""
         return [_flat(row) for row in self._rows]
 
     def to_pandas(self) -> Any:
@@ -102,12 +149,16 @@ class Table(Sequence[Item]):
         return polars.DataFrame(self.rows(), infer_schema_length=None)
 
 
-def _wrapped(value: Any) -> Any:
+def _wrapped(key: str, value: Any) -> Any:
     if isinstance(value, Mapping):
         return Item(value)
-    if isinstance(value, list) and value and all(isinstance(one, Mapping) for one in value):
+    if isinstance(value, list) and (all(isinstance(one, Mapping) for one in value) if value else key in TABLES):
         return Table(value)
-    return value
+    return in_python(value) if isinstance(value, str) else value
+
+
+def _is_plain(value: Any) -> bool:
+    return not isinstance(value, (list, Mapping))
 
 
 def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
@@ -115,9 +166,23 @@ def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
     for key, value in row.items():
         if key == "ci95":
             flat["low"], flat["high"] = value
-        elif not isinstance(value, (list, Mapping)):
+        elif isinstance(value, Mapping):
+            flat |= {f"{key}.{own}": one for own, one in _flat(value).items() if _is_plain(one)}
+        elif _is_plain(value) or (isinstance(value, list) and value and all(_is_plain(one) for one in value)):
+            flat[key] = value
+        elif value == [] and key not in TABLES:
             flat[key] = value
     return flat
+
+
+def _cell(value: Any) -> str:
+    """A value of a row as people read it."""
+    if value is None:
+        return ""
+    if isinstance(value, list):
+        value = ", ".join(_cell(one) for one in value)
+    text = f"{value:.5g}" if isinstance(value, float) else str(value)
+    return text if len(text) <= _CELL else f"{text[: _CELL - 3]}..."
 
 
 def _short(value: float) -> str:
@@ -162,13 +227,32 @@ class Result(Item):
 
     def _repr_html_(self) -> str:
         if self.page is None:
-            return f"<pre>{html.escape(repr(self))}</pre>"
+            tables = "".join(f"<p>{html.escape(key)}</p>{table._repr_html_()}" for key, table in self._tables())
+            return f"<p>{html.escape(self._head())}</p>{tables}"
         return (
-            f'<p>{html.escape(repr(self))}</p><iframe sandbox="allow-scripts allow-downloads" width="100%" height="560" '
+            f'<p>{html.escape(repr(self).partition(chr(10))[0])}</p><iframe sandbox="allow-scripts allow-downloads" width="100%" height="560" '
             f'style="border: 1px solid #8888" srcdoc="{html.escape(self.page)}"></iframe>'
         )
 
+    def _tables(self) -> list[tuple[str, Table]]:
+        """The tables in it, and those of the objects in it."""
+        found = [(key, value) for key, value in self.items() if isinstance(value, Table) and len(value)]
+        for key, value in self.items():
+            if isinstance(value, Item):
+                found += [(f"{key}.{own}", table) for own, table in value.items() if isinstance(table, Table) and len(table)]
+        return found
+
     def __repr__(self) -> str:
+        # What has a finding says it in a line; else its tables are what it says.
+        tables = [] if self._words() else [f".{key}: {table!r}" for key, table in self._tables()]
+        return "\n".join([self._head(), *tables])
+
+    def _head(self) -> str:
+        words = self._words()
+        return f"{type(self).__name__}({self._data.get('schema', '')}{': ' if words else ''}{', '.join(words)})"
+
+    def _words(self) -> list[str]:
+        """The finding in words; none of what has none."""
         words = [str(self._data[key]) for key in ("verdict", "conclusion") if key in self._data]
         if "adequate" in self._data:
             words.append("adequate" if self._data["adequate"] else "inadequate")
@@ -186,7 +270,16 @@ class Result(Item):
             words.append(f"{_short(steps[0]['check_rmse'])}x -> {_short(steps[-1]['check_rmse'])}x the sensor noise on the check record")
         if isinstance(self._data.get("times_noise"), (int, float)):
             words.append(f"{_short(self._data['times_noise'])}x the sensor noise")
-        return f"{type(self).__name__}({self._data.get('schema', '')}{': ' if words else ''}{', '.join(words)})"
+        if isinstance(scores := self._data.get("scores"), Mapping):
+            for key in ("detected", "isolated", "false_alarms"):
+                rate = scores["all"][key]
+                words.append(f"{key.replace('_', ' ')} {rate['count']} of {rate['of']}")
+        if "ambiguity_groups" in self._data:
+            faults, detectable = self._data["faults"], self._data["detectable"]
+            words.append(f"{sum(detectable)} of {len(faults)} faults detectable")
+            groups = ["{" + ", ".join(group) + "}" for group in self._data["ambiguity_groups"]]
+            words.append(f"not isolable from each other: {'; '.join(groups)}" if groups else "no ambiguity groups")
+        return words
 
 
 class Diagnosis(Result):
@@ -239,7 +332,11 @@ class Diagnosis(Result):
             return f"{fault['id']} {fault['value']:.5g} {fault['unit']} (95 %: {low} to {high}, {sure})"
 
         found = "; ".join(told(fault) for fault in self.present)
-        return f"{self['verdict'].upper()}{': ' if found else ''}{found}"
+        # A record that could not have shown a fault says nothing of it.
+        healthy = self["verdict"] == "healthy"
+        unseen = [fault["id"] for fault in self["faults"] if healthy and fault["identifiable"] is False and fault["remark"]]
+        open = f"; the record does not determine {', '.join(unseen)}" if unseen else ""
+        return f"{self['verdict'].upper()}{': ' if found else ''}{found}{open}"
 
 
 class Improvement(Result):

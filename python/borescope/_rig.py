@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import errno
+import html
 import io
 import os
+import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -18,6 +20,7 @@ from borescope._files import write
 from borescope._fleet import ListLike, local
 from borescope._record import Record, RecordLike, is_one, path_of
 from borescope._result import Calibration, Diagnosis, Improvement, Result
+from borescope._words import in_python, page_in_python
 
 Progress = bool | Listener | None
 
@@ -27,6 +30,16 @@ class _Desk:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        #: Files of records that were columns in memory, and of rigs that were texts.
+        self.tables: set[str] = set()
+        self.texts: set[str] = set()
+
+    def path(self, record: RecordLike, name: str = "record") -> str:
+        """The path of a record."""
+        path = path_of(record, self.folder, name)
+        if not isinstance(record, (str, os.PathLike, bytes, bytearray, memoryview)):
+            self.tables.add(Path(path).name)
+        return path
 
     def new(self, name: str) -> str:
         return str(self.folder / name)
@@ -43,8 +56,28 @@ class _Desk:
         """A result without the folder, which is gone when it is read."""
         return text.replace(f"{self.folder}{os.sep}", "")
 
+    def complaint(self, complaint: Complaint) -> Complaint:
+        """The same of what the user has: rows of a table and lines of a text, where files were only written for the call."""
+        text = self.plain(str(complaint))
+        file = complaint.file and self.plain(complaint.file)
+
+        def row(found: re.Match[str]) -> str:
+            # The head of a table is its first line, and its first row has the number 0.
+            within = f"row {int(found[2]) - 2} of " if found[2] and int(found[2]) > 1 else ""
+            return f"{within}the record `{Path(found[1]).stem}`"
+
+        def line(found: re.Match[str]) -> str:
+            return f"{f'line {found[2]} of ' if found[2] else ''}the text of the rig"
+
+        for names, place in ((self.tables, row), (self.texts, line)):
+            for name in names:
+                text = re.sub(rf"(?<![\w/\\])({re.escape(name)})(?::(\d+))?(?![\w/])", place, text)
+        plain = Complaint(self.plain(complaint.what), file, complaint.line, complaint.remedy and self.plain(complaint.remedy), text)
+        plain.others = complaint.others
+        return plain
+
     def call(self, words: Sequence[str], progress: Progress = None, threads: int | None = None) -> str:
-        return call(words, progress, threads, self.plain)
+        return call(words, progress, threads, lambda note: in_python(self.plain(note)), self.folder)
 
     def ask(
         self, words: Sequence[str], progress: Progress = None, threads: int | None = None, *, curves: bool = False
@@ -53,7 +86,7 @@ class _Desk:
         words = [*words, "--format", "json", "--report", self.new("page.html")]
         words += ["--curves", self.new("curves.csv")] if curves else []
         out = self.call(words, progress, threads)
-        return self.plain(out), self.plain(self.text("page.html") or ""), self.text("curves.csv")
+        return self.plain(out), page_in_python(self.plain(self.text("page.html") or "")), self.text("curves.csv")
 
 
 @contextmanager
@@ -63,15 +96,7 @@ def _desk() -> Iterator[_Desk]:
         try:
             yield desk
         except Complaint as complaint:
-            plain = Complaint(
-                desk.plain(complaint.what),
-                complaint.file and desk.plain(complaint.file),
-                complaint.line,
-                complaint.remedy and desk.plain(complaint.remedy),
-                desk.plain(str(complaint)),
-            )
-            plain.others = complaint.others
-            raise plain from None
+            raise desk.complaint(complaint) from None
         except OSError as error:
             if error.errno != errno.ENOSPC:
                 raise
@@ -99,7 +124,7 @@ class Rig:
             raise Complaint("a rig is either a file or a text", remedy='`Rig("rig.toml")` or `Rig(text=...)`')
         self.path = None if path is None else os.fspath(path)
         self._text = None if text is None else absolute(text, Path())
-        self.check()
+        self._seen = self.check()
 
     @property
     def text(self) -> str:
@@ -118,11 +143,20 @@ class Rig:
         return relative(here, folder)
 
     def __repr__(self) -> str:
-        return f"Rig({self.path or 'text'})"
+        rig = self._seen["rig"]
+        title = f"{self.path or 'text'}: {rig['name']}" if rig["name"] else self.path or "text"
+        lines = [f"{key}: {', '.join(str(one) for one in rig[key].names()) or 'none'}" for key in ("components", "inputs", "sensors", "faults", "effects")]
+        return "\n  ".join([f"Rig({title})", *lines])
+
+    def _repr_html_(self) -> str:
+        rig = self._seen["rig"]
+        tables = [f"<p>{key}</p>{rig[key]._repr_html_()}" for key in ("components", "inputs", "sensors", "faults", "effects") if len(rig[key])]
+        return f"<p><b>Rig {html.escape(rig['name'] or self.path or '')}</b></p>{''.join(tables)}"
 
     def _file(self, desk: _Desk) -> str:
         if self._text is None:
             return self.path or ""
+        desk.texts.add("rig.toml")
         path = Path(desk.new("rig.toml"))
         path.write_text(self._text, encoding="utf-8")
         return str(path)
@@ -133,7 +167,7 @@ class Rig:
         ``.rig.faults``, ``.rig.sensors``, ``.rig.parameters`` are tables; ``.record.warnings`` says which columns are doubtful, and why.
         """
         with _desk() as desk:
-            records = [] if record is None else [path_of(record, desk.folder)]
+            records = [] if record is None else [desk.path(record)]
             return Result(desk.plain(desk.call(["check", self._file(desk), *records, "--format", "json"])))
 
     def diagnose(
@@ -153,7 +187,7 @@ class Rig:
         ``progress`` is True for a bar of tqdm, or a function of stage, done and of.
         """
         with _desk() as desk:
-            words = ["diagnose", self._file(desk), path_of(record, desk.folder)]
+            words = ["diagnose", self._file(desk), desk.path(record)]
             words += [] if store is None else ["--store", os.fspath(store)]
             words += [] if at is None else ["--at", at]
             return Diagnosis(*desk.ask(words, progress, threads, curves=True))
@@ -166,7 +200,7 @@ class Rig:
         Of the windows in which a residual raises an alarm at most ``fits`` are diagnosed; the others are only listed.
         """
         with _desk() as desk:
-            words = ["diagnose", self._file(desk), path_of(record, desk.folder), "--window", str(window), "--fits", str(fits)]
+            words = ["diagnose", self._file(desk), desk.path(record), "--window", str(window), "--fits", str(fits)]
             return Result(desk.plain(desk.call([*words, "--format", "json"], progress, threads)))
 
     def compare(self, record: RecordLike, *, progress: Progress = None, threads: int | None = None) -> Result:
@@ -177,7 +211,7 @@ class Rig:
         largest error, ``.curves`` what was measured and modelled.
         """
         with _desk() as desk:
-            words = ["compare", self._file(desk), path_of(record, desk.folder)]
+            words = ["compare", self._file(desk), desk.path(record)]
             return Result(*desk.ask(words, progress, threads, curves=True))
 
     def suggest(
@@ -194,15 +228,15 @@ class Rig:
         takes it, errors before and after in units of the sensor noise, and ``supported`` where ``check`` agrees.
         """
         with _desk() as desk:
-            words = ["suggest", self._file(desk), path_of(record, desk.folder, "fit")]
-            words += [] if check is None else ["--check", path_of(check, desk.folder, "check")]
+            words = ["suggest", self._file(desk), desk.path(record, "fit")]
+            words += [] if check is None else ["--check", desk.path(check, "check")]
             return Result(*desk.ask(words, progress, threads, curves=True))
 
     def add(self, effect: str, fit: RecordLike | None = None, *, progress: Progress = None) -> Rig:
         """The rig with an effect, such as ``"external-leakage@A"``; its parameters are fitted to a record, if given."""
         with _desk() as desk:
             words = ["add", self._file(desk), effect, "-o", desk.new("new.toml")]
-            words += [] if fit is None else ["--fit", path_of(fit, desk.folder, "fit")]
+            words += [] if fit is None else ["--fit", desk.path(fit, "fit")]
             desk.call(words, progress)
             return desk.rig()
 
@@ -214,8 +248,8 @@ class Rig:
         ``.rig`` is the new rig, ``.ledger`` the table of steps: what was added, and the error of both records in units of the sensor noise.
         """
         with _desk() as desk:
-            words = ["improve", self._file(desk), "--fit", path_of(fit, desk.folder, "fit")]
-            words += ["--check", path_of(check, desk.folder, "check"), "-o", desk.new("new.toml")]
+            words = ["improve", self._file(desk), "--fit", desk.path(fit, "fit")]
+            words += ["--check", desk.path(check, "check"), "-o", desk.new("new.toml")]
             answer = desk.ask(words, progress, threads, curves=True)
             return Improvement(*answer, desk.rig())
 
@@ -225,7 +259,7 @@ class Rig:
         """What healthy records say of the machine beyond its data sheet: ``borescope.calibration/1``; ``.rig`` is the rig with it."""
         with _desk() as desk:
             several = [records] if is_one(records) else records
-            paths = [path_of(record, desk.folder, f"healthy_{number}") for number, record in enumerate(several, 1)]
+            paths = [desk.path(record, f"healthy_{number}") for number, record in enumerate(several, 1)]
             out, page, _ = desk.ask(["calibrate", self._file(desk), *paths, "-o", desk.new("new.toml")], progress, threads)
             return Calibration(out, page, desk.rig())
 
@@ -239,12 +273,13 @@ class Rig:
     ) -> Record:
         """What the sensors would show over the inputs of a record, or over the rig's own cycle.
 
-        ``set`` changes parameters, ``{"cylinder.clearance": "0.1 mm"}``; with ``seed`` there is noise. Where a pressure falls below vacuum,
+        ``set`` changes parameters, ``{"cylinder.clearance": "0.1 mm", "pump.loss": 0.2}``: texts with units, bare numbers only for what is
+        a pure number; with ``seed`` there is noise. Where a pressure falls below vacuum,
         which the model is not valid for, a :class:`Note` says so.
         """
         with _desk() as desk:
             words = ["simulate", self._file(desk), "-o", desk.new("simulated.csv")]
-            words += [] if record is None else ["--input", path_of(record, desk.folder, "inputs")]
+            words += [] if record is None else ["--input", desk.path(record, "inputs")]
             words += [word for id, value in (set or {}).items() for word in ("--set", f"{id}={value}")]
             words += [] if seed is None else ["--seed", str(seed)]
             desk.call(words, progress)
@@ -257,7 +292,7 @@ class Rig:
         """
         with _desk() as desk:
             words = ["isolability", self._file(desk)]
-            words += [] if record is None else ["--input", path_of(record, desk.folder, "inputs")]
+            words += [] if record is None else ["--input", desk.path(record, "inputs")]
             return Result(*desk.ask(words, progress))
 
     def campaign(
@@ -298,7 +333,7 @@ def draft(
     """
     given = {"circuit": circuit, "command": command, "load": load, "bore": bore, "rod": rod, "stroke": stroke}
     with _desk() as desk:
-        words = ["init", path_of(record, desk.folder), "-o", desk.new("new.toml")]
+        words = ["init", desk.path(record), "-o", desk.new("new.toml")]
         words += [word for name, value in given.items() if value is not None for word in (f"--{name}", value)]
         desk.call(words)
         return desk.rig()

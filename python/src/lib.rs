@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -32,14 +33,15 @@ type Latest = Option<(String, usize, Option<usize>)>;
 /// Runs a command line without the name of the program.
 ///
 /// Gives what the command writes to standard output, what went wrong, and its notes. `progress` is called with the stage, how many pieces of it
-/// are done, and of how many (or None), now and then, by the thread that called.
+/// are done, and of how many (or None), now and then, by the thread that called. Results name files in the folder `scratch` without it.
 #[pyfunction]
-#[pyo3(signature = (arguments, progress=None, threads=None))]
+#[pyo3(signature = (arguments, progress=None, threads=None, scratch=None))]
 fn call(
     py: Python<'_>,
     arguments: Vec<OsString>,
     progress: Option<Py<PyAny>>,
     threads: Option<usize>,
+    scratch: Option<PathBuf>,
 ) -> PyResult<(String, Vec<Wrong>, Vec<String>)> {
     let seen: Arc<Mutex<Latest>> = Arc::default();
     let latest = Arc::clone(&seen);
@@ -48,6 +50,10 @@ fn call(
     let context = Context::new().with_threads(threads).map_err(refused)?.with_progress(move |now| {
         *latest.lock().unwrap_or_else(PoisonError::into_inner) = Some((now.stage.to_owned(), now.done, now.of));
     });
+    let context = match &scratch {
+        Some(folder) => context.with_scratch(folder),
+        None => context,
+    };
     let (give, take) = mpsc::channel();
     // What waits without Python's lock has to be of no thread.
     let take = Mutex::new(take);

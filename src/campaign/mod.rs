@@ -126,11 +126,9 @@ impl Campaign {
                 NodeKind::Volume { initial: InitialPressure::Record } | NodeKind::Body { position: None, .. }
             )
         };
-        if let Some(node) = rig.nodes.iter().find(|node| from_record(&node.kind)) {
-            let what = format!("node `{}` starts at what its sensor shows first, but there is no record", node.name);
-            return Err(Complaint::new(Kind::MissingEntry, what)
-                .at(node.place.clone())
-                .help("write the pressure or position that it starts with, such as `initial = \"0 bar\"`"));
+        let help = "write the pressure or position that it starts with, such as `initial = \"0 bar\"`";
+        if let Some(unknown) = rig.starts_unknown(from_record, help) {
+            return Err(unknown);
         }
         let plan = draw::plan(options.cases, options.healthy, rig.faults.len(), options.seed);
         let rigs = (0..options.rigs).map(|_| OnceLock::new()).collect();

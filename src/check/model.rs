@@ -1,5 +1,5 @@
-//! A record beside what the healthy model says of it: columns that were exchanged, a column or a value of the rig file that is in
-//! another unit.
+//! A record beside what the healthy model says of it: columns that were exchanged, a column, the time or a value of the rig file that is
+//! in another unit.
 
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ use crate::diagnosis::problem::{count_there, square_sum};
 use crate::diagnosis::search::roughly;
 use crate::diagnosis::summary::{ratio_to_healthy, reads_otherwise};
 use crate::model::{InputSignals, Model};
-use crate::number::{in_unit, rounded, with_unit};
+use crate::number::{in_unit, rounded, text, with_unit};
 use crate::record::{Channel, Record};
 use crate::rig::Rig;
 use crate::units::Unit;
@@ -25,7 +25,8 @@ const MISSED: f64 = 0.1;
 /// The same from which two columns are compared with each other's, a tenth of a reading: that an exchange explains both leaves little to
 /// chance.
 const EXCHANGED: f64 = 0.01;
-/// Share of what is missed that may be left where they are exchanged: half of each reading's distance.
+/// Share of what is missed that may be left where they are exchanged, or the time is in another unit: half of each reading's distance,
+/// as few are tried.
 const LEFT: f64 = 0.25;
 /// The same for a value of the rig file, where many are tried: a tenth of the distance, which data sheets leave.
 const FOLLOWED: f64 = 0.01;
@@ -34,6 +35,9 @@ const MOST: usize = 3;
 /// What units are mistaken for each other by: powers of ten, minutes for seconds, psi for bar, inches for millimetres, and the other
 /// way.
 const MISTAKEN: [f64; 6] = [10.0, 100.0, 1000.0, 60.0, 14.5038, 25.4];
+/// How many times as long a record is whose time is in another unit than stated: ms, min and h for s and the other way, and us taken
+/// for s.
+const LONGER: [f64; 7] = [1e3, 60.0, 3600.0, 1e-3, 1.0 / 60.0, 1.0 / 3600.0, 1e-6];
 
 /// What the healthy model finds doubtful in a record, each in words with what it may be; nothing where the record lacks an input.
 ///
@@ -67,7 +71,7 @@ fn told(rig: &Rig, record: &Record) -> Vec<String> {
         [] => misread,
         // A column alone is off by itself.
         [one] if misread.iter().any(|(sensor, _)| sensor == one) => misread,
-        _ => match beside.values_in_another_unit(&model, &healthy) {
+        _ => match beside.in_another_unit(&model, &healthy, record) {
             Some(value) => return vec![value],
             None => misread,
         },
@@ -171,45 +175,126 @@ impl Beside<'_> {
         told.collect()
     }
 
-    /// Values of the rig file with one of which, read in another unit, the model follows a record that it is far from.
-    fn values_in_another_unit(&self, model: &Model, healthy: &[Vec<f64>]) -> Option<String> {
+    /// Values of the rig file with one of which, read in another unit, the model follows a record that it is far from; or the time of
+    /// the record, read so.
+    fn in_another_unit(&self, model: &Model, healthy: &[Vec<f64>], record: &Record) -> Option<String> {
         let all_missed = |outputs: &[Vec<f64>], of: &[usize]| -> f64 {
             of.iter().filter_map(|&sensor| self.missed(&outputs[sensor], sensor)).sum()
         };
         let all: Vec<usize> = (0..healthy.len()).collect();
-        let enough = FOLLOWED * all_missed(healthy, &all);
+        let before = all_missed(healthy, &all);
         let nominal = self.rig.healthy();
         let stated = (0..nominal.len()).filter(|&own| nominal[own] != 0.0 && !self.rig.is_of_sensor(own));
         let factors = MISTAKEN.iter().flat_map(|factor| [*factor, 1.0 / factor]);
-        let tried: Vec<(usize, f64)> =
-            stated.flat_map(|own| factors.clone().map(move |factor| (own, factor))).collect();
+        let values = stated.flat_map(|own| factors.clone().map(move |factor| Misread::Value(own, factor)));
+        let tried: Vec<Misread> = LONGER.iter().map(|longer| Misread::Time(*longer)).chain(values).collect();
         // A value that is right follows where the model is far first; most do not, and need not be simulated to the end.
         let (rows, far) = self.far_first(healthy);
         let begin = |outputs: &[Vec<f64>]| outputs.iter().map(|curve| curve[..rows].to_vec()).collect::<Vec<_>>();
         let enough_there = LEFT * all_missed(&begin(healthy), &far);
-        let begins =
-            Beside { times: &self.times[..rows], measured: self.measured.clone(), units: self.units.clone(), ..*self };
-        let left = |(own, factor): (usize, f64)| {
-            let mut parameters = nominal.clone();
-            parameters[own] *= factor;
-            let (low, high) = self.rig.parameters[own].bounds;
-            let follows = (low..=high).contains(&parameters[own])
-                && all_missed(&begins.solved(model, &parameters)?, &far) < enough_there;
-            follows.then(|| Some((all_missed(&self.solved(model, &parameters)?, &all), own, factor)))?
+        let first = self.first_rows(record);
+        let left = |misread: Misread| {
+            let (parameters, longer) = match misread {
+                Misread::Value(own, factor) => {
+                    let mut parameters = nominal.clone();
+                    parameters[own] *= factor;
+                    let (low, high) = self.rig.parameters[own].bounds;
+                    if !(low..=high).contains(&parameters[own]) {
+                        return None;
+                    }
+                    (parameters, None)
+                }
+                Misread::Time(longer) => (nominal.clone(), Some(stretched(&first, longer))),
+            };
+            let other = longer.as_ref().map(|record| InputSignals::from_record(self.rig, record)).transpose().ok()?;
+            let drive = other.as_ref().unwrap_or(self.drive);
+            let times = longer.as_ref().map_or(self.times, |record| &record.time);
+            let missed = |rows: usize, of: &[usize]| {
+                let (measured, units) = (self.measured.clone(), self.units.clone());
+                let beside = Beside { rig: self.rig, drive, times: &times[..rows], measured, units };
+                Some(all_missed(&beside.solved(model, &parameters)?, of))
+            };
+            // Of times there are few, and where the model is far first may be a fault's doing.
+            let begins = matches!(misread, Misread::Time(_)) || missed(rows, &far)? < enough_there;
+            begins.then(|| Some((missed(times.len(), &all)?, misread)))?
         };
-        let mut left: Vec<(f64, usize, f64)> = tried.into_par_iter().filter_map(left).collect();
-        left.retain(|(after, ..)| *after < enough);
-        left.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let told = left.iter().take(MOST).map(|&(_, own, factor)| {
-            let parameter = &self.rig.parameters[own];
-            let shown = |value: f64| with_unit(rounded(in_unit(value, &parameter.unit), 4), &parameter.unit.symbol);
-            let (other, stated) = (shown(nominal[own] * factor), shown(nominal[own]));
-            format!("`{}` at {other} instead of {stated} ({})", parameter.id, parameter.place)
+        let mut left: Vec<(f64, Misread)> = tried.into_par_iter().filter_map(left).collect();
+        left.retain(|(after, misread)| {
+            let share = if matches!(misread, Misread::Time(_)) { LEFT } else { FOLLOWED };
+            *after < share * before
         });
-        let told: Vec<String> = told.collect();
+        left.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let told: Vec<String> = left.iter().take(MOST).map(|(_, misread)| self.told(misread, &nominal)).collect();
         (!told.is_empty()).then(|| {
             let told = told.join(", or ");
             format!("the healthy model is far from the record, and follows it with {told}: is that in another unit?")
         })
+    }
+
+    fn told(&self, misread: &Misread, nominal: &[f64]) -> String {
+        match *misread {
+            Misread::Time(longer) if longer > 1.0 => {
+                format!("its time {} times as long", text(rounded(longer, 4)))
+            }
+            Misread::Time(longer) => format!("its time {} times as short", text(rounded(1.0 / longer, 4))),
+            Misread::Value(own, factor) => {
+                let parameter = &self.rig.parameters[own];
+                let shown = |value: f64| with_unit(rounded(in_unit(value, &parameter.unit), 4), &parameter.unit.symbol);
+                let (other, stated) = (shown(nominal[own] * factor), shown(nominal[own]));
+                format!("`{}` at {other} instead of {stated} ({})", parameter.id, parameter.place)
+            }
+        }
+    }
+
+    /// The rows that are simulated, as a record of their own.
+    fn first_rows(&self, record: &Record) -> Record {
+        let rows = self.times.len();
+        let channels = record
+            .channels
+            .iter()
+            .map(|channel| Channel::new(channel.name.clone(), channel.unit.clone(), channel.values[..rows].to_vec()));
+        Record::new(record.path.clone(), self.times.to_vec(), channels.collect())
+    }
+}
+
+/// What may be in another unit than stated.
+#[derive(Debug, Clone, Copy)]
+enum Misread {
+    /// A parameter, and by how much.
+    Value(usize, f64),
+    /// The time, and how many times as long it is.
+    Time(f64),
+}
+
+/// A record over another time.
+fn stretched(record: &Record, longer: f64) -> Record {
+    let time = record.time.iter().map(|time| time * longer).collect();
+    Record::new(record.path.clone(), time, record.channels.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_in_another_unit_is_asked_about_and_a_right_one_is_not() {
+        let mut rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
+        // Its interval would tell.
+        rig.cycle = None;
+        let record = rig.record("fixtures/telescopic/healthy_1.csv").unwrap();
+        let displacement = rig.parameter("pump.displacement").unwrap();
+        let fault = rig.faults.iter().position(|fault| fault.parameter == displacement).unwrap();
+        let stated = rig.faults[fault].healthy;
+        // Nor does it take a machine that is as its data sheet says.
+        for off in [1.0, 1.05] {
+            rig.faults[fault].healthy = off * stated;
+            let told = |longer: f64| told(&rig, &stretched(&record, longer)).join("; ");
+            assert!(!told(1.0).contains("its time"), "{}", told(1.0));
+            let wrong = [(1e-3, "1000 times as long"), (1e3, "1000 times as short"), (1.0 / 60.0, "60 times as long")];
+            for (wrong, how) in wrong {
+                let told = told(wrong);
+                assert!(told.contains(&format!("follows it with its time {how}")), "{off}, {wrong}: {told}");
+            }
+        }
     }
 }

@@ -105,6 +105,7 @@ pub(super) fn record_page(rig: &Rig, path: &Path) -> Result<(RecordPage, Option<
         ));
     }
     warnings.extend(rig.at_odds(&record));
+    warnings.extend(rig.few_samples(&record));
     warnings.extend(super::sense::senseless(rig, &record));
     if drive.is_ok() {
         warnings.extend(super::model::doubts(rig, &record)?);

@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     arguments.overwriting.outputs().reading(&arguments.fit).writing(&arguments.output)?;
     let text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, text.clone())?.with_context(context);
-    let record = arguments.fit.as_ref().map(|path| read::record(&rig, path)).transpose()?;
+    let record = arguments.fit.as_ref().map(|path| read::fitted(&rig, path)).transpose()?;
     let new = add(&text, &rig, &arguments.effect, record.as_ref())?;
     let new = Added { text: rig.text_at(&new.text, &arguments.output)?, ..new };
     write_file(&arguments.output, |file| file.write_all(new.text.as_bytes()))?;

@@ -54,7 +54,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     let mut records = Vec::new();
     let mut bad = Vec::new();
     for path in &arguments.records {
-        match read::record(&rig, path) {
+        match read::fitted(&rig, path) {
             Ok(record) => records.push(record),
             Err(complaint) => bad.push(complaint),
         }

@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         .writing_all(arguments.report.iter().chain(&arguments.curves))?;
     let rig = Rig::read(&arguments.rig)?.with_context(context);
     read::doubts_of(&rig);
-    let record = read::record(&rig, &arguments.record)?;
+    let record = read::fitted(&rig, &arguments.record)?;
     let before = arguments.before.as_ref().map(|path| -> Result<Comparison, Complaint> {
         let rig = Rig::read(path)?.with_context(context);
         let record = rig.record(&arguments.record)?;

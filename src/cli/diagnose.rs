@@ -81,7 +81,7 @@ fn one_by_one(rig: &Path, arguments: &Arguments, context: &Context, out: &mut dy
         if arguments.records.len() > 1 {
             terminal::prefix(format!("record {} of {}, ", number + 1, arguments.records.len()));
         }
-        let one = super::read::record(&model.rig, path).and_then(|record| {
+        let one = super::read::fitted(&model.rig, path).and_then(|record| {
             let diagnosed = diagnose(&model, &record, &options)?;
             // Values that are missing were told when the record was read.
             let found = diagnosed.diagnosis.left_out.iter().filter(|finding| finding.doubt != Doubt::Dropout);

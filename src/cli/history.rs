@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::{Failure, Format, Overwriting, Status, keep, write_json, write_page};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
+use crate::context::Context;
 use crate::files::{MOST_TEXT, read, text};
 use crate::finding::argument;
 use crate::history::{By, history};
@@ -38,12 +39,12 @@ pub struct Arguments {
 }
 
 /// Runs the verb; the history goes to `out`.
-pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure> {
+pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     let outputs = arguments.overwriting.outputs().reading([&arguments.rig]).adding_to(&arguments.store)?;
     outputs.writing_all(&arguments.report)?;
     let content = read(&arguments.rig, MOST_TEXT)?;
     let digest = content.digest();
-    let rig = Rig::parse(&arguments.rig, text(&arguments.rig, content.bytes)?)?;
+    let rig = Rig::parse(&arguments.rig, text(&arguments.rig, content.bytes)?)?.with_context(context);
     let digest = rig.digest(digest);
     let store = Store::open_existing_telling(&arguments.store, keep::waiting)?;
     let runs = store.runs_of(&RigIdentity::new(&rig, digest).key)?;

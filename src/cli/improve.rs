@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     outputs.reading([&arguments.rig]).writing_all(arguments.report.iter().chain(&arguments.curves))?;
     let text = read_text(&arguments.rig)?;
     let rig = Rig::parse(&arguments.rig, text.clone())?.with_context(context);
-    let (fit, check) = (read::record(&rig, &arguments.fit)?, read::record(&rig, &arguments.check)?);
+    let (fit, check) = (read::fitted(&rig, &arguments.fit)?, read::fitted(&rig, &arguments.check)?);
     read::not_itself(&arguments.fit, &arguments.check);
     let told = |step: &ImprovementStep| {
         if terminal::shows_progress() {

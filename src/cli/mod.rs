@@ -97,7 +97,7 @@ impl Verb {
             Self::Example(arguments) => example::run(arguments, context, out),
             Self::Export(arguments) => export::run(arguments, out),
             Self::Fleet(arguments) => fleet::run(arguments, out),
-            Self::History(arguments) => history::run(arguments, out),
+            Self::History(arguments) => history::run(arguments, context, out),
             Self::Improve(arguments) => improve::run(arguments, context, out),
             Self::Init(arguments) => init::run(arguments, context, out),
             Self::Isolability(arguments) => isolability::run(arguments, context, out),

@@ -26,7 +26,9 @@ pub fn doubts_of(rig: &Rig) {
 pub fn record(rig: &Rig, path: &Path) -> Result<Record, Complaint> {
     rig.context().check()?;
     rig.context().stage("reading the record");
-    let record = rig.record(path)?;
+    let mut record = rig.record(path)?;
+    record.path = rig.context().name_of(path);
+    let path = &record.path;
     if !record.origin.is_plain() {
         note(format_args!("note: {}: read as {}", path.display(), record.origin.read_as));
     }
@@ -37,6 +39,15 @@ pub fn record(rig: &Rig, path: &Path) -> Result<Record, Complaint> {
     }
     for odd in rig.at_odds(&record) {
         note(format_args!("note: {}: {odd}", path.display()));
+    }
+    Ok(record)
+}
+
+/// The same of a record that is fitted to: where its samples are too few to contradict a model, that is said too.
+pub fn fitted(rig: &Rig, path: &Path) -> Result<Record, Complaint> {
+    let record = record(rig, path)?;
+    if let Some(few) = rig.few_samples(&record) {
+        note(format_args!("note: {}: {few}", record.path.display()));
     }
     Ok(record)
 }

@@ -54,8 +54,8 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         .writing_all(arguments.report.iter().chain(&arguments.curves))?;
     let rig = Rig::read(&arguments.rig)?.with_context(context);
     read::doubts_of(&rig);
-    let record = read::record(&rig, &arguments.record)?;
-    let check = arguments.check.as_ref().map(|path| read::record(&rig, path)).transpose()?;
+    let record = read::fitted(&rig, &arguments.record)?;
+    let check = arguments.check.as_ref().map(|path| read::fitted(&rig, path)).transpose()?;
     if let Some(check) = &arguments.check {
         read::not_itself(&arguments.record, check);
     }

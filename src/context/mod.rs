@@ -7,6 +7,7 @@ mod crew;
 mod progress;
 
 use std::fmt;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -39,6 +40,7 @@ pub struct Context {
     threads: Option<Arc<ThreadPool>>,
     effort: Arc<Effort>,
     settings: Arc<Settings>,
+    scratch: Option<Arc<Path>>,
 }
 
 /// Who hears what a first look shows.
@@ -102,6 +104,18 @@ impl Context {
             Complaint::new(Kind::Bounds, format!("{threads} threads cannot be started: {error}")).help("ask for fewer")
         })?;
         Ok(Self { threads: Some(Arc::new(pool)), ..self })
+    }
+
+    /// The same where files of this folder were written for the call alone: results name them without it.
+    #[must_use]
+    pub fn with_scratch(self, folder: &Path) -> Self {
+        Self { scratch: Some(folder.into()), ..self }
+    }
+
+    /// What results call a file.
+    pub(crate) fn name_of(&self, path: &Path) -> PathBuf {
+        let within = self.scratch.as_deref().and_then(|folder| path.strip_prefix(folder).ok());
+        within.unwrap_or(path).to_path_buf()
     }
 
     /// The same with other thresholds.

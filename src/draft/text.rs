@@ -27,7 +27,12 @@ pub(super) fn cylinder(record: &Record, roles: &Roles<'_>, options: &DraftOption
     let mut out = head(record, "cylinder with directional valve") + HYDRAULIC_OIL;
     let at = |quantity, spot| roles.at(quantity, spot);
     let starts = |spot, otherwise: &str| match at("pressure", spot) {
-        Some(_) => "{}  # starts at what its sensor shows first".to_owned(),
+        Some(p) => {
+            let first = p.begins_at().map_or_else(|| "0 bar".to_owned(), |si| shown(p, si));
+            format!(
+                "{{}}  # starts at what its sensor shows first; a cycle without record needs {{ initial = \"{first}\" }}"
+            )
+        }
         None => format!("{{ initial = \"{otherwise}\" }}"),
     };
     let position = at("position", Location::Piston);
@@ -312,17 +317,66 @@ fn shown(channel: &Channel, si: f64) -> String {
 }
 
 /// One standard deviation of a sample in the unit of the column, from the second differences of its values: what the circuit does is
-/// smooth over three rows, mostly. At least a digit, or a thousandth of the range.
+/// smooth over three rows, mostly. At least half a digit; a thousandth of the range where they show how the curve bends and no noise.
 fn noise(channel: &Channel) -> String {
-    /// Median of the absolute value over the standard deviation, of normal numbers.
-    const MEDIAN: f64 = 0.6745;
+    /// Second differences over twice the rows are as large where they are noise, and four times as large where the curve bends: between
+    /// the two, by their ratio.
+    const BENDS: f64 = 2.0;
     let values: Vec<f64> = channel.values.iter().copied().filter(|value| value.is_finite()).collect();
-    let mut bends: Vec<f64> = values.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs()).collect();
-    bends.sort_by(f64::total_cmp);
-    let scatter = bends.get(bends.len() / 2).map_or(0.0, |median| median / MEDIAN / 6f64.sqrt());
+    let scatter = scatter(&values, 1);
     let range = channel.range().map_or(0.0, |(low, high)| high - low);
-    let least = if channel.last_digit() > 0.0 { channel.last_digit() / 2.0 } else { 1e-3 * range };
+    let least = match channel.last_digit() {
+        digit if digit > 0.0 => digit / 2.0,
+        _ if scatter > 0.0 && scatter_over(&values) < BENDS => 0.0,
+        _ => 1e-3 * range,
+    };
     let sigma = channel.unit.difference_from_si(scatter.max(least));
     // A column that stands still says nothing of its noise.
     written(if sigma > 0.0 { sigma } else { 1.0 }, 2, &channel.unit)
+}
+
+/// One standard deviation of white noise whose second differences over so many rows have the median of these.
+fn scatter(values: &[f64], rows: usize) -> f64 {
+    /// Median of the absolute value over the standard deviation, of normal numbers.
+    const MEDIAN: f64 = 0.6745;
+    let bend = |three: &[f64]| (three[0] - 2.0 * three[rows] + three[2 * rows]).abs();
+    let mut bends: Vec<f64> = values.windows(2 * rows + 1).map(bend).collect();
+    bends.sort_by(f64::total_cmp);
+    bends.get(bends.len() / 2).map_or(0.0, |median| median / MEDIAN / 6f64.sqrt())
+}
+
+/// By how much the scatter over two rows exceeds that over one.
+fn scatter_over(values: &[f64]) -> f64 {
+    scatter(values, 2) / scatter(values, 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::Unit;
+
+    /// Numbers that look like noise of this size, by the golden ratio.
+    fn noisy(size: f64, row: usize) -> f64 {
+        let uniform =
+            |row: usize| (row as f64 * 0.618_033_988_75).fract() + (row as f64 * row as f64 * 0.414_213_562).fract();
+        size * (uniform(row) + uniform(row + 7) + uniform(row + 31) - 3.0) * 2.0
+    }
+
+    fn drafted(values: Vec<f64>) -> f64 {
+        let unit = Unit::parse("mm").unwrap();
+        let text = noise(&Channel::new("x", unit.clone(), values.into_iter().map(|mm| unit.to_si(mm)).collect()));
+        text.trim_end_matches(" mm").parse().unwrap()
+    }
+
+    #[test]
+    fn noise_below_a_thousandth_of_the_range_is_what_the_column_scatters_by() {
+        let stroke = |row: usize| 300.0 * (row as f64 / 1000.0).min(1.0);
+        let scattered: Vec<f64> = (0..3000).map(|row| stroke(row) + noisy(0.05, row)).collect();
+        let exact = scatter(&(0..3000).map(|row| noisy(0.05, row)).collect::<Vec<_>>(), 1);
+        let drafted_as = drafted(scattered);
+        assert!((drafted_as / exact - 1.0).abs() < 0.1 && drafted_as < 0.1, "{drafted_as}, {exact}");
+        // A curve without noise bends, and its bends are no noise.
+        let smooth: Vec<f64> = (0..3000).map(|row| 150.0 * (row as f64 / 200.0).sin() + 150.0).collect();
+        assert_eq!(drafted(smooth), 0.3);
+    }
 }

@@ -233,7 +233,7 @@ pub(crate) fn text_behind(path: &Path, bytes: Vec<u8>, lines: usize) -> Result<S
 pub(crate) fn not_read(path: &Path, error: &io::Error) -> Complaint {
     let complaint = match error.kind() {
         io::ErrorKind::NotFound => Complaint::new(Kind::Missing, "there is no such file")
-            .help("check the path; it counts from the folder in which the command runs"),
+            .help("check the path; a relative one counts from the current folder"),
         io::ErrorKind::IsADirectory => {
             Complaint::new(Kind::Unreadable, "this is a folder, not a file").help("name one file in it")
         }

@@ -2,6 +2,7 @@
 
 use super::parse::card_unit;
 use super::{Node, NodeKind, Quantity, Rig, Target};
+use crate::complaint::{Complaint, Kind};
 use crate::number::{in_unit, rounded, text, with_unit};
 use crate::physics::card;
 use crate::physics::fluid;
@@ -40,6 +41,42 @@ impl Rig {
             )
         });
         starts.chain(self.commands(record)).chain(self.another_clock(record)).chain(self.coldness(record)).collect()
+    }
+
+    /// Nodes of which the rig file leaves to a record where they start, where there is none; `help` says what to write.
+    pub(crate) fn starts_unknown(&self, is: impl Fn(&NodeKind) -> bool, help: &str) -> Option<Complaint> {
+        let unknown: Vec<&Node> = self.nodes.iter().filter(|node| is(&node.kind)).collect();
+        let names: Vec<String> = unknown.iter().map(|node| format!("`{}`", node.name)).collect();
+        let what = match names.as_slice() {
+            [] => return None,
+            [one] => format!("node {one} starts at what its sensor shows first, but there is no record"),
+            several => {
+                format!("nodes {} start at what their sensors show first, but there is no record", several.join(", "))
+            }
+        };
+        let complaint = Complaint::new(Kind::MissingEntry, what).help(help);
+        Some(unknown.into_iter().fold(complaint, |complaint, node| complaint.at(node.place.clone())))
+    }
+
+    /// Samples of a record that are no more than what a fit may choose: what the rig file leaves open, and of each sensor a level and a
+    /// slope, which its tolerance allows in a phase. So few contradict nearly nothing.
+    pub(crate) fn few_samples(&self, record: &Record) -> Option<String> {
+        let there = |channel: &Channel| channel.values.iter().filter(|value| value.is_finite()).count();
+        let sensors: Vec<usize> =
+            self.sensors.iter().filter_map(|one| self.sensor_column(record, one).ok().map(there)).collect();
+        let samples: usize = sensors.iter().sum();
+        let open = (0..self.parameters.len()).filter(|&index| {
+            let parameter = &self.parameters[index];
+            (parameter.sigma > 0.0 && !parameter.per_event) || self.is_fault(index)
+        });
+        let free = open.count() + 2 * sensors.len();
+        (record.time.len() > 1 && samples > 0 && samples <= free).then(|| {
+            format!(
+                "{} rows give {samples} samples of sensors, no more than the {free} values that a fit may choose: `healthy` or `adequate` \
+                 says little of so few",
+                record.time.len()
+            )
+        })
     }
 
     /// Values that are still those of a draft, in words with their lines.

@@ -113,18 +113,21 @@ impl<'a> Table<'a> {
 
     /// The value of a key that must be there; `help` says what to write.
     pub fn require(&self, key: &str, help: &str) -> Result<Value<'a>, Complaint> {
-        self.get(key).ok_or_else(|| {
-            let complaint = Complaint::new(Kind::MissingEntry, format!("{} has no `{key}`", self.what));
-            // A mistyped key would otherwise be missed here before it is found to be unknown.
-            let entries = self.entries();
-            let near = entries.iter().find(|(name, _)| !self.was_asked(name) && did_you_mean(name, [key]).is_some());
-            match near {
-                Some((name, value)) => {
-                    complaint.at(value.key_place()).help(format!("write `{key}` instead of `{name}`"))
-                }
-                None => complaint.at(self.place()).help(help),
-            }
-        })
+        self.get(key).ok_or_else(|| self.lacks(key, [], help))
+    }
+
+    /// That a key is missing which must be there; `known` are keys that will be asked for yet.
+    pub fn lacks<'k>(&self, key: &str, known: impl IntoIterator<Item = &'k str>, help: &str) -> Complaint {
+        let complaint = Complaint::new(Kind::MissingEntry, format!("{} has no `{key}`", self.what));
+        let known: Vec<&str> = known.into_iter().collect();
+        // A mistyped key would otherwise be missed here before it is found to be unknown.
+        let entries = self.entries();
+        let is_other = |name: &str| self.was_asked(name) || known.contains(&name);
+        let near = entries.iter().find(|(name, _)| !is_other(name) && did_you_mean(name, [key]).is_some());
+        match near {
+            Some((name, value)) => complaint.at(value.key_place()).help(format!("write `{key}` instead of `{name}`")),
+            None => complaint.at(self.place()).help(help),
+        }
     }
 
     fn was_asked(&self, name: &str) -> bool {

@@ -130,12 +130,10 @@ pub(crate) fn drive(rig: &Rig, source: Option<&Record>) -> Result<(InputSignals,
             .at(Place::file(&rig.path))
             .help("add `[cycle]` with `interval` and `phases`, or give commands and loads with `--input RECORD`"));
     };
-    if let Some(node) = rig.nodes.iter().find(|node| node.kind == NodeKind::Volume { initial: InitialPressure::Record })
-    {
-        let what = format!("node `{}` starts at what its sensor shows first, but there is no record", node.name);
-        return Err(Complaint::new(Kind::MissingEntry, what)
-            .at(node.place.clone())
-            .help("add `initial = \"0 bar\"` or the pressure that it starts with, or give `--input RECORD`"));
+    let from_record = |kind: &NodeKind| *kind == NodeKind::Volume { initial: InitialPressure::Record };
+    let help = "add `initial = \"0 bar\"` or the pressure that it starts with, or give `--input RECORD`";
+    if let Some(unknown) = rig.starts_unknown(from_record, help) {
+        return Err(unknown);
     }
     Ok((InputSignals::from_cycle(rig, cycle), model::cycle_times(rig, cycle)))
 }

@@ -12,7 +12,7 @@ use crate::rig::Rig;
 /// Which rig a run is of.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RigIdentity {
-    /// What the runs of one rig share: the name in the rig file, or its path where it has none.
+    /// What the runs of one rig share: the name in the rig file, or its path where it has none, or its digest where the file is of one call.
     pub key: String,
     /// The path as given.
     pub path: String,
@@ -26,12 +26,16 @@ impl RigIdentity {
     /// The identity of a rig whose file has this digest.
     pub fn new(rig: &Rig, digest: String) -> Self {
         let absolute = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-        let key = if rig.name.is_empty() {
+        let path = rig.context().name_of(&rig.path);
+        let key = if !rig.name.is_empty() {
+            Self::key_of(&rig.name)
+        } else if path == rig.path {
             format!("file {}", absolute(&rig.path).display())
         } else {
-            Self::key_of(&rig.name)
+            // A file of one call has another path in the next.
+            format!("digest {digest}")
         };
-        Self { key, path: rig.path.display().to_string(), name: rig.name.clone(), digest }
+        Self { key, path: path.display().to_string(), name: rig.name.clone(), digest }
     }
 
     /// The identity of a machine of this name that the same rig file describes.

@@ -40,9 +40,9 @@ pub(super) fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &T
             }
             (None, Some(default)) => (unit.difference_to_si(default), unit.clone(), None, table.place()),
             (None, None) => {
-                return Err(Complaint::new(Kind::MissingEntry, format!("{} has no `{}`", table.what, parameter.name))
-                    .at(table.place())
-                    .help(format!("add `{} = \"... {unit}\"`: {}", parameter.name, parameter.meaning)));
+                let help = format!("add `{} = \"... {unit}\"`: {}", parameter.name, parameter.meaning);
+                let asked = card.parameters.iter().map(|other| other.name);
+                return Err(table.lacks(parameter.name, asked, &help));
             }
         };
         let of = if value == 0.0 { unit.factor } else { value.abs() };

@@ -33,6 +33,7 @@ fn a_record_of_a_cylinder_gives_its_circuit() {
         "p_pump = { quantity = \"pressure\", at = \"pump_line\", noise = \"0.2",
         "q_B = { quantity = \"flow\", at = \"directional_valve.B\"",
         "x = { quantity = \"position\", at = \"piston\"",
+        "A = {}  # starts at what its sensor shows first; a cycle without record needs { initial = \"",
         "# column T_oil [degC]: not used\n",
     ] {
         assert!(text.contains(part), "{part}\n{text}");

@@ -392,4 +392,12 @@ fn a_record_at_odds_with_its_rig_is_told() {
     assert!(warned(&percent).contains("`valve_command` runs from -100 to 100, a command from -1 to 1: "));
     let milliseconds = with_column("time [s]", |field| format!("{:.1}", 1000.0 * field.parse::<f64>().unwrap()));
     assert!(warned(&milliseconds).contains("one row every 4 s, 1000 times the interval of the rig file's cycle"));
+    // As many samples as a fit has to choose from; two rows more are no longer all met.
+    let rows =
+        |count: usize| warned(&right.lines().take(1 + count).fold(String::new(), |text, line| text + line + "\n"));
+    assert!(rows(2).contains("2 rows give ") && rows(2).contains("says little of so few"), "{}", rows(2));
+    assert!(!rows(200).contains("says little of so few"));
+    rows(2);
+    let ran = borescope(["compare", RIG, path.to_str().unwrap()]);
+    assert!(ran.status == Some(0) && ran.err.contains(": 2 rows give "), "{}{}", ran.out, ran.err);
 }

@@ -176,6 +176,8 @@ fn a_rig_without_cycle_needs_a_record_and_one_without_start_too() {
          commands and loads with `--input RECORD`\n"
     );
     let startless = right.replace("lower = { initial = \"0 bar\" }", "lower = {}");
+    let both = told(&startless.replace("upper = { initial = \"0 bar\" }", "upper = {}"));
+    assert!(both.contains("nodes `upper`, `lower` start at what their sensors show first"), "{both}");
     assert_eq!(
         told(&startless),
         "error: RIG:14: node `lower` starts at what its sensor shows first, but there is no record\n  help: add `initial = \

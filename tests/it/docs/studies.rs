@@ -30,6 +30,11 @@ fn the_rates_of_learning_are_those_of_the_study() {
         counts[0] - counts[7]
     );
     page::says("docs/theory/missing-physics.md", "rates", &text);
+    let row = format!(
+        "| {shown} records that hide one of {} effects, from an independent simulator | {percent:.0} % identified, ",
+        table.rows.len()
+    );
+    assert!(std::fs::read_to_string("README.md").unwrap().contains(&row), "README.md does not have: {row}");
 }
 
 #[test]
@@ -50,6 +55,20 @@ fn the_scores_of_the_campaign_are_those_of_the_study() {
         text += &format!("| {score} | {measured} | {bounds} |\n");
     }
     page::says("docs/how-to/run-a-campaign.md", "campaign", &text);
+    let readme = std::fs::read_to_string("README.md").unwrap();
+    let of = |score: &str| {
+        table.rows.iter().find(|(name, _)| name == score).map(|(_, counts)| (counts[0], counts[1])).unwrap()
+    };
+    let percent = |score: &str| format!("{:.1} %", 100.0 * of(score).0 as f64 / of(score).1 as f64);
+    let (healthy, faulty) = (of("false alarms").1, of("true detection rate").1);
+    for said in [
+        format!("| {healthy} healthy records of "),
+        format!("| {faulty} records of these rigs"),
+        format!("| {} detected; in {} exactly", percent("true detection rate"), percent("exact isolation of all")),
+        format!("; {} of the 95 % intervals hold", percent("coverage of found faults")),
+    ] {
+        assert!(readme.contains(&said), "README.md does not have: {said}");
+    }
 }
 
 /// Shifts, in half widths of the 95 % interval, and changes of the effort that count as none.

@@ -187,7 +187,7 @@ fn a_file_that_cannot_be_read_is_told() {
     assert_eq!(
         complaint.to_string(),
         format!(
-            "error: {}: there is no such file\n  help: check the path; it counts from the folder in which the command runs",
+            "error: {}: there is no such file\n  help: check the path; a relative one counts from the current folder",
             path.display()
         )
     );
