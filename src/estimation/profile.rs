@@ -35,8 +35,6 @@ const NEAR: f64 = 4.0;
 /// A promise left beyond this share of the threshold asks for a relinearisation: ends then lie within half a hundredth of their
 /// distance from where the cost is exact.
 const STALE: f64 = 0.01;
-/// A promise left beyond this share, taken as done, says too little of the rise: ends may then be off by 2.5 % of their distance.
-const UNSETTLED: f64 = 0.05;
 /// Share of what a fit leaves undone that a relinearisation may leave where it converges: half the length of the step (natural
 /// monotonicity test; Deuflhard, *Newton Methods for Nonlinear Problems*, section 3.3).
 const CONTRACTS: f64 = 0.25;
@@ -363,7 +361,7 @@ impl<P: Problem> Search<'_, P> {
                 .map(|direction| Fresh { model, way: Way { direction, sign: way.sign, unit: 1.0, power: 1.0 } })
                 .or(retaken);
         }
-        if undone(&point) > UNSETTLED * self.threshold && !better(&point) {
+        if undone(&point) > STALE * self.threshold && !better(&point) {
             return Err(End::GaveUp);
         }
         ahead.left -= taken;
