@@ -5,6 +5,7 @@ use super::evaluated::{Conclusion, EvaluatedModel, is_adequate};
 use super::fitted_model::FittedModel;
 use super::run::Run;
 use super::warning::Warning;
+use crate::rig::InstalledEffect;
 use crate::settings::LearningSettings;
 
 /// What speaks against an effect as fitted.
@@ -19,8 +20,8 @@ pub(super) fn warnings(trial: &FittedModel, base: &FittedModel) -> Vec<Warning> 
             let (id, value) = (parameter.id.clone(), parameter.unit.from_si(trial.values[index]));
             let unit = trial.rig.effect_unit(&effect.placed, free.name);
             let in_card = unit.from_si(trial.values[index]);
-            // A further part of an effect that is not there says nothing against the rest.
-            if place > 0 && free.neutral == Some(in_card) {
+            // A part of an effect that is not there says nothing against the rest, if there is a rest.
+            if free.neutral == Some(in_card) && (place > 0 || acts_otherwise(trial, effect, place)) {
                 continue;
             }
             let (low, high) = parameter.bounds;
@@ -50,6 +51,15 @@ pub(super) fn warnings(trial: &FittedModel, base: &FittedModel) -> Vec<Warning> 
         warnings.push(Warning::FaultNeeded { id: base.rig.fault_id(fault).to_owned() });
     }
     warnings
+}
+
+/// Whether an effect does something by another of its parameters than this.
+fn acts_otherwise(trial: &FittedModel, effect: &InstalledEffect, place: usize) -> bool {
+    let own = effect.placed.effect.parameters.iter().zip(&effect.parameters).enumerate();
+    own.filter(|(other, _)| *other != place).any(|(_, (free, &index))| {
+        let value = trial.rig.effect_unit(&effect.placed, free.name).from_si(trial.values[index]);
+        free.neutral.is_some_and(|neutral| value != neutral)
+    })
 }
 
 /// Share of what the model misses that a run explains; 1 where it is within noise and tolerance.
