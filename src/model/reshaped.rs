@@ -90,9 +90,11 @@ impl Spool {
             if standing && away <= near {
                 (self.position, self.velocity) = (command.to, 0.0);
                 // A valve that stays a ten-thousandth open would fill what it shuts.
-                reshaped.corner();
-                reshaped.through((command.start + (begun + step).min(1.0) * length, command.to));
-                reshaped.corner();
+                if away > 0.0 && begun + step < 1.0 {
+                    reshaped.corner();
+                    reshaped.through((command.start + (begun + step) * length, command.to));
+                    reshaped.corner();
+                }
                 reshaped.through((command.end, command.to));
                 return;
             }
