@@ -113,6 +113,7 @@ impl Context {
     }
 
     /// What results call a file.
+    #[cfg_attr(not(feature = "store"), expect(dead_code, reason = "only commands and stores name files"))]
     pub(crate) fn name_of(&self, path: &Path) -> PathBuf {
         let within = self.scratch.as_deref().and_then(|folder| path.strip_prefix(folder).ok());
         within.unwrap_or(path).to_path_buf()
