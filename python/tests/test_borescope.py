@@ -23,16 +23,6 @@ TELESCOPIC = str(ROOT / "fixtures/telescopic/rig.toml")
 LEAK = str(ROOT / "fixtures/telescopic/leak_020.csv")
 
 
-@pytest.fixture(scope="module")
-def tanks():
-    return bs.Rig(TANKS)
-
-
-@pytest.fixture(scope="module")
-def clogged(tanks):
-    return tanks.simulate(set={"upper_outlet.diameter": "6.5 mm"}, seed=1)
-
-
 def command(*words):
     return subprocess.run([sys.executable, "-m", "borescope", *words], capture_output=True, text=True)
 

@@ -21,16 +21,6 @@ TANKS = ROOT / "fixtures/two_tanks/rig.toml"
 
 
 @pytest.fixture(scope="module")
-def tanks():
-    return bs.Rig(TANKS)
-
-
-@pytest.fixture(scope="module")
-def clogged(tanks):
-    return tanks.simulate(set={"upper_outlet.diameter": "6.5 mm"}, seed=1)
-
-
-@pytest.fixture(scope="module")
 def results(tanks, clogged):
     """One of every type, with items and tables of it."""
     healthy, check = tanks.simulate(seed=2), tanks.simulate(seed=3)

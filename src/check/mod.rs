@@ -233,7 +233,7 @@ fn rig_page(rig: &Rig) -> RigPage {
         value: in_unit(parameter.value, &parameter.unit),
         unit: parameter.unit.to_string(),
         sigma: difference_in_unit(parameter.sigma, &parameter.unit),
-        fitted: (parameter.sigma > 0.0 && !parameter.per_event) || rig.is_fault(index),
+        fitted: rig.is_fitted(index),
         exact_by_sheet: by_sheet.contains(&index),
         meaning: parameter.meaning.clone(),
     });

@@ -43,7 +43,7 @@ pub fn record(rig: &Rig, path: &Path) -> Result<Record, Complaint> {
     Ok(record)
 }
 
-/// The same of a record that is fitted to: where its samples are too few to contradict a model, that is said too.
+/// The same of a record that is fitted to, with a note where its samples are too few to contradict a model.
 pub fn fitted(rig: &Rig, path: &Path) -> Result<Record, Complaint> {
     let record = record(rig, path)?;
     if let Some(few) = rig.few_samples(&record) {

@@ -44,10 +44,7 @@ impl<'a> Case<'a> {
         let estimated = estimated(rig);
         let mut mean: Vec<f64> = rig.faults.iter().map(|fault| fault.healthy).collect();
         mean.extend(estimated[mean.len()..].iter().map(|uncertain| rig.parameters[uncertain.parameter].value));
-        let uncertain = |index: &usize| {
-            let parameter = &rig.parameters[estimated[*index].parameter];
-            parameter.sigma > 0.0 && !parameter.per_event
-        };
+        let uncertain = |index: &usize| rig.parameters[estimated[*index].parameter].is_uncertain();
         let known: Vec<usize> = (0..estimated.len()).filter(uncertain).collect();
         let mut covariance = rig.covariance(&known.iter().map(|&index| estimated[index].parameter).collect::<Vec<_>>());
         for (place, &index) in known.iter().enumerate() {
@@ -247,8 +244,7 @@ pub(super) fn estimated(rig: &Rig) -> Vec<Estimated> {
         bounds: fault.bounds,
         scale: (fault.bounds.1 - fault.bounds.0) / 4.0,
     });
-    let stated =
-        rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.sigma > 0.0 && !parameter.per_event);
+    let stated = rig.parameters.iter().enumerate().filter(|(_, parameter)| parameter.is_uncertain());
     let uncertain = stated.filter(|(index, _)| !rig.is_fault(*index)).map(|(index, known)| {
         let settings = &rig.settings().diagnosis;
         let reach = settings.search_reach * known.sigma;

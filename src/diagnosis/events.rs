@@ -74,7 +74,7 @@ fn events_along(
         .parameters
         .iter()
         .enumerate()
-        .filter(|(index, parameter)| parameter.sigma > 0.0 && parameter.per_event && !rig.is_fault(*index))
+        .filter(|(index, parameter)| parameter.varies() && !rig.is_fault(*index))
         .map(|(index, _)| index)
         .collect();
     let parameters = problem.parameters(theta);

@@ -259,7 +259,7 @@ impl<F: Fn(&Rig) -> Option<f64> + Sync> Search<'_, F> {
     /// Whether the lag may be another than stated: it is asked about, and neither exact nor estimated itself.
     fn is_lag_open(&self) -> bool {
         let lag = &self.stated.parameters[self.follower.lag];
-        self.open == Open::All && lag.sigma > 0.0 && lag.per_event && !self.stated.is_fault(self.follower.lag)
+        self.open == Open::All && lag.varies() && !self.stated.is_fault(self.follower.lag)
     }
 
     /// The dynamics with which the cost falls most, and by how much; `None` where nothing is worth a search.

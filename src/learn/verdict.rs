@@ -35,8 +35,7 @@ pub(super) fn warnings(trial: &FittedModel, base: &FittedModel) -> Vec<Warning> 
     }
     for (index, parameter) in base.rig.parameters.iter().enumerate() {
         let moved = (trial.values[index] - parameter.value).abs();
-        if parameter.sigma > 0.0
-            && !parameter.per_event
+        if parameter.is_uncertain()
             && !base.rig.is_fault(index)
             && moved > 4.0 * parameter.sigma
             && !base.rig.is_of_effect(index)

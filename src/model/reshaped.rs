@@ -12,7 +12,7 @@ const STEPS: f64 = 16.0;
 /// Distance from the command at which the spool has arrived, as a share of the span of the command.
 const ARRIVED: f64 = 1e-4;
 /// How near to it straight stretches pass what those steps give, as a share of that span: a valve of 40 L/min at 5 bar that is so much
-/// open for 20 ms as it closes lets 0.3 mm³ pass under 5 bar, 0.05 bar in a chamber of 100 cm³.
+/// open for 20 ms as it closes lets 0.3 mm³ pass under 5 bar, 0.04 bar in a chamber of 100 cm³.
 const NEAR: f64 = 2e-5;
 
 /// How a part follows an input, where the model behind it has a lag of first order.
@@ -228,7 +228,7 @@ fn with_mass(line: &[Stretch], following: &Following, jumps: &[f64]) -> Vec<Stre
 }
 
 /// A broken line through points that come one after the other, in which one straight stretch stands for all that lie near it
-/// (S. Williams' cones; the ends of stretches are points).
+/// (C. M. Williams, Computer Graphics and Image Processing 8 (1978), with stretches that end at points).
 struct Thinned {
     stretches: Vec<Stretch>,
     /// How far from a point a stretch may pass.

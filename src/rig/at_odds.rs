@@ -65,11 +65,8 @@ impl Rig {
         let sensors: Vec<usize> =
             self.sensors.iter().filter_map(|one| self.sensor_column(record, one).ok().map(there)).collect();
         let samples: usize = sensors.iter().sum();
-        let open = (0..self.parameters.len()).filter(|&index| {
-            let parameter = &self.parameters[index];
-            (parameter.sigma > 0.0 && !parameter.per_event) || self.is_fault(index)
-        });
-        let free = open.count() + 2 * sensors.len();
+        let open = (0..self.parameters.len()).filter(|&index| self.is_fitted(index)).count();
+        let free = open + 2 * sensors.len();
         (record.time.len() > 1 && samples > 0 && samples <= free).then(|| {
             format!(
                 "{} rows give {samples} samples of sensors, no more than the {free} values that a fit may choose: `healthy` or `adequate` \

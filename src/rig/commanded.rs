@@ -5,7 +5,7 @@ use crate::physics::card::Role;
 use crate::record::{Channel, Record};
 
 /// Share of a command within which it counts as none, or as full: a twentieth more in the exponent of an edge then changes the flow by
-/// less than a thousandth of the fully open valve's, or by a twentieth of what a shut one passes.
+/// less than a thousandth of the fully open valve's where that is open, and by four thousandths where it is shut.
 const AT_END: f64 = 0.02;
 /// Lags after which a spool is within a fiftieth of where its command rests.
 const SETTLED: f64 = 4.0;
@@ -20,8 +20,7 @@ impl Rig {
             let own = component.card.parameters.iter().enumerate();
             let edges = own.filter(|(_, parameter)| parameter.role == Role::Edge);
             let edges: Vec<usize> = edges.map(|(place, _)| component.first_parameter + place).collect();
-            let is_open = |&edge: &usize| self.parameters[edge].per_event && self.parameters[edge].sigma > 0.0;
-            let edges = edges.into_iter().filter(is_open);
+            let edges = edges.into_iter().filter(|&edge| self.parameters[edge].varies());
             if records.clone().into_iter().any(|record| self.rests_between(component, record)) {
                 edges.for_each(|edge| commanded.get_or_insert_with(|| self.clone()).parameters[edge].per_event = false);
             }

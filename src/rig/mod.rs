@@ -232,6 +232,18 @@ pub struct Parameter {
     pub place: Place,
 }
 
+impl Parameter {
+    /// Whether it is uncertain, and the same throughout a record.
+    pub(crate) fn is_uncertain(&self) -> bool {
+        self.sigma > 0.0 && !self.per_event
+    }
+
+    /// Whether it may be another in each switching.
+    pub(crate) fn varies(&self) -> bool {
+        self.sigma > 0.0 && self.per_event
+    }
+}
+
 /// A fault: a parameter that may have left its healthy value.
 #[derive(Debug, Clone)]
 pub struct Fault {
@@ -340,6 +352,11 @@ impl Rig {
         self.sensors.iter().any(|sensor| sensor.owns(parameter))
     }
 
+    /// Whether a fit to a record may choose a parameter: a fault, or what is uncertain.
+    pub(crate) fn is_fitted(&self, parameter: usize) -> bool {
+        self.parameters[parameter].is_uncertain() || self.is_fault(parameter)
+    }
+
     /// Whether a parameter is one of an effect.
     pub(crate) fn is_of_effect(&self, parameter: usize) -> bool {
         self.effects.iter().any(|effect| effect.parameters.contains(&parameter))
@@ -378,7 +395,7 @@ impl Rig {
     /// another in each switching, around a mean that is the part's own.
     pub(crate) fn is_own_lag(&self, parameter: usize) -> bool {
         let known = &self.parameters[parameter];
-        let lags = known.role == Role::Lag && known.per_event && known.sigma > 0.0 && !self.is_fault(parameter);
+        let lags = known.role == Role::Lag && known.varies() && !self.is_fault(parameter);
         lags && self.followers().all(|follower| follower.lag != parameter)
     }
 
