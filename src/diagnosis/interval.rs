@@ -1,6 +1,8 @@
 //! Identification: the interval that a record leaves one fault, whatever everything else does.
 //!
-//! The intervals are those of [`crate::estimation::profile`], each with the faults of the best set free too.
+//! The intervals are those of [`crate::estimation::profile`], each with the faults of the best set free too. Where nothing explains
+//! the record they are those of the local quadratic model: what is left is no noise, so that a profile says no more, and an optimum
+//! nearby that is a little lower no better.
 
 use rayon::prelude::*;
 
@@ -87,6 +89,11 @@ pub fn settled(mut estimate: Estimate<'_>) -> (Estimate<'_>, Vec<Option<Interval
     loop {
         estimate.walk_to_the_bottom();
         let (case, isolation) = (&estimate.case, &estimate.isolation);
+        if !estimate.explains() {
+            let of = |fault: usize| straight(case, isolation, isolation.set().with(fault), fault);
+            let intervals = widened(case, isolation, (0..case.faults()).map(of).collect());
+            return (estimate, intervals);
+        }
         // Those of present faults first: where one of them leads elsewhere, the others need not be drawn here.
         let present: Vec<usize> = isolation.set().iter().collect();
         let absent: Vec<usize> = (0..case.faults()).filter(|&fault| !isolation.set().contains(fault)).collect();
@@ -197,7 +204,7 @@ fn drawn(case: &Case<'_>, isolation: &Isolation, base: &Base, set: FaultSet, fau
     Some(profile(&problem, near, &base.best, fault, direction, inflation))
 }
 
-/// The interval of an offset or a gain: readings follow it in a straight line, so the local quadratic model is the profile.
+/// The interval by the local quadratic model: for an offset or a gain, which readings follow in a straight line, that is the profile.
 fn straight(case: &Case<'_>, isolation: &Isolation, set: FaultSet, fault: usize) -> Option<Interval> {
     let (near, best) = (&isolation.local, &isolation.best);
     let direction = case.information(near, set).ok()?.direction(fault)?;
