@@ -25,6 +25,7 @@ pub(crate) mod search;
 pub mod starts;
 pub(crate) mod summary;
 pub(crate) mod switching;
+mod undeclared;
 mod unseen;
 pub mod watch;
 pub(crate) mod weighed;
@@ -105,6 +106,9 @@ pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> R
 /// The same on the threads of the caller.
 fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
     let stated = diagnose_as_stated(model, record, options)?;
+    if let Some(found) = undeclared::preferred(model, record, &stated, options)? {
+        return Ok(found);
+    }
     let Some(freed) = data_sheet::doubted(model, record, &stated) else { return Ok(stated) };
     let deviating = Model::new(freed).with_tolerance(model.tolerance);
     let attempt = Attempt { only_if_explained: true, ..Attempt::default() };
@@ -275,6 +279,7 @@ fn diagnose_again(
         common_cause: None,
         missing_effect: None,
         off_data_sheet: None,
+        undeclared: Vec::new(),
         dynamics: Vec::new(),
         rival_effects: Vec::new(),
         times_noise: rounded(over_sensors(measured), DIGITS),

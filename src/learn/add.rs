@@ -6,7 +6,7 @@ use toml_edit::{InlineTable, Item, Table};
 
 use super::evaluated::is_adequate;
 use super::fitted_model::{FittedModel, Judge};
-use super::opened::opened;
+use super::opened::{neutral, opened};
 use super::refit::range_deviation;
 use super::scoring::candidate;
 use super::spools::{with_dynamics, with_spools};
@@ -74,10 +74,9 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
                 .at(Place::file(&rig.path))
                 .help("give a record with `--fit`"));
         };
-        let nothing = nothing(rig, &placed, free);
-        let size = (first - nothing.unwrap_or(0.0)).abs();
+        let size = (first - neutral(rig, &placed, free).unwrap_or(0.0)).abs();
         let sigma = if size > 0.0 { rig.settings().learn.unfitted_sigma * size } else { range_deviation(&unit, free) };
-        parameters.push(Written { name: free.name, value: nothing.unwrap_or(first), sigma, unit });
+        parameters.push(Written { name: free.name, value: nothing(rig, &placed, free).unwrap_or(first), sigma, unit });
     }
     Ok(Added { text: insert(&rig.path, text, &id, &parameters)?, delta_bic: None, warnings: Vec::new() })
 }
@@ -144,4 +143,26 @@ pub(super) fn insert(path: &Path, text: &str, id: &str, parameters: &[Written]) 
     };
     table.insert(id, toml_edit::value(values));
     Ok(document.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Adds every effect that a rig can have, without a record, and reads what is written; how many those are.
+    fn added(path: &str) -> usize {
+        let (rig, text) = (Rig::read(path).unwrap(), std::fs::read_to_string(path).unwrap());
+        let ids = rig.effect_places().into_iter().map(|placed| rig.effect_id(&placed));
+        let texts = ids.filter_map(|id| Some((add(&text, &rig, &id, None).ok()?.text, id)));
+        texts
+            .map(|(text, id)| Rig::parse(Path::new(path), text).unwrap_or_else(|error| panic!("{id}: {error}")))
+            .count()
+    }
+
+    #[test]
+    fn what_is_added_without_a_record_can_be_read() {
+        assert!(added("fixtures/telescopic/rig.toml") > 20);
+        // An effect of an own component whose second parameter may be of any size.
+        assert!(added("fixtures/hydrostatic_drive/rig.toml") > 20);
+    }
 }

@@ -3,7 +3,8 @@
 //! A fault that explains a record within noise and tolerance need not be the only thing that does: slip of a pump that nobody wrote
 //! down takes flow as a worn pump does. So the local model of the fit is asked what the record would cost with each effect of the
 //! library in place of each fault that is present. Those that promise to cost little more are fitted, and one that ends within
-//! `learn.rival_bic` of the fault, by the information criterion, is its rival. A try of an effect is simulated once for all faults.
+//! `learn.rival_bic` of the fault, by the information criterion, is its rival. What was known before counts: an effect is no rival that
+//! needs values to run away from their calibration. A try of an effect is simulated once for all faults.
 
 use rayon::prelude::*;
 
@@ -42,11 +43,18 @@ pub(super) fn rival_effects(rig: &Rig, record: &Record, diagnosis: &Diagnosis) -
     let judge = Judge::of(&base, &base.fit, record)?;
     rig.context().stage("effects in place of faults");
     let promising = promising(&estimate);
-    let one = |(fault, effect)| InPlace { record, base: &base, judge: &judge, fault }.of(effect);
+    let away = away_from_known(&estimate);
+    let one = |(fault, effect)| InPlace { record, base: &base, away, judge: &judge, fault }.of(effect);
     let mut rivals: Vec<RivalEffect> = promising.into_par_iter().filter_map(one).collect();
     let order = |rival: &RivalEffect| diagnosis.present().position(|fault| fault.id == rival.fault);
     rivals.sort_by(|a, b| order(a).cmp(&order(b)).then(b.delta_bic.total_cmp(&a.delta_bic)));
     Ok(rivals)
+}
+
+/// How far an explanation is from what was known before, as a square in its standard deviations.
+fn away_from_known(estimate: &Estimate<'_>) -> f64 {
+    let isolation = &estimate.isolation;
+    estimate.case.prior(isolation.set()).misfit(&isolation.best.theta).norm_squared()
 }
 
 /// Effects that promise to keep, in place of a fault, what it explains: each with its fault and the size that it would have.
@@ -96,6 +104,8 @@ struct InPlace<'a> {
     record: &'a Record,
     /// The model with all faults found.
     base: &'a FittedModel,
+    /// How far that is from what was known before, as a square in standard deviations.
+    away: f64,
     judge: &'a Judge,
     fault: usize,
 }
@@ -103,7 +113,7 @@ struct InPlace<'a> {
 impl InPlace<'_> {
     /// The effect fitted in place of the fault, where it explains the record as well and has sense.
     fn of(&self, effect: Candidate) -> Option<RivalEffect> {
-        let Self { record, base, judge, fault } = *self;
+        let Self { record, base, away, judge, fault } = *self;
         let rig = &base.rig;
         let mut values = base.values.clone();
         values[rig.faults[fault].parameter] = rig.faults[fault].healthy;
@@ -123,8 +133,9 @@ impl InPlace<'_> {
         let model = Model::new(end.rig.clone());
         let drive = InputSignals::from_record(&model.rig, record).ok()?;
         let theta = estimate::picked(&model.rig, &end.values);
-        let trial = FittedModel::of(&estimate::held_near(&model, record, &drive, (&theta, end.set)).ok()?).ok()?;
-        let delta_bic = trial.gain_over(base, record, judge).ok()?;
+        let estimate = estimate::held_near(&model, record, &drive, (&theta, end.set)).ok()?;
+        let trial = FittedModel::of(&estimate).ok()?;
+        let delta_bic = trial.gain_over(base, record, judge).ok()? - (away_from_known(&estimate) - away);
         if delta_bic < -rig.settings().learn.rival_bic || warnings(&trial, base).iter().any(Warning::is_senseless) {
             return None;
         }

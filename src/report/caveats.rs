@@ -25,6 +25,7 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
         told.push(format!("Check how the record was taken: if it is not so that {}, {without}.", cause.clause));
     }
     told.extend(diagnosis.off_data_sheet.as_ref().map(off_data_sheet));
+    told.extend(undeclared(&diagnosis.undeclared));
     told.extend(weighed_down(&diagnosis.channels));
     told.extend(followed_otherwise(&diagnosis.dynamics));
     told.extend(far_off(&diagnosis.uncertain));
@@ -90,6 +91,16 @@ fn off_data_sheet(off: &OffDataSheet) -> String {
         named.join(", "),
         text(rounded(off.times_noise_as_stated, 2))
     )
+}
+
+/// Faults that were found although the rig file declares none of them.
+fn undeclared(ids: &[String]) -> Option<String> {
+    let (is, it) = match ids {
+        [] => return None,
+        [_] => ("is no declared fault of the rig file", "its value has changed since calibration. Declare it"),
+        _ => ("are no declared faults of the rig file", "their values have changed since calibration. Declare them"),
+    };
+    Some(format!("{} {is}: {it} under `[faults]` to have every record searched for it.", ids.join(", ")))
 }
 
 /// Error of a sensor that is explained, times its noise, from which on it is said why it counts as explained.
@@ -197,7 +208,11 @@ fn longest_gap(diagnosis: &Diagnosis) -> Option<&Finding> {
 /// When the record shows that something is wrong.
 pub(super) fn detected(diagnosis: &Diagnosis) -> Option<String> {
     let by_residual = diagnosis.residuals.iter().any(|residual| residual.fired);
-    let how = if by_residual { "" } else { ", by the fit: no residual raised an alarm" };
+    let how = match (by_residual, diagnosis.residuals.is_empty()) {
+        (true, _) => "",
+        (false, true) => ", by the fit: the sensors of this rig allow no residuals",
+        (false, false) => ", by the fit: no residual raised an alarm",
+    };
     diagnosis.detected_at_s.map(|at| format!("Detected at {at:.2} s{how}."))
 }
 

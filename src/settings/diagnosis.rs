@@ -28,6 +28,9 @@ settings! {
         /// A part that is further off its data sheet is not believed to be.
         off_sheet_deviations: f64 = 4.0, "standard deviations of the data sheet",
             "Normal: of 80 parts that are right, one is as far off in half a per cent of machines.";
+        /// A calibrated value that an explanation has further off may have changed: it is tried as a fault.
+        changed_deviations: f64 = 3.0, "standard deviations of the calibration",
+            "Cost only: of 40 values that are right, one is as far off in a tenth of records; evidence decides.";
         /// A weighted misfit of more pulls with constant force only (Huber).
         huber_width: f64 = 3.0, "standard deviations of the noise",
             "One normal sample in 400 is beyond; estimates lose less than 0.2 % of their precision.";

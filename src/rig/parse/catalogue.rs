@@ -26,6 +26,7 @@ files! {
     "double-rod-cylinder",
     "filter",
     "flow-divider",
+    "flushing-shuttle",
     "load-sensing-pump",
     "motor",
     "one-way-throttle",

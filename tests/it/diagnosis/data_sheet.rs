@@ -1,7 +1,8 @@
 //! Parts that are not as the rig file has them, in a press whose file takes all data sheets as exact.
 
+use borescope::internals::calibration::{CalibrationOptions, calibrate};
 use borescope::internals::diagnosis::{Diagnosis, DiagnosisOptions, Verdict, diagnose};
-use borescope::{Model, Rig};
+use borescope::{Model, Record, Rig};
 
 use crate::support::cycle::Run;
 
@@ -15,12 +16,17 @@ const OFF: [(&str, &str); 6] = [
     ("cylinder.viscous_friction", "2300 N.s/m"),
 ];
 
+/// A record of the press with these values.
+fn pressed(model: &Model, seed: u64, values: &[(&str, &str)]) -> Record {
+    let mut cycle = model.rig.cycle.clone().unwrap();
+    cycle.interval *= 2.0;
+    Run::of(model).through(cycle).with_quantities(values).seed(seed).record("press")
+}
+
 /// What is found in a record of the press with these values, by its file.
 fn diagnosed(values: &[(&str, &str)]) -> (Rig, Diagnosis) {
     let model = Model::new(Rig::read("fixtures/press/rig.toml").unwrap());
-    let mut cycle = model.rig.cycle.clone().unwrap();
-    cycle.interval *= 2.0;
-    let record = Run::of(&model).through(cycle).with_quantities(values).seed(3).record("press");
+    let record = pressed(&model, 3, values);
     let diagnosis = diagnose(&model, &record, &DiagnosisOptions::default()).unwrap().diagnosis;
     (model.rig, diagnosis)
 }
@@ -58,4 +64,31 @@ fn faults_that_the_data_sheet_cannot_be_stand() {
     let (_, found) = diagnosed(&[("cylinder.clearance", "0.1 mm"), ("meter_out.opening", "0.7")]);
     assert_eq!(found.off_data_sheet, None);
     assert_eq!(present(&found), ["meter_out.opening", "cylinder.clearance"]);
+}
+
+#[test]
+fn a_calibrated_value_that_has_changed_is_a_fault_although_none_is_declared() {
+    let text = std::fs::read_to_string("fixtures/press/rig.toml").unwrap();
+    let model = Model::new(Rig::parse(std::path::Path::new("press.toml"), text.clone()).unwrap());
+    let healthy = [1, 2].map(|seed| pressed(&model, seed, &OFF));
+    let calibrated = calibrate(&text, &model.rig, &healthy, &CalibrationOptions::default()).unwrap();
+    let calibrated = Model::new(calibrated.rig);
+    let found = |seed, values: &[(&str, &str)]| {
+        let record = pressed(&model, seed, values);
+        diagnose(&calibrated, &record, &DiagnosisOptions::default()).unwrap().diagnosis
+    };
+    let as_before = found(3, &OFF);
+    assert_eq!((as_before.verdict, present(&as_before)), (Verdict::Healthy, Vec::new()));
+    assert_eq!(as_before.faults.len(), calibrated.rig.faults.len());
+    let leaks = found(4, &[&OFF[..], &[("cylinder.clearance", "0.1 mm")]].concat());
+    assert_eq!((present(&leaks), &leaks.undeclared), (vec!["cylinder.clearance"], &Vec::new()));
+    // An eighth less than new; nothing declared takes its place.
+    let mut worn = OFF;
+    worn[3].1 = "8.9 cc/rev";
+    let worn = found(5, &worn);
+    assert_eq!((worn.verdict, present(&worn)), (Verdict::Faulty, vec!["pump.displacement"]));
+    assert_eq!(worn.undeclared, ["pump.displacement"]);
+    let pump = worn.present().next().unwrap();
+    let [low, high] = pump.ci95.map(|end| end.unwrap());
+    assert!(low < 8.9 && 8.9 < high && high - low < 0.5, "{pump:?}");
 }

@@ -33,6 +33,7 @@ fn diagnosis(record: &str, value: f64, half: f64) -> Diagnosis {
         common_cause: None,
         missing_effect: None,
         off_data_sheet: None,
+        undeclared: Vec::new(),
         dynamics: Vec::new(),
         rival_effects: Vec::new(),
         times_noise: 1.0,
