@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use super::noise::Weights;
 use super::problem::{Estimated, RecordProblem};
 use crate::estimation::local_model::Information;
+use crate::estimation::profile::QUANTILE;
 use crate::estimation::{
     Fit, FitError, Gaussian, Held, Linearised, LocalModel, Loss, Options, Problem, SchurComplement, fit_along,
 };
@@ -80,6 +81,14 @@ impl<'a> Case<'a> {
     /// Number of estimated parameters.
     pub fn count(&self) -> usize {
         self.mean.len()
+    }
+
+    /// The healthy value of a fault that is nearest to a value, SI: as far as it is uncertain, what a record has shown of it is no change.
+    pub fn as_healthy(&self, fault: usize, value: f64) -> f64 {
+        let parameter = &self.rig().parameters[self.rig().faults[fault].parameter];
+        let range = if parameter.is_uncertain() { QUANTILE * parameter.sigma } else { 0.0 };
+        let (low, high) = self.rig().faults[fault].bounds;
+        value.clamp(self.mean[fault] - range, self.mean[fault] + range).clamp(low, high)
     }
 
     /// Whether parameter `index` is a fault outside `set` whose healthy value is exact.

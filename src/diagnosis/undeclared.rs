@@ -46,12 +46,13 @@ pub(super) fn preferred(
     Ok(is_preferred.then(|| told(declared, (wider.rig, found), names)))
 }
 
-/// Parameters whose values a calibration has found, of parts and sensors, that are no faults.
+/// Parameters whose values a calibration has found, of parts and sensors, that are no faults and may be one.
 fn candidates(rig: &Rig) -> impl Iterator<Item = usize> + '_ {
     let calibrated = rig.calibration.iter().flat_map(|known| known.parameters.iter().copied());
     calibrated.filter(|&parameter| {
         let of_a_part = rig.parts().any(|(_, part)| part.owns(parameter)) && !rig.is_of_effect(parameter);
-        (of_a_part || rig.is_of_sensor(parameter)) && !rig.is_fault(parameter)
+        let may_be = !rig.is_fault(parameter) && !rig.parameters[parameter].role.is_of_the_drive();
+        (of_a_part || rig.is_of_sensor(parameter)) && may_be
     })
 }
 

@@ -93,7 +93,7 @@ pub(super) fn weigh(case: &Case<'_>, around: Around<'_>) -> Weighing {
         let mut start = local.theta.clone();
         // The set at hand goes on from where it is, so that no round ends worse than it began.
         if !stay {
-            start[..case.faults()].copy_from_slice(&case.mean[..case.faults()]);
+            (0..case.faults()).for_each(|fault| start[fault] = case.as_healthy(fault, start[fault]));
             for (fault, deviation) in set.set.iter().zip(deviation.iter()) {
                 start[fault] += deviation * local.scale[fault];
             }
