@@ -5,9 +5,10 @@
 //! record is diagnosed once more with faults of those values too, and the two compete by their evidence. All values that are not declared
 //! share the odds of one declared fault.
 
-use super::result::Verdict;
+use super::result::{FaultReport, Verdict};
 use super::{Attempt, Diagnosed, DiagnosisOptions, diagnose_again};
 use crate::complaint::Complaint;
+use crate::estimation::profile::QUANTILE;
 use crate::model::Model;
 use crate::record::Record;
 use crate::rig::{Fault, FaultSet, Rig};
@@ -37,7 +38,7 @@ pub(super) fn preferred(
     let wider = Model::new(rig).with_tolerance(model.tolerance);
     let attempt = Attempt { only_if_explained: true, ..Attempt::default() };
     let Some(found) = diagnose_again(&wider, seen, (&[], None), options, attempt)? else { return Ok(None) };
-    let names = undeclared(&wider.rig, given.faults.len(), &found);
+    let Some(names) = undeclared(&wider.rig, given.faults.len(), &found) else { return Ok(None) };
     let odds = names.len() as f64 * (candidates.len() as f64).ln();
     let is_better =
         || found.evidence + found.occam - odds > declared.evidence_under(&found.weights, given, seen) + declared.occam;
@@ -82,10 +83,16 @@ fn fault(rig: &Rig, index: usize) -> Fault {
     Fault { parameter: index, healthy: value, bounds, limit: None, place: parameter.place.clone() }
 }
 
-/// Ids of the faults behind the `declared` ones that are present.
-fn undeclared(rig: &Rig, declared: usize, found: &Diagnosed) -> Vec<String> {
+/// Ids of the faults behind the `declared` ones that are present; `None` where one has changed by no more than new parts differ (95 %):
+/// that is no wear, but a law that is not quite the part's and has calibrated values move with the point of work.
+fn undeclared(rig: &Rig, declared: usize, found: &Diagnosed) -> Option<Vec<String>> {
     let behind = rig.faults.iter().zip(&found.diagnosis.faults).skip(declared);
-    behind.filter(|(_, report)| report.present).map(|(_, report)| report.id.clone()).collect()
+    let one = |(fault, report): (&Fault, &FaultReport)| {
+        let parameter = &rig.parameters[fault.parameter];
+        let changed = (parameter.unit.to_si(report.value) - fault.healthy).abs();
+        (changed > QUANTILE * parameter.spread).then(|| report.id.clone())
+    };
+    behind.filter(|(_, report)| report.present).map(one).collect()
 }
 
 /// The diagnosis with the undeclared faults of these names; others that were asked about are as if they had not been.
