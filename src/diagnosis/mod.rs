@@ -68,7 +68,6 @@ pub struct Diagnosed {
     /// What the misfits are weighted with.
     pub(crate) weights: noise::Weights,
     /// What the record leaves of each fault, in the order of the rig; `None` where the model cannot be solved.
-    #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "pages draw them"))]
     pub(crate) intervals: Vec<Option<Interval>>,
     /// The record without the mistake that [`Diagnosis::common_cause`] names.
     pub corrected: Option<Record>,

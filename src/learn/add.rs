@@ -153,10 +153,12 @@ mod tests {
     fn added(path: &str) -> usize {
         let (rig, text) = (Rig::read(path).unwrap(), std::fs::read_to_string(path).unwrap());
         let ids = rig.effect_places().into_iter().map(|placed| rig.effect_id(&placed));
-        let texts = ids.filter_map(|id| Some((add(&text, &rig, &id, None).ok()?.text, id)));
-        texts
-            .map(|(text, id)| Rig::parse(Path::new(path), text).unwrap_or_else(|error| panic!("{id}: {error}")))
-            .count()
+        let texts: Vec<(String, String)> =
+            ids.filter_map(|id| Some((add(&text, &rig, &id, None).ok()?.text, id))).collect();
+        for (text, id) in &texts {
+            Rig::parse(Path::new(path), text.clone()).unwrap_or_else(|error| panic!("{id}: {error}"));
+        }
+        texts.len()
     }
 
     #[test]
