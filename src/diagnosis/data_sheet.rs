@@ -7,7 +7,7 @@
 
 use super::doubtful::set_aside;
 use super::estimate::picked;
-use super::result::{OffDataSheet, OffSheetValue, Verdict};
+use super::result::{OffDataSheet, OffSheetValue};
 use super::weighed::unweighed;
 use super::weighing::{Around, inflations};
 use super::{DIGITS, Diagnosed, FittedReport};
@@ -19,14 +19,11 @@ use crate::rig::{FaultSet, Rig};
 /// The rig with parts that deviate, where a record should be diagnosed with it once more: what was found with every value as stated does
 /// not explain it, or has a fault that could go.
 pub(super) fn doubted(model: &Model, record: &Record, stated: &Diagnosed) -> Option<Rig> {
-    // A column in another unit is a mistake in the record, which no part should be fitted to.
-    if stated.diagnosis.channels.iter().any(|channel| channel.ratio_to_healthy.is_some()) {
+    if stated.diagnosis.is_misread() {
         return None;
     }
-    let doubtful = match stated.diagnosis.verdict {
-        Verdict::ModelInadequate => true,
-        _ => stated.is_as_old_as_the_record() && replaces_a_fault(model, record, stated),
-    };
+    let doubtful =
+        !stated.diagnosis.is_explained() || stated.is_as_old_as_the_record() && replaces_a_fault(model, record, stated);
     if doubtful { model.rig.as_by_data_sheet() } else { None }
 }
 
@@ -37,13 +34,7 @@ pub(super) fn preferred(
     stated: &Diagnosed,
     (freed, mut found): (Rig, Diagnosed),
 ) -> Option<Diagnosed> {
-    let is_better = || {
-        let (believed, _) = set_aside(rig, record);
-        let record = believed.as_ref().unwrap_or(record);
-        found.evidence + found.occam > stated.evidence_under(&found.weights, rig, record) + stated.occam
-    };
-    let explained = |one: &Diagnosed| one.diagnosis.verdict != Verdict::ModelInadequate;
-    if !explained(&found) || !is_as_parts_are(&freed, &found) || explained(stated) && !is_better() {
+    if !is_as_parts_are(&freed, &found) || !found.explains_better_than(stated, rig, record, 0.0) {
         return None;
     }
     found.diagnosis.off_data_sheet = Some(OffDataSheet {
@@ -57,6 +48,17 @@ pub(super) fn preferred(
 }
 
 impl Diagnosed {
+    /// Whether this explains the record, and better than another diagnosis of it: that does not, or has less evidence under the same
+    /// weights. `odds`: logarithm of those before the record. `rig`: that of the other.
+    pub(super) fn explains_better_than(&self, other: &Self, rig: &Rig, record: &Record, odds: f64) -> bool {
+        let has_more_evidence = || {
+            let (believed, _) = set_aside(rig, record);
+            let record = believed.as_ref().unwrap_or(record);
+            self.evidence + self.occam + odds > other.evidence_under(&self.weights, rig, record) + other.occam
+        };
+        self.diagnosis.is_explained() && (!other.diagnosis.is_explained() || has_more_evidence())
+    }
+
     /// Whether it has faults that are as old as the record, and no mistake in taking it.
     fn is_as_old_as_the_record(&self) -> bool {
         let diagnosis = &self.diagnosis;

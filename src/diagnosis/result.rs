@@ -327,6 +327,16 @@ impl Diagnosis {
         self.faults.iter().filter(|fault| fault.present)
     }
 
+    /// Whether faults, or none, explain the record.
+    pub(crate) fn is_explained(&self) -> bool {
+        self.verdict != Verdict::ModelInadequate
+    }
+
+    /// Whether a column reads as if it were in another unit: a mistake in the record, which neither parts nor physics should be fitted to.
+    pub(crate) fn is_misread(&self) -> bool {
+        self.channels.iter().any(|channel| channel.ratio_to_healthy.is_some())
+    }
+
     /// All parameters of a rig, SI, as the diagnosis found them: present faults and uncertain parameters as estimated, other faults
     /// healthy.
     pub(crate) fn found(&self, rig: &Rig) -> Vec<f64> {

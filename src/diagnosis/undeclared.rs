@@ -5,7 +5,7 @@
 //! record is diagnosed once more with faults of those values too, and the two compete by their evidence. All values that are not declared
 //! share the odds of one declared fault.
 
-use super::result::{FaultReport, Verdict};
+use super::result::FaultReport;
 use super::{Attempt, Diagnosed, DiagnosisOptions, diagnose_again};
 use crate::complaint::Complaint;
 use crate::estimation::profile::QUANTILE;
@@ -27,9 +27,7 @@ pub(super) fn preferred(
     let (given, seen) = (declared.rig(&model.rig), declared.record(record));
     let candidates: Vec<usize> = candidates(given).collect();
     let moved = moved(given, &candidates, declared);
-    // A column in another unit is a mistake in the record, which no part should be fitted to.
-    let is_misread = declared.diagnosis.channels.iter().any(|channel| channel.ratio_to_healthy.is_some());
-    if moved.is_empty() || is_misread {
+    if moved.is_empty() || declared.diagnosis.is_misread() {
         return Ok(None);
     }
     let mut rig = given.clone();
@@ -39,11 +37,8 @@ pub(super) fn preferred(
     let attempt = Attempt { only_if_explained: true, ..Attempt::default() };
     let Some(found) = diagnose_again(&wider, seen, (&[], None), options, attempt)? else { return Ok(None) };
     let Some(names) = undeclared(&wider.rig, given.faults.len(), &found) else { return Ok(None) };
-    let odds = names.len() as f64 * (candidates.len() as f64).ln();
-    let is_better =
-        || found.evidence + found.occam - odds > declared.evidence_under(&found.weights, given, seen) + declared.occam;
-    let is_explained = |one: &Diagnosed| one.diagnosis.verdict != Verdict::ModelInadequate;
-    let is_preferred = !names.is_empty() && is_explained(&found) && (!is_explained(declared) || is_better());
+    let odds = -(names.len() as f64) * (candidates.len() as f64).ln();
+    let is_preferred = !names.is_empty() && found.explains_better_than(declared, given, seen, odds);
     Ok(is_preferred.then(|| told(declared, (wider.rig, found), names)))
 }
 

@@ -37,9 +37,7 @@ fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> 
         return Ok(given);
     }
     let bent = given.diagnosis.verdict == Verdict::ModelInadequate && given.diagnosis.present().next().is_some();
-    // A column in another unit is a mistake in the record, which no physics should be fitted to.
-    let misread = given.diagnosis.channels.iter().any(|channel| channel.ratio_to_healthy.is_some());
-    if !bent || misread {
+    if !bent || given.diagnosis.is_misread() {
         return Ok(given);
     }
     let seen = given.record(record);

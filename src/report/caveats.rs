@@ -95,12 +95,15 @@ fn off_data_sheet(off: &OffDataSheet) -> String {
 
 /// Faults that were found although the rig file declares none of them.
 fn undeclared(ids: &[String]) -> Option<String> {
-    let (is, it) = match ids {
+    let (is, its, it) = match ids {
         [] => return None,
-        [_] => ("is no declared fault of the rig file", "its value has changed since calibration. Declare it"),
-        _ => ("are no declared faults of the rig file", "their values have changed since calibration. Declare them"),
+        [_] => ("is no declared fault", "its value has", "it"),
+        _ => ("are no declared faults", "their values have", "them"),
     };
-    Some(format!("{} {is}: {it} under `[faults]` to have every record searched for it.", ids.join(", ")))
+    Some(format!(
+        "{} {is} of the rig file: {its} changed since calibration. Declare {it} under `[faults]` to have every record searched for {it}.",
+        ids.join(", ")
+    ))
 }
 
 /// Error of a sensor that is explained, times its noise, from which on it is said why it counts as explained.
