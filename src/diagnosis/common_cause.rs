@@ -177,12 +177,18 @@ fn promising(model: &Model, record: &Record) -> Vec<Cause> {
 
 /// The clock with the rate at which the model without faults explains the record best.
 fn clock(model: &Model, record: &Record) -> Option<Cause> {
-    let mut rate = 0.0;
+    let (mut rate, mut best) = (0.0, (f64::INFINITY, 0.0));
     for _ in 0..model.rig.settings().diagnosis.clock_improvements {
         let corrected = Cause::FastClock(rate).corrected(&model.rig, record);
         let drive = InputSignals::from_record(&model.rig, &corrected).ok()?;
         let near = estimate::near(model, &corrected, &drive, None, 1).ok()?;
         let healthy = near.without_faults(model.rig.settings().diagnosis.clock_linearisations).ok()?;
+        // Where a clock is what is wrong, each step leaves less.
+        if healthy.isolation.best.cost >= best.0 {
+            rate = best.1;
+            break;
+        }
+        best = (healthy.isolation.best.cost, rate);
         let score = score_of_rate(&healthy)?;
         // What is left of the first rate r by a further one s: (1 + r)(1 + s) - 1.
         rate = (1.0 + rate).mul_add(1.0 + model.rig.settings().diagnosis.clock_rate_tried * score.factor, -1.0);

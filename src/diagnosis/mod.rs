@@ -37,7 +37,7 @@ use crate::model::{InputSignals, Model, Shown};
 use crate::number::rounded;
 use crate::record::Record;
 use crate::residual::{self, Detection};
-use crate::rig::{Rig, Target};
+use crate::rig::{FaultSet, Rig, Target};
 use estimate::Estimate;
 pub use hypotheses::Hypothesis;
 pub(crate) use missed::{adequate, is_there, missed, tame_squares};
@@ -108,6 +108,16 @@ fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> 
     if let Some(found) = undeclared::preferred(model, record, &stated, options)? {
         return Ok(found);
     }
+    or_by_data_sheet(model, record, stated, options)
+}
+
+/// What was found with every value as stated, or with parts that deviate as their data sheets allow, whichever explains the record better.
+fn or_by_data_sheet(
+    model: &Model,
+    record: &Record,
+    stated: Diagnosed,
+    options: &DiagnosisOptions,
+) -> Result<Diagnosed, Complaint> {
     let Some(freed) = data_sheet::doubted(model, record, &stated) else { return Ok(stated) };
     let deviating = Model::new(freed).with_tolerance(model.tolerance);
     let attempt = Attempt { only_if_explained: true, ..Attempt::default() };
@@ -141,17 +151,38 @@ pub fn diagnose_from(
     start: (&[Shown], Option<f64>),
     options: &DiagnosisOptions,
 ) -> Result<Diagnosed, Complaint> {
-    let plain = diagnose_again(model, record, start, options, Attempt::default())?;
-    plain.ok_or_else(|| Complaint::new(Kind::Computation, "no explanation was kept").at(Place::file(&record.path)))
+    diagnose_again(model, record, start, options, Attempt::default())?.ok_or_else(|| kept_none(record))
+}
+
+/// Diagnoses a record that another explanation has come near to: values of the rig's parameters, SI, and the faults present. What was
+/// asked of that one, mistakes in taking the record and faults that nobody declared, is not asked again.
+///
+/// # Errors
+/// As [`diagnose`].
+pub(crate) fn diagnose_near(
+    model: &Model,
+    record: &Record,
+    near: (&[f64], FaultSet),
+    options: &DiagnosisOptions,
+) -> Result<Diagnosed, Complaint> {
+    let attempt = Attempt { near: Some(near), ..Attempt::default() };
+    let found = diagnose_again(model, record, (&[], None), options, attempt)?;
+    or_by_data_sheet(model, record, found.ok_or_else(|| kept_none(record))?, options)
+}
+
+fn kept_none(record: &Record) -> Complaint {
+    Complaint::new(Kind::Computation, "no explanation was kept").at(Place::file(&record.path))
 }
 
 /// A diagnosis among others of the same record.
 #[derive(Clone, Copy, Default)]
-struct Attempt {
+struct Attempt<'a> {
     /// How often spools have been found to follow otherwise.
     found: usize,
     /// Whether it is given up where it does not explain the record.
     only_if_explained: bool,
+    /// Values of the rig's parameters, SI, and faults that are near already.
+    near: Option<(&'a [f64], FaultSet)>,
 }
 
 /// The same as one of several attempts; `None` where that is given up.
@@ -160,7 +191,7 @@ fn diagnose_again(
     record: &Record,
     (shown, begun): (&[Shown], Option<f64>),
     options: &DiagnosisOptions,
-    attempt: Attempt,
+    attempt: Attempt<'_>,
 ) -> Result<Option<Diagnosed>, Complaint> {
     let start = (shown, begun);
     if let Some(commanded) = model.rig.as_commanded([record]) {
@@ -192,9 +223,11 @@ fn diagnose_again(
     // The way is gone roughly; where it ends is walked over once more, exactly.
     let (roughly, before) = (search::roughly(model), Model::new(rig.with_before()).with_tolerance(model.tolerance));
     let before_roughly = search::roughly(&before);
-    let mut first = estimate::near(&roughly, record, &drive, None, rig.settings().diagnosis.healthy_rounds)?;
+    let mut first = first(&roughly, record, &drive, attempt.near)?;
     let mut begun = None;
-    if first.missed() || first.isolation.set().len() >= rig.settings().diagnosis.several_faults {
+    // What is near already has been looked for from everywhere.
+    let looked_for = attempt.near.is_some();
+    if !looked_for && (first.missed() || first.isolation.set().len() >= rig.settings().diagnosis.several_faults) {
         let places = first.places();
         // Faults as old as the record that leave nothing need no beginning.
         if first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case)) {
@@ -209,8 +242,8 @@ fn diagnose_again(
     }
     let (drive, exact, estimate) = match &begun {
         Some(begun) => {
-            let guess = Some((&begun.theta[..], begun.set));
-            (&begun.drive, &before, estimate::estimate(&before_roughly, record, &begun.drive, guess)?)
+            let (guess, rounds) = (Some((&begun.theta[..], begun.set)), rig.settings().diagnosis.isolation_rounds);
+            (&begun.drive, &before, estimate::near(&before_roughly, record, &begun.drive, guess, rounds)?)
         }
         None => (&drive, model, first),
     };
@@ -220,7 +253,7 @@ fn diagnose_again(
             && !(estimate.explains() && estimate.isolation.set().is_empty());
         let Some(dynamics) = doubtful.then(|| switching::found(estimate)).flatten() else { return Ok(None) };
         let other = Model::new(switching::applied(rig, &dynamics)).with_tolerance(model.tolerance);
-        let next = Attempt { found: attempt.found + 1, only_if_explained: true };
+        let next = Attempt { found: attempt.found + 1, only_if_explained: true, near: None };
         let again = diagnose_again(&other, record, start, options, next)?;
         Ok(again.map(|mut again| {
             let found = again.other_rig.get_or_insert(other.rig);
@@ -319,6 +352,24 @@ fn diagnose_again(
         evidence,
         occam,
     }))
+}
+
+/// The explanation of faults as old as the record: from what is near already, or else from the healthy rig.
+fn first<'a>(
+    model: &'a Model,
+    record: &'a Record,
+    drive: &'a InputSignals,
+    near: Option<(&[f64], FaultSet)>,
+) -> Result<Estimate<'a>, Complaint> {
+    let settings = &model.rig.settings().diagnosis;
+    let Some((values, set)) = near else {
+        return estimate::near(model, record, drive, None, settings.healthy_rounds);
+    };
+    // What a command opens for its own record comes last.
+    let mut all = model.rig.healthy();
+    all.iter_mut().zip(values).for_each(|(slot, value)| *slot = *value);
+    let theta = estimate::picked(&model.rig, &all);
+    estimate::near(model, record, drive, Some((&theta, set)), settings.isolation_rounds)
 }
 
 /// When the record begins to show the faults found, s: where the running sum of the log likelihood ratio between the fitted model with

@@ -53,6 +53,10 @@ pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estima
         let time = refined(&explained.case, begun, &theta, record.time[row]);
         row = record.time.partition_point(|&t| t < time).min(record.time.len() - 1);
         let cost = explained.isolation.best.cost;
+        // What creeps at the first moment is no onset.
+        if explained.missed() && cost > settings.stuck_share * first.isolation.best.cost {
+            return None;
+        }
         guess = Some((theta.clone(), set));
         found = Some((Begun { drive: begun(time), time, theta, set }, cost));
     }

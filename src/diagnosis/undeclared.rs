@@ -33,13 +33,22 @@ pub(super) fn preferred(
     let mut rig = given.clone();
     let room = FaultSet::CAPACITY - rig.faults.len();
     rig.faults.extend(moved.into_iter().take(room).map(|parameter| fault(given, parameter)));
+    // What has moved is where it explains most already.
+    let values = declared.diagnosis.found(given);
+    let set = (0..rig.faults.len()).filter(|&fault| is_off(&rig, &values, fault)).collect();
     let wider = Model::new(rig).with_tolerance(model.tolerance);
-    let attempt = Attempt { only_if_explained: true, ..Attempt::default() };
+    let attempt = Attempt { only_if_explained: true, near: Some((&values, set)), ..Attempt::default() };
     let Some(found) = diagnose_again(&wider, seen, (&[], None), options, attempt)? else { return Ok(None) };
     let Some(names) = undeclared(&wider.rig, given.faults.len(), &found) else { return Ok(None) };
     let odds = -(names.len() as f64) * (candidates.len() as f64).ln();
     let is_preferred = !names.is_empty() && found.explains_better_than(declared, given, seen, odds);
     Ok(is_preferred.then(|| told(declared, (wider.rig, found), names)))
+}
+
+/// Whether an explanation has the value of a fault elsewhere than in a healthy rig.
+fn is_off(rig: &Rig, values: &[f64], fault: usize) -> bool {
+    let Fault { parameter, healthy, .. } = rig.faults[fault];
+    values[parameter] != healthy
 }
 
 /// Parameters whose values a calibration has found, of parts and sensors, that are no faults and may be one.
@@ -79,13 +88,15 @@ fn fault(rig: &Rig, index: usize) -> Fault {
 }
 
 /// Ids of the faults behind the `declared` ones that are present; `None` where one has changed by no more than new parts differ (95 %):
-/// that is no wear, but a law that is not quite the part's and has calibrated values move with the point of work.
+/// that is no wear, but a law that is not quite the part's and has calibrated values move with the point of work. No part either is at
+/// the end of what its physics allows.
 fn undeclared(rig: &Rig, declared: usize, found: &Diagnosed) -> Option<Vec<String>> {
     let behind = rig.faults.iter().zip(&found.diagnosis.faults).skip(declared);
     let one = |(fault, report): (&Fault, &FaultReport)| {
         let parameter = &rig.parameters[fault.parameter];
         let changed = (parameter.unit.to_si(report.value) - fault.healthy).abs();
-        (changed > QUANTILE * parameter.spread).then(|| report.id.clone())
+        let is_at_an_end = [fault.bounds.0, fault.bounds.1].map(|end| parameter.unit.from_si(end)).contains(&report.value);
+        (changed > QUANTILE * parameter.spread && !is_at_an_end).then(|| report.id.clone())
     };
     behind.filter(|(_, report)| report.present).map(one).collect()
 }

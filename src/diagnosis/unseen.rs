@@ -43,26 +43,24 @@ pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)
     };
     let mut screened: Vec<(f64, FaultSet, Vec<f64>)> = tried.into_par_iter().filter_map(at_its_best_level).collect();
     screened.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let odds = prior_odds(case);
-    for (_, other, mut theta) in screened.into_iter().take(case.settings().replacements_fitted) {
-        for _ in 0..case.settings().replacement_linearisations {
-            let near = case.local_model(&theta).ok()?;
-            let Ok(fit) = case.fit(
-                &near,
-                other,
-                &theta,
-                Options::steps(case.settings().replacement_linearisations, case.settings().rough_decrease),
-            ) else {
-                break;
-            };
-            let inflation = inflation_between(other, set, &isolation.inflation);
-            let occam = case.schur_complement(&near).occam(other.iter(), 1.0) - isolation.schur.occam(set.iter(), 1.0);
-            let fewer = odds * (other.len() as f64 - set.len() as f64);
-            if -0.5 * (fit.cost - fit.promised - point.cost) / inflation + occam + fewer > 0.0 {
-                return Some((other, fit));
-            }
-            theta = fit.theta;
+    let most = case.settings().replacements_fitted;
+    screened.into_iter().take(most).find_map(|(_, other, theta)| Some((other, overtaking(case, isolation, other, theta)?)))
+}
+
+/// The fit of another set, from values of all estimated parameters, where it explains the record better than the best so far.
+fn overtaking(case: &Case<'_>, isolation: &Isolation, other: FaultSet, mut theta: Vec<f64>) -> Option<Fit> {
+    let (set, point, odds) = (isolation.set(), &isolation.best, prior_odds(case));
+    let steps = Options::steps(case.settings().replacement_linearisations, case.settings().rough_decrease);
+    for _ in 0..case.settings().replacement_linearisations {
+        let near = case.local_model(&theta).ok()?;
+        let fit = case.fit(&near, other, &theta, steps).ok()?;
+        let inflation = inflation_between(other, set, &isolation.inflation);
+        let occam = case.schur_complement(&near).occam(other.iter(), 1.0) - isolation.schur.occam(set.iter(), 1.0);
+        let more = odds * (other.len() as f64 - set.len() as f64);
+        if -0.5 * (fit.cost - fit.promised - point.cost) / inflation + occam + more > 0.0 {
+            return Some(fit);
         }
+        theta = fit.theta;
     }
     None
 }
@@ -112,11 +110,13 @@ pub fn in_step(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)
     None
 }
 
-/// A better set than the best so far, with one fault more, that its quadratic form does not promise.
+/// A better set than the best so far, with one fault more, that its quadratic form does not promise. The form is asked for what the
+/// fault does at a probe, at any size of it: a record that shows a fault smaller than the probe shows the same in small.
 pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)> {
     let odds = prior_odds(case);
-    let Isolation { local, schur, best: point, inflation, .. } = isolation;
+    let Isolation { local, best: point, inflation, .. } = isolation;
     let set = isolation.set();
+    let test = local.score_test(&case.problem(set), &point.theta, &point.misfit).ok()?;
     let others = (0..case.faults()).filter(|&fault| !set.contains(fault) && !case.is_of_sensor(fault));
     let probes = others.flat_map(|fault| case.levels(fault, &PROBES).map(move |value| (fault, value)));
     let gain = |(fault, value): (usize, f64)| {
@@ -126,17 +126,16 @@ pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)>
         if local.foresees(at(&point.theta, &point.misfit), at(&theta, &misfit), case.settings().unforeseen_share) {
             return None;
         }
-        let more = set.with(fault);
-        let held = Holding { parameter: fault, value };
-        let near = case.fit_held(local, more, held, &theta, Options::steps(1, case.settings().rough_decrease)).ok()?;
-        // The best value along the way is not known yet, so what the fault costs is taken at its cheapest.
-        let gain = 0.5 * (point.cost - near.cost + near.promised) / inflation[fault] + odds;
-        let price = schur.occam([fault].into_iter(), 1.0).min(0.0);
-        (gain + price.max(-3.0) > 0.0).then_some((gain, more, near))
+        let change: Vec<f64> = misfit.iter().zip(&point.misfit).map(|(there, here)| there - here).collect();
+        let score = test.of(&change);
+        let gain = 0.5 * score.fall_at(score.factor.max(0.0)) / inflation[fault] + odds;
+        (gain > 0.0).then_some((gain, set.with(fault), theta))
     };
-    let gains: Vec<(f64, FaultSet, Fit)> = probes.collect::<Vec<_>>().into_par_iter().filter_map(gain).collect();
-    let best = gains.into_iter().reduce(|best, next| if next.0 > best.0 { next } else { best });
-    best.map(|(_, set, point)| (set, point))
+    let mut gains: Vec<(f64, FaultSet, Vec<f64>)> =
+        probes.collect::<Vec<_>>().into_par_iter().filter_map(gain).collect();
+    gains.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let most = case.settings().replacements_fitted;
+    gains.into_iter().take(most).find_map(|(_, more, theta)| Some((more, overtaking(case, isolation, more, theta)?)))
 }
 
 fn at<'a>(theta: &'a [f64], misfit: &'a [f64]) -> Evaluated<'a> {

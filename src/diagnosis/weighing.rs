@@ -113,7 +113,12 @@ pub(super) fn weigh(case: &Case<'_>, around: Around<'_>) -> Weighing {
             let score = around.score(case, set.set, point.cost, reached);
             let proven = set.set == centre || score >= around.priced(case, centre);
             let hoped = if proven { point.promised.max(0.0) } else { 0.0 };
-            set.score = around.score(case, set.set, point.cost - hoped, reached - promised);
+            let mut left = point.cost - hoped;
+            // More faults leave no more: a fit that ends above what it holds went astray.
+            if centre.difference(set.set).is_empty() {
+                left = left.min(reached - promised);
+            }
+            set.score = around.score(case, set.set, left, reached - promised);
         }
     }
     weighed.sort_by(|a, b| b.score.total_cmp(&a.score));

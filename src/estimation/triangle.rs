@@ -98,7 +98,8 @@ pub(super) fn triangularise(a: &mut DMatrix<f64>, top: usize, below: usize) {
         let (head, tail) = data.split_at_mut((j + 1) * rows);
         let column = &mut head[j * rows..];
         let norm_below = column[top..top + below].iter().map(|v| v * v).sum::<f64>();
-        if norm_below == 0.0 {
+        // What is smaller squares to nothing, and a reflection along it to no number: a saturated law has derivatives such as 1e-154.
+        if norm_below < f64::MIN_POSITIVE {
             continue;
         }
         let pivot = column[j];
@@ -156,6 +157,16 @@ mod tests {
         approx::assert_relative_eq!(total, 2.0 * Loss::None.cost(&misfit), max_relative = 1e-12);
         let again = triangle.with_gradient(&gradient);
         approx::assert_relative_eq!(again.z, triangle.z, max_relative = 1e-9, epsilon = 1e-9);
+    }
+
+    #[test]
+    fn derivatives_whose_squares_vanish_leave_numbers() {
+        for size in [1e-148, 1e-154, 1e-158, 1e-162] {
+            let jacobian = DMatrix::from_fn(300, 3, |i, j| if j < 2 { size * (i + j) as f64 } else { 1.0 });
+            let triangle = Triangle::reduce(&jacobian, &[1.0; 300], Loss::None);
+            assert!(triangle.r.iter().chain(triangle.z.iter()).all(|value| value.is_finite()), "{size}");
+            approx::assert_relative_eq!(triangle.r[(2, 2)].abs(), 300f64.sqrt(), max_relative = 1e-12);
+        }
     }
 
     #[test]

@@ -44,7 +44,7 @@ fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> 
     let suggestion = suggest(&model.rig, seen, None)?;
     let Some(best) = suggestion.judged.iter().find(|one| one.supported && !one.senseless()) else { return Ok(given) };
     let with_effect = Model::new(installed(&model.rig, &best.trial)).with_tolerance(model.tolerance);
-    let beside = diagnosis::diagnose(&with_effect, seen, options)?;
+    let beside = diagnosis::diagnose_near(&with_effect, seen, (&best.trial.values, best.trial.set), options)?;
     // What comes nearest without explaining the record is not what the model lacks, and faults beside it mean nothing.
     let is_unknown =
         suggestion.conclusion == Conclusion::UnknownEffect && beside.diagnosis.verdict == Verdict::ModelInadequate;
