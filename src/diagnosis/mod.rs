@@ -225,19 +225,22 @@ fn diagnose_again(
     let before_roughly = search::roughly(&before);
     let mut first = first(&roughly, record, &drive, attempt.near)?;
     let mut begun = None;
+    let mut was_asked = false;
     // What is near already has been looked for from everywhere.
-    let looked_for = attempt.near.is_some();
-    if !looked_for && (first.missed() || first.isolation.set().len() >= rig.settings().diagnosis.several_faults) {
+    let is_near = attempt.near.is_some();
+    if !is_near && (first.missed() || first.isolation.set().len() >= rig.settings().diagnosis.several_faults) {
         let places = first.places();
         // Faults as old as the record that leave nothing need no beginning.
         if first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case)) {
             begun = onset::find(&before_roughly, record, &drive, &first);
+            was_asked = true;
         }
         if begun.is_none() {
             first = first.best_from_places(&places, rig.settings().diagnosis.isolation_rounds);
         }
     }
-    if begun.is_none() && !first.missed() {
+    // A better explanation that is not believed either begins where the first one was asked for.
+    if begun.is_none() && !first.missed() && (!was_asked || onset::is_believed(&first)) {
         begun = onset::find(&before_roughly, record, &drive, &first);
     }
     let (drive, exact, estimate) = match &begun {

@@ -27,6 +27,12 @@ pub struct Begun {
     pub set: FaultSet,
 }
 
+/// Whether an explanation by faults as old as the record says since when it parts from the healthy rig. Several faults, or what does not
+/// explain the record, may all stand in for one that is not there.
+pub fn is_believed(first: &Estimate<'_>) -> bool {
+    !first.missed() && first.isolation.set().len() < first.case.settings().several_faults && first.explains()
+}
+
 /// Looks for a beginning of the faults within the record; `first` is an explanation by faults as old as the record, good or
 /// bad, and `model` is that of its rig [with what faults were before](crate::rig::Rig::with_before). `None` also where the
 /// model cannot be solved with one.
@@ -34,9 +40,7 @@ pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estima
     let settings = first.case.settings();
     let worth = settings.onset_evidence + (record.time.len() as f64).ln();
     let shaken = plain.pieces.iter().skip(1).find(|piece| piece.jump).map_or(f64::INFINITY, |piece| piece.start);
-    // Several faults, or what does not explain the record, may all stand in for one that is not there.
-    let explained = !first.missed() && first.isolation.set().len() < settings.several_faults && first.explains();
-    let row = if explained { parting(&first.case, &first.isolation, plain, worth) } else { left(&first.case) };
+    let row = if is_believed(first) { parting(&first.case, &first.isolation, plain, worth) } else { left(&first.case) };
     let old = [record.time.first().copied()?, shaken];
     let mut row = row.filter(|&row| old.iter().all(|old| (record.time[row] - old).abs() > settings.onset_clearance))?;
     let mut guess: Option<(Vec<f64>, FaultSet)> = None;
