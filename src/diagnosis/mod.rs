@@ -151,7 +151,7 @@ pub fn diagnose_from(
     start: (&[Shown], Option<f64>),
     options: &DiagnosisOptions,
 ) -> Result<Diagnosed, Complaint> {
-    diagnose_again(model, record, start, options, Attempt::default())?.ok_or_else(|| kept_none(record))
+    diagnose_again(model, record, start, options, Attempt::default())?.ok_or_else(|| no_explanation(record))
 }
 
 /// Diagnoses a record that another explanation has come near to: values of the rig's parameters, SI, and the faults present. What was
@@ -167,10 +167,10 @@ pub(crate) fn diagnose_near(
 ) -> Result<Diagnosed, Complaint> {
     let attempt = Attempt { near: Some(near), ..Attempt::default() };
     let found = diagnose_again(model, record, (&[], None), options, attempt)?;
-    or_by_data_sheet(model, record, found.ok_or_else(|| kept_none(record))?, options)
+    or_by_data_sheet(model, record, found.ok_or_else(|| no_explanation(record))?, options)
 }
 
-fn kept_none(record: &Record) -> Complaint {
+fn no_explanation(record: &Record) -> Complaint {
     Complaint::new(Kind::Computation, "no explanation was kept").at(Place::file(&record.path))
 }
 

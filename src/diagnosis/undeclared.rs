@@ -88,15 +88,17 @@ fn fault(rig: &Rig, index: usize) -> Fault {
 }
 
 /// Ids of the faults behind the `declared` ones that are present; `None` where one has changed by no more than new parts differ (95 %):
-/// that is no wear, but a law that is not quite the part's and has calibrated values move with the point of work. No part either is at
-/// the end of what its physics allows.
+/// that is no wear, but a law that is not quite the part's and has calibrated values move with the point of work. The end of a search is
+/// the value of no part either.
 fn undeclared(rig: &Rig, declared: usize, found: &Diagnosed) -> Option<Vec<String>> {
     let behind = rig.faults.iter().zip(&found.diagnosis.faults).skip(declared);
     let one = |(fault, report): (&Fault, &FaultReport)| {
         let parameter = &rig.parameters[fault.parameter];
-        let changed = (parameter.unit.to_si(report.value) - fault.healthy).abs();
-        let is_at_an_end = [fault.bounds.0, fault.bounds.1].map(|end| parameter.unit.from_si(end)).contains(&report.value);
-        (changed > QUANTILE * parameter.spread && !is_at_an_end).then(|| report.id.clone())
+        let (value, (low, high)) = (parameter.unit.to_si(report.value), fault.bounds);
+        // As far as the digits of a report go.
+        let is_inside = (value - low).min(high - value) > 1e-6 * (high - low);
+        let has_changed = (value - fault.healthy).abs() > QUANTILE * parameter.spread;
+        (has_changed && is_inside).then(|| report.id.clone())
     };
     behind.filter(|(_, report)| report.present).map(one).collect()
 }

@@ -44,7 +44,10 @@ pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)
     let mut screened: Vec<(f64, FaultSet, Vec<f64>)> = tried.into_par_iter().filter_map(at_its_best_level).collect();
     screened.sort_by(|a, b| a.0.total_cmp(&b.0));
     let most = case.settings().replacements_fitted;
-    screened.into_iter().take(most).find_map(|(_, other, theta)| Some((other, overtaking(case, isolation, other, theta)?)))
+    screened
+        .into_iter()
+        .take(most)
+        .find_map(|(_, other, theta)| Some((other, overtaking(case, isolation, other, theta)?)))
 }
 
 /// The fit of another set, from values of all estimated parameters, where it explains the record better than the best so far.

@@ -162,10 +162,10 @@ mod tests {
     #[test]
     fn derivatives_whose_squares_vanish_leave_numbers() {
         for size in [1e-148, 1e-154, 1e-158, 1e-162] {
-            let jacobian = DMatrix::from_fn(300, 3, |i, j| if j < 2 { size * (i + j) as f64 } else { 1.0 });
+            let jacobian = DMatrix::from_fn(300, 3, |i, j| if j == 0 { 1.0 } else { size * (i as f64).powi(j as i32) });
             let triangle = Triangle::reduce(&jacobian, &[1.0; 300], Loss::None);
             assert!(triangle.r.iter().chain(triangle.z.iter()).all(|value| value.is_finite()), "{size}");
-            approx::assert_relative_eq!(triangle.r[(2, 2)].abs(), 300f64.sqrt(), max_relative = 1e-12);
+            approx::assert_relative_eq!(triangle.r[(0, 0)].abs(), 300f64.sqrt(), max_relative = 1e-12);
         }
     }
 
