@@ -12,7 +12,7 @@ use super::case::robust;
 use super::estimate::{self, Estimate};
 use super::noise::Weights;
 use super::problem::away;
-use super::result::{CommonCause, Verdict};
+use super::result::CommonCause;
 use super::weighed;
 use super::weighing::prior_odds;
 use crate::estimation::Score;
@@ -129,7 +129,7 @@ pub(super) fn instead(model: &Model, record: &Record, plain: &Diagnosed) -> Opti
         all.push(report.id.clone());
         (count + usize::from(rig.is_of_sensor(fault.parameter)), all)
     });
-    let missed = plain.diagnosis.verdict == Verdict::ModelInadequate;
+    let missed = !plain.diagnosis.is_explained();
     if !missed && of_sensors < 2 {
         return None;
     }

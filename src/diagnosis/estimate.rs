@@ -35,14 +35,27 @@ pub fn estimate<'a>(
     drive: &'a InputSignals,
     guess: Option<(&[f64], FaultSet)>,
 ) -> Result<Estimate<'a>, Complaint> {
-    let settings = &model.rig.settings().diagnosis;
-    let rounds = if guess.is_some() { settings.isolation_rounds } else { settings.healthy_rounds };
-    let mut near = near(model, record, drive, guess, rounds)?;
+    let mut near = from_start(model, record, drive, guess)?;
     if !near.missed() {
         return Ok(near);
     }
     let places = near.places();
-    Ok(near.best_from_places(&places, settings.isolation_rounds))
+    Ok(near.best_from_places(&places, model.rig.settings().diagnosis.isolation_rounds))
+}
+
+/// The same from its start alone, to its end from a guess, in few rounds from the healthy rig; it may miss.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved there.
+pub fn from_start<'a>(
+    model: &'a Model,
+    record: &'a Record,
+    drive: &'a InputSignals,
+    guess: Option<(&[f64], FaultSet)>,
+) -> Result<Estimate<'a>, Complaint> {
+    let settings = &model.rig.settings().diagnosis;
+    let rounds = if guess.is_some() { settings.isolation_rounds } else { settings.healthy_rounds };
+    near(model, record, drive, guess, rounds)
 }
 
 /// Explains a record as that of the healthy rig, weighed by where the healthy model has its events, and isolates from there in so many

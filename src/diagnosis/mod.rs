@@ -133,7 +133,7 @@ fn diagnose_as_stated(model: &Model, record: &Record, options: &DiagnosisOptions
     // A cause that leaves the record unexplained explains nothing, and one that takes more faults than the record as it stands is no
     // simpler story.
     let faults = |one: &Diagnosed| one.diagnosis.present().count();
-    if diagnosed.diagnosis.verdict == Verdict::ModelInadequate || faults(&diagnosed) > faults(&plain).max(1) {
+    if !diagnosed.diagnosis.is_explained() || faults(&diagnosed) > faults(&plain).max(1) {
         return Ok(plain);
     }
     diagnosed.diagnosis.common_cause = Some(cause);
@@ -223,12 +223,13 @@ fn diagnose_again(
     // The way is gone roughly; where it ends is walked over once more, exactly.
     let (roughly, before) = (search::roughly(model), Model::new(rig.with_before()).with_tolerance(model.tolerance));
     let before_roughly = search::roughly(&before);
-    let mut first = first(&roughly, record, &drive, attempt.near)?;
+    let near = attempt.near.map(|(values, set)| (picked_of(rig, values), set));
+    let guess = near.as_ref().map(|(theta, set)| (&theta[..], *set));
+    let mut first = estimate::from_start(&roughly, record, &drive, guess)?;
     let mut begun = None;
     let mut was_asked = false;
     // What is near already has been looked for from everywhere.
-    let is_near = attempt.near.is_some();
-    if !is_near && (first.missed() || first.isolation.set().len() >= rig.settings().diagnosis.several_faults) {
+    if guess.is_none() && (first.missed() || first.isolation.set().len() >= rig.settings().diagnosis.several_faults) {
         let places = first.places();
         // Faults as old as the record that leave nothing need no beginning.
         if first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case)) {
@@ -245,8 +246,8 @@ fn diagnose_again(
     }
     let (drive, exact, estimate) = match &begun {
         Some(begun) => {
-            let (guess, rounds) = (Some((&begun.theta[..], begun.set)), rig.settings().diagnosis.isolation_rounds);
-            (&begun.drive, &before, estimate::near(&before_roughly, record, &begun.drive, guess, rounds)?)
+            let guess = Some((&begun.theta[..], begun.set));
+            (&begun.drive, &before, estimate::from_start(&before_roughly, record, &begun.drive, guess)?)
         }
         None => (&drive, model, first),
     };
@@ -299,7 +300,7 @@ fn diagnose_again(
     let alarms = residuals.iter().filter_map(|residual| residual.alarm_at_s);
     let detected_at_s = match verdict {
         Verdict::Healthy => None,
-        _ => alarms.reduce(f64::min).or_else(|| parted_at(&estimate, &options.detection)),
+        _ => alarms.reduce(f64::min).or_else(|| onset::parted_at(&estimate, &options.detection)),
     };
     let samples = case.full.weights.all_samples().saturating_sub(rig.faults.len()).max(1) as f64;
     let id = |fault: usize| rig.fault_id(fault).to_owned();
@@ -357,48 +358,9 @@ fn diagnose_again(
     }))
 }
 
-/// The explanation of faults as old as the record: from what is near already, or else from the healthy rig.
-fn first<'a>(
-    model: &'a Model,
-    record: &'a Record,
-    drive: &'a InputSignals,
-    near: Option<(&[f64], FaultSet)>,
-) -> Result<Estimate<'a>, Complaint> {
-    let settings = &model.rig.settings().diagnosis;
-    let Some((values, set)) = near else {
-        return estimate::near(model, record, drive, None, settings.healthy_rounds);
-    };
-    // What a command opens for its own record comes last.
-    let mut all = model.rig.healthy();
+/// What is estimated, of values of a rig's parameters; what a command opens for its own record comes last and may be left out.
+fn picked_of(rig: &Rig, values: &[f64]) -> Vec<f64> {
+    let mut all = rig.healthy();
     all.iter_mut().zip(values).for_each(|(slot, value)| *slot = *value);
-    let theta = estimate::picked(&model.rig, &all);
-    estimate::near(model, record, drive, Some((&theta, set)), settings.isolation_rounds)
-}
-
-/// When the record begins to show the faults found, s: where the running sum of the log likelihood ratio between the fitted model with
-/// and without them, started again at every minimum, passes the logarithm of the number of rows between false alarms. For a likelihood
-/// ratio that is Lorden's bound (Annals of Mathematical Statistics 42 (1971), theorem 2). Used where the rig has no residual that fires.
-fn parted_at(estimate: &Estimate<'_>, detection: &Detection) -> Option<f64> {
-    let Estimate { case, isolation } = estimate;
-    let problem = &case.full;
-    // Everything uncertain as fitted: what it differs by from what was known before is there from the first row on.
-    let (set, mut theta) = (isolation.set(), isolation.best.theta.clone());
-    if set.is_empty() {
-        theta.clone_from(&case.mean);
-    }
-    set.iter().for_each(|fault| theta[fault] = case.mean[fault]);
-    let [without, with] = [&theta, &isolation.best.theta].map(|theta| onset::by_sample(case, problem.drive, theta));
-    let (without, with) = (without?, with?);
-    let rows = problem.times.len();
-    let span = problem.times.last()? - problem.times.first()?;
-    let between = detection.hours_between_false_alarms * 3600.0 * rows as f64 / span;
-    let tame = |misfit: f64| missed::tame(case.settings(), misfit);
-    let mut sum = 0.0_f64;
-    let alarm = (0..rows).find(|&row| {
-        let samples = problem.series().into_iter().map(|range| range.start + row);
-        let gain: f64 = samples.map(|at| 0.5 * (tame(without[at]) - tame(with[at]))).sum();
-        sum = (sum + gain).max(0.0);
-        sum > between.ln()
-    })?;
-    problem.times.get(alarm).copied()
+    estimate::picked(rig, &all)
 }

@@ -15,6 +15,7 @@ use super::problem::away;
 use crate::estimation::Problem;
 use crate::model::{Before, InputSignals, Model, Onset};
 use crate::record::Record;
+use crate::residual::Detection;
 use crate::rig::FaultSet;
 
 /// A beginning within the record, and the faults since then.
@@ -173,4 +174,32 @@ fn refined(case: &Case<'_>, begun: impl Fn(f64) -> InputSignals + Sync, theta: &
         step /= 3.0;
     }
     best.0
+}
+
+/// When the record begins to show the faults found, s: where the running sum of the log likelihood ratio between the fitted model with
+/// and without them, started again at every minimum, passes the logarithm of the number of rows between false alarms. For a likelihood
+/// ratio that is Lorden's bound (Annals of Mathematical Statistics 42 (1971), theorem 2). Used where the rig has no residual that fires.
+pub fn parted_at(estimate: &Estimate<'_>, detection: &Detection) -> Option<f64> {
+    let Estimate { case, isolation } = estimate;
+    let problem = &case.full;
+    // Everything uncertain as fitted: what it differs by from what was known before is there from the first row on.
+    let (set, mut theta) = (isolation.set(), isolation.best.theta.clone());
+    if set.is_empty() {
+        theta.clone_from(&case.mean);
+    }
+    set.iter().for_each(|fault| theta[fault] = case.mean[fault]);
+    let [without, with] = [&theta, &isolation.best.theta].map(|theta| by_sample(case, problem.drive, theta));
+    let (without, with) = (without?, with?);
+    let rows = problem.times.len();
+    let span = problem.times.last()? - problem.times.first()?;
+    let between = detection.hours_between_false_alarms * 3600.0 * rows as f64 / span;
+    let tame = |misfit: f64| tame(case.settings(), misfit);
+    let mut sum = 0.0_f64;
+    let alarm = (0..rows).find(|&row| {
+        let samples = problem.series().into_iter().map(|range| range.start + row);
+        let gain: f64 = samples.map(|at| 0.5 * (tame(without[at]) - tame(with[at]))).sum();
+        sum = (sum + gain).max(0.0);
+        sum > between.ln()
+    })?;
+    problem.times.get(alarm).copied()
 }

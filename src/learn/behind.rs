@@ -36,7 +36,7 @@ fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> 
         given.diagnosis.rival_effects = rivals;
         return Ok(given);
     }
-    let bent = given.diagnosis.verdict == Verdict::ModelInadequate && given.diagnosis.present().next().is_some();
+    let bent = !given.diagnosis.is_explained() && given.diagnosis.present().next().is_some();
     if !bent || given.diagnosis.is_misread() {
         return Ok(given);
     }
@@ -46,8 +46,7 @@ fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> 
     let with_effect = Model::new(installed(&model.rig, &best.trial)).with_tolerance(model.tolerance);
     let beside = diagnosis::diagnose_near(&with_effect, seen, (&best.trial.values, best.trial.set), options)?;
     // What comes nearest without explaining the record is not what the model lacks, and faults beside it mean nothing.
-    let is_unknown =
-        suggestion.conclusion == Conclusion::UnknownEffect && beside.diagnosis.verdict == Verdict::ModelInadequate;
+    let is_unknown = suggestion.conclusion == Conclusion::UnknownEffect && !beside.diagnosis.is_explained();
     if is_unknown || beside.diagnosis.times_noise >= given.diagnosis.times_noise {
         return Ok(given);
     }
@@ -90,7 +89,7 @@ fn joined(given: Diagnosed, mut beside: Diagnosed, best: &EvaluatedModel, rig: R
     let (parameters, uncertain) = std::mem::take(&mut beside.diagnosis.uncertain)
         .into_iter()
         .partition(|one| is_added(&one.id) && !before(&one.id));
-    let explained = beside.diagnosis.verdict != Verdict::ModelInadequate;
+    let explained = beside.diagnosis.is_explained();
     beside.diagnosis = Diagnosis {
         verdict: Verdict::ModelInadequate,
         common_cause: given.diagnosis.common_cause,

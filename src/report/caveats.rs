@@ -41,7 +41,7 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
         }
     }
     let explained = diagnosis.missing_effect.as_ref().is_some_and(|missing| missing.explained);
-    if diagnosis.verdict == Verdict::ModelInadequate && !explained {
+    if !diagnosis.is_explained() && !explained {
         let asks =
             "`borescope check` asks whether columns are exchanged, or a value of the rig file is in another unit.";
         told.push(asks.to_owned());
