@@ -45,31 +45,43 @@ pub(super) fn broken_line(input: &Input, time: &[f64], values: &[f64], interval:
         let end = time.last().zip(values.last()).map(|(time, value)| (time + interval, *value));
         return through(time.iter().copied().zip(values.iter().copied()).chain(end));
     }
+    let least = SMALL * values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
     let mut line: Vec<Stretch> = Vec::new();
     for (row, &value) in values.iter().enumerate() {
         let (start, end) = holds(row);
         match line.last_mut() {
             Some(last) if last.to == value => last.end = end,
-            _ => line.push(Stretch { start, end, from: value, to: value, may_jump: true }),
+            last => {
+                let leap = last.map_or(0.0, |last| (value - last.to).abs());
+                let may_jump = leap > least && leap > JUMP * DEVIATION * usual_step(values, row);
+                line.push(Stretch { start, end, from: value, to: value, may_jump });
+            }
         }
-    }
-    let least = least_jump(values);
-    for next in 1..line.len() {
-        line[next].may_jump = (line[next].from - line[next - 1].to).abs() > least;
     }
     line
 }
 
-/// What a held input has to leap by between two rows for a jump: anything where it stands still most of the time. That of a
-/// controller moves from row to row, and only what stands out from its usual step is a jump, as it is from noise.
-fn least_jump(values: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
-    if steps.is_empty() {
-        return 0.0;
-    }
-    let middle = steps.len() / 2;
-    let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-    JUMP * DEVIATION * usual
+/// Share of the largest value of a held input that it has to leap by for a jump: by a fiftieth of its command a valve changes what
+/// it passes by about as much, and a lag that is off by its quarter then moves no reading by more than a two-hundredth of a full stroke's.
+const SMALL: f64 = 0.02;
+
+/// Median step, without its sign, of the rows around one: 0 where an input stands still between its jumps. A controller moves its
+/// command from row to row, and only what stands out from its steps there is a jump, as it is from noise.
+fn usual_step(values: &[f64], row: usize) -> f64 {
+    let mut steps: Vec<f64> = around(values, row).map(|step: f64| step.abs()).collect();
+    median(&mut steps)
+}
+
+/// The steps to the rows around one.
+fn around(values: &[f64], row: usize) -> impl Iterator<Item = f64> {
+    let first = row.saturating_sub(AROUND).max(1);
+    (first..values.len().min(row + AROUND + 1)).map(|k| values[k] - values[k - 1])
+}
+
+/// The middle one of some numbers, 0 of none.
+fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
 /// Change of slope, relative to the value, that is rounding.
@@ -115,10 +127,7 @@ fn smooth(input: &Input, time: &[f64], values: &[f64], holds: impl Fn(usize) -> 
 
 /// Whether the value leaves the row before by more than noise and the ramp around it explain.
 fn jumps(values: &[f64], row: usize, sigma: f64) -> bool {
-    let first = row.saturating_sub(AROUND).max(1);
-    let mut steps: Vec<f64> = (first..values.len().min(row + AROUND + 1)).map(|k| values[k] - values[k - 1]).collect();
-    let middle = steps.len() / 2;
-    let ramp = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let ramp = median(&mut around(values, row).collect::<Vec<_>>());
     (values[row] - values[row - 1] - ramp).abs() > JUMP * std::f64::consts::SQRT_2 * sigma
 }
 
@@ -195,12 +204,25 @@ fn fit_heights(time: &[f64], values: &[f64], knots: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
+    /// Where a held input of rows a second apart jumps.
+    fn jumps_of(values: &[f64]) -> Vec<f64> {
+        let input = Input {
+            hold: Hold::After,
+            ..crate::rig::Rig::read("fixtures/telescopic/rig.toml").unwrap().inputs[0].clone()
+        };
+        let time: Vec<f64> = (0..values.len()).map(|row| row as f64).collect();
+        let line = broken_line(&input, &time, values, 1.0);
+        line.iter().skip(1).filter(|stretch| stretch.may_jump).map(|stretch| stretch.start).collect()
+    }
+
     #[test]
-    fn only_what_stands_out_from_the_usual_step_is_a_jump() {
-        let switched = [0.0, 0.0, 0.0, 0.02, 0.02, 0.02, 1.0, 1.0, 1.0];
-        assert_eq!(least_jump(&switched), 0.0);
-        // A controller that moves by a thousandth from row to row.
-        let controlled: Vec<f64> = (0..100).map(|row| f64::from(row) * 1e-3).collect();
-        assert!((0.005..0.02).contains(&least_jump(&controlled)), "{}", least_jump(&controlled));
+    fn only_what_stands_out_from_the_steps_around_it_is_a_jump() {
+        assert_eq!(jumps_of(&[0.0, 0.0, 0.0, 0.2, 0.2, 0.2, 1.0, 1.0, 1.0]), [3.0, 6.0]);
+        // A controller that is at rest, moves by a hundredth from row to row, switches, and is at rest again but for a last digit.
+        let moved = (0..50).map(|row| f64::from(row) * 0.01);
+        let mut controlled: Vec<f64> = std::iter::repeat_n(0.0, 50).chain(moved).collect();
+        controlled.extend(std::iter::repeat_n(-0.8, 50));
+        controlled.extend((0..50).map(|row| -0.8 + 0.001 * f64::from(row / 10)));
+        assert_eq!(jumps_of(&controlled), [100.0]);
     }
 }

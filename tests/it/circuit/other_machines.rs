@@ -43,8 +43,12 @@ fn largest_difference(name: &str) -> f64 {
 
 /// That a record has this fault, this one alone, and that its interval holds the truth; when it is detected, s.
 fn is_found(name: &str, record: &str, fault: &str, truth: f64) -> f64 {
-    let (rig, record) = (format!("fixtures/{name}/rig.toml"), format!("fixtures/{name}/{record}.csv"));
-    let output = borescope(["diagnose", &rig, &record, "--format", "json"]);
+    is_found_on(&format!("fixtures/{name}/rig.toml"), &format!("fixtures/{name}/{record}.csv"), fault, truth)
+}
+
+/// The same with the files given.
+fn is_found_on(rig: &str, record: &str, fault: &str, truth: f64) -> f64 {
+    let output = borescope(["diagnose", rig, record, "--format", "json"]);
     let found: serde_json::Value = serde_json::from_str(&output.out).unwrap();
     assert_eq!(found["verdict"], "faulty", "{record}");
     let present: Vec<_> = found["faults"].as_array().unwrap().iter().filter(|one| one["present"] == true).collect();
@@ -95,6 +99,25 @@ fn an_arm_with_load_sensing_is_as_scipy_has_it() {
 #[test]
 fn a_whole_robot_is_as_scipy_has_it() {
     assert!(largest_difference("robot") < 3.0 * ALIKE);
+}
+
+/// A position loop holds its valve where the edges begin to open. With sharp edges the calibration left 7 times the noise of the position,
+/// and took the rest for viscous friction.
+#[test]
+fn the_edges_of_a_valve_in_a_position_loop_are_calibrated_and_its_dry_friction_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let calibrated = folder.path().join("calibrated.toml");
+    let calibrated = calibrated.to_str().unwrap();
+    let [rig, first, second, friction] = ["rig.toml", "healthy_1.csv", "healthy_2.csv", "friction.csv"]
+        .map(|name| format!("fixtures/servo_loop/{name}"));
+    let ran = borescope(["calibrate", &rig, &first, &second, "-o", calibrated, "--format", "json"]);
+    let found: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+    for (id, truth) in [("valve.rounding", 0.3), ("valve.rated_flow", 58.8), ("cylinder.viscous_friction", 2500.0)] {
+        let one = found["parameters"].as_array().unwrap().iter().find(|one| one["id"] == id).unwrap();
+        let (value, error) = (one["after"].as_f64().unwrap(), one["sigma_after"].as_f64().unwrap());
+        assert!((value - truth).abs() < 3.0 * error && error < 0.1 * truth, "{id}: {value} +- {error}");
+    }
+    is_found_on(calibrated, &friction, "friction.force", 1500.0);
 }
 
 /// A controller moves its command from row to row. Were each step a switching, every row would be a phase of its own, in which the
