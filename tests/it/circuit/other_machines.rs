@@ -102,7 +102,7 @@ fn a_whole_robot_is_as_scipy_has_it() {
 }
 
 /// A position loop holds its valve where the edges begin to open. With sharp edges the calibration left 7 times the noise of the position,
-/// and took the rest for viscous friction.
+/// and had a viscous friction of 1610 N s/m.
 #[test]
 fn the_edges_of_a_valve_in_a_position_loop_are_calibrated_and_its_dry_friction_is_found() {
     let folder = tempfile::tempdir().unwrap();
