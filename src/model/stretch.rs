@@ -131,7 +131,7 @@ fn jumps(values: &[f64], row: usize, sigma: f64) -> bool {
     (values[row] - values[row - 1] - ramp).abs() > JUMP * std::f64::consts::SQRT_2 * sigma
 }
 
-/// Rows to each side whose median step is taken as the ramp.
+/// Rows to each side of one whose steps are the usual ones there.
 const AROUND: usize = 4;
 
 /// Least-squares broken line through samples, halving intervals until the misfit looks like noise.
