@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::running::{Judged, Task};
 use super::state::{Desk, Found, Note, Step};
-use super::trace::Gauges;
+use super::trace::{Gauges, Trace};
 use crate::complaint::Complaint;
 use crate::estimation::profile::QUANTILE;
 use crate::learn::evaluated::Conclusion;
@@ -40,10 +40,10 @@ pub struct State<'a> {
     can_undo: bool,
 }
 
-/// The gauges of both records.
+/// The gauges of both records, without that of one that does not follow the sliders yet.
 #[derive(Serialize)]
 pub struct BothGauges {
-    fit: Gauges,
+    fit: Option<Gauges>,
     check: Option<Gauges>,
 }
 
@@ -140,8 +140,8 @@ impl Desk {
     /// # Errors
     /// Columns that are missing.
     pub(super) fn gauges(&self) -> Result<BothGauges, Complaint> {
-        let check = self.check.as_ref().map(|check| check.gauges(&self.rig)).transpose()?;
-        Ok(BothGauges { fit: self.fit.gauges(&self.rig)?, check })
+        let gauges = |trace: &Trace| trace.current.then(|| trace.gauges(&self.rig)).transpose();
+        Ok(BothGauges { fit: gauges(&self.fit)?, check: self.check.as_ref().map_or(Ok(None), gauges)? })
     }
 
     /// # Errors

@@ -28,7 +28,8 @@ async function fly() {
   const window_ = { from: view.from, to: view.to, pixels: Math.max(100, Math.round(($('charts').clientWidth - 60) / (changes.length ? 3 : 1))) };
   try {
     drawn = await ask(changes.length ? { ask: 'change', changes, window: window_, check: onCheck } : { ask: 'curves', window: window_, check: onCheck });
-    state.gauges = drawn.gauges;
+    // Of the record that is not drawn the gauge follows once the slider rests.
+    state.gauges = { fit: drawn.gauges.fit ?? state.gauges.fit, check: drawn.gauges.check ?? state.gauges.check };
     if (changes.length) { say(''); clearTimeout(rest); rest = setTimeout(refresh, 150); }
     soon();
   } catch (error) { say(error.message, true); }

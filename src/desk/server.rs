@@ -209,7 +209,8 @@ fn answered(shared: &Arc<Shared>, path: &str, request: &mut Request) -> Answer {
 /// The state, as soon as it is another one than that which the tab has.
 fn news(shared: &Shared, since: Option<u64>) -> Answer {
     shared.hear();
-    match shared.desk_after(since, WAIT).message() {
+    let mut desk = shared.desk_after(since, WAIT);
+    match desk.catch_up().and_then(|()| desk.message()) {
         Ok(state) => Answer::json(200, &state),
         Err(complaint) => Answer::complaint(&complaint),
     }
@@ -226,10 +227,14 @@ fn done(shared: &Arc<Shared>, asked: Asked) -> Result<Answer, Complaint> {
         Ok(Answer::json(200, &Said { said: "done" }))
     };
     match asked {
-        Asked::Curves { window, check } => drawn(&shared.desk(), window, check),
+        Asked::Curves { window, check } => {
+            let mut desk = shared.desk();
+            desk.catch_up()?;
+            drawn(&desk, window, check)
+        }
         Asked::Change { changes, window, check } => {
             let mut desk = shared.desk();
-            desk.change(&changes)?;
+            desk.change(&changes, check)?;
             let answer = drawn(&desk, window, check);
             drop(desk);
             shared.tell();

@@ -29,6 +29,8 @@ pub struct Desk {
     pub(super) text: String,
     model: Model,
     pub(super) sliders: Sliders,
+    /// Where they stood when both records were last simulated, where one of them has not been since.
+    left: Option<Sliders>,
     pub(super) fit: Trace,
     pub(super) check: Option<Trace>,
     pub(super) staircase: Vec<Step>,
@@ -107,10 +109,24 @@ impl Desk {
         let off = rig.faults.iter().map(|fault| rig.parameters[fault.parameter].id.clone()).collect();
         let sliders = Sliders { healthy: values.clone(), values, off, ..Sliders::default() };
         let model = Model::new(rig.clone());
-        let (staircase, undo) = (Vec::new(), Vec::new());
+        let (staircase, undo, left) = (Vec::new(), Vec::new(), None);
         let (running, found, judged, note) = (None, None, None, None);
-        let mut desk =
-            Self { rig, text, model, sliders, fit, check, staircase, undo, revision: 1, running, found, judged, note };
+        let mut desk = Self {
+            rig,
+            text,
+            model,
+            sliders,
+            left,
+            fit,
+            check,
+            staircase,
+            undo,
+            revision: 1,
+            running,
+            found,
+            judged,
+            note,
+        };
         desk.follow()?;
         desk.step("your model")?;
         Ok(desk)
@@ -140,7 +156,36 @@ impl Desk {
         let followed = |trace: &mut Trace| trace.follow(model, &values);
         let (fit, check) =
             rig.context().on_threads(|| rayon::join(|| followed(fit), || check.as_mut().map_or(Ok(()), followed)));
-        fit.and(check)
+        fit.and(check)?;
+        self.left = None;
+        Ok(())
+    }
+
+    /// The record that is drawn follows the sliders at once, the other one when somebody asks.
+    fn follow_drawn(&mut self, check: bool) -> Result<(), Complaint> {
+        let values = self.effective();
+        let (drawn, other) = match &mut self.check {
+            Some(of_check) if check => (of_check, Some(&mut self.fit)),
+            of_check => (&mut self.fit, of_check.as_mut()),
+        };
+        drawn.follow(&self.model, &values)?;
+        if let Some(other) = other {
+            other.current = false;
+        }
+        Ok(())
+    }
+
+    /// Both records follow the sliders. Where one of them cannot be simulated, the sliders go back to where both could.
+    ///
+    /// # Errors
+    /// That place cannot be simulated either.
+    pub(super) fn catch_up(&mut self) -> Result<(), Complaint> {
+        let Some(left) = self.left.take() else { return Ok(()) };
+        let Err(complaint) = self.follow() else { return Ok(()) };
+        self.sliders = left;
+        self.follow()?;
+        self.complain(&complaint);
+        Ok(())
     }
 
     fn step(&mut self, label: impl Into<String>) -> Result<(), Complaint> {
@@ -150,17 +195,20 @@ impl Desk {
         Ok(())
     }
 
-    /// Moves sliders and switches.
+    /// Moves sliders and switches; `check` says which record is drawn meanwhile.
     ///
     /// # Errors
     /// An id that the rig does not have, a value outside its physical bounds, or a model that cannot be solved there; then
     /// everything stays.
-    pub fn change(&mut self, changes: &[Change]) -> Result<(), Complaint> {
+    pub fn change(&mut self, changes: &[Change], check: bool) -> Result<(), Complaint> {
         let before = self.sliders.clone();
-        if let Err(complaint) = changes.iter().try_for_each(|change| self.moved(change)).and_then(|()| self.follow()) {
+        let moved = changes.iter().try_for_each(|change| self.moved(change));
+        if let Err(complaint) = moved.and_then(|()| self.follow_drawn(check)) {
             self.sliders = before;
-            self.follow()?;
             return Err(complaint);
+        }
+        if self.check.is_some() {
+            self.left.get_or_insert(before);
         }
         if changes.iter().any(|change| self.is_of_effect(change)) {
             self.judged = None;

@@ -22,6 +22,8 @@ pub struct Trace {
     drive: InputSignals,
     /// `[sensor][row]`, SI.
     outputs: Vec<Vec<f64>>,
+    /// Whether the outputs are those of where the sliders stand.
+    pub current: bool,
 }
 
 /// Root mean square of measured minus model over the noise: over all sensors, and of each.
@@ -57,7 +59,7 @@ impl Trace {
     pub fn new(rig: &Rig, record: Record) -> Result<Self, Complaint> {
         let drive = InputSignals::from_record(rig, &record)?;
         weighed::measured(rig, &record)?;
-        Ok(Self { record, drive, outputs: Vec::new() })
+        Ok(Self { record, drive, outputs: Vec::new(), current: false })
     }
 
     /// Reads again what drives a rig that has changed.
@@ -76,6 +78,7 @@ impl Trace {
     pub fn follow(&mut self, model: &Model, values: &[f64]) -> Result<(), Complaint> {
         let solved = model.solve(values, &self.drive, &self.record.time);
         self.outputs = solved.map_err(|error| model.unsolved(&error))?.values;
+        self.current = true;
         Ok(())
     }
 

@@ -144,10 +144,19 @@ fn the_misfit_is_measured_minus_model_over_the_noise_at_every_sample_and_follows
     let seen = desk.state();
     assert_eq!(card(&seen)["on"], true);
     assert_eq!(card(&seen)["sliders"][0]["value"], 0.2);
-    assert_eq!(seen["gauges"], after["gauges"]);
+    assert_eq!(seen["gauges"]["fit"], after["gauges"]["fit"]);
+    // The record that is not drawn follows when somebody asks.
+    assert!(before["gauges"]["check"].is_object());
+    assert_eq!(after["gauges"]["check"], Value::Null);
+    let check = |gauges: &Value| gauges["check"]["all"].as_f64().unwrap();
+    assert!(check(&seen["gauges"]) > 3.0 * check(&before["gauges"]));
+    let (_, other) = desk.ask(&json!({"ask": "change", "window": window, "check": true,
+        "changes": [{"value": {"id": "cylinder.clearance", "value": 0.2}}]}));
+    assert_eq!(other["gauges"], json!({"fit": null, "check": seen["gauges"]["check"]}));
     let off = asked(json!({"ask": "change", "window": window, "check": false,
         "changes": [{"switch": {"id": "cylinder.clearance", "on": false}}]}));
-    assert_eq!(off["gauges"], before["gauges"]);
+    assert_eq!(off["gauges"]["fit"], before["gauges"]["fit"]);
+    assert_eq!(desk.state()["gauges"], before["gauges"]);
 }
 
 #[test]
