@@ -257,7 +257,9 @@ pub struct RivalEffect {
     pub fault: String,
     /// Such as `pump-leakage@pump`.
     pub effect: String,
-    /// Its size as estimated, beside the other faults and all else.
+    /// The parameter of it that does most, such as `breakaway`.
+    pub part: String,
+    /// The size of that as estimated, beside the other faults and all else.
     pub value: f64,
     /// Of `value`.
     pub unit: String,

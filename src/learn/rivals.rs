@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::candidate::Candidate;
 use super::fitted_model::{FittedModel, Judge};
+use super::opened::neutral;
 use super::refit::{BasePoint, quick, refitted};
 use super::scoring::places;
 use super::trial_steps::{ScoreContext, sign_fits, small_tries};
@@ -139,15 +140,48 @@ impl InPlace<'_> {
         if delta_bic < -rig.settings().learn.rival_bic || warnings(&trial, base).iter().any(Warning::is_senseless) {
             return None;
         }
-        let added = trial.rig.effects.iter().find(|one| one.id == effect.id)?;
-        let size = *added.parameters.first()?;
+        let (part, size) = acting(&trial.rig, &trial.values, &effect.id)?;
         let parameter = &trial.rig.parameters[size];
         Some(RivalEffect {
             fault: rig.fault_id(fault).to_owned(),
             effect: effect.id,
+            part: part.to_owned(),
             value: rounded(parameter.unit.from_si(trial.values[size]), DIGITS),
             unit: parameter.unit.symbol.clone(),
             delta_bic: rounded(delta_bic, DIGITS),
         })
+    }
+}
+
+/// The part of an effect that does most, by the size at which it is first tried, with its index; the first one where none does anything.
+fn acting(rig: &Rig, values: &[f64], effect: &str) -> Option<(&'static str, usize)> {
+    let added = rig.effects.iter().find(|one| one.id == effect)?;
+    let parts = added.placed.effect.parameters.iter().zip(&added.parameters).map(|(free, &index)| {
+        let moved = neutral(rig, &added.placed, free).zip(rig.first_size(&added.placed, free));
+        let tries = moved.map(|(neutral, first)| ((values[index] - neutral) / (first - neutral)).abs());
+        (tries.filter(|tries| tries.is_finite()).unwrap_or(0.0), free.name, index)
+    });
+    let most = parts.reduce(|most, part| if part.0 > most.0 { part } else { most })?;
+    Some((most.1, most.2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_part_of_an_effect_that_acts_is_the_one_that_is_told() {
+        let text = std::fs::read_to_string("fixtures/telescopic/rig.toml").unwrap();
+        for ([coulomb, breakaway], part) in [([0, 200], "breakaway"), ([200, 0], "coulomb"), ([0, 0], "coulomb")] {
+            let given = format!("coulomb = \"{coulomb} N\", breakaway = \"{breakaway} N\"");
+            let effect = format!("\n[effects]\n\"seal-friction@cylinder\" = {{ {given} }}\n");
+            let rig = Rig::parse("rig.toml", text.clone() + &effect).unwrap();
+            let values: Vec<f64> = rig.parameters.iter().map(|parameter| parameter.value).collect();
+            let (told, index) = acting(&rig, &values, "seal-friction@cylinder").unwrap();
+            assert_eq!(
+                (told, rig.parameters[index].id.as_str()),
+                (part, format!("seal-friction@cylinder.{part}").as_str())
+            );
+        }
     }
 }

@@ -147,9 +147,9 @@ pub(super) fn faults_of(rival: &Rival) -> String {
 
 /// An effect in place of a fault, with its size and how well it explains the record.
 pub(super) fn in_place(rival: &RivalEffect) -> String {
-    let size = with_unit(rival.value, &rival.unit);
+    let (part, size) = (rival.part.replace('_', " "), with_unit(rival.value, &rival.unit));
     let well = if rival.delta_bic > VERY_STRONG { "better" } else { "as well" };
-    format!("{} ({size}), which explains the record {well}", rival.effect)
+    format!("{} ({part} {size}), which explains the record {well}", rival.effect)
 }
 
 /// The command that leads further.
