@@ -120,7 +120,9 @@ fn sudden_slopes(curve: &[f64], stride: usize, steady: usize) -> Vec<f64> {
 
 /// Rows between events: jumps of the inputs, and moments at which a curve bends by more than its sensor's noise.
 pub fn phases(rig: &Rig, drive: &InputSignals, times: &[f64], variance: &[Vec<f64>]) -> Vec<Range<usize>> {
-    let jumps = drive.pieces.iter().filter(|piece| piece.jump);
+    // Where the record begins is no event.
+    let begins = times.first().copied().unwrap_or(f64::NEG_INFINITY);
+    let jumps = drive.pieces.iter().filter(|piece| piece.jump && piece.start > begins);
     let mut starts: Vec<usize> = jumps.map(|piece| times.partition_point(|&time| time <= piece.start)).collect();
     let bends = |row: usize| {
         let of = |(sensor, variance): (&crate::rig::Sensor, &Vec<f64>)| {

@@ -69,7 +69,7 @@ pub(super) fn operating_point(rig: &Rig, source: Option<&Record>) -> Result<Opti
     let outputs = rig.model().solve(&rig.healthy(), &drive, &times).map_err(|error| {
         Complaint::new(Kind::Computation, format!("the healthy rig could not be simulated: {error}"))
             .in_file(&rig.path)
-            .help("look for values without physical sense; `borescope check` lists them all")
+            .help("look for values without physical sense in what is joined there; `borescope check` names those that no catalogue has")
     })?;
     let inputs = model::input_columns(rig, &drive, &times);
     let record = model::recording(rig, "simulated", times, inputs, &outputs, None);

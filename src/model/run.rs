@@ -67,7 +67,9 @@ impl Model {
                 "make the formula smooth, such as `tanh(x / w)` in place of `sign(x)`"
             }
             SimulationError::Explicit { .. } => "the circuit may be stiff; leave `--method` away",
-            _ => "look for values without physical sense; `borescope check` lists them all",
+            _ => {
+                "look for values without physical sense in what is joined there; `borescope check` names those that no catalogue has"
+            }
         };
         Complaint::new(Kind::Computation, format!("the simulation came to no end: {error}"))
             .at(Place::file(&self.rig.path))

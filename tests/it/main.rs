@@ -80,6 +80,7 @@ mod diagnosis {
     mod measured;
     mod open_records;
     mod settings;
+    mod starts;
     mod store;
     mod switching;
 }

@@ -12,6 +12,27 @@ pub(super) fn of(card: &Card) -> Symbol {
 /// Lines that reach both ends.
 const THROUGH: &str = "M0 30V-30";
 
+/// What a symbol takes of the drawing.
+#[derive(Clone, Copy)]
+struct Shape {
+    half_width: f64,
+    half_height: f64,
+    /// Whether it may stand upside down.
+    turns: bool,
+    /// Where the hydraulic ports end, in the order of the card.
+    ends: &'static [(f64, f64)],
+}
+
+impl Shape {
+    /// Two ports in line; those that formulas add to them stand at the sides.
+    const USUAL: Self = Self {
+        half_width: 24.0,
+        half_height: 26.0,
+        turns: true,
+        ends: &[(0.0, 30.0), (0.0, -30.0), (-20.0, 0.0), (20.0, 0.0)],
+    };
+}
+
 impl Symbol {
     pub fn is_source(self) -> bool {
         matches!(self, Self::Pump | Self::VariablePump | Self::ReversiblePump)
@@ -19,39 +40,15 @@ impl Symbol {
 
     /// Whether it may stand upside down.
     pub fn turns(self) -> bool {
-        !self.is_source() && !matches!(self, Self::Cylinder | Self::DirectionalValve | Self::Vessel | Self::Accumulator)
+        self.shape().turns
     }
 
     pub fn half_width(self) -> f64 {
-        match self {
-            Self::DirectionalValve | Self::OnOffValve => 78.0,
-            Self::Cylinder => 100.0,
-            Self::Vessel | Self::ReliefValve | Self::BypassFilter => 36.0,
-            Self::Pump
-            | Self::VariablePump
-            | Self::ReversiblePump
-            | Self::FlowControlValve
-            | Self::CheckValve
-            | Self::PilotCheckValve
-            | Self::Restrictor
-            | Self::Orifice
-            | Self::OneWayThrottle
-            | Self::Filter
-            | Self::Motor
-            | Self::FreeOutlet
-            | Self::Accumulator
-            | Self::Box
-            | Self::Hidden
-            | Self::Force => 24.0,
-        }
+        self.shape().half_width
     }
 
     pub fn half_height(self) -> f64 {
-        match self {
-            Self::Vessel => 34.0,
-            Self::Cylinder => 20.0,
-            _ => 26.0,
-        }
+        self.shape().half_height
     }
 
     /// How far the symbol reaches to the left.
@@ -61,20 +58,40 @@ impl Symbol {
 
     /// Where the hydraulic ports end, in the order of the card.
     pub fn ends(self) -> &'static [(f64, f64)] {
+        self.shape().ends
+    }
+
+    fn shape(self) -> Shape {
+        let usual = Shape::USUAL;
         match self {
-            // Outlet and inlet.
             Self::Pump | Self::VariablePump | Self::ReversiblePump => {
-                &[(0.0, -30.0), (0.0, 30.0), (-22.0, 0.0), (22.0, 0.0)]
+                // Outlet and inlet.
+                Shape { turns: false, ends: &[(0.0, -30.0), (0.0, 30.0), (-22.0, 0.0), (22.0, 0.0)], ..usual }
             }
-            Self::PilotCheckValve => &[(0.0, 30.0), (0.0, -30.0), (-24.0, 0.0)],
-            Self::DirectionalValve => &[(-10.0, 30.0), (10.0, 30.0), (-10.0, -30.0), (10.0, -30.0)],
-            Self::Cylinder => &[(-48.0, 30.0), (48.0, 30.0)],
+            Self::PilotCheckValve => Shape { ends: &[(0.0, 30.0), (0.0, -30.0), (-24.0, 0.0)], ..usual },
+            Self::DirectionalValve => {
+                let ends = &[(-10.0, 30.0), (10.0, 30.0), (-10.0, -30.0), (10.0, -30.0)];
+                Shape { half_width: 78.0, turns: false, ends, ..usual }
+            }
+            Self::OnOffValve => Shape { half_width: 78.0, ..usual },
+            Self::Cylinder => {
+                Shape { half_width: 100.0, half_height: 20.0, turns: false, ends: &[(-48.0, 30.0), (48.0, 30.0)] }
+            }
             // The case drains beside the circle.
-            Self::Motor => &[(0.0, 30.0), (0.0, -30.0), (-40.0, 10.0)],
-            Self::Vessel => &[(0.0, 34.0)],
-            Self::Accumulator => &[(0.0, 30.0)],
-            // Those that formulas add to two stand at the sides.
-            _ => &[(0.0, 30.0), (0.0, -30.0), (-20.0, 0.0), (20.0, 0.0)],
+            Self::Motor => Shape { ends: &[(0.0, 30.0), (0.0, -30.0), (-40.0, 10.0)], ..usual },
+            Self::Vessel => Shape { half_width: 36.0, half_height: 34.0, turns: false, ends: &[(0.0, 34.0)] },
+            Self::Accumulator => Shape { turns: false, ends: &[(0.0, 30.0)], ..usual },
+            Self::ReliefValve | Self::BypassFilter => Shape { half_width: 36.0, ..usual },
+            Self::FlowControlValve
+            | Self::CheckValve
+            | Self::Restrictor
+            | Self::Orifice
+            | Self::OneWayThrottle
+            | Self::Filter
+            | Self::FreeOutlet
+            | Self::Box
+            | Self::Hidden
+            | Self::Force => usual,
         }
     }
 

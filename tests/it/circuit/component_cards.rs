@@ -4,9 +4,11 @@ use std::cell::Cell;
 
 use crate::support::cards;
 
+use borescope::internals::numeric::{Dual, Real};
 use borescope::internals::physics::ATMOSPHERE;
 use borescope::internals::physics::component::{AnyLaw, CARDS};
-use borescope::internals::physics::ports::{INPUTS, PORTS, STATES, VARIABLES};
+use borescope::internals::physics::fluid::{self, Fluid};
+use borescope::internals::physics::ports::{INPUTS, PORTS, PortFlows, PortVariables, STATES, VARIABLES};
 use cards::unit;
 
 #[test]
@@ -55,6 +57,45 @@ fn what_throttles_passes_more_the_larger_the_drop() {
             };
             let flows: Vec<f64> = (-1000..=1000).map(|tenths| flow(f64::from(tenths) * 1e4)).collect();
             assert!(flows.is_sorted(), "{} throttles, but its flow falls where the drop rises", card.kind);
+        });
+    }
+}
+
+/// A law is evaluated at rest too, where nothing flows and nothing moves, and with each parameter at the ends that its card allows.
+#[test]
+fn laws_and_their_slopes_are_finite_at_rest_whatever_a_rig_file_may_say() {
+    type Slopes = Dual<f64, VARIABLES>;
+    for card in CARDS {
+        cards::worked_numbers_come_out(card, |parameters, fluid, seen, answers| {
+            AnyLaw::new(card, parameters, fluid).unwrap().evaluate(seen, answers);
+            let at_rest = |variable: usize| if variable < card.hydraulic_ports() { ATMOSPHERE } else { 0.0 };
+            for (place, parameter) in card.parameters.iter().enumerate() {
+                let (low, high) = parameter.bounds;
+                let ends = [low, high].map(|end| unit(parameter.unit).difference_to_si(end));
+                // What has to be positive has the least number there is as its end.
+                let sensible = |end: &f64| *end == 0.0 || (1e-100..1e100).contains(&end.abs());
+                for value in ends.into_iter().filter(sensible) {
+                    let mut all: Vec<Slopes> = parameters.iter().map(|&value| Dual::constant(value)).collect();
+                    all[place] = Dual::constant(value);
+                    let lifted: Vec<Slopes> = fluid::CARD
+                        .parameters
+                        .iter()
+                        .map(|p| Dual::constant(unit(p.unit).to_si(p.default.unwrap())))
+                        .collect();
+                    let law = AnyLaw::new(card, &all, &Fluid::new(&lifted)).unwrap();
+                    let mut rest = PortVariables::<Slopes>::default();
+                    for (variable, slot) in rest.z.iter_mut().enumerate() {
+                        *slot = Dual::variable(at_rest(variable), variable);
+                    }
+                    rest.fluidity = Dual::constant(seen.fluidity);
+                    let mut got = PortFlows::<Slopes>::default();
+                    law.evaluate(&rest, &mut got);
+                    let told = got.through.iter().chain(&got.capacity).chain(&got.rate);
+                    let finite =
+                        told.into_iter().all(|one| one.re.is_finite() && one.eps.iter().all(|e| e.is_finite()));
+                    assert!(finite, "{} at rest with {} = {value} (SI): {got:?}", card.kind, parameter.name);
+                }
+            }
         });
     }
 }

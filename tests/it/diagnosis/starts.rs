@@ -1,6 +1,7 @@
 //! How well it is known where the circuit starts.
 
-use borescope::internals::diagnosis::noise::Weights;
+use borescope::Record;
+use borescope::internals::diagnosis::noise::{Weights, phases, variances};
 use borescope::internals::diagnosis::problem::RecordProblem;
 use borescope::internals::diagnosis::starts::{changes, unknown};
 use borescope::internals::model::{InputSignals, Model, Shown, cycle_times};
@@ -26,4 +27,22 @@ fn a_level_that_a_sensor_shows_is_as_uncertain_as_its_reading_and_is_not_forgott
     let changed = changes(&problem, &parameters, &outputs, 2).unwrap();
     let shows: Vec<f64> = changed[0][0][..6].to_vec();
     assert!(shows.iter().all(|change| (4e-4..=5e-4 + 1e-9).contains(change)), "{shows:?}");
+}
+
+/// Where the record begins is no event: a start that is off by a little is so until a valve opens, not in the first row alone. Oil that a
+/// closed valve traps remembers it.
+#[test]
+fn the_first_phase_lasts_until_something_happens() {
+    let rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
+    let record = Record::read("fixtures/telescopic/healthy_1.csv").unwrap();
+    let drive = InputSignals::from_record(&rig, &record).unwrap();
+    let measured: Vec<&[f64]> =
+        rig.sensors.iter().map(|sensor| record.channel(&sensor.column).unwrap().values.as_slice()).collect();
+    let variance = variances(&rig, &record, &measured, true);
+    let command = &record.channel("valve_command").unwrap().values;
+    let switches = command.iter().position(|value| *value != command[0]).unwrap();
+    assert!(switches > 10, "{switches}");
+    let first = phases(&rig, &drive, &record.time, &variance).swap_remove(0);
+    assert_eq!(first.start, 0);
+    assert!(first.end.abs_diff(switches) <= 1, "{first:?}, the valve switches in row {switches}");
 }

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What all rooms may use, and the map does not repeat.
 const EVERYBODY: [&str; 2] = ["complaint", "units"];
@@ -267,4 +267,46 @@ fn a_circle_is_found_however_its_files_are_named() {
     let apart =
         "// as in super::table\nfn read() {}\n\n#[cfg(test)]\nmod tests {\n    use super::super::table::Row;\n}";
     assert!(found(&[("record", ""), table, ("record/read", apart)]).is_empty());
+}
+
+/// Paths of all Rust files below a folder.
+fn all_paths(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            all_paths(&path, found);
+        } else if path.extension().is_some_and(|end| end == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// The compiler says nothing of a component whose line is missing in `components!`, nor of tests whose line is missing in `main.rs`.
+#[test]
+fn no_file_is_left_out_of_the_program_or_of_its_tests() {
+    for root in ["src", "tests/it"] {
+        let mut all = Vec::new();
+        all_paths(Path::new(root), &mut all);
+        assert!(all.len() > 60, "{root}: {}", all.len());
+        for path in &all {
+            let name = path.file_stem().unwrap().to_str().unwrap();
+            if ["mod", "main", "lib"].contains(&name) {
+                continue;
+            }
+            let folder = path.parent().unwrap();
+            let root = Path::new(root);
+            let parents =
+                [folder.join("mod.rs"), folder.with_extension("rs"), root.join("main.rs"), root.join("lib.rs")];
+            let texts = parents.iter().filter_map(|parent| fs::read_to_string(parent).ok());
+            let named = |text: String| {
+                let lines = || text.lines().map(str::trim_start);
+                lines().any(|line| {
+                    line.ends_with(&format!("mod {name};"))
+                        || line.starts_with(&format!("{name}::"))
+                        || line == format!("{name},")
+                })
+            };
+            assert!(texts.into_iter().any(named), "{} is in no `mod` and no list of its folder", path.display());
+        }
+    }
 }

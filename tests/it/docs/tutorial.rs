@@ -98,6 +98,8 @@ fn check(path: &str) -> (String, Vec<String>, Vec<String>) {
         "accumulator",
         "excavator",
         "robot",
+        "suction",
+        "own_filter",
     ] {
         let fixtures = format!("fixtures/{fixtures}");
         copy(Path::new(&fixtures), &folder.join(&fixtures));
@@ -235,6 +237,12 @@ mod shared {
 #[test]
 fn the_how_to_of_diagnosis_prints_what_the_program_prints() {
     holds("docs/how-to/diagnose.md");
+}
+
+#[test]
+fn the_how_tos_of_components_print_what_the_program_prints() {
+    holds("docs/how-to/add-a-component.md");
+    holds("docs/how-to/write-a-component.md");
 }
 
 #[test]
