@@ -172,6 +172,7 @@ impl<'a> Estimate<'a> {
     /// Explains the record anew from these places, each in so many rounds of isolation, if any of them does better.
     #[must_use]
     pub fn best_from_places(mut self, places: &[search::Place], rounds: u64) -> Self {
+        let mut explained = self.explains();
         for place in places {
             let before = self.case.full.weights.clone();
             let theta = place.theta(&self.case);
@@ -181,18 +182,24 @@ impl<'a> Estimate<'a> {
                 self.case.full.weights = weights;
                 settle(&mut self.case, &theta, place.set(), rounds)
             });
-            let better =
-                isolation.as_ref().is_ok_and(|isolation| match (missed(&self.case, isolation), self.missed()) {
-                    (false, true) => true,
-                    (true, false) => false,
-                    (true, true) => isolation.best.cost < self.isolation.best.cost,
-                    (false, false) => isolation.evidence(&self.case) > self.isolation.evidence(&self.case),
-                });
-            match isolation {
-                Ok(isolation) if better => self.isolation = isolation,
-                _ => self.case.full.weights = before,
+            let Ok(isolation) = isolation else {
+                self.case.full.weights = before;
+                continue;
+            };
+            let explains = explains(&self.case, &isolation);
+            let is_better = match (missed(&self.case, &isolation), self.missed()) {
+                _ if explains != explained => explains,
+                (false, true) => true,
+                (true, false) => false,
+                (true, true) => isolation.best.cost < self.isolation.best.cost,
+                (false, false) => isolation.evidence(&self.case) > self.isolation.evidence(&self.case),
+            };
+            if is_better {
+                (self.isolation, explained) = (isolation, explains);
+            } else {
+                self.case.full.weights = before;
             }
-            if !self.missed() {
+            if explained {
                 break;
             }
         }
@@ -279,15 +286,19 @@ impl<'a> Estimate<'a> {
 
     /// Whether the model explains every sensor within noise and tolerance.
     pub fn explains(&self) -> bool {
-        let settings = self.case.settings();
-        let missed = super::missed::missed(settings, &self.case.full.weights, &self.isolation.best.misfit);
-        missed.iter().all(|one| one.is_explained(settings))
+        explains(&self.case, &self.isolation)
     }
 
     /// Whether it leaves more than noise unexplained.
     pub fn missed(&self) -> bool {
         missed(&self.case, &self.isolation)
     }
+}
+
+fn explains(case: &Case<'_>, isolation: &Isolation) -> bool {
+    let settings = case.settings();
+    let missed = super::missed::missed(settings, &case.full.weights, &isolation.best.misfit);
+    missed.iter().all(|one| one.is_explained(settings))
 }
 
 fn missed(case: &Case<'_>, isolation: &Isolation) -> bool {

@@ -229,7 +229,8 @@ fn diagnose_again(
     let mut begun = None;
     let mut was_asked = false;
     // What is near already has been looked for from everywhere.
-    if guess.is_none() && (first.missed() || first.isolation.set().len() >= rig.settings().diagnosis.several_faults) {
+    let is_doubtful = !first.explains() || first.isolation.set().len() >= rig.settings().diagnosis.several_faults;
+    if guess.is_none() && (first.missed() || is_doubtful) {
         let places = first.places();
         // Faults as old as the record that leave nothing need no beginning.
         if first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case)) {

@@ -13,7 +13,7 @@ use super::case::{Case, robust};
 use super::events::weights;
 use super::noise::{self, Weights};
 use super::problem::RecordProblem;
-use crate::estimation::{self, Loss, Options, Problem};
+use crate::estimation::{self, Linearised, Loss, Options, Problem};
 use crate::model::{Model, Tolerance};
 use crate::rig::FaultSet;
 use crate::settings::DiagnosisSettings;
@@ -298,11 +298,13 @@ impl Search<'_> {
                 (0..place.faults.len()).map(|out| without(out).map(|(_, fault)| *fault).collect()).collect()
             };
             let others = self.others(&place);
-            let tried: Vec<(&Vec<(usize, f64)>, usize)> =
-                bases.iter().flat_map(|base| others.iter().map(move |&other| (base, other))).collect();
-            let at_its_best_level = |(base, fault): (&Vec<(usize, f64)>, usize)| {
-                let levels = self.case.levels(fault, &LEVELS).filter_map(|at| {
-                    let mut faults = base.clone();
+            let pointed: Vec<Vec<(usize, f64)>> = bases.iter().map(|base| self.pointed_at(base)).collect();
+            let tried: Vec<(usize, usize)> =
+                (0..bases.len()).flat_map(|base| others.iter().map(move |&other| (base, other))).collect();
+            let at_its_best_level = |(base, fault): (usize, usize)| {
+                let pointed = pointed[base].iter().filter(|(other, _)| *other == fault).map(|(_, value)| *value);
+                let levels = self.case.levels(fault, &LEVELS).chain(pointed).filter_map(|at| {
+                    let mut faults = bases[base].clone();
                     faults.push((fault, at));
                     self.simulated(faults)
                 });
@@ -331,10 +333,40 @@ impl Search<'_> {
         (0..self.case.faults()).filter(|&fault| !self.case.is_of_sensor(fault)).collect()
     }
 
-    /// Nothing, and single faults at a few levels towards each of their bounds.
+    /// Nothing, and single faults at a few levels towards each of their bounds and where the derivatives point.
     fn singles(&self) -> Vec<Vec<(usize, f64)>> {
         let one = |fault| self.case.levels(fault, &LEVELS).map(move |at| vec![(fault, at)]);
-        std::iter::once(Vec::new()).chain(self.components().into_iter().flat_map(one)).collect()
+        let levels = self.components().into_iter().flat_map(one);
+        let pointed = self.pointed_at(&[]).into_iter().map(|one| vec![one]);
+        std::iter::once(Vec::new()).chain(levels).chain(pointed).collect()
+    }
+
+    /// Of each fault of a component the value to which the derivatives at a place point, that fault alone moved: shares of the way to a
+    /// bound miss what is small beside bounds that are wide.
+    fn pointed_at(&self, place: &[(usize, f64)]) -> Vec<(usize, f64)> {
+        let at = |fault: usize| {
+            let own = place.iter().find(|(own, _)| *own == fault);
+            (fault, own.map_or(self.case.mean[fault], |(_, value)| *value))
+        };
+        let faults: Vec<(usize, f64)> = self.components().into_iter().map(at).collect();
+        let theta: Vec<f64> = faults.iter().map(|(_, value)| *value).collect();
+        let Ok(Linearised { misfit, jacobian }) = self.problem(&faults).linearise(&theta) else { return Vec::new() };
+        let far = Loss::Cauchy { k: self.case.settings().start_loss_width };
+        let weights: Vec<f64> = misfit.iter().map(|&misfit| far.weight(misfit)).collect();
+        let step = |column: &[f64]| {
+            let (mut slope, mut curvature) = (0.0, 0.0);
+            for ((weight, misfit), derivative) in weights.iter().zip(&misfit).zip(column) {
+                slope += weight * derivative * misfit;
+                curvature += weight * derivative * derivative;
+            }
+            -slope / curvature
+        };
+        let pointed = faults.iter().zip(jacobian.column_iter()).filter_map(|(&(fault, from), column)| {
+            let (low, high) = self.case.rig().faults[fault].bounds;
+            let value = (from + step(column.as_slice())).clamp(low, high);
+            (value.is_finite() && value != from).then_some((fault, value))
+        });
+        pointed.collect()
     }
 
     /// Pairs of faults, each at a few levels towards each of its bounds.

@@ -2,6 +2,7 @@
 //! in a record is found with an interval that holds it. Their rig files are in `fixtures/`, a page of the gallery each.
 
 use borescope::Rig;
+use borescope::internals::diagnosis::{DiagnosisOptions, Verdict, diagnose};
 use borescope::internals::model::{InputSignals, Model};
 
 use crate::support::command::borescope;
@@ -118,6 +119,21 @@ fn the_edges_of_a_valve_in_a_position_loop_are_calibrated_and_its_dry_friction_i
         assert!((value - truth).abs() < 3.0 * error && error < 0.1 * truth, "{id}: {value} +- {error}");
     }
     is_found_on(calibrated, &friction, "friction.force", 1500.0);
+}
+
+/// A relief valve 10 bar down and a leak that is small beside its bound: a twenty-fifth of it. Neither the healthy machine nor shares of
+/// the way to bounds lead there, and clearance at its bound left little enough over all sensors to end the search.
+#[test]
+fn a_leak_that_is_small_beside_its_bound_is_found_beside_another_fault() {
+    let rig = Rig::read("fixtures/regeneration/rig.toml").unwrap();
+    let record = rig.record("fixtures/regeneration/relief_and_leak.csv").unwrap();
+    let found = diagnose(&Model::new(rig), &record, &DiagnosisOptions::default()).unwrap().diagnosis;
+    let present: Vec<_> = found.faults.iter().filter(|fault| fault.present).collect();
+    let ids: Vec<&str> = present.iter().map(|fault| fault.id.as_str()).collect();
+    assert_eq!((found.verdict, ids), (Verdict::Faulty, vec!["relief.set_pressure", "switch.leakage"]));
+    let lower = present[0].value - present[0].healthy;
+    assert!((lower + 10.0).abs() < 0.6, "{lower} bar");
+    assert!((present[1].value - 0.02).abs() < 0.0005, "{} L/min/bar", present[1].value);
 }
 
 /// A controller moves its command from row to row. Were each step a switching, every row would be a phase of its own, in which the
