@@ -1,6 +1,7 @@
 //! Everything that borescope promises, by room; what several tests need is in `support`.
 
 mod support {
+    pub mod below;
     pub mod browser;
     pub mod cards;
     pub mod circuit;

@@ -7,7 +7,7 @@ use crate::support::cards;
 use borescope::internals::numeric::{Dual, Real};
 use borescope::internals::physics::ATMOSPHERE;
 use borescope::internals::physics::component::{AnyLaw, CARDS};
-use borescope::internals::physics::fluid::{self, Fluid};
+use borescope::internals::physics::fluid::Fluid;
 use borescope::internals::physics::ports::{INPUTS, PORTS, PortFlows, PortVariables, STATES, VARIABLES};
 use cards::unit;
 
@@ -65,9 +65,11 @@ fn what_throttles_passes_more_the_larger_the_drop() {
 #[test]
 fn laws_and_their_slopes_are_finite_at_rest_whatever_a_rig_file_may_say() {
     type Slopes = Dual<f64, VARIABLES>;
+    let fluid: Vec<Slopes> = cards::fluid_of_defaults().into_iter().map(Dual::constant).collect();
+    let fluid = Fluid::new(&fluid);
     for card in CARDS {
-        cards::worked_numbers_come_out(card, |parameters, fluid, seen, answers| {
-            AnyLaw::new(card, parameters, fluid).unwrap().evaluate(seen, answers);
+        cards::worked_numbers_come_out(card, |parameters, plain, seen, answers| {
+            AnyLaw::new(card, parameters, plain).unwrap().evaluate(seen, answers);
             let at_rest = |variable: usize| if variable < card.hydraulic_ports() { ATMOSPHERE } else { 0.0 };
             for (place, parameter) in card.parameters.iter().enumerate() {
                 let (low, high) = parameter.bounds;
@@ -77,12 +79,7 @@ fn laws_and_their_slopes_are_finite_at_rest_whatever_a_rig_file_may_say() {
                 for value in ends.into_iter().filter(sensible) {
                     let mut all: Vec<Slopes> = parameters.iter().map(|&value| Dual::constant(value)).collect();
                     all[place] = Dual::constant(value);
-                    let lifted: Vec<Slopes> = fluid::CARD
-                        .parameters
-                        .iter()
-                        .map(|p| Dual::constant(unit(p.unit).to_si(p.default.unwrap())))
-                        .collect();
-                    let law = AnyLaw::new(card, &all, &Fluid::new(&lifted)).unwrap();
+                    let law = AnyLaw::new(card, &all, &fluid).unwrap();
                     let mut rest = PortVariables::<Slopes>::default();
                     for (variable, slot) in rest.z.iter_mut().enumerate() {
                         *slot = Dual::variable(at_rest(variable), variable);

@@ -9,6 +9,7 @@
 //!   folder, where later commands of the
 //!   same page find it.
 
+use crate::support::below::below;
 use crate::support::command;
 
 use std::fs;
@@ -24,21 +25,9 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn markdown(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            markdown(&path, found);
-        } else if path.extension().is_some_and(|extension| extension == "md") {
-            found.push(path);
-        }
-    }
-}
-
 /// Every page and its text, in a fixed order.
 fn pages() -> Vec<(PathBuf, String)> {
-    let mut found = Vec::new();
-    markdown(&root().join("docs"), &mut found);
+    let mut found = below(&root().join("docs"), "md");
     found.push(root().join("README.md"));
     found.sort();
     found

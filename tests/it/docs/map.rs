@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::support::below::below;
+
 /// What all rooms may use, and the map does not repeat.
 const EVERYBODY: [&str; 2] = ["complaint", "units"];
 /// Files beside the rooms: the face of the crate, the program, and what its tests see.
@@ -40,14 +42,6 @@ fn stated() -> BTreeMap<String, BTreeSet<String>> {
     .collect()
 }
 
-fn files(path: &Path, found: &mut Vec<String>) {
-    if path.is_dir() {
-        fs::read_dir(path).unwrap().for_each(|entry| files(&entry.unwrap().path(), found));
-    } else if path.extension().is_some_and(|end| end == "rs") {
-        found.push(fs::read_to_string(path).unwrap());
-    }
-}
-
 /// What each room uses by its files, tests apart.
 fn used() -> BTreeMap<String, BTreeSet<String>> {
     let mut rooms: BTreeMap<String, Vec<String>> = BTreeMap::new();
@@ -55,7 +49,8 @@ fn used() -> BTreeMap<String, BTreeSet<String>> {
         let path = entry.unwrap().path();
         let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
         if !FACE.contains(&name.as_str()) {
-            files(&path, rooms.entry(name).or_default());
+            let texts = below(&path, "rs").into_iter().map(|path| fs::read_to_string(path).unwrap());
+            rooms.entry(name).or_default().extend(texts);
         }
     }
     let names: BTreeSet<String> = rooms.keys().cloned().collect();
@@ -103,19 +98,15 @@ fn list(rooms: &BTreeSet<String>) -> String {
 type Module = Vec<String>;
 
 /// Every file beneath a folder with its code, tests and comments apart.
-fn modules(folder: &Path, module: &[String], found: &mut BTreeMap<Module, String>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
-        let mut own = module.to_vec();
-        if path.is_dir() {
-            own.push(name);
-            modules(&path, &own, found);
-        } else if path.extension().is_some_and(|end| end == "rs") {
-            own.extend((name != "mod").then_some(name));
-            found.insert(own, code(&fs::read_to_string(&path).unwrap()));
-        }
-    }
+fn modules(folder: &Path) -> BTreeMap<Module, String> {
+    let module = |path: &Path| {
+        let inside = path.strip_prefix(folder).unwrap().with_extension("");
+        let mut own: Module = inside.iter().map(|name| name.to_str().unwrap().to_owned()).collect();
+        own.pop_if(|name| name == "mod");
+        own
+    };
+    let one = |path: PathBuf| (module(&path), code(&fs::read_to_string(&path).unwrap()));
+    below(folder, "rs").into_iter().map(one).collect()
 }
 
 fn code(text: &str) -> String {
@@ -238,8 +229,7 @@ fn circles(files: &BTreeMap<Module, String>) -> Vec<String> {
 
 #[test]
 fn files_know_each_other_in_no_circle() {
-    let mut found = BTreeMap::new();
-    modules(Path::new("src"), &[], &mut found);
+    let found = modules(Path::new("src"));
     let circles = circles(&found);
     assert!(circles.is_empty(), "move what several of these need into a file of its own:\n{}", circles.join("\n"));
 }
@@ -269,24 +259,11 @@ fn a_circle_is_found_however_its_files_are_named() {
     assert!(found(&[("record", ""), table, ("record/read", apart)]).is_empty());
 }
 
-/// Paths of all Rust files below a folder.
-fn all_paths(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            all_paths(&path, found);
-        } else if path.extension().is_some_and(|end| end == "rs") {
-            found.push(path);
-        }
-    }
-}
-
 /// The compiler says nothing of a component whose line is missing in `components!`, nor of tests whose line is missing in `main.rs`.
 #[test]
 fn no_file_is_left_out_of_the_program_or_of_its_tests() {
     for root in ["src", "tests/it"] {
-        let mut all = Vec::new();
-        all_paths(Path::new(root), &mut all);
+        let all = below(Path::new(root), "rs");
         assert!(all.len() > 60, "{root}: {}", all.len());
         for path in &all {
             let name = path.file_stem().unwrap().to_str().unwrap();

@@ -10,14 +10,17 @@ pub fn unit(symbol: &str) -> Unit {
     Unit::parse(symbol).unwrap()
 }
 
+/// Parameters of the fluid as its card has them, SI.
+pub fn fluid_of_defaults() -> Vec<f64> {
+    fluid::CARD.parameters.iter().map(|p| unit(p.unit).to_si(p.default.unwrap())).collect()
+}
+
 /// Each worked number of a card against what its law answers.
 pub fn worked_numbers_come_out(
     card: &Card,
     law: impl Fn(&[f64], &Fluid<f64>, &PortVariables<f64>, &mut PortFlows<f64>),
 ) {
-    let fluid_values: Vec<f64> =
-        fluid::CARD.parameters.iter().map(|p| unit(p.unit).to_si(p.default.unwrap())).collect();
-    let fluid = Fluid::new(&fluid_values);
+    let fluid = Fluid::new(&fluid_of_defaults());
     for worked in card.worked {
         for (name, _) in worked.parameters {
             assert!(card.parameters.iter().any(|p| p.name == *name), "{} has no {name}", card.kind);
