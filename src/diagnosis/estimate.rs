@@ -307,7 +307,7 @@ fn missed(case: &Case<'_>, isolation: &Isolation) -> bool {
 }
 
 /// Weights from the record alone, before any model has followed it.
-fn rough(model: &Model, record: &Record, drive: &InputSignals, data: &[&[f64]]) -> Weights {
+pub(super) fn rough(model: &Model, record: &Record, drive: &InputSignals, data: &[&[f64]]) -> Weights {
     let rig = &model.rig;
     Weights::without_changes(rig, drive, &record.time, &noise::variances(rig, record, data, true))
 }
@@ -324,20 +324,22 @@ fn settle(case: &mut Case<'_>, guess: &[f64], set: FaultSet, most_rounds: u64) -
         let form = renewed(case, &isolation.best.theta)?;
         let before = isolation;
         isolation = isolate_from(case, form, before.set(), most_rounds)?;
-        if missed(case, &isolation) && isolation.best.cost > settings.stuck_share * before.best.cost {
-            break;
-        }
+        let is_stuck = missed(case, &isolation) && isolation.best.cost > settings.stuck_share * before.best.cost;
         let still = |fault: usize| {
             let sigma = isolation.schur.sigma(isolation.set().iter(), fault);
             let sigma = sigma.map_or(case.range(fault), |sigma| sigma * isolation.local.scale[fault]);
             (isolation.best.theta[fault] - before.best.theta[fault]).abs() <= settings.settled_deviation * sigma
         };
-        if isolation.set() != before.set() || !isolation.set().iter().all(still) {
+        let is_settled = isolation.set() == before.set() && isolation.set().iter().all(still);
+        if !is_stuck && !is_settled {
             continue;
         }
         // What the form cannot see from here may explain the record better.
-        let better =
-            in_step(case, &isolation).or_else(|| unseen(case, &isolation)).or_else(|| simpler(case, &isolation));
+        let better = if is_stuck {
+            unseen(case, &isolation)
+        } else {
+            in_step(case, &isolation).or_else(|| unseen(case, &isolation)).or_else(|| simpler(case, &isolation))
+        };
         let Some((set, point)) = better else { break };
         isolation = isolate(case, &point.theta, set, most_rounds)?;
     }

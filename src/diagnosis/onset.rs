@@ -11,6 +11,7 @@ use super::case::Case;
 use super::estimate::{self, Estimate};
 use super::hypotheses::Isolation;
 use super::missed::{tame, tame_squares};
+use super::noise::Weights;
 use super::problem::away;
 use crate::estimation::Problem;
 use crate::model::{Before, InputSignals, Model, Onset};
@@ -43,27 +44,30 @@ pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estima
     let shaken = plain.pieces.iter().skip(1).find(|piece| piece.jump).map_or(f64::INFINITY, |piece| piece.start);
     let row = if is_believed(first) { parting(&first.case, &first.isolation, plain, worth) } else { left(&first.case) };
     let old = [record.time.first().copied()?, shaken];
-    let mut row = row.filter(|&row| old.iter().all(|old| (record.time[row] - old).abs() > settings.onset_clearance))?;
-    let mut guess: Option<(Vec<f64>, FaultSet)> = None;
+    let row = row.filter(|&row| old.iter().all(|old| (record.time[row] - old).abs() > settings.onset_clearance))?;
+    let mut time = record.time[row];
     let mut found: Option<(Begun, f64)> = None;
-    for _ in 0..settings.onset_rounds {
-        let begun = |time: f64| begun(model, plain, time);
-        let drive = begun(record.time[row]);
-        let start = guess.as_ref().map(|(theta, set)| (&theta[..], *set));
+    // The last round is to see whether the moment that it was given is a better one.
+    for _ in 0..=settings.onset_rounds {
+        let drive = begun(model, plain, time);
+        let start = found.as_ref().map(|(known, _)| (&known.theta[..], known.set));
         let Ok(explained) = estimate::estimate(model, record, &drive, start) else { break };
         let (theta, set) = (explained.isolation.best.theta.clone(), explained.isolation.set());
+        let cost = explained.isolation.best.cost;
+        if found.as_ref().is_some_and(|(_, known)| cost >= *known) {
+            break;
+        }
         if set.is_empty() {
             return None;
         }
-        let time = refined(&explained.case, begun, &theta, record.time[row]);
-        row = record.time.partition_point(|&t| t < time).min(record.time.len() - 1);
-        let cost = explained.isolation.best.cost;
-        // What creeps at the first moment is no onset.
-        if explained.missed() && cost > settings.stuck_share * first.isolation.best.cost {
+        let (better, left) = refined(&explained.case, |time| begun(model, plain, time), &theta, time);
+        // What creeps, and no other moment helps, is no onset.
+        let creeps = cost > settings.stuck_share * first.isolation.best.cost && left > 1.0 - settings.growth_share;
+        if explained.missed() && creeps {
             return None;
         }
-        guess = Some((theta.clone(), set));
-        found = Some((Begun { drive: begun(time), time, theta, set }, cost));
+        found = Some((Begun { drive, time, theta, set }, cost));
+        time = better;
     }
     let (begun, cost) = found?;
     // Do the same faults, as old as the record, explain it as well?
@@ -121,17 +125,22 @@ fn parting(case: &Case<'_>, isolation: &Isolation, plain: &InputSignals, worth: 
     let before: Vec<(usize, Before)> =
         set.iter().map(|fault| (case.full.estimated[fault].parameter, Before::Value(case.mean[fault]))).collect();
     let begun = |time: f64| plain.clone().with_onset(Onset { time, before: before.clone() });
-    let time = refined(case, begun, &faulty.theta, case.full.times[row]);
+    let (time, _) = refined(case, begun, &faulty.theta, case.full.times[row]);
     Some(case.full.times.partition_point(|&t| t < time).min(rows - 1))
 }
 
 /// Misfits of all samples, each on its own: what those of a phase have in common would smear a beginning over all of it.
 /// `None` where the model cannot be solved.
 pub(super) fn by_sample(case: &Case<'_>, drive: &InputSignals, theta: &[f64]) -> Option<Vec<f64>> {
+    weighed_by(&case.full.weights, case, drive, theta)
+}
+
+/// The same with other weights.
+fn weighed_by(weights: &Weights, case: &Case<'_>, drive: &InputSignals, theta: &[f64]) -> Option<Vec<f64>> {
     let full = &case.full;
     let outputs = full.model.solve(&full.parameters(theta), drive, full.times).ok()?;
     let mut misfit = away(&outputs.values, &full.measured);
-    full.weights.scale(&mut misfit);
+    weights.scale(&mut misfit);
     Some(misfit)
 }
 
@@ -148,11 +157,15 @@ fn least(values: impl Iterator<Item = f64>) -> (usize, f64) {
 }
 
 /// The moment at which a beginning explains the record best, s, with the faults as they are: from the best of `from` and
-/// moments all over the record, since where several faults begin at once each of them shows at its own time.
-fn refined(case: &Case<'_>, begun: impl Fn(f64) -> InputSignals + Sync, theta: &[f64], from: f64) -> f64 {
+/// moments all over the record, since where several faults begin at once each of them shows at its own time; and the share of the
+/// cost at `from` that it leaves.
+fn refined(case: &Case<'_>, begun: impl Fn(f64) -> InputSignals + Sync, theta: &[f64], from: f64) -> (f64, f64) {
     let (times, settings) = (case.full.times, case.settings());
+    // Weights that a model has given its events would hide an event that it has at the wrong moment.
+    let weights = estimate::rough(case.full.model, case.record, case.full.drive, &case.full.measured);
     let cost = |time: f64| {
-        by_sample(case, &begun(time), theta).map_or(f64::INFINITY, |misfit| tame_squares(settings, &misfit))
+        let misfit = weighed_by(&weights, case, &begun(time), theta);
+        misfit.map_or(f64::INFINITY, |misfit| tame_squares(settings, &misfit))
     };
     let (first, last) = (times[0], times[times.len() - 1]);
     let mut step = (last - first) / settings.onset_moments as f64;
@@ -173,7 +186,7 @@ fn refined(case: &Case<'_>, begun: impl Fn(f64) -> InputSignals + Sync, theta: &
         }
         step /= 3.0;
     }
-    best.0
+    (best.0, best.1 / start.1)
 }
 
 /// When the record begins to show the faults found, s: where the running sum of the log likelihood ratio between the fitted model with

@@ -53,17 +53,6 @@ fn nothing_is_missing_in_a_healthy_rig() {
 /// Mean square of the weighted misfits of the plain model on `healthy_3`, fitted to `healthy_1`.
 const HEALTHY_CHECK: f64 = 0.99;
 
-#[test]
-fn a_line_is_told_from_friction() {
-    let folder = Path::new("fixtures/learning");
-    let improvement = improved(&telescopic(), &folder.join("line_fit.csv"), &folder.join("line_check.csv"));
-    assert_eq!(improvement.conclusion, Conclusion::EffectFound);
-    assert_eq!(added(&improvement), ["line-resistance@A"]);
-    let (before, after) = check_chi2(&improvement);
-    println!("check chi-square {before:.3} to {after:.3}");
-    assert!(before > 3.0 && after < 1.1 * HEALTHY_CHECK, "{before} {after}");
-}
-
 /// A rig whose sensors state so many times their noise.
 fn stating(rig: &Rig, factor: f64) -> Rig {
     let mut rig = rig.clone();
@@ -77,6 +66,18 @@ fn stating(rig: &Rig, factor: f64) -> Rig {
 
 mod studies {
     use super::*;
+
+    #[test]
+    #[ignore = "half a minute"]
+    fn a_line_is_told_from_friction() {
+        let folder = Path::new("fixtures/learning");
+        let improvement = improved(&telescopic(), &folder.join("line_fit.csv"), &folder.join("line_check.csv"));
+        assert_eq!(improvement.conclusion, Conclusion::EffectFound);
+        assert_eq!(added(&improvement), ["line-resistance@A"]);
+        let (before, after) = check_chi2(&improvement);
+        println!("check chi-square {before:.3} to {after:.3}");
+        assert!(before > 3.0 && after < 1.1 * HEALTHY_CHECK, "{before} {after}");
+    }
 
     #[test]
     #[ignore = "two minutes"]

@@ -146,30 +146,6 @@ fn seeds(number: u64) -> Range<u64> {
     first..first + study::number("SEEDS", number)
 }
 
-#[test]
-fn a_leak_is_named() {
-    let hidden = &HIDDEN[0];
-    let (size, records) = case(hidden, 1);
-    let suggestion = suggestion(hidden.sheet, &records);
-    tell(hidden.id, size, 1, &suggestion, f64::NAN);
-    assert_eq!(outcome((hidden.id, hidden.alike), size, &suggestion, &records), Outcome::Named);
-    let best = &suggestion.judged[0];
-    let index = best.trial.rig.parameter("external-leakage@A.conductance").unwrap();
-    let found = best.trial.rig.parameters[index].unit.from_si(best.trial.values[index]);
-    // The plant's seal gives a little less at high pressure.
-    assert!((found / size - 1.0).abs() < 0.05, "{found} {size}");
-}
-
-#[test]
-fn what_the_record_does_not_show_is_not_found() {
-    // With the throttle wide open the reducing valve stands still.
-    let suggestion = suggestion(Sheet::Plain, &other(1, 101, |plant| plant.compensator_lag = 20e-3));
-    tell("compensator-lag", 20.0, 1, &suggestion, f64::NAN);
-    assert_eq!(suggestion.conclusion, Conclusion::Adequate);
-    let scored = suggestion.scored.iter().find(|scored| scored.id == "compensator-lag").unwrap();
-    assert!(!scored.excited);
-}
-
 /// What takes minutes to hours.
 mod studies {
     use super::*;
@@ -263,6 +239,32 @@ mod studies {
             }
             keep(&mut table, id, &outcomes);
         }
+    }
+
+    #[test]
+    #[ignore = "half a minute"]
+    fn a_leak_is_named() {
+        let hidden = &HIDDEN[0];
+        let (size, records) = case(hidden, 1);
+        let suggestion = suggestion(hidden.sheet, &records);
+        tell(hidden.id, size, 1, &suggestion, f64::NAN);
+        assert_eq!(outcome((hidden.id, hidden.alike), size, &suggestion, &records), Outcome::Named);
+        let best = &suggestion.judged[0];
+        let index = best.trial.rig.parameter("external-leakage@A.conductance").unwrap();
+        let found = best.trial.rig.parameters[index].unit.from_si(best.trial.values[index]);
+        // The plant's seal gives a little less at high pressure.
+        assert!((found / size - 1.0).abs() < 0.05, "{found} {size}");
+    }
+
+    #[test]
+    #[ignore = "half a minute"]
+    fn what_the_record_does_not_show_is_not_found() {
+        // With the throttle wide open the reducing valve stands still.
+        let suggestion = suggestion(Sheet::Plain, &other(1, 101, |plant| plant.compensator_lag = 20e-3));
+        tell("compensator-lag", 20.0, 1, &suggestion, f64::NAN);
+        assert_eq!(suggestion.conclusion, Conclusion::Adequate);
+        let scored = suggestion.scored.iter().find(|scored| scored.id == "compensator-lag").unwrap();
+        assert!(!scored.excited);
     }
 
     #[test]
