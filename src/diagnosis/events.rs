@@ -9,6 +9,7 @@ use super::problem::RecordProblem;
 use super::starts;
 use crate::model::{Following, InputSignals, Late, Model, Sensitivities, SimulationError};
 use crate::record::Record;
+use crate::rig::Rig;
 
 /// Weights of a record for all parameters of a rig, SI, and what the sensors read with them, `[sensor][row]`, SI.
 pub(crate) fn weights_of(
@@ -86,6 +87,9 @@ fn events_along(
     let curves: Vec<&[f64]> = outputs.iter().map(Vec::as_slice).collect();
     let variance = noise::variances(rig, record, &curves, false);
     let phases = noise::phases(rig, problem.drive, problem.times, &variance);
+    if let Some(unstable) = unstable(rig, problem.times, (&constants, &constant), &variance) {
+        return Err(unstable);
+    }
     let mut changes: Vec<Vec<Vec<f64>>> = constant
         .into_iter()
         .zip(&constants)
@@ -99,6 +103,30 @@ fn events_along(
     changes.extend(otherwise.collect::<Result<Vec<_>, _>>()?);
     changes.extend(starts::changes(problem, &parameters, outputs, phases.first().map_or(0, |phase| phase.end))?);
     Ok((Events { variance, phases, changes }, Sensitivities { outputs: run, derivatives }))
+}
+
+/// The first sample in which the derivatives `[parameter][sensor][row]` make a rounding error of a parameter's uncertainty as large as
+/// noise. Linear theory ends long before, and with it everything that a fit goes by.
+fn unstable(
+    rig: &Rig,
+    times: &[f64],
+    (by, derivatives): (&[usize], &[Vec<Vec<f64>>]),
+    variance: &[Vec<f64>],
+) -> Option<SimulationError> {
+    let is_noise = |row: usize, parameter: usize, sensor: usize| {
+        let rounding = f64::EPSILON * rig.parameters[by[parameter]].sigma;
+        (derivatives[parameter][sensor][row] * rounding).powi(2) > variance[sensor][row]
+    };
+    let sensors = 0..variance.len();
+    let pairs = || (0..by.len()).flat_map(|parameter| sensors.clone().map(move |sensor| (parameter, sensor)));
+    (0..times.len()).find_map(|row| {
+        let (parameter, sensor) = pairs().find(|&(parameter, sensor)| is_noise(row, parameter, sensor))?;
+        Some(SimulationError::Unstable {
+            parameter: rig.parameters[by[parameter]].id.clone(),
+            sensor: rig.sensors[sensor].name.clone(),
+            t: times[row],
+        })
+    })
 }
 
 /// What else the mass of a spool may be, as `T/tau`: none, and dampings of 0.8 and 0.6, whose step response overshoots by 9.5 %. How far
@@ -123,4 +151,25 @@ fn driven_otherwise(problem: &RecordProblem<'_>, record: &Record, parameters: &[
         problem.drive.clone().followed(rig, &followings)
     });
     late.chain(reshaped).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rounding_error_that_grows_to_noise_is_unstable() {
+        let rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
+        let lag = rig.parameter("directional_valve.lag").unwrap();
+        let variance = vec![vec![1e8; 3]; 2];
+        // The second sensor shows the lag's rounding error at half and at twice its noise of 1e4.
+        let at = |times_noise: f64| times_noise * 1e4 / (f64::EPSILON * rig.parameters[lag].sigma);
+        let found = |last: f64| {
+            let derivatives = [vec![vec![0.0; 3], vec![0.0, -1.0, last]]];
+            unstable(&rig, &[0.0, 0.1, 0.2], (&[lag], &derivatives), &variance)
+        };
+        assert!(found(at(0.5)).is_none());
+        let Some(SimulationError::Unstable { parameter, sensor, t }) = found(at(2.0)) else { panic!("stable") };
+        assert_eq!((parameter.as_str(), sensor.as_str(), t), ("directional_valve.lag", "p_P", 0.2));
+    }
 }

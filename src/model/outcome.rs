@@ -74,6 +74,15 @@ pub enum SimulationError {
         /// In the words of the library.
         reason: String,
     },
+    /// A rounding error of a parameter grows until a sensor shows it: what the model gives from there on is chance.
+    Unstable {
+        /// Id of the parameter.
+        parameter: String,
+        /// Name of the sensor.
+        sensor: String,
+        /// s.
+        t: f64,
+    },
     /// The context of the rig was cancelled.
     Interrupted,
 }
@@ -89,6 +98,12 @@ impl fmt::Display for SimulationError {
                 }
             }
             Self::TooLarge { states, most } => write!(f, "the rig has {states} states, more than {most}"),
+            Self::Unstable { parameter, sensor, t } => {
+                write!(
+                    f,
+                    "from {t:.3} s on the model is unstable: a rounding error of {parameter} grows until it shows in {sensor}"
+                )
+            }
             Self::Interrupted => Interrupted.fmt(f),
             Self::Explicit { t, reason } => write!(f, "behind {t} s the explicit method gave up: {reason}"),
         }
