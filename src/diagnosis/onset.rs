@@ -46,37 +46,42 @@ pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estima
     let old = [record.time.first().copied()?, shaken];
     let row = row.filter(|&row| old.iter().all(|old| (record.time[row] - old).abs() > settings.onset_clearance))?;
     let mut time = record.time[row];
-    let mut found: Option<(Begun, f64)> = None;
+    let mut found: Option<(Begun, f64, f64)> = None;
     // The last round is to see whether the moment that it was given is a better one.
     for _ in 0..=settings.onset_rounds {
         let drive = begun(model, plain, time);
-        let start = found.as_ref().map(|(known, _)| (&known.theta[..], known.set));
+        let start = found.as_ref().map(|(known, ..)| (&known.theta[..], known.set));
         let Ok(explained) = estimate::estimate(model, record, &drive, start) else { break };
         let (theta, set) = (explained.isolation.best.theta.clone(), explained.isolation.set());
         let cost = explained.isolation.best.cost;
-        if found.as_ref().is_some_and(|(_, known)| cost >= *known) {
+        if found.as_ref().is_some_and(|(_, known, _)| cost >= *known) {
             break;
         }
         if set.is_empty() {
             return None;
         }
-        let (better, left) = refined(&explained.case, |time| begun(model, plain, time), &theta, time);
+        let (better, [here, there]) = refined(&explained.case, |time| begun(model, plain, time), &theta, time);
         // What creeps, and no other moment helps, is no onset.
-        let creeps = cost > settings.stuck_share * first.isolation.best.cost && left > 1.0 - settings.growth_share;
+        let creeps =
+            cost > settings.stuck_share * first.isolation.best.cost && there > (1.0 - settings.growth_share) * here;
         if explained.missed() && creeps {
             return None;
         }
-        found = Some((Begun { drive, time, theta, set }, cost));
+        found = Some((Begun { drive, time, theta, set }, cost, here));
         time = better;
     }
-    let (begun, cost) = found?;
+    let (begun, cost, by_record) = found?;
     // Do the same faults, as old as the record, explain it as well?
     let theta = &begun.theta[..first.case.count()];
     let old =
         estimate::near(first.case.full.model, record, plain, Some((theta, begun.set)), settings.onset_rounds_compared);
-    let old = old.map_or(f64::INFINITY, |old| old.isolation.best.cost);
-    let better = 0.5 * (old.min(first.isolation.best.cost) - cost) > worth;
-    better.then_some(begun)
+    let Ok(old) = old else { return Some(begun) };
+    let better = 0.5 * (old.isolation.best.cost.min(first.isolation.best.cost) - cost);
+    // The model's own event at the beginning has a tolerance that a model without it has not: weighed alike it has to be better too.
+    let weights = by_the_record(&old.case);
+    let misfit = weighed_by(&weights, &old.case, plain, &old.isolation.best.theta)?;
+    let alike = 0.5 * (tame_squares(settings, &misfit) - by_record);
+    (better.min(alike) > worth).then_some(begun)
 }
 
 /// The drive with every fault at what it was before until `time`.
@@ -135,6 +140,11 @@ pub(super) fn by_sample(case: &Case<'_>, drive: &InputSignals, theta: &[f64]) ->
     weighed_by(&case.full.weights, case, drive, theta)
 }
 
+/// Weights of the record alone: those that a model has given its events would hide an event that it has at the wrong moment.
+fn by_the_record(case: &Case<'_>) -> Weights {
+    estimate::rough(case.full.model, case.record, case.full.drive, &case.full.measured)
+}
+
 /// The same with other weights.
 fn weighed_by(weights: &Weights, case: &Case<'_>, drive: &InputSignals, theta: &[f64]) -> Option<Vec<f64>> {
     let full = &case.full;
@@ -157,12 +167,11 @@ fn least(values: impl Iterator<Item = f64>) -> (usize, f64) {
 }
 
 /// The moment at which a beginning explains the record best, s, with the faults as they are: from the best of `from` and
-/// moments all over the record, since where several faults begin at once each of them shows at its own time; and the share of the
-/// cost at `from` that it leaves.
-fn refined(case: &Case<'_>, begun: impl Fn(f64) -> InputSignals + Sync, theta: &[f64], from: f64) -> (f64, f64) {
+/// moments all over the record, since where several faults begin at once each of them shows at its own time; and the costs at `from`
+/// and there, weighed by the record.
+fn refined(case: &Case<'_>, begun: impl Fn(f64) -> InputSignals + Sync, theta: &[f64], from: f64) -> (f64, [f64; 2]) {
     let (times, settings) = (case.full.times, case.settings());
-    // Weights that a model has given its events would hide an event that it has at the wrong moment.
-    let weights = estimate::rough(case.full.model, case.record, case.full.drive, &case.full.measured);
+    let weights = by_the_record(case);
     let cost = |time: f64| {
         let misfit = weighed_by(&weights, case, &begun(time), theta);
         misfit.map_or(f64::INFINITY, |misfit| tame_squares(settings, &misfit))
@@ -186,7 +195,7 @@ fn refined(case: &Case<'_>, begun: impl Fn(f64) -> InputSignals + Sync, theta: &
         }
         step /= 3.0;
     }
-    (best.0, best.1 / start.1)
+    (best.0, [start.1, best.1])
 }
 
 /// When the record begins to show the faults found, s: where the running sum of the log likelihood ratio between the fitted model with
