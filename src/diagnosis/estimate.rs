@@ -162,7 +162,7 @@ impl<'a> Estimate<'a> {
     /// Places that few faults explain best, the record weighed as before any model has followed it.
     pub fn places(&mut self) -> Vec<search::Place> {
         let case = &mut self.case;
-        let rough = rough(case.full.model, case.record, case.full.drive, &case.full.measured);
+        let rough = by_the_record(case);
         let weights = std::mem::replace(&mut case.full.weights, rough);
         let places = search::places(case, search::Depth::several(case.settings()));
         self.case.full.weights = weights;
@@ -255,7 +255,7 @@ impl<'a> Estimate<'a> {
         let set: FaultSet = self.isolation.set().iter().filter(of_components).collect();
         let found = self.case.without_others(&self.isolation.best.theta, set);
         let mut starts = vec![(mean.clone(), FaultSet::EMPTY), (found, set)];
-        let weights = rough(full.model, record, full.drive, &full.measured);
+        let weights = by_the_record(&self.case);
         let unfollowed = Case::new(full.model, record, full.drive, full.measured.clone(), weights);
         let places = search::places(&unfollowed, depth);
         starts.extend(places.iter().map(|place| (place.theta(&unfollowed), place.set())));
@@ -307,9 +307,14 @@ fn missed(case: &Case<'_>, isolation: &Isolation) -> bool {
 }
 
 /// Weights from the record alone, before any model has followed it.
-pub(super) fn rough(model: &Model, record: &Record, drive: &InputSignals, data: &[&[f64]]) -> Weights {
+fn rough(model: &Model, record: &Record, drive: &InputSignals, data: &[&[f64]]) -> Weights {
     let rig = &model.rig;
     Weights::without_changes(rig, drive, &record.time, &noise::variances(rig, record, data, true))
+}
+
+/// The same of a case.
+pub(super) fn by_the_record(case: &Case<'_>) -> Weights {
+    rough(case.full.model, case.record, case.full.drive, &case.full.measured)
 }
 
 /// Explains the record from a guess. Where that does, weights are renewed where the explanation puts the events, and the

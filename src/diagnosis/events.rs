@@ -117,15 +117,16 @@ fn unstable(
         let rounding = f64::EPSILON * rig.parameters[by[parameter]].sigma;
         (derivatives[parameter][sensor][row] * rounding).powi(2) > variance[sensor][row]
     };
-    let sensors = 0..variance.len();
-    let pairs = || (0..by.len()).flat_map(|parameter| sensors.clone().map(move |sensor| (parameter, sensor)));
-    (0..times.len()).find_map(|row| {
-        let (parameter, sensor) = pairs().find(|&(parameter, sensor)| is_noise(row, parameter, sensor))?;
-        Some(SimulationError::Unstable {
-            parameter: rig.parameters[by[parameter]].id.clone(),
-            sensor: rig.sensors[sensor].name.clone(),
-            t: times[row],
-        })
+    let pairs = (0..by.len()).flat_map(|parameter| (0..variance.len()).map(move |sensor| (parameter, sensor)));
+    let grown = pairs.filter_map(|(parameter, sensor)| {
+        let row = (0..times.len()).find(|&row| is_noise(row, parameter, sensor))?;
+        Some((row, parameter, sensor))
+    });
+    let (row, parameter, sensor) = grown.min()?;
+    Some(SimulationError::Unstable {
+        parameter: rig.parameters[by[parameter]].id.clone(),
+        sensor: rig.sensors[sensor].name.clone(),
+        t: times[row],
     })
 }
 

@@ -75,11 +75,11 @@ pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estima
     let theta = &begun.theta[..first.case.count()];
     let old =
         estimate::near(first.case.full.model, record, plain, Some((theta, begun.set)), settings.onset_rounds_compared);
-    let Ok(old) = old else { return Some(begun) };
-    let better = 0.5 * (old.isolation.best.cost.min(first.isolation.best.cost) - cost);
+    let old = old.ok().filter(|old| old.isolation.best.cost < first.isolation.best.cost);
+    let Estimate { case, isolation } = old.as_ref().unwrap_or(first);
+    let better = 0.5 * (isolation.best.cost - cost);
     // The model's own event at the beginning has a tolerance that a model without it has not: weighed alike it has to be better too.
-    let weights = by_the_record(&old.case);
-    let misfit = weighed_by(&weights, &old.case, plain, &old.isolation.best.theta)?;
+    let misfit = weighed_by(&estimate::by_the_record(case), case, plain, &isolation.best.theta)?;
     let alike = 0.5 * (tame_squares(settings, &misfit) - by_record);
     (better.min(alike) > worth).then_some(begun)
 }
@@ -140,11 +140,6 @@ pub(super) fn by_sample(case: &Case<'_>, drive: &InputSignals, theta: &[f64]) ->
     weighed_by(&case.full.weights, case, drive, theta)
 }
 
-/// Weights of the record alone: those that a model has given its events would hide an event that it has at the wrong moment.
-fn by_the_record(case: &Case<'_>) -> Weights {
-    estimate::rough(case.full.model, case.record, case.full.drive, &case.full.measured)
-}
-
 /// The same with other weights.
 fn weighed_by(weights: &Weights, case: &Case<'_>, drive: &InputSignals, theta: &[f64]) -> Option<Vec<f64>> {
     let full = &case.full;
@@ -171,7 +166,8 @@ fn least(values: impl Iterator<Item = f64>) -> (usize, f64) {
 /// and there, weighed by the record.
 fn refined(case: &Case<'_>, begun: impl Fn(f64) -> InputSignals + Sync, theta: &[f64], from: f64) -> (f64, [f64; 2]) {
     let (times, settings) = (case.full.times, case.settings());
-    let weights = by_the_record(case);
+    // Weights that a model has given its events would hide an event that it has at the wrong moment.
+    let weights = estimate::by_the_record(case);
     let cost = |time: f64| {
         let misfit = weighed_by(&weights, case, &begun(time), theta);
         misfit.map_or(f64::INFINITY, |misfit| tame_squares(settings, &misfit))
