@@ -174,7 +174,7 @@ impl<'a> Estimate<'a> {
     pub fn best_from_places(mut self, places: &[search::Place], rounds: u64) -> Self {
         let mut explained = self.explains();
         for place in places {
-            let before = self.case.full.weights.clone();
+            let (before, evidence) = (self.case.full.weights.clone(), weighed_evidence(&self.case, &self.isolation));
             let theta = place.theta(&self.case);
             // A place from which the model cannot be solved is passed over.
             let weights = weights(&self.case.full, self.case.record, &theta).map_err(FitError::from);
@@ -192,7 +192,7 @@ impl<'a> Estimate<'a> {
                 (false, true) => true,
                 (true, false) => false,
                 (true, true) => isolation.best.cost < self.isolation.best.cost,
-                (false, false) => isolation.evidence(&self.case) > self.isolation.evidence(&self.case),
+                (false, false) => weighed_evidence(&self.case, &isolation) > evidence,
             };
             if is_better {
                 (self.isolation, explained) = (isolation, explains);
@@ -232,15 +232,23 @@ impl<'a> Estimate<'a> {
         }
     }
 
-    /// Goes on from other values of the estimated parameters, SI; stays where that cannot be solved.
-    #[must_use]
-    pub fn resumed(mut self, theta: &[f64]) -> Self {
-        let set = self.isolation.set();
-        let rounds = self.case.settings().isolation_rounds;
-        if let Ok(isolation) = settle(&mut self.case, theta, set, rounds) {
-            self.isolation = isolation;
+    /// Goes on from other values of the estimated parameters, SI, and says by how many nats of evidence that is better; stays where it
+    /// is not, or cannot be solved.
+    pub fn resume(&mut self, theta: &[f64]) -> Option<f64> {
+        let (before, evidence) = (self.case.full.weights.clone(), weighed_evidence(&self.case, &self.isolation));
+        let (set, rounds) = (self.isolation.set(), self.case.settings().isolation_rounds);
+        let resumed = settle(&mut self.case, theta, set, rounds).ok();
+        let gained = |isolation: &Isolation| weighed_evidence(&self.case, isolation) - evidence;
+        match resumed.map(|isolation| (gained(&isolation), isolation)) {
+            Some((gained, isolation)) if gained > 0.0 => {
+                self.isolation = isolation;
+                Some(gained)
+            }
+            _ => {
+                self.case.full.weights = before;
+                None
+            }
         }
-        self
     }
 
     /// The explanation by faults of components alone, while physics is missing: faults of sensors would stand in for it. The
@@ -295,6 +303,12 @@ impl<'a> Estimate<'a> {
     }
 }
 
+/// Logarithm of the evidence of an explanation under the weights of a case, up to what is the same for all weights of the record: what
+/// weights allow to be missed costs likelihood, as a misfit does.
+fn weighed_evidence(case: &Case<'_>, isolation: &Isolation) -> f64 {
+    case.full.weights.log_determinant() + isolation.evidence(case)
+}
+
 fn explains(case: &Case<'_>, isolation: &Isolation) -> bool {
     let settings = case.settings();
     let missed = super::missed::missed(settings, &case.full.weights, &isolation.best.misfit);
@@ -319,23 +333,33 @@ pub(super) fn by_the_record(case: &Case<'_>) -> Weights {
 
 /// Explains the record from a guess. Where that does, weights are renewed where the explanation puts the events, and the
 /// explanation with them, until no fault moves.
+///
+/// While weights stay a fit may leave their events: a curve without any, through samples that are allowed to miss, costs less than one
+/// whose events come a little late. Its own weights allow no such thing. So weights that have less evidence than those before them are
+/// taken back; the first ones may be of the record alone, and compare with none.
 fn settle(case: &mut Case<'_>, guess: &[f64], set: FaultSet, most_rounds: u64) -> Result<Isolation, FitError> {
     let settings = &case.full.model.rig.settings().diagnosis;
     let mut isolation = isolate(case, guess, set, most_rounds)?;
-    for _ in 0..settings.weight_renewals {
+    for renewal in 0..settings.weight_renewals {
         if most_rounds < settings.isolation_rounds && missed(case, &isolation) {
             break;
         }
+        let (weights, evidence) = (case.full.weights.clone(), weighed_evidence(case, &isolation));
         let form = renewed(case, &isolation.best.theta)?;
-        let before = isolation;
+        let mut before = isolation;
         isolation = isolate_from(case, form, before.set(), most_rounds)?;
+        let is_taken_back = renewal > 0 && weighed_evidence(case, &isolation) < evidence;
+        if is_taken_back {
+            case.full.weights = weights;
+            std::mem::swap(&mut isolation, &mut before);
+        }
         let is_stuck = missed(case, &isolation) && isolation.best.cost > settings.stuck_share * before.best.cost;
         let still = |fault: usize| {
             let sigma = isolation.schur.sigma(isolation.set().iter(), fault);
             let sigma = sigma.map_or(case.range(fault), |sigma| sigma * isolation.local.scale[fault]);
             (isolation.best.theta[fault] - before.best.theta[fault]).abs() <= settings.settled_deviation * sigma
         };
-        let is_settled = isolation.set() == before.set() && isolation.set().iter().all(still);
+        let is_settled = is_taken_back || isolation.set() == before.set() && isolation.set().iter().all(still);
         if !is_stuck && !is_settled {
             continue;
         }

@@ -114,10 +114,13 @@ pub fn settled(mut estimate: Estimate<'_>) -> (Estimate<'_>, Vec<Option<Interval
             return (estimate, intervals);
         };
         restarts += 1;
-        let before = isolation.best.cost;
-        estimate = estimate.resumed(&theta);
-        if estimate.isolation.best.cost > before - settings.restart_decrease {
-            restarts = settings.interval_restarts;
+        match estimate.resume(&theta) {
+            Some(gained) if 2.0 * gained > settings.restart_decrease => {}
+            Some(_) => restarts = settings.interval_restarts,
+            None => {
+                let intervals = widened(&estimate.case, &estimate.isolation, drawn);
+                return (estimate, intervals);
+            }
         }
     }
 }

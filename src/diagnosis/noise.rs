@@ -270,6 +270,17 @@ impl Weights {
         asked.into_iter().map(mean).collect()
     }
 
+    /// Logarithm of the determinant of what [`Self::apply`] does to the samples that are there, SI: what a likelihood under these
+    /// weights has beside its cost. The more they allow, the less it is.
+    pub(crate) fn log_determinant(&self) -> f64 {
+        let samples = self.inverse.iter().flatten().filter(|weight| **weight > 0.0).map(|weight| weight.ln());
+        let taken = self.phases.iter().flat_map(|phase| {
+            let of_levels = phase.levels.iter().flat_map(|(_, taken)| taken);
+            of_levels.chain(&phase.taken)
+        });
+        samples.sum::<f64>() + taken.map(|taken| (-taken).ln_1p()).sum::<f64>()
+    }
+
     /// How many samples of a sensor the record has.
     pub fn samples(&self, sensor: usize) -> usize {
         self.inverse.get(sensor).map_or(0, |inverse| inverse.iter().filter(|weight| **weight > 0.0).count())
