@@ -292,6 +292,11 @@ impl<'a> Estimate<'a> {
         held_at(self.case.full.model, self.case.record, self.case.full.drive, start, forms)
     }
 
+    /// Logarithm of the share of what was open before that the record leaves of all that is uncertain.
+    pub(super) fn occam(&self) -> f64 {
+        self.isolation.local.occam(&self.case.prior(self.isolation.set()))
+    }
+
     /// Whether the model explains every sensor within noise and tolerance.
     pub fn explains(&self) -> bool {
         explains(&self.case, &self.isolation)

@@ -120,7 +120,8 @@ fn or_by_data_sheet(
 ) -> Result<Diagnosed, Complaint> {
     let Some(freed) = data_sheet::doubted(model, record, &stated) else { return Ok(stated) };
     let deviating = Model::new(freed).with_tolerance(model.tolerance);
-    let attempt = Attempt { only_if_explained: true, ..Attempt::default() };
+    let is_better = |estimate: &Estimate<'_>| stated.is_outdone_by(estimate, &model.rig, record, 0.0);
+    let attempt = Attempt { is_wanted: Some(&is_better), ..Attempt::default() };
     let Some(found) = diagnose_again(&deviating, record, (&[], None), options, attempt)? else { return Ok(stated) };
     Ok(data_sheet::preferred(&model.rig, record, &stated, (deviating.rig, found)).unwrap_or(stated))
 }
@@ -179,8 +180,8 @@ fn no_explanation(record: &Record) -> Complaint {
 struct Attempt<'a> {
     /// How often spools have been found to follow otherwise.
     found: usize,
-    /// Whether it is given up where it does not explain the record.
-    only_if_explained: bool,
+    /// What has to hold of it; given up, before intervals are drawn, where that does not.
+    is_wanted: Option<&'a dyn Fn(&Estimate<'_>) -> bool>,
     /// Values of the rig's parameters, SI, and faults that are near already.
     near: Option<(&'a [f64], FaultSet)>,
 }
@@ -258,7 +259,8 @@ fn diagnose_again(
             && !(estimate.explains() && estimate.isolation.set().is_empty());
         let Some(dynamics) = doubtful.then(|| switching::found(estimate)).flatten() else { return Ok(None) };
         let other = Model::new(switching::applied(rig, &dynamics)).with_tolerance(model.tolerance);
-        let next = Attempt { found: attempt.found + 1, only_if_explained: true, near: None };
+        let explains = |estimate: &Estimate<'_>| estimate.explains();
+        let next = Attempt { found: attempt.found + 1, is_wanted: Some(&explains), near: None };
         let again = diagnose_again(&other, record, start, options, next)?;
         Ok(again.map(|mut again| {
             let found = again.other_rig.get_or_insert(other.rig);
@@ -271,7 +273,7 @@ fn diagnose_again(
     }
     let estimate = estimate.with_model(exact)?;
     let without_faults = estimate.isolation.set().is_empty();
-    if attempt.only_if_explained && !estimate.explains() {
+    if attempt.is_wanted.is_some_and(|is_wanted| !is_wanted(&estimate)) {
         return Ok(None);
     }
     let (estimate, intervals) = interval::settled(estimate);
@@ -344,7 +346,7 @@ fn diagnose_again(
     };
     let weights = case.full.weights.clone();
     let evidence = isolation.evidence(case);
-    let occam = isolation.local.occam(&case.prior(isolation.set()));
+    let occam = estimate.occam();
     Ok(Some(Diagnosed {
         diagnosis,
         model: outputs,

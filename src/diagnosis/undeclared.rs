@@ -5,6 +5,7 @@
 //! record is diagnosed once more with faults of those values too, and the two compete by their evidence. All values that are not declared
 //! share the odds of one declared fault.
 
+use super::estimate::Estimate;
 use super::result::FaultReport;
 use super::{Attempt, Diagnosed, DiagnosisOptions, diagnose_again};
 use crate::complaint::Complaint;
@@ -37,11 +38,15 @@ pub(super) fn preferred(
     let values = declared.diagnosis.found(given);
     let set = (0..rig.faults.len()).filter(|&fault| is_off(&rig, &values, fault)).collect();
     let wider = Model::new(rig).with_tolerance(model.tolerance);
-    let attempt = Attempt { only_if_explained: true, near: Some((&values, set)), ..Attempt::default() };
+    let odds = |undeclared: usize| -(undeclared as f64) * (candidates.len() as f64).ln();
+    let is_better = |estimate: &Estimate<'_>| {
+        let undeclared = estimate.isolation.set().iter().filter(|fault| *fault >= given.faults.len()).count();
+        undeclared > 0 && declared.is_outdone_by(estimate, given, seen, odds(undeclared))
+    };
+    let attempt = Attempt { is_wanted: Some(&is_better), near: Some((&values, set)), ..Attempt::default() };
     let Some(found) = diagnose_again(&wider, seen, (&[], None), options, attempt)? else { return Ok(None) };
     let Some(names) = undeclared(&wider.rig, given.faults.len(), &found) else { return Ok(None) };
-    let odds = -(names.len() as f64) * (candidates.len() as f64).ln();
-    let is_preferred = !names.is_empty() && found.explains_better_than(declared, given, seen, odds);
+    let is_preferred = !names.is_empty() && found.explains_better_than(declared, given, seen, odds(names.len()));
     Ok(is_preferred.then(|| told(declared, (wider.rig, found), names)))
 }
 
