@@ -75,7 +75,7 @@ fn events_along(
         .parameters
         .iter()
         .enumerate()
-        .filter(|(index, parameter)| parameter.varies() && !rig.is_fault(*index))
+        .filter(|(index, parameter)| parameter.varies() && !parameter.role.is_of_the_drive() && !rig.is_fault(*index))
         .map(|(index, _)| index)
         .collect();
     let parameters = problem.parameters(theta);
@@ -135,7 +135,8 @@ fn unstable(
 const INERTIA_TIMES: [f64; 3] = [0.0, 0.5 / 0.8, 0.5 / 0.6];
 
 /// What may have driven the rig instead of what the record says, by one standard deviation each: measured inputs that acted
-/// later, commands that acted later, and spools that follow their command with mass, not with a lag alone.
+/// later, commands that acted later, spools that follow their command with mass, not with a lag alone, and mass and dead time that the
+/// rig file states as uncertain.
 fn driven_otherwise(problem: &RecordProblem<'_>, record: &Record, parameters: &[f64]) -> Vec<InputSignals> {
     let rig = &problem.model.rig;
     let Late { measured, commanded } = noise::input_timing(rig, record);
@@ -146,9 +147,17 @@ fn driven_otherwise(problem: &RecordProblem<'_>, record: &Record, parameters: &[
     let followings = Following::of(rig, parameters);
     let others = (0..followings.len()).flat_map(|one| INERTIA_TIMES.map(|share| (one, share * followings[one].lag)));
     let others = others.filter(|&(one, inertia_time)| inertia_time != followings[one].inertia_time);
-    let reshaped = others.map(|(one, inertia_time)| {
+    let others = others.map(|(one, inertia_time)| (one, Following { inertia_time, ..followings[one] }));
+    let sigma = |own: Option<usize>| own.map_or(0.0, |own| rig.parameters[own].sigma);
+    let stated = rig.followers().zip(&followings).enumerate().flat_map(|(one, (follower, &following))| {
+        let inertia_time = following.inertia_time + sigma(follower.inertia_time);
+        let dead_time = following.dead_time + sigma(follower.dead_time);
+        [Following { inertia_time, ..following }, Following { dead_time, ..following }].map(|other| (one, other))
+    });
+    let stated = stated.filter(|&(one, other)| other != followings[one]);
+    let reshaped = others.chain(stated).map(|(one, other)| {
         let mut followings = followings.clone();
-        followings[one].inertia_time = inertia_time;
+        followings[one] = other;
         problem.drive.clone().followed(rig, &followings)
     });
     late.chain(reshaped).collect()

@@ -66,8 +66,9 @@ fn timing(rig: &Rig, record: &Record) -> f64 {
 /// Whether what events may do is as straight as their directions are: what drives the rig is known to within its fastest lag.
 pub fn are_events_straight(rig: &Rig, record: &Record) -> bool {
     let Late { measured, commanded } = input_timing(rig, record);
-    let lags =
-        rig.parameters.iter().filter(|lag| lag.per_event && lag.unit.dimension == Dimension::TIME && lag.value > 0.0);
+    let lags = rig.parameters.iter().filter(|lag| {
+        lag.per_event && !lag.role.is_of_the_drive() && lag.unit.dimension == Dimension::TIME && lag.value > 0.0
+    });
     let fastest = lags.map(|lag| lag.value).fold(f64::INFINITY, f64::min);
     measured.max(commanded) <= fastest
 }

@@ -261,13 +261,15 @@ pub struct Card {
 pub(crate) const INERTIA_TIME: Parameter =
     Parameter::required("inertia_time", "T", "ms", "time constant of the spool's mass: its damping is tau/(2 T)")
         .is(Role::InertiaTime)
-        .or(0.0);
+        .or(0.0)
+        .uncertain_per_event(0.0);
 
 /// What solenoid, pilot and electronics take until a spool begins to move.
 pub(crate) const DEAD_TIME: Parameter =
     Parameter::required("dead_time", "t_d", "ms", "time between the command and the first movement of the spool")
         .is(Role::DeadTime)
-        .or(0.0);
+        .or(0.0)
+        .uncertain_per_event(0.0);
 
 impl Role {
     /// Whether the parameter changes what drives the law and not the law, so that no sensitivity shows what it does.

@@ -66,7 +66,7 @@ pub fn validate(rig: &Rig) -> Result<(), Complaint> {
     }
     for follower in rig.followers().filter(|follower| !rig.is_alone(follower)) {
         let own = [follower.inertia_time, follower.dead_time].into_iter().flatten().map(|own| &rig.parameters[own]);
-        if let Some(stated) = own.into_iter().find(|own| own.value > 0.0) {
+        if let Some(stated) = own.into_iter().find(|own| own.value > 0.0 || own.sigma > 0.0) {
             let input = &rig.inputs[follower.input];
             let what = format!("`{}` on an input that other parts have too, `{}`", stated.id, input.name);
             return Err(Complaint::new(Kind::Contradiction, what)

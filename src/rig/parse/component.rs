@@ -30,12 +30,6 @@ pub(super) fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &T
                     .at(entry.place())
                     .help(format!("{}: {}", parameter.meaning, range(bounds, &unit))));
                 }
-                if parameter.role.is_of_the_drive() && stated.sigma.is_some_and(|sigma| sigma > 0.0) {
-                    let what = format!("{} is not estimated, so it cannot be uncertain", entry.what);
-                    return Err(Complaint::new(Kind::Contradiction, what)
-                        .at(entry.place())
-                        .help("write the value alone: `diagnose` finds another where the record asks for it"));
-                }
                 (stated.value, stated.unit, stated.sigma, entry.place())
             }
             (None, Some(default)) => (unit.difference_to_si(default), unit.clone(), None, table.place()),

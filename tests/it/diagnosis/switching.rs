@@ -8,7 +8,9 @@ use borescope::Record;
 use borescope::Rig;
 use borescope::internals::calibration::{CalibrationOptions, calibrate};
 use borescope::internals::campaign::random::Stream;
+use borescope::internals::diagnosis::estimate;
 use borescope::internals::diagnosis::{Diagnosis, DiagnosisOptions, Verdict, diagnose};
+use borescope::internals::model::InputSignals;
 use plant::Plant;
 use plant::record::{cycle, record};
 
@@ -92,18 +94,32 @@ fn a_fault_that_begins_behind_another_spool_leaves_the_rig_its_parameters() {
     assert_eq!(found.diagnosis.dynamics.len(), 3);
 }
 
-/// No sensitivity shows what mass and dead time of a spool do, so neither is a fault or uncertain.
+/// Mass and dead time act on what drives a law, so no fault is one of them; what a rig file says of their uncertainty each switching may
+/// use.
 #[test]
-fn mass_and_dead_time_are_found_and_not_estimated() {
+fn mass_and_dead_time_are_no_faults_but_may_be_uncertain() {
     let text = std::fs::read_to_string(RIG).unwrap();
-    let told = |before: &str, line: &str| {
+    let with = |before: &str, line: &str| {
         assert_eq!(text.matches(before).count(), 1, "{before}");
-        Rig::parse(RIG, text.replace(before, &format!("{before}{line}"))).unwrap_err().to_string()
+        Rig::parse(RIG, text.replace(before, &format!("{before}{line}")))
     };
-    let uncertain = told("[components.directional_valve]\n", "dead_time = \"4 ms +- 1 ms\"\n");
-    assert!(uncertain.contains("is not estimated, so it cannot be uncertain"), "{uncertain}");
-    let fault = told("[faults]\n", "\"directional_valve.inertia_time\" = { bounds = [\"0 ms\", \"9 ms\"] }\n");
+    let fault = with("[faults]\n", "\"directional_valve.inertia_time\" = { bounds = [\"0 ms\", \"9 ms\"] }\n");
+    let fault = fault.unwrap_err().to_string();
     assert!(fault.contains("`directional_valve.inertia_time` cannot be a fault"), "{fault}");
+
+    let valve = |line: &str| with("[components.directional_valve]\n", line).unwrap();
+    let late = Model::new(valve("dead_time = \"35 ms\"\n"));
+    let record = Run::of(&late).record("late");
+    let misfit = |line: &str| {
+        let model = Model::new(valve(line));
+        let drive = InputSignals::from_record(&model.rig, &record).unwrap();
+        let found = estimate::near(&model, &record, &drive, None, 1).unwrap();
+        found.without_faults(1).unwrap().isolation.best.cost
+    };
+    let lines = ["35 ms", "20 ms", "20 ms +- 10 ms"].map(|dead_time| format!("dead_time = \"{dead_time}\"\n"));
+    let [right, exact, uncertain] = lines.map(|line| misfit(&line));
+    println!("chi-square with 35 ms {right:.0}, 20 ms {exact:.0}, 20 ms +- 10 ms {uncertain:.0}");
+    assert!(uncertain - right < 0.1 * (exact - right));
 }
 
 /// Mass and dead time reshape a command, which then cannot drive another part.
