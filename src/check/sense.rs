@@ -1,11 +1,12 @@
-//! Readings that the machine cannot give: more travel than the stroke, less pressure than vacuum.
+//! Readings that the machine cannot give: more travel than the stroke, less pressure than vacuum, another pressure at the beginning than
+//! the rig file states as exact.
 
 use crate::number::{difference_in_unit, in_unit, rounded, with_unit};
 use crate::physics::VACUUM;
 use crate::physics::component::facts;
 use crate::physics::component::facts::Symbol;
 use crate::record::Record;
-use crate::rig::{Component, Quantity, Rig, Sensor, Target};
+use crate::rig::{Component, InitialPressure, NodeKind, Quantity, Rig, Sensor, Target};
 
 /// Share of the stroke by which the travel may exceed it: offset and gain of a sensor are not yet fitted.
 const TRAVEL: f64 = 1.1;
@@ -16,7 +17,26 @@ const OFF: f64 = 6.0;
 
 /// What no sensor of this machine can read, each in words with what it may be.
 pub(super) fn senseless(rig: &Rig, record: &Record) -> Vec<String> {
-    rig.sensors.iter().filter_map(|sensor| beyond(rig, record, sensor)).collect()
+    rig.sensors.iter().flat_map(|sensor| [beyond(rig, record, sensor), begins(rig, record, sensor)]).flatten().collect()
+}
+
+/// A pressure sensor whose first reading is another than its node starts with, where that is exact.
+fn begins(rig: &Rig, record: &Record, sensor: &Sensor) -> Option<String> {
+    let (Quantity::Pressure, Target::Node(node)) = (sensor.quantity, sensor.target) else { return None };
+    let NodeKind::Volume { initial: InitialPressure::Given(stated) } = rig.nodes[node].kind else { return None };
+    let first = *rig.sensor_column(record, sensor).ok()?.values.first().filter(|first| first.is_finite())?;
+    let unit = rig.sensor_unit(sensor);
+    let said = |si: f64| with_unit(rounded(in_unit(si, &unit), 4), &unit.symbol);
+    ((first - stated).abs() > OFF * sensor.noise.hypot(sensor.tolerance)).then(|| {
+        format!(
+            "`{}` begins at {}, where node `{}` starts with exactly {}: state how sure that is (`+-`), or leave `initial` out, which starts it with \
+             what the sensor shows",
+            sensor.column,
+            said(first),
+            rig.nodes[node].name,
+            said(stated)
+        )
+    })
 }
 
 fn beyond(rig: &Rig, record: &Record, sensor: &Sensor) -> Option<String> {
@@ -75,5 +95,21 @@ mod tests {
         let told = senseless(&rig, &wrong);
         assert_eq!(told.len(), 2, "{told:?}");
         assert!(told[0].starts_with("`p_A` falls to -") && told[1].ends_with("is it another column, unit or `scale`?"));
+    }
+
+    #[test]
+    fn a_start_that_the_sensor_does_not_show_is_told() {
+        let mut rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
+        let record = rig.record("fixtures/telescopic/healthy_1.csv").unwrap();
+        let sensor = rig.sensors.iter().find(|sensor| sensor.name == "p_A").unwrap().clone();
+        let Target::Node(node) = sensor.target else { panic!("no node") };
+        let first = rig.sensor_column(&record, &sensor).unwrap().values[0];
+        let mut starting = |stated: f64| {
+            rig.nodes[node].kind = NodeKind::Volume { initial: InitialPressure::Given(stated) };
+            senseless(&rig, &record)
+        };
+        assert_eq!(starting(first + 5.0 * sensor.noise), [""; 0]);
+        let told = starting(first + 20e5);
+        assert!(told.len() == 1 && told[0].starts_with("`p_A` begins at "), "{told:?}");
     }
 }

@@ -20,6 +20,7 @@ pub mod noise;
 pub mod onset;
 pub(crate) mod preliminary;
 pub mod problem;
+mod reported;
 mod result;
 pub(crate) mod search;
 pub mod starts;
@@ -34,14 +35,13 @@ mod weighing;
 use crate::complaint::{Complaint, Kind, Place};
 use crate::estimation::Interval;
 use crate::model::{InputSignals, Model, Shown};
-use crate::number::rounded;
 use crate::record::Record;
 use crate::residual::{self, Detection};
 use crate::rig::{FaultSet, Rig, Target};
 use estimate::Estimate;
 pub use hypotheses::Hypothesis;
 pub(crate) use missed::{adequate, is_there, missed, tame_squares};
-use problem::over_sensors;
+use reported::{Seen, reported};
 pub use result::{
     ChannelReport, CommonCause, Diagnosis, DynamicsReport, FaultReport, FitReport, FittedReport, MissingEffect,
     OffDataSheet, OffSheetValue, ProfileReport, RivalEffect, SCHEMA, UncertainReport, Verdict,
@@ -226,32 +226,13 @@ fn diagnose_again(
     let before_roughly = search::roughly(&before);
     let near = attempt.near.map(|(values, set)| (picked_of(rig, values), set));
     let guess = near.as_ref().map(|(theta, set)| (&theta[..], *set));
-    let mut first = estimate::from_start(&roughly, record, &drive, guess)?;
-    let mut begun = None;
-    let mut was_asked = false;
-    // What is near already has been looked for from everywhere.
-    let is_doubtful = !first.explains() || first.isolation.set().len() >= rig.settings().diagnosis.several_faults;
-    if guess.is_none() && (first.missed() || is_doubtful) {
-        let places = first.places();
-        // Faults as old as the record that leave nothing need no beginning.
-        if first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case)) {
-            begun = onset::find(&before_roughly, record, &drive, &first);
-            was_asked = true;
-        }
-        if begun.is_none() {
-            first = first.best_from_places(&places, rig.settings().diagnosis.isolation_rounds);
-        }
-    }
-    // A better explanation that is not believed either begins where the first one was asked for.
-    if begun.is_none() && !first.missed() && (!was_asked || onset::is_believed(&first)) {
-        begun = onset::find(&before_roughly, record, &drive, &first);
-    }
-    let (drive, exact, estimate) = match &begun {
+    let (first, begun) = first_explained((&roughly, &before_roughly), record, &drive, guess)?;
+    let (exact, estimate) = match &begun {
         Some(begun) => {
             let guess = Some((&begun.theta[..], begun.set));
-            (&begun.drive, &before, estimate::from_start(&before_roughly, record, &begun.drive, guess)?)
+            (&before, estimate::from_start(&before_roughly, record, &begun.drive, guess)?)
         }
-        None => (&drive, model, first),
+        None => (model, first),
     };
     rig.context().first_look(|| summary::first_look(&estimate));
     let with_other_spools = |estimate: &Estimate<'_>| -> Result<Option<Diagnosed>, Complaint> {
@@ -281,84 +262,40 @@ fn diagnose_again(
     if without_faults && let Some(again) = with_other_spools(&estimate)? {
         return Ok(Some(again));
     }
-    let (case, isolation) = (&estimate.case, &estimate.isolation);
-    let outputs = case
-        .full
-        .model
-        .solve(&case.full.parameters(&isolation.best.theta), drive, &record.time)
-        .map(|outputs| outputs.values)
-        .unwrap_or_default();
-    let misfit: Vec<Vec<f64>> =
-        case.full.series().into_iter().map(|range| isolation.best.misfit[range].to_vec()).collect();
-    let nominal = model.solve(&case.full.parameters(&case.mean), drive, &record.time);
-    let healthy = nominal.map(|outputs| outputs.values).unwrap_or_default();
-    let channels = summary::channels(&estimate, &outputs, &healthy);
-    let adequate = channels.iter().all(|channel| channel.adequate);
-    let faults = summary::faults(&estimate, &intervals, &isolation.of_faults(case.faults()), !adequate);
-    let verdict = match (adequate, faults.iter().any(|fault| fault.present)) {
-        (false, _) => Verdict::ModelInadequate,
-        (true, true) => Verdict::Faulty,
-        (true, false) => Verdict::Healthy,
-    };
-    let alarms = residuals.iter().filter_map(|residual| residual.alarm_at_s);
-    let detected_at_s = match verdict {
-        Verdict::Healthy => None,
-        _ => alarms.reduce(f64::min).or_else(|| onset::parted_at(&estimate, &options.detection)),
-    };
-    let samples = case.full.weights.all_samples().saturating_sub(rig.faults.len()).max(1) as f64;
-    let id = |fault: usize| rig.fault_id(fault).to_owned();
-    let measured = channels.iter().map(|channel| (channel.samples > 0).then_some(channel.times_noise));
-    let groups = hypotheses::ambiguity(isolation, case);
-    let (parameters, correlation) = fitted::fitted(&estimate);
-    let diagnosis = Diagnosis {
-        schema: SCHEMA,
-        rig: rig.path.display().to_string(),
-        record: record.path.display().to_string(),
-        verdict,
-        common_cause: None,
-        missing_effect: None,
-        off_data_sheet: None,
-        undeclared: Vec::new(),
-        dynamics: Vec::new(),
-        rival_effects: Vec::new(),
-        times_noise: rounded(over_sensors(measured), DIGITS),
-        detected_at_s,
-        onset_s: begun.as_ref().map(|begun| rounded(begun.time, DIGITS)),
-        ambiguity: groups.into_iter().map(|group| group.into_iter().map(id).collect()).collect(),
-        hypotheses: isolation.hypotheses(case),
-        residuals,
-        fit: FitReport {
-            chi2_reduced: misfit.iter().map(|channel| missed::tame_squares(case.settings(), channel)).sum::<f64>()
-                / samples,
-            iterations: isolation.rounds,
-            solves: case.full.solves(),
-            stopped_because: isolation.stopped.to_string(),
-            parameters,
-            correlation,
-            profiles: fitted::profiles(&estimate, &faults, &intervals),
-        },
-        channels,
-        uncertain: summary::uncertain(&estimate),
-        taken_as_exact: rig.exact_by_sheet().into_iter().map(|index| rig.parameters[index].id.clone()).collect(),
-        unfilled: rig.unfilled.len(),
-        left_out,
-        faults,
-    };
-    let weights = case.full.weights.clone();
-    let evidence = isolation.evidence(case);
-    let occam = estimate.occam();
-    Ok(Some(Diagnosed {
-        diagnosis,
-        model: outputs,
-        healthy,
-        misfit,
-        weights,
-        intervals,
-        corrected: None,
-        other_rig: None,
-        evidence,
-        occam,
-    }))
+    let seen =
+        Seen { residuals, left_out, onset: begun.as_ref().map(|begun| begun.time), detection: &options.detection };
+    Ok(Some(reported(model, &estimate, intervals, seen)))
+}
+
+/// The explanation by faults as old as the record, by a model and the same with values before a beginning, and the beginning within the
+/// record, if there is one, that explains it better.
+fn first_explained<'a>(
+    (model, before): (&'a Model, &Model),
+    record: &'a Record,
+    drive: &'a InputSignals,
+    guess: Option<(&[f64], FaultSet)>,
+) -> Result<(Estimate<'a>, Option<onset::Begun>), Complaint> {
+    let settings = &model.rig.settings().diagnosis;
+    let begun = |first: &Estimate<'_>| onset::find(before, record, drive, first);
+    let mut first = estimate::from_start(model, record, drive, guess)?;
+    let mut was_asked = false;
+    // What is near already has been looked for from everywhere.
+    let is_doubtful = !first.explains() || first.isolation.set().len() >= settings.several_faults;
+    if guess.is_none() && (first.missed() || is_doubtful) {
+        let places = first.places();
+        // Faults as old as the record that leave nothing need no beginning.
+        if first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case)) {
+            if let Some(begun) = begun(&first) {
+                return Ok((first, Some(begun)));
+            }
+            was_asked = true;
+        }
+        first = first.best_from_places(&places, settings.isolation_rounds);
+    }
+    // A better explanation that is not believed either begins where the first one was asked for.
+    let is_asked = !first.missed() && (!was_asked || onset::is_believed(&first));
+    let begun = if is_asked { begun(&first) } else { None };
+    Ok((first, begun))
 }
 
 /// What is estimated, of values of a rig's parameters; what a command opens for its own record comes last and may be left out.
