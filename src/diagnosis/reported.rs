@@ -2,8 +2,8 @@
 
 use super::estimate::Estimate;
 use super::problem::over_sensors;
-use super::result::{Diagnosis, FitReport, SCHEMA, Verdict};
-use super::{DIGITS, Diagnosed, fitted, hypotheses, missed, onset, summary};
+use super::result::{Diagnosis, FitReport, Verdict};
+use super::{DIGITS, Diagnosed, SCHEMA, fitted, hypotheses, missed, onset, summary};
 use crate::estimation::Interval;
 use crate::model::Model;
 use crate::number::rounded;

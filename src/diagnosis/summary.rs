@@ -145,6 +145,9 @@ fn holds(ends: [Option<f64>; 2], value: f64) -> bool {
     ends[0].is_none_or(|low| low <= value) && ends[1].is_none_or(|high| value <= high)
 }
 
+/// Rises of chi-square below it read as 0.00.
+const NOTHING: f64 = 0.005;
+
 /// Why an end of an interval is open, or stands for what it does; `ends` are those that are told.
 fn remark(
     interval: &Interval,
@@ -159,12 +162,17 @@ fn remark(
         End::BoundReached if interval.value == bound => {
             Some(format!("the {side} end of the search, {} {unit}, fits best", shown(bound)))
         }
-        End::BoundReached => Some(format!(
-            "going to the {side} end of the search, {} {unit}, worsens the fit by {:.2} in chi-square, less than the {RISE:.2} \
-             that would bound it",
-            shown(bound),
-            end.rise / interval.inflation(),
-        )),
+        End::BoundReached => {
+            let (bound, rise) = (shown(bound), end.rise / interval.inflation());
+            Some(if rise < NOTHING {
+                format!("at the {side} end of the search, {bound} {unit}, the fit is as good")
+            } else {
+                format!(
+                    "going to the {side} end of the search, {bound} {unit}, worsens the fit by {rise:.2} in chi-square, less than \
+                     the {RISE:.2} that would bound it"
+                )
+            })
+        }
         End::ModelFails => Some(format!("the model cannot be solved towards the {side} end; {}", told(at))),
         End::BetterOptimum | End::GaveUp => Some(format!("the search for the {side} end did not settle; {}", told(at))),
     };
