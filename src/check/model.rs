@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 
+use super::sense::begun_elsewhere;
 use crate::complaint::Complaint;
 use crate::diagnosis::problem::{count_there, square_sum};
 use crate::diagnosis::search::roughly;
@@ -78,6 +79,7 @@ fn told(rig: &Rig, record: &Record) -> Vec<String> {
     }
     .into_iter()
     .map(|(_, told)| told)
+    .chain(begun_elsewhere(rig, record))
     .collect()
 }
 

@@ -17,10 +17,14 @@ const OFF: f64 = 6.0;
 
 /// What no sensor of this machine can read, each in words with what it may be.
 pub(super) fn senseless(rig: &Rig, record: &Record) -> Vec<String> {
-    rig.sensors.iter().flat_map(|sensor| [beyond(rig, record, sensor), begins(rig, record, sensor)]).flatten().collect()
+    rig.sensors.iter().filter_map(|sensor| beyond(rig, record, sensor)).collect()
 }
 
-/// A pressure sensor whose first reading is another than its node starts with, where that is exact.
+/// Pressure sensors whose first reading is another than their node starts with, where that is exact, each in words.
+pub(super) fn begun_elsewhere(rig: &Rig, record: &Record) -> Vec<String> {
+    rig.sensors.iter().filter_map(|sensor| begins(rig, record, sensor)).collect()
+}
+
 fn begins(rig: &Rig, record: &Record, sensor: &Sensor) -> Option<String> {
     let (Quantity::Pressure, Target::Node(node)) = (sensor.quantity, sensor.target) else { return None };
     let NodeKind::Volume { initial: InitialPressure::Given(stated) } = rig.nodes[node].kind else { return None };
@@ -106,7 +110,7 @@ mod tests {
         let first = rig.sensor_column(&record, &sensor).unwrap().values[0];
         let mut starting = |stated: f64| {
             rig.nodes[node].kind = NodeKind::Volume { initial: InitialPressure::Given(stated) };
-            senseless(&rig, &record)
+            begun_elsewhere(&rig, &record)
         };
         assert_eq!(starting(first + 5.0 * sensor.noise), [""; 0]);
         let told = starting(first + 20e5);

@@ -7,7 +7,6 @@
 
 use super::doubtful::set_aside;
 use super::estimate::{Estimate, picked};
-use super::noise::Weights;
 use super::result::{OffDataSheet, OffSheetValue};
 use super::weighed::unweighed;
 use super::weighing::{Around, inflations};
@@ -49,27 +48,27 @@ pub(super) fn preferred(
 }
 
 impl Diagnosed {
-    /// Whether this explains the record, and better than another diagnosis of it: that does not, or has less evidence under the same
-    /// weights. `odds`: logarithm of those before the record. `rig`: that of the other.
+    /// Whether this explains the record, and better than another diagnosis of it: that does not, or has less evidence under the weights of
+    /// the one and of the other. What may be missed where the model switches depends on the explanation, and neither is known to be
+    /// right. `odds`: logarithm of those before the record. `rig`: that of the other.
     pub(super) fn explains_better_than(&self, other: &Self, rig: &Rig, record: &Record, odds: f64) -> bool {
-        let evidence = self.evidence + self.occam + odds;
-        self.diagnosis.is_explained() && other.has_less_evidence_than((evidence, &self.weights), rig, record)
+        let (believed, _) = set_aside(rig, record);
+        let record = believed.as_ref().unwrap_or(record);
+        let has_more_evidence = |under: &Self| {
+            let [own, others] = [self, other].map(|one| one.evidence_under(&under.weights, rig, record) + one.occam);
+            own + odds > others
+        };
+        self.diagnosis.is_explained()
+            && (!other.diagnosis.is_explained() || has_more_evidence(self) && has_more_evidence(other))
     }
 
-    /// The same of an explanation whose intervals are still to come, from the other diagnosis.
+    /// Whether an explanation may be the better one once it has intervals: so far it is under its own weights.
     pub(super) fn is_outdone_by(&self, better: &Estimate<'_>, rig: &Rig, record: &Record, odds: f64) -> bool {
         let Estimate { case, isolation } = better;
-        let evidence = isolation.evidence(case) + better.occam() + odds;
-        better.explains() && self.has_less_evidence_than((evidence, &case.full.weights), rig, record)
-    }
-
-    /// Whether it does not explain the record, or has less than this evidence under the weights that this is of.
-    fn has_less_evidence_than(&self, (evidence, weights): (f64, &Weights), rig: &Rig, record: &Record) -> bool {
-        let own = || {
-            let (believed, _) = set_aside(rig, record);
-            self.evidence_under(weights, rig, believed.as_ref().unwrap_or(record)) + self.occam
-        };
-        !self.diagnosis.is_explained() || evidence > own()
+        let (believed, _) = set_aside(rig, record);
+        let own = || self.evidence_under(&case.full.weights, rig, believed.as_ref().unwrap_or(record)) + self.occam;
+        better.explains()
+            && (!self.diagnosis.is_explained() || isolation.evidence(case) + better.occam() + odds > own())
     }
 
     /// Whether it has faults that are as old as the record, and no mistake in taking it.
