@@ -16,17 +16,19 @@ pub struct Scaling {
 }
 
 impl Scaling {
-    /// From `1 cm/V`, or `-200 N/V` with what the column shows at zero.
+    /// From `1 cm/V`, or `-200 N/V` with what the column shows at zero; from `1450 rev/min` of a column without unit.
     pub(super) fn read(value: &Value<'_>, dimension: Dimension, zero: Option<&Value<'_>>) -> Result<Self, Complaint> {
         let text = value.text()?;
         let wrong = || {
             Complaint::new(Kind::Unit, format!("{} is `{text}`", value.what))
                 .at(value.place())
-                .help("write what one unit of the column stands for, such as `1 cm/V`")
+                .help("write what one unit of the column stands for, such as `1 cm/V`, or `1450 rev/min` of a column without unit")
         };
-        let (number, raw) = text.rsplit_once('/').ok_or_else(wrong)?;
-        let raw = Unit::parse(raw.trim()).map_err(|_| wrong())?;
-        let stands = Quantity::parse_as(number, dimension).map_err(|_| wrong())?;
+        let per_unit = |(number, raw): (&str, &str)| {
+            Some((Quantity::parse_as(number, dimension).ok()?, Unit::parse(raw.trim()).ok()?))
+        };
+        let whole = || Some((Quantity::parse_as(text, dimension).ok()?, Unit::dimensionless()));
+        let (stands, raw) = text.rsplit_once('/').and_then(per_unit).or_else(whole).ok_or_else(wrong)?;
         let factor = stands.unit.difference_to_si(stands.in_unit());
         if factor == 0.0 || !factor.is_finite() {
             return Err(wrong());
@@ -99,5 +101,27 @@ impl Rig {
             }
         }
         record
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::record::{Channel, Record};
+    use crate::rig::Rig;
+    use crate::units::Unit;
+
+    #[test]
+    fn a_column_without_unit_stands_for_a_quantity() {
+        let text = include_str!("../../fixtures/telescopic/rig.toml");
+        let stated = "noise = \"15 N\"";
+        assert_eq!(text.matches(stated).count(), 1);
+        let rig = Rig::parse("rig.toml", text.replace(stated, "scale = \"1.5 kN\"")).unwrap();
+        let column = Channel::new("F_load".to_owned(), Unit::dimensionless(), vec![0.0, 1.0]);
+        let record = Record::new("on.csv", vec![0.0, 1.0], vec![column]);
+        approx::assert_relative_eq!(
+            rig.scaled(record).channel("F_load").unwrap().values[1],
+            1500.0,
+            max_relative = 1e-12
+        );
     }
 }
