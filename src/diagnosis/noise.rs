@@ -374,29 +374,4 @@ fn random_directions(effects: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<f64>) {
 }
 
 #[cfg(test)]
-mod events {
-    use super::*;
-    use crate::rig::Sensor;
-
-    /// A misfit that is three times what an event may do, on a sensor that it moves; another sensor has no part in it.
-    #[test]
-    fn what_is_asked_of_events_counts_in_what_they_may_do() {
-        let rig = Rig::parse("rig.toml", include_str!("../../fixtures/two_tanks/rig.toml").to_owned()).unwrap();
-        let rows = 1600;
-        let (moved, still) = (vec![0.01; rows], vec![0.0; rows]);
-        let sensors = rig.sensors.len();
-        let change: Vec<Vec<f64>> =
-            (0..sensors).map(|sensor| if sensor == 0 { &moved } else { &still }.clone()).collect();
-        let exact =
-            Rig { sensors: rig.sensors.iter().map(|one| Sensor { tolerance: 0.0, ..one.clone() }).collect(), ..rig };
-        let variance = vec![vec![1e-6; rows]; sensors];
-        let phases: Vec<_> = (0..8).map(|phase| 200 * phase..200 * (phase + 1)).collect();
-        let weights = Weights::new(&exact, &phases, &variance, std::slice::from_ref(&change));
-        let mut misfit: Vec<f64> = change.iter().flatten().map(|change| 3.0 * change).collect();
-        weights.apply(&mut misfit);
-        let asked = weights.asked_of_events(&DiagnosisSettings::default(), &misfit);
-        approx::assert_relative_eq!(asked[0].0, 9.0, max_relative = 1e-3);
-        approx::assert_relative_eq!(asked[0].1, 1.0, max_relative = 1e-12);
-        assert!(asked[1..].iter().all(|&(_, ways)| ways == 0.0));
-    }
-}
+mod tests;
