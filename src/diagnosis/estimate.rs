@@ -325,13 +325,13 @@ fn missed(case: &Case<'_>, isolation: &Isolation) -> bool {
     isolation.best.cost > 2.0 * case.settings().missed_cost * samples
 }
 
-/// Weights from the record alone, before any model has followed it.
+/// Weights from the record alone: events are where its curves bend.
 fn rough(model: &Model, record: &Record, drive: &InputSignals, data: &[&[f64]]) -> Weights {
     let rig = &model.rig;
     Weights::without_changes(rig, drive, &record.time, &noise::variances(rig, record, data, true))
 }
 
-/// The same of a case.
+/// Weights of a case before any model has followed its record.
 pub(super) fn by_the_record(case: &Case<'_>) -> Weights {
     rough(case.full.model, case.record, case.full.drive, &case.full.measured)
 }
