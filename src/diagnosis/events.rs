@@ -160,7 +160,22 @@ fn driven_otherwise(problem: &RecordProblem<'_>, record: &Record, parameters: &[
         followings[one] = other;
         problem.drive.clone().followed(rig, &followings)
     });
-    late.chain(reshaped).collect()
+    late.chain(reshaped).chain(begun_at_rest(problem, &followings)).collect()
+}
+
+/// A moment in which nothing moves that a row could show, as a share of the time between two rows.
+const MOMENT: f64 = 1e-3;
+
+/// Spools that a record commands from its first row on, had they been at rest until then: what came before it no record says.
+fn begun_at_rest(problem: &RecordProblem<'_>, followings: &[Following]) -> impl Iterator<Item = InputSignals> {
+    let (rig, drive) = (&problem.model.rig, problem.drive);
+    let moment = problem.times.get(..2).map_or(0.0, |first| MOMENT * (first[1] - first[0]));
+    let first = drive.commanded.as_ref().unwrap_or(&drive.pieces).first();
+    let mut inputs: Vec<usize> = followings.iter().map(|one| one.input).collect();
+    inputs.sort_unstable();
+    inputs.dedup();
+    inputs.retain(|&input| first.is_some_and(|first| first.from[input] != 0.0));
+    inputs.into_iter().map(move |input| drive.clone().without_at_first(input, moment).followed(rig, followings))
 }
 
 #[cfg(test)]

@@ -170,6 +170,17 @@ impl InputSignals {
         }
     }
 
+    /// The same commands, had an input been none until a moment, s, behind the beginning: what follows it then starts at rest.
+    #[must_use]
+    pub(crate) fn without_at_first(mut self, input: usize, moment: f64) -> Self {
+        let pieces = self.commanded.as_mut().unwrap_or(&mut self.pieces);
+        if let Some(start) = pieces.first().map(|first| first.start) {
+            split(pieces, start + moment);
+            (pieces[0].from[input], pieces[0].to[input]) = (0.0, 0.0);
+        }
+        self
+    }
+
     /// Parameters (all of the rig's, SI) as they are until the moment at which some change, and that moment; they never
     /// change without one.
     pub fn before(&self, parameters: &[f64]) -> (Vec<f64>, f64) {

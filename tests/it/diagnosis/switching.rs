@@ -62,6 +62,20 @@ fn a_leak_is_found_alone_whatever_the_spool_does() {
     leaks_alone(2, 23);
 }
 
+/// The record begins with the command at full, the spool still at rest: what came before its first row no record says.
+#[test]
+fn a_record_that_begins_with_a_command_needs_no_fault() {
+    let mut random = Stream::numbered(25, 0);
+    let phases = cycle(&mut random, 1.0).split_off(1);
+    for (clearance, verdict, faults) in [
+        (Plant::default().clearance, Verdict::Healthy, vec![]),
+        (0.1e-3, Verdict::Faulty, vec!["cylinder.clearance"]),
+    ] {
+        let diagnosis = diagnosed(&record("plant", &plant(1, clearance), &phases, &mut random));
+        assert_eq!((diagnosis.verdict, present(&diagnosis)), (verdict, faults));
+    }
+}
+
 /// What the record shows of the spool is told: 12 ms and a damping of 0.6 where the rig file has a lag of 8 ms. The record dates from
 /// the row behind, so its dead time has an interval more or less.
 #[test]
