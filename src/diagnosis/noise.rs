@@ -18,7 +18,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::estimation::dot;
 use crate::model::{InputSignals, Late};
@@ -344,26 +344,40 @@ fn level_directions(tolerance: f64, weights: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>
     random_directions(&[constant, slope])
 }
 
-/// For effects `G` (columns): orthonormal `U` and shares `f` with `(I + G G')^(-1/2) = I - U diag(f) U'`.
+/// Square of a size that shows nowhere: it takes away half a millionth of a misfit.
+const UNSEEN: f64 = 1e-6;
+/// Share of the largest square, and of the most that two effects can have in common, that is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// For effects `G` (columns): orthonormal `U` and shares `f` with `(I + G G')^(-1/2) = I - U diag(f) U'`. Most parts of a large rig do
+/// nothing in a phase; their effects are left out as long as all of them together are not seen.
 fn random_directions(effects: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<f64>) {
+    let unseen = UNSEEN / effects.len() as f64;
+    let effects: Vec<&Vec<f64>> = effects.iter().filter(|effect| dot(effect, effect) > unseen).collect();
     let m = effects.len();
     if m == 0 {
         return (Vec::new(), Vec::new());
     }
     // G = U S V' from the small matrix G'G = V S² V'.
-    let gram = DMatrix::from_fn(m, m, |i, j| dot(&effects[i], &effects[j]));
+    let mut gram = DMatrix::from_fn(m, m, |i, j| dot(effects[i], effects[j]));
+    // What is next to nothing squares to none in a reflection, which then is no number.
+    let sizes: Vec<f64> = (0..m).map(|i| gram[(i, i)].sqrt()).collect();
+    for (i, j) in (0..m).flat_map(|i| (0..m).map(move |j| (i, j))) {
+        if gram[(i, j)].abs() <= ROUNDING * sizes[i] * sizes[j] {
+            gram[(i, j)] = 0.0;
+        }
+    }
     let eigen = SymmetricEigen::new(gram);
     let largest = eigen.eigenvalues.max();
     let (mut directions, mut taken) = (Vec::new(), Vec::new());
     for (index, &square) in eigen.eigenvalues.iter().enumerate() {
         // Below this, rounding is all that is left of the direction, and its effect is none.
-        if square <= 1e-6 || square <= 1e-12 * largest {
+        if square <= UNSEEN || square <= ROUNDING * largest {
             continue;
         }
-        let v: DVector<f64> = eigen.eigenvectors.column(index).into();
         let mut direction = vec![0.0; effects[0].len()];
-        for (effect, share) in effects.iter().zip(v.iter()) {
-            for (slot, value) in direction.iter_mut().zip(effect) {
+        for (effect, share) in effects.iter().zip(eigen.eigenvectors.column(index).iter()) {
+            for (slot, value) in direction.iter_mut().zip(*effect) {
                 *slot += share * value / square.sqrt();
             }
         }

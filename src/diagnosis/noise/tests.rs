@@ -1,4 +1,5 @@
 use super::*;
+use crate::campaign::random::Stream;
 use crate::rig::Sensor;
 
 /// A misfit that is three times what an event may do, on a sensor that it moves; another sensor has no part in it.
@@ -39,4 +40,24 @@ fn the_determinant_is_that_of_what_is_done_to_the_samples() {
         weights.apply(column.as_mut_slice());
     }
     approx::assert_relative_eq!(weights.log_determinant(), done.determinant().ln(), max_relative = 1e-9);
+}
+
+/// Parts that do next to nothing in a phase, as most of a large rig, leave what the others do as it is.
+#[test]
+fn effects_that_are_all_but_nothing_change_no_direction() {
+    let rows = 40;
+    let effect = |seed: u64, size: f64| -> Vec<f64> {
+        let mut random = Stream::numbered(seed, 0);
+        (0..rows).map(|_| size * random.normal()).collect()
+    };
+    let seen = [effect(1, 3.0), effect(2, 0.2)];
+    let unseen = (0..80).map(|one| effect(10 + one, 10_f64.powi(-5 * (one as i32 % 40) - 5)));
+    let all: Vec<Vec<f64>> = unseen.clone().chain(seen.clone()).chain(unseen).collect();
+    let (mut found, mut few) = (random_directions(&all).1, random_directions(&seen).1);
+    found.sort_by(f64::total_cmp);
+    few.sort_by(f64::total_cmp);
+    assert_eq!(found.len(), few.len());
+    for (found, few) in found.iter().zip(few) {
+        approx::assert_relative_eq!(*found, few, max_relative = 1e-9);
+    }
 }
