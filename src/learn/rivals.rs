@@ -4,7 +4,8 @@
 //! down takes flow as a worn pump does. So the local model of the fit is asked what the record would cost with each effect of the
 //! library in place of each fault that is present. Those that promise to cost little more are fitted, and one that ends within
 //! `learn.rival_bic` of the fault, by the information criterion, is its rival. What was known before counts: an effect is no rival that
-//! needs values to run away from their calibration. A try of an effect is simulated once for all faults.
+//! needs values to run away from their calibration. A try of an effect is simulated once for all faults; of many effects of a large rig
+//! the beginning of the record shows that they take the place of none.
 
 use rayon::prelude::*;
 
@@ -13,7 +14,7 @@ use super::fitted_model::{FittedModel, Judge};
 use super::opened::neutral;
 use super::refit::{BasePoint, quick, refitted};
 use super::scoring::places;
-use super::trial_steps::{ScoreContext, sign_fits, small_tries};
+use super::trial_steps::{ScoreContext, begins_at_a_level, sign_fits, small_tries};
 use super::verdict::warnings;
 use super::warning::Warning;
 use crate::complaint::Complaint;
@@ -24,7 +25,7 @@ use crate::estimation::EstimatedAt;
 use crate::model::{InputSignals, Model};
 use crate::number::rounded;
 use crate::record::Record;
-use crate::rig::{FaultSet, Rig};
+use crate::rig::{EffectInstance, FaultSet, Rig};
 
 /// Digits of a size.
 const DIGITS: usize = 4;
@@ -58,31 +59,42 @@ fn away_from_known(estimate: &Estimate<'_>) -> f64 {
     estimate.case.prior(isolation.set()).misfit(&isolation.best.theta).norm_squared()
 }
 
-/// Effects that promise to keep, in place of a fault, what it explains: each with its fault and the size that it would have.
-fn promising(estimate: &Estimate<'_>) -> Vec<(usize, Candidate)> {
+/// The faults present as the local model has them: how far each is off its healthy value, and how surely.
+fn faults_present(estimate: &Estimate<'_>) -> Option<Vec<EstimatedAt>> {
     let (case, isolation) = (&estimate.case, &estimate.isolation);
-    let (local, best) = (&isolation.local, &isolation.best);
-    let Some(here) = ScoreContext::of(estimate, 0.0) else { return Vec::new() };
-    let Ok(information) = case.information(local, isolation.set()) else { return Vec::new() };
-    let tries =
-        |placed| small_tries(&here, placed).into_iter().map(|(tried, change)| (tried, here.scoring.of(&change)));
-    let places = places(case.rig());
-    let scored: Vec<_> = places.par_iter().flat_map_iter(tries).filter(|(tried, _)| tried.excited).collect();
-    let of_fault = |fault: usize| {
+    let local = &isolation.local;
+    let information = case.information(local, isolation.set()).ok()?;
+    let one = |fault: usize| {
         let variance = information.direction(fault).map_or(0.0, |direction| direction[fault]);
         let scale = local.scale[fault];
         let healthy = case.rig().parameters[case.rig().faults[fault].parameter].sigma;
-        let estimated = EstimatedAt {
+        EstimatedAt {
             parameter: fault,
-            off: (best.theta[fault] - case.mean[fault]) / scale,
+            off: (isolation.best.theta[fault] - case.mean[fault]) / scale,
             variance,
             other_variance: (healthy / scale).powi(2),
-        };
+        }
+    };
+    Some(isolation.set().iter().map(one).collect())
+}
+
+/// Effects that promise to keep, in place of a fault, what it explains: each with its fault and the size that it would have.
+fn promising(estimate: &Estimate<'_>) -> Vec<(usize, Candidate)> {
+    let rig = estimate.case.rig();
+    let settings = &rig.settings().learn;
+    let (Some(here), Some(faults)) = (ScoreContext::of(estimate, 0.0), faults_present(estimate)) else {
+        return Vec::new();
+    };
+    let tries =
+        |placed| small_tries(&here, placed).into_iter().map(|(tried, change)| (tried, here.scoring.of(&change)));
+    let places = left_by_the_beginning(estimate, &here, &faults, places(rig));
+    let scored: Vec<_> = places.par_iter().flat_map_iter(tries).filter(|(tried, _)| tried.excited).collect();
+    let of_fault = |estimated: &EstimatedAt| {
         let mut kept: Vec<(f64, Candidate)> = Vec::new();
         for (tried, score) in &scored {
-            let Some((rise, factor)) = score.in_place_of(estimated) else { continue };
+            let Some((rise, factor)) = score.in_place_of(*estimated) else { continue };
             let share = 1.0 - rise / estimated.rise();
-            if share < case.rig().settings().learn.rival_share || !sign_fits(&tried.placed, factor) {
+            if share < settings.rival_share || !sign_fits(&tried.placed, factor) {
                 continue;
             }
             // Of several tries of an effect the one that keeps most.
@@ -95,9 +107,71 @@ fn promising(estimate: &Estimate<'_>) -> Vec<(usize, Candidate)> {
             }
         }
         kept.sort_by(|a, b| b.0.total_cmp(&a.0));
-        kept.into_iter().take(case.rig().settings().learn.rivals_fitted).map(move |(_, effect)| (fault, effect))
+        let fault = estimated.parameter;
+        kept.into_iter().take(settings.rivals_fitted).map(move |(_, effect)| (fault, effect))
     };
-    isolation.set().iter().flat_map(of_fault).collect()
+    faults.iter().flat_map(of_fault).collect()
+}
+
+/// Effects that may still take the place of a fault after the beginning of the record. What a rise of the cost is over the whole record
+/// is no less over its first rows, everything else free to follow there: an effect that leaves more there than it may leave altogether
+/// need not be simulated to the end. Those that begin at a level have another one in each part and are kept.
+fn left_by_the_beginning(
+    estimate: &Estimate<'_>,
+    here: &ScoreContext<'_, '_>,
+    faults: &[EstimatedAt],
+    places: Vec<EffectInstance>,
+) -> Vec<EffectInstance> {
+    let case = &estimate.case;
+    let (full, set) = (&case.full, estimate.isolation.set());
+    let rows = telling_rows(estimate, here, faults);
+    if 2 * rows > full.times.len() {
+        return places;
+    }
+    let part = case.record.clone().take_first(rows);
+    let Ok(drive) = InputSignals::from_record(case.rig(), &part) else { return places };
+    let drive = drive.in_run_of(full.drive);
+    let Ok(part) = estimate::held_near(full.model, &part, &drive, (&estimate.isolation.best.theta, set)) else {
+        return places;
+    };
+    let (Some(there), Some(in_part)) = (ScoreContext::of(&part, 0.0), faults_present(&part)) else { return places };
+    let most = 1.0 - case.rig().settings().learn.rival_share;
+    let may_be = |placed: &EffectInstance| {
+        let tries = small_tries(&there, placed);
+        let keeps = |(_, change): &(Candidate, Vec<f64>)| {
+            let score = there.scoring.of(change);
+            faults
+                .iter()
+                .zip(&in_part)
+                .any(|(whole, part)| score.in_place_of(*part).is_some_and(|(rise, _)| rise <= most * whole.rise()))
+        };
+        begins_at_a_level(placed) || tries.iter().any(keeps)
+    };
+    places.into_par_iter().filter(may_be).collect()
+}
+
+/// Rows from the first on that hold, of each fault, half as much again as a rival of it may leave of the whole record: enough to see
+/// that what does something else explains nothing of it.
+fn telling_rows(estimate: &Estimate<'_>, here: &ScoreContext<'_, '_>, faults: &[EstimatedAt]) -> usize {
+    let full = &estimate.case.full;
+    let rows = full.times.len();
+    let share = 1.5 * (1.0 - estimate.case.rig().settings().learn.rival_share);
+    let told = |fault: &EstimatedAt| {
+        let mut theta = estimate.isolation.best.theta.clone();
+        theta[fault.parameter] = estimate.case.mean[fault.parameter];
+        let change = here.change_of(&full.parameters(&theta))?;
+        let squares: Vec<f64> = (0..rows)
+            .map(|row| full.series().into_iter().map(|range| change[range.start + row].powi(2)).sum())
+            .collect();
+        let enough = share * squares.iter().sum::<f64>();
+        let mut sum = 0.0;
+        let last = squares.iter().position(|square| {
+            sum += square;
+            sum >= enough
+        });
+        Some(last? + 1)
+    };
+    faults.par_iter().map(|fault| told(fault).unwrap_or(rows)).max().unwrap_or(rows)
 }
 
 /// A fault that an effect is to take the place of.

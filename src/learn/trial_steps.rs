@@ -41,6 +41,20 @@ impl<'a, 'e> ScoreContext<'a, 'e> {
         Some(Self { estimate, scoring, plain, worth })
     }
 
+    /// By how much other values of the rig's parameters, SI, change the weighted misfits; `None` where the model cannot be solved.
+    pub fn change_of(&self, parameters: &[f64]) -> Option<Vec<f64>> {
+        let full = &self.estimate.case.full;
+        Some(self.change_to(&roughly(full.model).solve(parameters, full.drive, full.times).ok()?.values))
+    }
+
+    /// By how much the weighted misfits change where the sensors show `with`, `[sensor][row]`, SI.
+    fn change_to(&self, with: &[Vec<f64>]) -> Vec<f64> {
+        let pairs = with.iter().flatten().zip(self.plain.iter().flatten());
+        let mut change: Vec<f64> = pairs.map(|(with, plain)| with - plain).collect();
+        self.estimate.case.full.weights.apply(&mut change);
+        change
+    }
+
     fn settings(&self) -> &'e LearningSettings {
         &self.estimate.case.rig().settings().learn
     }
@@ -58,11 +72,16 @@ pub(super) fn small_tries(here: &ScoreContext<'_, '_>, placed: &EffectInstance) 
     if levels(placed).is_some() {
         return Vec::new();
     }
-    let begins = placed.effect.parameters.iter().any(|free| matches!(free.first, InitialGuess::Onset(_)));
+    let begins = begins_at_a_level(placed);
     let top = if begins { highest(here.estimate, placed.spot, Quantity::Pressure) } else { 0.0 };
     let onsets: Vec<f64> = if begins { ONSETS.iter().map(|share| share * top).collect() } else { vec![0.0] };
     let steps = onsets.iter().flat_map(|&onset| SIZES[..=TYPICAL].iter().map(move |&step| (step, onset)));
     steps.filter_map(|step| TrialStep::at(here, placed, step, None)).map(|one| (one.candidate, one.change)).collect()
+}
+
+/// Whether an effect begins at a pressure that has to be found.
+pub(super) fn begins_at_a_level(placed: &EffectInstance) -> bool {
+    placed.effect.parameters.iter().any(|free| matches!(free.first, InitialGuess::Onset(_)))
 }
 
 /// The try of an effect that promises most.
@@ -297,10 +316,7 @@ fn change(here: &ScoreContext<'_, '_>, placed: &EffectInstance, tried: &[Paramet
         let drive = InputSignals::from_record(&rig, case.record).ok()?;
         Model::new(rig).with_tolerance(ROUGH).solve(&values, &drive, full.times).ok()?.values
     };
-    let mut change: Vec<f64> =
-        with.iter().flatten().zip(plain.iter().flatten()).map(|(with, plain)| with - plain).collect();
-    full.weights.apply(&mut change);
-    Some(change)
+    Some(here.change_to(&with))
 }
 
 /// A try with the score of its change; believed where it lies, or along a straight line through it as far as `reach` times its

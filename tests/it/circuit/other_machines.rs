@@ -2,10 +2,11 @@
 //! in a record is found with an interval that holds it. Their rig files are in `fixtures/`, a page of the gallery each.
 
 use borescope::Rig;
-use borescope::internals::diagnosis::{DiagnosisOptions, Verdict, diagnose};
+use borescope::internals::diagnosis::{DiagnosisOptions, Verdict, diagnose, estimate};
 use borescope::internals::model::{InputSignals, Model};
 
 use crate::support::command::borescope;
+use crate::support::cycle::Run;
 
 use std::fs;
 
@@ -102,6 +103,17 @@ fn a_whole_robot_is_as_scipy_has_it() {
     assert!(largest_difference("robot") < 3.0 * ALIKE);
 }
 
+/// Twelve cylinders on one pump station: most of what may differ does nothing in most phases, and the record of the new machine is
+/// explained by it.
+#[test]
+fn a_transfer_line_of_twelve_cylinders_is_followed() {
+    let model = Model::new(Rig::read("fixtures/transfer_line/rig.toml").unwrap());
+    let record = Run::of(&model).record("new");
+    let drive = InputSignals::from_record(&model.rig, &record).unwrap();
+    let found = estimate::near(&model, &record, &drive, None, 1).unwrap();
+    assert!(found.explains() && found.isolation.set().is_empty());
+}
+
 /// A position loop holds its valve where the edges begin to open. With sharp edges the calibration left 7 times the noise of the position,
 /// and had a viscous friction of 1610 N s/m.
 #[test]
@@ -172,4 +184,23 @@ fn a_dead_time_of_an_input_is_that_of_the_valve_behind_it() {
     // The piston moves at 0.1 m/s and more.
     assert!(apart(&of_input, &of_valve) < 1e-8, "{}", apart(&of_input, &of_valve));
     assert!(apart(&of_input, &stated) > 5e-4, "{}", apart(&of_input, &stated));
+}
+
+mod studies {
+    use super::*;
+
+    /// A leak in one of twelve cylinders, in the record of one part: a third of the cycle.
+    #[test]
+    #[ignore = "a minute"]
+    fn a_leak_in_a_transfer_line_is_found() {
+        let rig = "fixtures/transfer_line/rig.toml";
+        let model = Model::new(Rig::read(rig).unwrap());
+        let mut cycle = model.rig.cycle.clone().unwrap();
+        cycle.phases.truncate(cycle.phases.len() / 3);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("leak.csv");
+        let run = Run::of(&model).through(cycle).with_quantities(&[("slide_2_cylinder.clearance", "0.08 mm")]);
+        run.record("leak").write(&path).unwrap();
+        is_found_on(rig, path.to_str().unwrap(), "slide_2_cylinder.clearance", 0.08);
+    }
 }

@@ -67,10 +67,9 @@ fn a_leak_is_found_alone_whatever_the_spool_does() {
 fn a_record_that_begins_with_a_command_needs_no_fault() {
     let mut random = Stream::numbered(25, 0);
     let phases = cycle(&mut random, 1.0).split_off(1);
-    for (clearance, verdict, faults) in [
-        (Plant::default().clearance, Verdict::Healthy, vec![]),
-        (0.1e-3, Verdict::Faulty, vec!["cylinder.clearance"]),
-    ] {
+    for (clearance, verdict, faults) in
+        [(Plant::default().clearance, Verdict::Healthy, vec![]), (0.1e-3, Verdict::Faulty, vec!["cylinder.clearance"])]
+    {
         let diagnosis = diagnosed(&record("plant", &plant(1, clearance), &phases, &mut random));
         assert_eq!((diagnosis.verdict, present(&diagnosis)), (verdict, faults));
     }
