@@ -14,9 +14,9 @@ use crate::rig::{InitialPressure, NodeKind, Quantity, Rig, Sensor, Target};
 
 #[cfg(feature = "cli")]
 pub(crate) use model::doubts;
-#[cfg(feature = "cli")]
-pub use record::PhaseInput;
 pub use record::{ChannelLine, RecordPage};
+#[cfg(feature = "cli")]
+pub use record::{PhaseInput, PhaseLine};
 
 /// Name and version of the JSON schema.
 pub const SCHEMA: &str = "borescope.check/1";

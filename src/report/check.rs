@@ -3,11 +3,13 @@
 use std::io::{self, Write};
 
 use super::brief::wrapped;
-use crate::check::{CheckReport, PhaseInput, RecordPage, RigPage};
+use crate::check::{CheckReport, PhaseInput, PhaseLine, RecordPage, RigPage};
 use crate::number::{rounded, text, with_unit};
 
 /// Phases and warnings that the text shows; the JSON has all.
 const MOST: usize = 20;
+/// So many inputs fit a line.
+const INPUTS: usize = 4;
 
 /// Writes what is in the rig file, then what is in the record.
 ///
@@ -28,6 +30,10 @@ pub fn write_page(out: &mut dyn Write, page: &CheckReport) -> io::Result<()> {
 /// A heading, its count, and its lines in columns.
 fn table(out: &mut dyn Write, heading: &str, rows: &[Vec<String>]) -> io::Result<()> {
     writeln!(out, "\n{heading}: {}", rows.len())?;
+    aligned(out, rows)
+}
+
+fn aligned(out: &mut dyn Write, rows: &[Vec<String>]) -> io::Result<()> {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
     let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or(0)).collect();
@@ -131,13 +137,8 @@ fn write_record(out: &mut dyn Write, record: &RecordPage) -> io::Result<()> {
         vec![channel.name.clone(), channel.role.unwrap_or("not of this rig").to_owned(), range]
     });
     table(out, "columns", &rows.collect::<Vec<_>>())?;
-    let rows = record.phases.iter().map(|phase| {
-        let mut row = vec![format!("{} s to {} s", text(phase.from_s), text(phase.to_s))];
-        row.extend(phase.inputs.iter().map(course));
-        row
-    });
     if record.usable {
-        cut_off(out, "phases between jumps of the inputs", rows.collect())?;
+        cut_off(out, "phases between jumps of the inputs", phases(&record.phases))?;
     }
     if !record.mapping.is_empty() {
         let rows = record.mapping.iter().map(|proposal| {
@@ -155,13 +156,35 @@ fn write_record(out: &mut dyn Write, record: &RecordPage) -> io::Result<()> {
 
 /// A table of no more lines than people read; the JSON has all.
 fn cut_off(out: &mut dyn Write, heading: &str, mut rows: Vec<Vec<String>>) -> io::Result<()> {
+    writeln!(out, "\n{heading}: {}", rows.len())?;
     let beyond = rows.len().saturating_sub(MOST);
     rows.truncate(MOST);
-    table(out, heading, &rows)?;
+    aligned(out, &rows)?;
     if beyond > 0 {
         writeln!(out, "  and {beyond} more")?;
     }
     Ok(())
+}
+
+/// A row for each phase, with what each input does; of many inputs those that do something else than in the phase before.
+fn phases(phases: &[PhaseLine]) -> Vec<Vec<String>> {
+    let few = phases.iter().all(|phase| phase.inputs.len() <= INPUTS);
+    let of = |(index, phase): (usize, &PhaseLine)| {
+        let before = index.checked_sub(1).map(|index| &phases[index].inputs);
+        let is_shown = |input: usize| {
+            let courses = |inputs: &Vec<PhaseInput>| course(&inputs[input]);
+            few || before.map(courses).is_none_or(|before| before != course(&phase.inputs[input]))
+        };
+        let all_rest = phase.inputs.iter().all(|input| input.from == 0.0 && input.to == 0.0);
+        let shown = (0..phase.inputs.len()).filter(|&input| is_shown(input)).map(|input| course(&phase.inputs[input]));
+        let time = format!("{} s to {} s", text(phase.from_s), text(phase.to_s));
+        match before {
+            _ if few => std::iter::once(time).chain(shown).collect(),
+            None if all_rest => vec![time, "all inputs 0".to_owned()],
+            _ => vec![time, shown.collect::<Vec<_>>().join("  ")],
+        }
+    };
+    phases.iter().enumerate().map(of).collect()
 }
 
 /// How an input runs over a phase; four digits, as its noise leaves no more.
