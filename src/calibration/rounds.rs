@@ -24,6 +24,9 @@ pub(super) struct Settled {
     pub settled: bool,
 }
 
+/// How often a calibration goes halfway back from where the model is unstable: to a thousandth of the last step.
+const HALVED: usize = 10;
+
 /// What changes from round to round.
 pub(super) struct Rounds<'a> {
     /// With the noise and tolerance found so far.
@@ -42,35 +45,53 @@ impl<'a> Rounds<'a> {
         Self { noises: vec![None; rig.sensors.len()], rig, solutions, prior, before }
     }
 
-    /// So many rounds at most, from `theta`, until none of it moves any more.
+    /// So many rounds at most, from `theta`, until none of it moves any more. Where a fit has ended at values at which the model is
+    /// unstable, no weights can be had; the round is taken from halfway back, again and again.
     ///
     /// # Errors
     /// The model cannot be solved, or the fit fails.
     pub fn settle(&mut self, mut theta: Vec<f64>, most: usize) -> Result<Settled, FitError> {
         let context = self.rig.context().clone();
         let count = context.count("rounds of noise, tolerance and fit, at most", most);
+        let mut from = theta.clone();
         let mut rounds = 0;
+        let mut halved = 0;
         loop {
-            rounds += 1;
             let before = self.rig.clone();
-            self.forget_lack_of_fit();
-            self.estimate_noise(&theta)?;
-            let events = self.events(&self.rig, &theta)?;
-            self.estimate_tolerance(&theta, &events, if rounds == 1 { 2 } else { 1 })?;
-            let mut weights = Self::weights(&self.rig, &events);
-            if self.estimate_lack_of_fit(&theta, &weights)? {
-                weights = Self::weights(&self.rig, &self.events(&self.rig, &theta)?);
-            }
-            let settings = &self.rig.settings().calibration;
-            let joint = self.joint(weights.clone(), &theta, Loss::Huber { k: settings.huber_width })?;
-            let fit = joint.fit(&theta, ends(&self.rig))?;
-            let settled = joint.within(&fit.theta, &theta, settings.settled_deviation)? && alike(&before, &self.rig);
-            theta.clone_from(&fit.theta);
+            let (fit, weights, near) = match self.round(&theta, rounds == 0) {
+                Ok(taken) => taken,
+                Err(_) if rounds > 0 && halved < HALVED && !context.is_cancelled() => {
+                    halved += 1;
+                    theta.iter_mut().zip(&from).for_each(|(theta, from)| *theta = f64::midpoint(*theta, *from));
+                    continue;
+                }
+                Err(error) => return Err(error),
+            };
+            rounds += 1;
             count.one();
+            let settled = near && alike(&before, &self.rig);
             if settled || rounds >= most {
                 return Ok(Settled { fit, weights, rounds, settled });
             }
+            from = std::mem::replace(&mut theta, fit.theta);
         }
+    }
+
+    /// One round from `theta`: the fit, what it was weighed with, and whether it stayed near.
+    fn round(&mut self, theta: &[f64], is_first: bool) -> Result<(Fit, Vec<Weights>, bool), FitError> {
+        self.forget_lack_of_fit();
+        self.estimate_noise(theta)?;
+        let events = self.events(&self.rig, theta)?;
+        self.estimate_tolerance(theta, &events, if is_first { 2 } else { 1 })?;
+        let mut weights = Self::weights(&self.rig, &events);
+        if self.estimate_lack_of_fit(theta, &weights)? {
+            weights = Self::weights(&self.rig, &self.events(&self.rig, theta)?);
+        }
+        let settings = &self.rig.settings().calibration;
+        let joint = self.joint(weights.clone(), theta, Loss::Huber { k: settings.huber_width })?;
+        let fit = joint.fit(theta, ends(&self.rig))?;
+        let near = joint.within(&fit.theta, theta, settings.settled_deviation)?;
+        Ok((fit, weights, near))
     }
 
     pub(super) fn joint(&self, weights: Vec<Weights>, theta: &[f64], loss: Loss) -> Result<Joint<'_>, SimulationError> {

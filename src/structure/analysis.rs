@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::isolability::{isolation, signatures};
 use super::matching::decompose;
 use super::mso::count_mso;
-use super::mtes::{mtes_sets, smallest_test};
+use super::mtes::{lacking, mtes_sets, smallest_test};
 use super::placement::{Extent, place};
 use super::selection::select;
 use super::{Structure, from_rig};
@@ -98,7 +98,11 @@ fn analyse_structure(original: &Structure) -> Isolability {
     let names = |faults: &[usize]| faults.iter().map(|&fault| structure.faults[fault].clone()).collect::<Vec<_>>();
     let groups = found.groups().iter().filter(|group| group.len() > 1).map(|group| names(group)).collect();
     let (mso, mso_complete) = count_mso(&structure, MSO_LIMIT);
-    let mtes = mtes_sets(&structure, MTES_LIMIT);
+    let mut mtes = mtes_sets(&structure, MTES_LIMIT);
+    if !mtes.complete {
+        let lacking = lacking(&structure, &mtes.sets, &found);
+        mtes.sets.extend(lacking);
+    }
     let tests = signatures(&structure, &mtes.sets);
     let chosen = select(&tests).into_iter().map(|test| {
         let support = &mtes.sets[test];

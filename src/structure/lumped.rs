@@ -62,6 +62,13 @@ impl<const W: usize> Lumped<W> {
         self.alive
     }
 
+    /// Takes what one walk over the rows costs from an effort, in rows; whether there was so much left.
+    pub fn is_worth(&self, effort: &mut u64) -> bool {
+        let left = effort.checked_sub(self.alive.len() as u64);
+        *effort = left.unwrap_or(0);
+        left.is_some()
+    }
+
     /// The equations of these rows.
     pub fn equations(&self, rows: Bits<W>) -> Bits<W> {
         rows.iter().fold(Bits::EMPTY, |all, row| all.union(&self.equations[row]))

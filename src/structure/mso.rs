@@ -8,7 +8,11 @@ use super::lumped::{Lumped, sized, whole};
 use super::matching::Decomposition;
 use super::{Search, Structure};
 
-/// Every minimal structurally overdetermined set, or the first `limit`. Each is one equation more than it has unknowns
+/// Rows that may be walked over for each set that is asked for: ten times what small circuits take. In large ones the way to a set is
+/// longer than anybody waits, so a search ends there too.
+pub(super) const ROWS_PER_SET: u64 = 500;
+
+/// Every minimal structurally overdetermined set, or the first `limit` within the effort that they are worth. Each is one equation more than it has unknowns
 /// and no part of it is.
 pub fn mso_sets(structure: &Structure, limit: usize) -> Search {
     let rows = structure.rows();
@@ -25,7 +29,7 @@ pub fn count_mso(structure: &Structure, limit: usize) -> (usize, bool) {
 
 fn collect<const W: usize>(rows: &[&[usize]], parts: &Decomposition, limit: usize) -> Search {
     let mut sets = Vec::new();
-    let complete = start::<W>(rows, parts, &mut |set| {
+    let complete = start::<W>(rows, parts, effort(limit), &mut |set| {
         if sets.len() == limit {
             return false;
         }
@@ -39,7 +43,7 @@ fn collect<const W: usize>(rows: &[&[usize]], parts: &Decomposition, limit: usiz
 
 fn count<const W: usize>(rows: &[&[usize]], parts: &Decomposition, limit: usize) -> (usize, bool) {
     let mut found = 0;
-    let complete = start::<W>(rows, parts, &mut |_| {
+    let complete = start::<W>(rows, parts, effort(limit), &mut |_| {
         let more = found < limit;
         found += usize::from(more);
         more
@@ -47,14 +51,29 @@ fn count<const W: usize>(rows: &[&[usize]], parts: &Decomposition, limit: usize)
     (found, complete)
 }
 
-/// Walks through all sets; `visit` says whether to go on. `false` where it said no.
-fn start<const W: usize>(rows: &[&[usize]], parts: &Decomposition, visit: &mut impl FnMut(Bits<W>) -> bool) -> bool {
-    let set = Lumped::<W>::new(rows, parts);
-    let all = set.rows();
-    all.is_empty() || search(set, all, visit)
+/// Rows that a search for so many sets may walk over.
+pub(super) fn effort(limit: usize) -> u64 {
+    ROWS_PER_SET.saturating_mul(limit as u64)
 }
 
-fn search<const W: usize>(mut set: Lumped<W>, allowed: Bits<W>, visit: &mut impl FnMut(Bits<W>) -> bool) -> bool {
+/// Walks through all sets; `visit` says whether to go on. `false` where it said no, or the effort is spent.
+fn start<const W: usize>(
+    rows: &[&[usize]],
+    parts: &Decomposition,
+    mut effort: u64,
+    visit: &mut impl FnMut(Bits<W>) -> bool,
+) -> bool {
+    let set = Lumped::<W>::new(rows, parts);
+    let all = set.rows();
+    all.is_empty() || search(set, all, &mut effort, visit)
+}
+
+fn search<const W: usize>(
+    mut set: Lumped<W>,
+    allowed: Bits<W>,
+    effort: &mut u64,
+    visit: &mut impl FnMut(Bits<W>) -> bool,
+) -> bool {
     let last = set.redundancy() == 2;
     let whole = set.equations(set.rows());
     if set.redundancy() == 1 {
@@ -64,6 +83,9 @@ fn search<const W: usize>(mut set: Lumped<W>, allowed: Bits<W>, visit: &mut impl
     while let Some(row) = rest.first() {
         // At redundancy 2 each class leaves a minimal set behind: nothing further will be taken from it, so none is
         // lumped.
+        if !set.is_worth(effort) {
+            return false;
+        }
         let class = if last { set.class(row).0 } else { set.lump(row) };
         rest = rest.minus(&class);
         if class.is_subset(&allowed) {
@@ -79,7 +101,7 @@ fn search<const W: usize>(mut set: Lumped<W>, allowed: Bits<W>, visit: &mut impl
         later.remove(row);
         let mut smaller = set.clone();
         smaller.remove(row);
-        if !search(smaller, later, visit) {
+        if !search(smaller, later, effort, visit) {
             return false;
         }
     }

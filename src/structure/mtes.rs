@@ -5,12 +5,13 @@
 //! fault isolability analysis", 21st Workshop on Principles of Diagnosis (DX), 2010.
 
 use super::bits::Bits;
+use super::isolability::{Isolation, signatures};
 use super::lumped::{Lumped, sized, whole};
-use super::matching::Decomposition;
-use super::mso::mso_sets;
+use super::matching::{Decomposition, decompose};
+use super::mso::{effort, mso_sets};
 use super::{Search, Structure};
 
-/// Every minimal test equation support, or the first `limit`: overdetermined sets that no further equation can join
+/// Every minimal test equation support, or the first `limit` within the effort that they are worth: overdetermined sets that no further equation can join
 /// without bringing a further fault, and that hold no smaller such set with a fault. With the faults of all of them,
 /// whatever can be isolated at all can be isolated.
 pub fn mtes_sets(structure: &Structure, limit: usize) -> Search {
@@ -22,6 +23,41 @@ pub fn mtes_sets(structure: &Structure, limit: usize) -> Search {
         collect(&rows, &faulty, &parts, limit),
         Search { sets: Vec::new(), complete: false }
     )
+}
+
+/// Supports that a search which ended early lacks: for each fault and each other that it can be isolated from, one that holds the first
+/// and not the second, of as few faults as taking them out one after the other leaves.
+pub fn lacking(structure: &Structure, sets: &[Vec<usize>], known: &Isolation) -> Vec<Vec<usize>> {
+    let rows = structure.rows();
+    let equation = structure.equation_of_fault();
+    let over = |keep: &[usize]| decompose(&rows, keep, structure.unknowns.len()).over.equations;
+    let without = |set: &[usize], left_out: usize| -> Vec<usize> {
+        over(&set.iter().copied().filter(|&row| row != left_out).collect::<Vec<_>>())
+    };
+    let all: Vec<usize> = (0..rows.len()).collect();
+    let (mut found, mut tests) = (Vec::new(), signatures(structure, sets));
+    for (fault, own) in equation.iter().enumerate().filter(|&(fault, _)| known.detectable[fault]) {
+        let Some(own) = *own else { continue };
+        for (other, its) in equation.iter().enumerate() {
+            let is_told = tests.iter().any(|test| test[fault] && (other == fault || !test[other]));
+            if is_told || other != fault && known.explained_by[fault][other] {
+                continue;
+            }
+            let mut set = match its {
+                Some(its) if other != fault => without(&all, *its),
+                _ => over(&all),
+            };
+            for &row in equation.iter().flatten().filter(|&&row| row != own) {
+                let smaller = without(&set, row);
+                if smaller.binary_search(&own).is_ok() {
+                    set = smaller;
+                }
+            }
+            tests.extend(signatures(structure, std::slice::from_ref(&set)));
+            found.push(set);
+        }
+    }
+    found
 }
 
 /// The smallest test within a test equation support: of the minimal overdetermined sets that hold a fault, one with the
@@ -45,8 +81,9 @@ fn collect<const W: usize>(rows: &[&[usize]], faulty: &[bool], parts: &Decomposi
         .filter(|(_, equation)| faulty[**equation])
         .for_each(|(row, _)| faults.insert(row));
     let mut sets = Vec::new();
+    let mut effort = effort(limit);
     let complete = faults.is_empty()
-        || search(set, faults, faults, &mut |set| {
+        || search(set, faults, faults, &mut effort, &mut |set| {
             if sets.len() == limit {
                 return false;
             }
@@ -61,10 +98,14 @@ fn search<const W: usize>(
     mut set: Lumped<W>,
     faults: Bits<W>,
     allowed: Bits<W>,
+    effort: &mut u64,
     visit: &mut impl FnMut(Bits<W>) -> bool,
 ) -> bool {
     let (mut rest, mut lumped, mut later) = (faults, Bits::EMPTY, Bits::EMPTY);
     while let Some(row) = rest.first() {
+        if !set.is_worth(effort) {
+            return false;
+        }
         let class = set.lump(row);
         rest = rest.minus(&class);
         lumped.insert(row);
@@ -81,7 +122,7 @@ fn search<const W: usize>(
         smaller.remove(row);
         let mut left = lumped;
         left.remove(row);
-        if !search(smaller, left, later, visit) {
+        if !search(smaller, left, later, effort, visit) {
             return false;
         }
     }
