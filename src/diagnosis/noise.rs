@@ -350,24 +350,33 @@ const UNSEEN: f64 = 1e-6;
 const ROUNDING: f64 = 1e-12;
 
 /// For effects `G` (columns): orthonormal `U` and shares `f` with `(I + G G')^(-1/2) = I - U diag(f) U'`. Most parts of a large rig do
-/// nothing in a phase; their effects are left out as long as all of them together are not seen.
+/// next to nothing in a phase; where the eigenvectors are no numbers for that, such effects are left out: all of them together are not seen.
 fn random_directions(effects: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let unseen = UNSEEN / effects.len() as f64;
-    let effects: Vec<&Vec<f64>> = effects.iter().filter(|effect| dot(effect, effect) > unseen).collect();
-    let m = effects.len();
+    let whole: Vec<&Vec<f64>> = effects.iter().collect();
+    let m = whole.len();
     if m == 0 {
         return (Vec::new(), Vec::new());
     }
     // G = U S V' from the small matrix G'G = V S² V'.
-    let mut gram = DMatrix::from_fn(m, m, |i, j| dot(effects[i], effects[j]));
-    // What is next to nothing squares to none in a reflection, which then is no number.
-    let sizes: Vec<f64> = (0..m).map(|i| gram[(i, i)].sqrt()).collect();
-    for (i, j) in (0..m).flat_map(|i| (0..m).map(move |j| (i, j))) {
-        if gram[(i, j)].abs() <= ROUNDING * sizes[i] * sizes[j] {
-            gram[(i, j)] = 0.0;
+    let gram =
+        |effects: &[&Vec<f64>]| DMatrix::from_fn(effects.len(), effects.len(), |i, j| dot(effects[i], effects[j]));
+    let (mut effects, mut eigen) = (whole.clone(), SymmetricEigen::new(gram(&whole)));
+    if !eigen.eigenvalues.iter().chain(eigen.eigenvectors.iter()).all(|value| value.is_finite()) {
+        let unseen = UNSEEN / m as f64;
+        effects = whole.into_iter().filter(|effect| dot(effect, effect) > unseen).collect();
+        if effects.is_empty() {
+            return (Vec::new(), Vec::new());
         }
+        let mut gram = gram(&effects);
+        // What is next to nothing squares to none in a reflection, which then is no number.
+        let sizes: Vec<f64> = (0..effects.len()).map(|i| gram[(i, i)].sqrt()).collect();
+        for (i, j) in (0..sizes.len()).flat_map(|i| (0..sizes.len()).map(move |j| (i, j))) {
+            if gram[(i, j)].abs() <= ROUNDING * sizes[i] * sizes[j] {
+                gram[(i, j)] = 0.0;
+            }
+        }
+        eigen = SymmetricEigen::new(gram);
     }
-    let eigen = SymmetricEigen::new(gram);
     let largest = eigen.eigenvalues.max();
     let (mut directions, mut taken) = (Vec::new(), Vec::new());
     for (index, &square) in eigen.eigenvalues.iter().enumerate() {
@@ -377,7 +386,7 @@ fn random_directions(effects: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<f64>) {
         }
         let mut direction = vec![0.0; effects[0].len()];
         for (effect, share) in effects.iter().zip(eigen.eigenvectors.column(index).iter()) {
-            for (slot, value) in direction.iter_mut().zip(*effect) {
+            for (slot, value) in direction.iter_mut().zip(effect.iter()) {
                 *slot += share * value / square.sqrt();
             }
         }
