@@ -212,11 +212,8 @@ fn score_of_rate(near: &Estimate<'_>) -> Option<Score> {
     let drive = InputSignals::from_record(case.rig(), &record).ok()?;
     let plain = full.model.solve(&values, full.drive, full.times).ok()?.values;
     let with = full.model.solve(&values, &drive, &record.time).ok()?.values;
-    let pairs = with.iter().flatten().zip(plain.iter().flatten());
-    let mut change: Vec<f64> = pairs.map(|(with, plain)| with - plain).collect();
-    full.weights.apply(&mut change);
     let test = isolation.local.score_test(&case.problem(isolation.set()), &best.theta, &best.misfit).ok()?;
-    Some(test.of(&change))
+    Some(test.of(&full.weights.change(&with, &plain)))
 }
 
 /// A cause taken back, and the record then explained like any other.

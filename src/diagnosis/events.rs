@@ -167,15 +167,15 @@ fn driven_otherwise(problem: &RecordProblem<'_>, record: &Record, parameters: &[
 const MOMENT: f64 = 1e-3;
 
 /// Spools that a record commands from its first row on, had they been at rest until then: what came before it no record says.
-fn begun_at_rest(problem: &RecordProblem<'_>, followings: &[Following]) -> impl Iterator<Item = InputSignals> {
+fn begun_at_rest(problem: &RecordProblem<'_>, followings: &[Following]) -> Vec<InputSignals> {
     let (rig, drive) = (&problem.model.rig, problem.drive);
-    let moment = problem.times.get(..2).map_or(0.0, |first| MOMENT * (first[1] - first[0]));
-    let first = drive.commanded.as_ref().unwrap_or(&drive.pieces).first();
+    let [first, second, ..] = *problem.times else { return Vec::new() };
     let mut inputs: Vec<usize> = followings.iter().map(|one| one.input).collect();
     inputs.sort_unstable();
     inputs.dedup();
-    inputs.retain(|&input| first.is_some_and(|first| first.from[input] != 0.0));
-    inputs.into_iter().map(move |input| drive.clone().without_at_first(input, moment).followed(rig, followings))
+    let commanded = inputs.into_iter().filter(|&input| drive.value(input, first) != 0.0);
+    let at_rest = |input: usize| drive.clone().without_at_first(input, MOMENT * (second - first));
+    commanded.map(|input| at_rest(input).followed(rig, followings)).collect()
 }
 
 #[cfg(test)]

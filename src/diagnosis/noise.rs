@@ -16,10 +16,11 @@
 //!   a phase has `1 + (size)²` times the variance of noise.
 //! - A phase therefore says no more about a constant or a slope than the tolerance allows, however many samples it has.
 
+mod directions;
+
 use std::ops::Range;
 
-use nalgebra::{DMatrix, SymmetricEigen};
-
+use self::directions::random_directions;
 use crate::estimation::dot;
 use crate::model::{InputSignals, Late};
 use crate::record::{Record, Sampling};
@@ -238,6 +239,14 @@ impl Weights {
         }
     }
 
+    /// By how much the weighted misfits differ where the sensors read `with` and not `plain`, `[sensor][row]`, SI.
+    pub(crate) fn change(&self, with: &[Vec<f64>], plain: &[Vec<f64>]) -> Vec<f64> {
+        let pairs = with.iter().flatten().zip(plain.iter().flatten());
+        let mut change: Vec<f64> = pairs.map(|(with, plain)| with - plain).collect();
+        self.apply(&mut change);
+        change
+    }
+
     /// What weighted misfits ask of the events at each sensor: the mean square over the ways in which phases may differ by events, in
     /// what each may differ by, and how many independent ones that is. A way counts at a sensor by the share that it has there; those
     /// that no sensor tells from noise are left out. What a part has otherwise than stated, it has so in all phases, so no more are
@@ -342,58 +351,6 @@ fn level_directions(tolerance: f64, weights: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>
     let slope = constant.iter().enumerate().map(|(row, size)| size * 3.0_f64.sqrt() * (2.0 * row as f64 / last - 1.0));
     let slope: Vec<f64> = slope.collect();
     random_directions(&[constant, slope])
-}
-
-/// Square of a size that shows nowhere: it takes away half a millionth of a misfit.
-const UNSEEN: f64 = 1e-6;
-/// Share of the largest square, and of the most that two effects can have in common, that is rounding.
-const ROUNDING: f64 = 1e-12;
-
-/// For effects `G` (columns): orthonormal `U` and shares `f` with `(I + G G')^(-1/2) = I - U diag(f) U'`. Most parts of a large rig do
-/// next to nothing in a phase; where the eigenvectors are no numbers for that, such effects are left out: all of them together are not seen.
-fn random_directions(effects: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let whole: Vec<&Vec<f64>> = effects.iter().collect();
-    let m = whole.len();
-    if m == 0 {
-        return (Vec::new(), Vec::new());
-    }
-    // G = U S V' from the small matrix G'G = V S² V'.
-    let gram =
-        |effects: &[&Vec<f64>]| DMatrix::from_fn(effects.len(), effects.len(), |i, j| dot(effects[i], effects[j]));
-    let (mut effects, mut eigen) = (whole.clone(), SymmetricEigen::new(gram(&whole)));
-    if !eigen.eigenvalues.iter().chain(eigen.eigenvectors.iter()).all(|value| value.is_finite()) {
-        let unseen = UNSEEN / m as f64;
-        effects = whole.into_iter().filter(|effect| dot(effect, effect) > unseen).collect();
-        if effects.is_empty() {
-            return (Vec::new(), Vec::new());
-        }
-        let mut gram = gram(&effects);
-        // What is next to nothing squares to none in a reflection, which then is no number.
-        let sizes: Vec<f64> = (0..effects.len()).map(|i| gram[(i, i)].sqrt()).collect();
-        for (i, j) in (0..sizes.len()).flat_map(|i| (0..sizes.len()).map(move |j| (i, j))) {
-            if gram[(i, j)].abs() <= ROUNDING * sizes[i] * sizes[j] {
-                gram[(i, j)] = 0.0;
-            }
-        }
-        eigen = SymmetricEigen::new(gram);
-    }
-    let largest = eigen.eigenvalues.max();
-    let (mut directions, mut taken) = (Vec::new(), Vec::new());
-    for (index, &square) in eigen.eigenvalues.iter().enumerate() {
-        // Below this, rounding is all that is left of the direction, and its effect is none.
-        if square <= UNSEEN || square <= ROUNDING * largest {
-            continue;
-        }
-        let mut direction = vec![0.0; effects[0].len()];
-        for (effect, share) in effects.iter().zip(eigen.eigenvectors.column(index).iter()) {
-            for (slot, value) in direction.iter_mut().zip(effect.iter()) {
-                *slot += share * value / square.sqrt();
-            }
-        }
-        directions.push(direction);
-        taken.push(1.0 - 1.0 / (1.0 + square).sqrt());
-    }
-    (directions, taken)
 }
 
 #[cfg(test)]

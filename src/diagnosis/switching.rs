@@ -167,10 +167,7 @@ impl<'e, 'a> Asked<'e, 'a> {
             parameters[lag] = other.parameters[lag].value;
         }
         let with = full.outputs(&parameters, &drive).ok()?;
-        let pairs = with.iter().flatten().zip(self.plain.iter().flatten());
-        let mut change: Vec<f64> = pairs.map(|(with, plain)| with - plain).collect();
-        full.weights.apply(&mut change);
-        Some(change)
+        Some(full.weights.change(&with, &self.plain))
     }
 }
 

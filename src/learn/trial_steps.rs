@@ -44,15 +44,8 @@ impl<'a, 'e> ScoreContext<'a, 'e> {
     /// By how much other values of the rig's parameters, SI, change the weighted misfits; `None` where the model cannot be solved.
     pub fn change_of(&self, parameters: &[f64]) -> Option<Vec<f64>> {
         let full = &self.estimate.case.full;
-        Some(self.change_to(&roughly(full.model).solve(parameters, full.drive, full.times).ok()?.values))
-    }
-
-    /// By how much the weighted misfits change where the sensors show `with`, `[sensor][row]`, SI.
-    fn change_to(&self, with: &[Vec<f64>]) -> Vec<f64> {
-        let pairs = with.iter().flatten().zip(self.plain.iter().flatten());
-        let mut change: Vec<f64> = pairs.map(|(with, plain)| with - plain).collect();
-        self.estimate.case.full.weights.apply(&mut change);
-        change
+        let with = roughly(full.model).solve(parameters, full.drive, full.times).ok()?.values;
+        Some(full.weights.change(&with, &self.plain))
     }
 
     fn settings(&self) -> &'e LearningSettings {
@@ -316,7 +309,7 @@ fn change(here: &ScoreContext<'_, '_>, placed: &EffectInstance, tried: &[Paramet
         let drive = InputSignals::from_record(&rig, case.record).ok()?;
         Model::new(rig).with_tolerance(ROUGH).solve(&values, &drive, full.times).ok()?.values
     };
-    Some(here.change_to(&with))
+    Some(full.weights.change(&with, plain))
 }
 
 /// A try with the score of its change; believed where it lies, or along a straight line through it as far as `reach` times its

@@ -8,12 +8,12 @@ use super::lumped::{Lumped, sized, whole};
 use super::matching::Decomposition;
 use super::{Search, Structure};
 
-/// Rows that may be walked over for each set that is asked for: ten times what small circuits take. In large ones the way to a set is
-/// longer than anybody waits, so a search ends there too.
-pub(super) const ROWS_PER_SET: u64 = 500;
+/// Rows that may be walked over for each set that is asked for. No search of the rigs in `fixtures` ends there but that of twelve
+/// cylinders, whose sets take 4,400 each: longer than anybody waits.
+const ROWS_PER_SET: u64 = 500;
 
-/// Every minimal structurally overdetermined set, or the first `limit` within the effort that they are worth. Each is one equation more than it has unknowns
-/// and no part of it is.
+/// Every minimal structurally overdetermined set, or the first `limit` within the [`effort`] that they are worth. Each is one equation
+/// more than it has unknowns and no part of it is.
 pub fn mso_sets(structure: &Structure, limit: usize) -> Search {
     let rows = structure.rows();
     let parts = whole(&rows, structure.unknowns.len());

@@ -11,9 +11,9 @@ use super::matching::{Decomposition, decompose};
 use super::mso::{effort, mso_sets};
 use super::{Search, Structure};
 
-/// Every minimal test equation support, or the first `limit` within the effort that they are worth: overdetermined sets that no further equation can join
-/// without bringing a further fault, and that hold no smaller such set with a fault. With the faults of all of them,
-/// whatever can be isolated at all can be isolated.
+/// Every minimal test equation support, or the first `limit` within the [`effort`] that they are worth: overdetermined sets that no
+/// further equation can join without bringing a further fault, and that hold no smaller such set with a fault. With the faults of all
+/// of them, whatever can be isolated at all can be isolated.
 pub fn mtes_sets(structure: &Structure, limit: usize) -> Search {
     let rows = structure.rows();
     let parts = whole(&rows, structure.unknowns.len());
@@ -39,8 +39,8 @@ pub fn lacking(structure: &Structure, sets: &[Vec<usize>], known: &Isolation) ->
     for (fault, own) in equation.iter().enumerate().filter(|&(fault, _)| known.detectable[fault]) {
         let Some(own) = *own else { continue };
         for (other, its) in equation.iter().enumerate() {
-            let is_told = tests.iter().any(|test| test[fault] && (other == fault || !test[other]));
-            if is_told || other != fault && known.explained_by[fault][other] {
+            let is_isolated = tests.iter().any(|test| test[fault] && (other == fault || !test[other]));
+            if is_isolated || other != fault && known.explained_by[fault][other] {
                 continue;
             }
             let mut set = match its {

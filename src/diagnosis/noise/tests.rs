@@ -1,3 +1,5 @@
+use nalgebra::DMatrix;
+
 use super::*;
 use crate::rig::Sensor;
 
