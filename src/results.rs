@@ -1,6 +1,6 @@
 //! What the verbs give, and its parts. Where the command prints JSON, its keys are the names of the fields.
 
-pub use crate::calibration::{CalibratedParameter, CalibratedSensor, CalibrationReport};
+pub use crate::calibration::{CalibratedDynamics, CalibratedParameter, CalibratedSensor, CalibrationReport};
 pub use crate::campaign::score::{Group, Scores};
 pub use crate::campaign::statistics::Rate;
 pub use crate::campaign::{FaultRow, Outcome, Row};

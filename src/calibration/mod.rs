@@ -35,7 +35,7 @@ use crate::record::Record;
 use crate::rig::Rig;
 use first_fits::{FIRST, first_fits};
 use joint::{Healthy, Solutions};
-pub use report::{CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit};
+pub use report::{CalibratedDynamics, CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit};
 use rounds::Rounds;
 
 /// What the user may choose.
@@ -92,7 +92,9 @@ pub fn calibrate_rig(
     records: &[Record],
     options: &CalibrationOptions,
 ) -> Result<(Rig, CalibrationReport), Complaint> {
-    rig.context().run(|| fit_all(rig, records, options))
+    let (learnt, mut report) = rig.context().run(|| fit_all(rig, records, options))?;
+    report.dynamics = result::dynamics(rig, &learnt);
+    Ok((learnt, report))
 }
 
 fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Result<(Rig, CalibrationReport), Complaint> {

@@ -14,6 +14,8 @@ pub struct CalibrationReport {
     pub rig: String,
     /// Every parameter that was calibrated, in the order of the rig.
     pub parameters: Vec<CalibratedParameter>,
+    /// How spools follow their commands and mean lags, where the records show them otherwise than the data sheet has them.
+    pub dynamics: Vec<CalibratedDynamics>,
     /// Every sensor, in the order of the rig.
     pub sensors: Vec<CalibratedSensor>,
     /// Every record, in the order given.
@@ -54,6 +56,21 @@ pub struct CalibratedParameter {
     pub informed: bool,
     /// Whether it is a fault, whose healthy value was calibrated.
     pub fault: bool,
+}
+
+/// A lag, mass time or dead time that was searched for and found otherwise than stated. Numbers in `unit`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CalibratedDynamics {
+    /// Such as `valve.lag`.
+    pub id: String,
+    /// From its card.
+    pub meaning: String,
+    /// As the rig file has it.
+    pub unit: String,
+    /// Data sheet.
+    pub before: f64,
+    /// With the records. A search among whole switchings has no standard error.
+    pub after: f64,
 }
 
 /// Noise and tolerance of a sensor. Numbers in `unit`.

@@ -7,7 +7,9 @@ use super::clusters;
 use super::joint::Joint;
 use super::noise::Noise;
 use super::principal::{self, Sources};
-use super::report::{CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit, SCHEMA};
+use super::report::{
+    CalibratedDynamics, CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit, SCHEMA,
+};
 use super::rounds::{Rounds, Settled};
 use crate::diagnosis::problem::count_there;
 use crate::diagnosis::{adequate, tame_squares};
@@ -38,6 +40,23 @@ fn correlation(covariance: &DMatrix<f64>) -> DMatrix<f64> {
         }
         kept *= 1.0 - SHRINK;
     }
+}
+
+/// What was found of how spools follow and of mean lags. `sheet` is the rig before.
+pub(super) fn dynamics(sheet: &Rig, calibrated: &Rig) -> Vec<CalibratedDynamics> {
+    let found = calibrated.calibration.iter().flat_map(|calibration| &calibration.dynamics);
+    let one = |&index: &usize| {
+        let (known, found) = (&sheet.parameters[index], &calibrated.parameters[index]);
+        let value = |si| rounded(known.unit.from_si(si), DIGITS);
+        CalibratedDynamics {
+            id: known.id.clone(),
+            meaning: known.meaning.clone(),
+            unit: known.unit.symbol.clone(),
+            before: value(known.value),
+            after: value(found.value),
+        }
+    };
+    found.map(one).collect()
 }
 
 impl Rounds<'_> {
@@ -181,6 +200,7 @@ impl Rounds<'_> {
             records,
             warnings,
             chi2_reduced: rounded(total / samples.max(1) as f64, DIGITS),
+            dynamics: Vec::new(),
             rounds: 0,
             settled: false,
             solves: simulations + sensitivities,

@@ -149,6 +149,8 @@ pub struct ParameterLine {
     pub fitted: bool,
     /// Whether it is exact by the rig file, although parts deviate from data sheets and no calibration has said by how much.
     pub exact_by_sheet: bool,
+    /// Whether it is the size of a margin: what no circuit is quite without, as a calibration has it.
+    pub margin: bool,
     /// From the card.
     pub meaning: String,
 }
@@ -235,6 +237,7 @@ fn rig_page(rig: &Rig) -> RigPage {
         sigma: difference_in_unit(parameter.sigma, &parameter.unit),
         fitted: rig.is_fitted(index),
         exact_by_sheet: by_sheet.contains(&index),
+        margin: rig.is_margin(index),
         meaning: parameter.meaning.clone(),
     });
     let faults = rig.faults.iter().filter_map(|fault| {

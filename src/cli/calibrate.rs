@@ -12,7 +12,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::context::Context;
 use crate::files::{is_kept, read_text};
 use crate::finding::argument;
-use crate::number::{before_unit, rounded, with_unit};
+use crate::number::{before_unit, rounded, text, with_unit};
 use crate::report::brief::wrapped;
 use crate::report::digits::plus_minus;
 use crate::report::pages;
@@ -123,6 +123,13 @@ fn write_text(out: &mut dyn Write, output: &Path, report: &CalibrationReport) ->
         for line in wrapped(&format!("  hardly determined by the records: {}", ids.join(", ")), "    ") {
             writeln!(out, "{line}")?;
         }
+    }
+    if !report.dynamics.is_empty() {
+        let value = |value: f64| text(rounded(value, 4));
+        let cells = report.dynamics.iter().map(|found| {
+            [found.id.clone(), value(found.before), "->".to_owned(), before_unit(value(found.after), &found.unit)]
+        });
+        write_table(out, "dynamics, by search and without a standard deviation", cells.collect())?;
     }
     let cells = report.sensors.iter().map(|sensor| {
         let shown = |value: f64| with_unit(rounded(value, 3), &sensor.unit);

@@ -104,7 +104,20 @@ pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> R
 
 /// The same on the threads of the caller.
 fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
+    let mut found = believed(model, record, options)?;
+    if !found.diagnosis.is_explained() {
+        found.diagnosis.at_odds = model.rig.at_odds(record);
+    }
+    Ok(found)
+}
+
+/// The explanation that is believed among those with every value as stated, with others that nobody declared, and by data sheet.
+fn believed(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
     let stated = diagnose_as_stated(model, record, options)?;
+    // No value brings a body to where it starts.
+    if !stated.diagnosis.is_explained() && model.rig.begins_within_a_run(record) {
+        return Ok(stated);
+    }
     if let Some(found) = undeclared::preferred(model, record, &stated, options)? {
         return Ok(found);
     }

@@ -82,6 +82,7 @@ pub(super) fn reported(
         channels,
         uncertain: summary::uncertain(estimate),
         taken_as_exact: rig.exact_by_sheet().into_iter().map(|index| rig.parameters[index].id.clone()).collect(),
+        at_odds: Vec::new(),
         unfilled: rig.unfilled.len(),
         left_out: seen.left_out,
         faults,

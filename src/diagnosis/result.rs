@@ -316,6 +316,8 @@ pub struct Diagnosis {
     /// Parameters that the rig file states without an uncertainty, although parts deviate from data sheets: an error in one of them shows
     /// as a fault. None of a calibrated rig.
     pub taken_as_exact: Vec<String>,
+    /// What record and rig file say differently, in words, where the record is not explained.
+    pub at_odds: Vec<String>,
     /// Values of the rig file that are still those of a draft.
     #[serde(skip)]
     pub unfilled: usize,

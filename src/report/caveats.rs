@@ -17,6 +17,7 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
     };
     let open: Vec<&str> = diagnosis.faults.iter().filter(untold).map(|fault| fault.id.as_str()).collect();
     let mut told: Vec<String> = drafted(diagnosis.unfilled).into_iter().collect();
+    told.extend(diagnosis.at_odds.iter().map(|odd| format!("Record and rig file differ: {odd}.")));
     if let Some(cause) = &diagnosis.common_cause {
         let without = match cause.instead_of.as_slice() {
             [] => "no faults of this rig explain the record".to_owned(),

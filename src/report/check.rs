@@ -3,8 +3,10 @@
 use std::io::{self, Write};
 
 use super::brief::wrapped;
-use crate::check::{CheckReport, PhaseInput, PhaseLine, RecordPage, RigPage};
-use crate::number::{rounded, text, with_unit};
+use super::digits::plus_minus;
+use super::table::headless;
+use crate::check::{CheckReport, ParameterLine, PhaseInput, PhaseLine, RecordPage, RigPage};
+use crate::number::{before_unit, rounded, text, with_unit};
 
 /// Phases and warnings that the text shows; the JSON has all.
 const MOST: usize = 20;
@@ -34,14 +36,7 @@ fn table(out: &mut dyn Write, heading: &str, rows: &[Vec<String>]) -> io::Result
 }
 
 fn aligned(out: &mut dyn Write, rows: &[Vec<String>]) -> io::Result<()> {
-    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
-    let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or(0)).collect();
-    for row in rows {
-        let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}"));
-        writeln!(out, "  {}", cells.collect::<Vec<_>>().join("  ").trim_end())?;
-    }
-    Ok(())
+    headless(rows).iter().try_for_each(|line| writeln!(out, "{line}"))
 }
 
 fn write_rig(out: &mut dyn Write, rig: &RigPage) -> io::Result<()> {
@@ -70,24 +65,7 @@ fn write_rig(out: &mut dyn Write, rig: &RigPage) -> io::Result<()> {
         table(out, "effects", &rows)?;
     }
     table(out, "states", &rig.states.iter().map(|state| vec![state.clone()]).collect::<Vec<_>>())?;
-    let (fitted, exact): (Vec<_>, Vec<_>) = rig.parameters.iter().partition(|parameter| parameter.fitted);
-    let rows = fitted.iter().map(|parameter| {
-        let sigma =
-            if parameter.sigma > 0.0 { format!("+- {}", rounded(parameter.sigma, 3)) } else { "fault".to_owned() };
-        vec![parameter.id.clone(), with_unit(parameter.value, &parameter.unit), sigma, parameter.meaning.clone()]
-    });
-    table(out, "parameters that a fit estimates, +- one standard deviation", &rows.collect::<Vec<_>>())?;
-    writeln!(out, "  and {} taken as exact, or uncertain per switching", exact.len())?;
-    let by_sheet: Vec<&str> =
-        exact.iter().filter(|parameter| parameter.exact_by_sheet).map(|parameter| parameter.id.as_str()).collect();
-    if !by_sheet.is_empty() {
-        let advice = format!(
-            "  Taken as exact although parts deviate from data sheets, until a record cannot be explained so: {}. State `+-`, or \
-             calibrate on healthy records.",
-            by_sheet.join(", ")
-        );
-        wrapped(&advice, "  ").iter().try_for_each(|line| writeln!(out, "{line}"))?;
-    }
+    write_parameters(out, &rig.parameters)?;
     let rows = rig.sensors.iter().map(|sensor| {
         let mut notes = vec![format!("+- {}", with_unit(sensor.noise, &sensor.unit))];
         if sensor.resolution > 0.0 {
@@ -115,6 +93,47 @@ fn write_rig(out: &mut dyn Write, rig: &RigPage) -> io::Result<()> {
         writeln!(out, "\ncycle: {} phases, {duration} s, a row every {interval} s", cycle.phases)?;
     }
     Ok(())
+}
+
+/// What a fit estimates, what each switching may have otherwise, and what is taken as exact.
+fn write_parameters(out: &mut dyn Write, parameters: &[ParameterLine]) -> io::Result<()> {
+    let (estimated, others): (Vec<_>, Vec<_>) = parameters.iter().partition(|parameter| parameter.fitted);
+    let (per_switching, exact): (Vec<_>, Vec<_>) = others.into_iter().partition(|parameter| parameter.sigma > 0.0);
+    let (margins, of_parts): (Vec<_>, Vec<_>) = estimated.into_iter().partition(|parameter| parameter.margin);
+    let rows = |parameters: &[&ParameterLine]| parameters.iter().map(|one| parameter_row(one)).collect::<Vec<_>>();
+    table(out, "parameters that a fit estimates, +- one standard deviation", &rows(&of_parts))?;
+    if !margins.is_empty() {
+        let one = |margin: &&ParameterLine| {
+            let size = before_unit(plus_minus(margin.value, margin.sigma), &margin.unit);
+            format!("{} {}", margin.id, size.replace(' ', "\u{a0}"))
+        };
+        let margins = format!("  and margins: {}", margins.iter().map(one).collect::<Vec<_>>().join(", "));
+        wrapped(&margins, "    ").iter().try_for_each(|line| writeln!(out, "{line}"))?;
+    }
+    if !per_switching.is_empty() {
+        table(out, "parameters that may be others in each switching", &rows(&per_switching))?;
+    }
+    writeln!(out, "\nparameters taken as exact: {}", exact.len())?;
+    let by_sheet: Vec<&str> =
+        exact.iter().filter(|parameter| parameter.exact_by_sheet).map(|parameter| parameter.id.as_str()).collect();
+    if by_sheet.is_empty() {
+        return Ok(());
+    }
+    let advice = format!(
+        "  Parts deviate from data sheets in these, which are exact until a record cannot be explained so: {}. State `+-`, or calibrate \
+         on healthy records.",
+        by_sheet.join(", ")
+    );
+    wrapped(&advice, "  ").iter().try_for_each(|line| writeln!(out, "{line}"))
+}
+
+fn parameter_row(parameter: &ParameterLine) -> Vec<String> {
+    let value = match parameter.sigma {
+        0.0 => format!("{}, fault", with_unit(parameter.value, &parameter.unit)),
+        sigma => before_unit(plus_minus(parameter.value, sigma), &parameter.unit),
+    };
+    // A number and its unit stay in one line.
+    vec![parameter.id.clone(), value.replace(' ', "\u{a0}"), parameter.meaning.clone()]
 }
 
 fn write_record(out: &mut dyn Write, record: &RecordPage) -> io::Result<()> {

@@ -155,7 +155,7 @@ pub(super) fn in_place(rival: &RivalEffect) -> String {
 /// The command that leads further.
 pub(super) fn next(diagnosis: &Diagnosis, findings: &[Finding], written: Left<'_>) -> Option<String> {
     let (rig, record) = (argument(&diagnosis.rig), argument(&diagnosis.record));
-    if diagnosis.unfilled > 0 {
+    if diagnosis.unfilled > 0 || !diagnosis.at_odds.is_empty() {
         return Some(format!("borescope check {rig} {record}"));
     }
     if diagnosis.off_data_sheet.is_some() {

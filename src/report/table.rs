@@ -16,6 +16,15 @@ pub fn aligned(heads: &[Head], rows: &[Vec<String>]) -> Vec<String> {
     within(Some(WIDTH), heads, rows)
 }
 
+/// The same without heads; rows may end early. Blanks that are protected stay in one line.
+pub fn headless(rows: &[Vec<String>]) -> Vec<String> {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let ended = |row: &Vec<String>| row.iter().cloned().chain(std::iter::repeat(String::new())).take(columns).collect();
+    let rows: Vec<Vec<String>> = rows.iter().map(ended).collect();
+    let lines = aligned(&vec![("", false); columns], &rows);
+    lines.into_iter().skip(1).map(|line| line.replace('\u{a0}', " ")).collect()
+}
+
 /// The same for so many columns, or for any.
 pub fn within(most: Option<usize>, heads: &[Head], rows: &[Vec<String>]) -> Vec<String> {
     let head: Vec<String> = heads.iter().map(|(name, _)| (*name).to_owned()).collect();

@@ -2,7 +2,9 @@
 
 use super::channels::{FOUND, Said, Shown, YOURS};
 use super::learn::{curves, most_missed, named, prior_scale};
-use crate::calibration::{Calibrated, CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit};
+use crate::calibration::{
+    Calibrated, CalibratedDynamics, CalibratedParameter, CalibratedSensor, CalibrationReport, ChannelFit, RecordFit,
+};
 use crate::complaint::Complaint;
 use crate::model::{InputSignals, Model};
 use crate::number::{rounded, text};
@@ -27,6 +29,9 @@ pub fn html(rig: &Rig, calibrated: &Calibrated, measured: &[Record]) -> Result<S
     let silent: Vec<&str> = report.parameters.iter().filter(|one| !one.informed).map(|one| one.id.as_str()).collect();
     if !silent.is_empty() {
         parameters.paragraph(format!("The records hardly determine {}.", silent.join(", ")));
+    }
+    if !report.dynamics.is_empty() {
+        parameters.table(dynamics_table(&report.dynamics));
     }
     page.section(parameters);
     for (number, record) in measured.iter().enumerate() {
@@ -117,6 +122,31 @@ fn parameter_table(parameters: &[CalibratedParameter]) -> Table {
             Column::text("after against before"),
         ],
         parameters.iter().map(row).collect(),
+    )
+}
+
+fn dynamics_table(dynamics: &[CalibratedDynamics]) -> Table {
+    let number = |value: f64| -> Cell { text(rounded(value, 4)).into() };
+    let row = |one: &CalibratedDynamics| -> Vec<Cell> {
+        vec![
+            one.id.clone().into(),
+            number(one.before),
+            number(one.after),
+            one.unit.clone().into(),
+            one.meaning.clone().into(),
+        ]
+    };
+    let columns = vec![
+        Column::text("dynamics"),
+        Column::number("data sheet", ""),
+        Column::number("calibrated", ""),
+        Column::text("unit"),
+        Column::text("meaning"),
+    ];
+    Table::new(
+        "Found by search among whole switchings, without a standard deviation",
+        columns,
+        dynamics.iter().map(row).collect(),
     )
 }
 
