@@ -11,7 +11,9 @@ use super::estimate::Estimate;
 use super::hypotheses::Isolation;
 use super::weighing::prior_odds;
 use crate::estimation::profile::{QUANTILE, RISE};
-use crate::estimation::{End, Fit, Interval, LocalModel, Options, ProfilePoint, Side, interval as profile};
+use crate::estimation::{
+    End, Fit, Interval, LocalModel, Options, ProfilePoint, Side, interval as profile, interval_from_bound,
+};
 use crate::rig::FaultSet;
 
 /// Points of a profile that is known in full, and how far it is drawn, in standard errors.
@@ -178,13 +180,15 @@ fn interval(case: &Case<'_>, isolation: &Isolation, fault: usize) -> Option<Inte
     if case.is_of_sensor(fault) {
         return straight(case, isolation, set, fault);
     }
-    let mut base = Base::new(case, isolation, set)?;
+    let is_absent = !isolation.set().contains(fault);
+    let from_bound = if is_absent { from_bound(case, isolation, set, fault) } else { None };
+    let mut found = match from_bound {
+        Some(found) => found,
+        None => drawn(case, isolation, &Base::new(case, isolation, set)?, set, fault)?,
+    };
     let mut redrawn = 0;
     loop {
-        let found = drawn(case, isolation, &base, set, fault)?;
-        let Some(better) = found.better.as_ref().filter(|_| !isolation.set().contains(fault)) else {
-            return Some(found);
-        };
+        let Some(better) = found.better.as_ref().filter(|_| is_absent) else { return Some(found) };
         // Laws that bend have several optima: where that of an absent fault is another, its interval is drawn around that one.
         let other = Base::relinearised(case, set, &better.theta)?;
         if other.leads_on(case, isolation, fault) {
@@ -194,8 +198,21 @@ fn interval(case: &Case<'_>, isolation: &Isolation, fault: usize) -> Option<Inte
             return Some(Interval { better: None, ..found });
         }
         redrawn += 1;
-        base = other;
+        found = drawn(case, isolation, &other, set, fault)?;
     }
+}
+
+/// The interval of an absent fault at a bound, from which on its law is a power; `None` of another, where a fit comes first.
+fn from_bound(case: &Case<'_>, isolation: &Isolation, set: FaultSet, fault: usize) -> Option<Interval> {
+    let (near, best) = (&isolation.local, &isolation.best);
+    let (low, high) = case.rig().faults[fault].bounds;
+    if best.theta[fault] > low && best.theta[fault] < high {
+        return None;
+    }
+    let direction = case.information(near, set).ok()?.direction(fault)?;
+    let problem = case.problem(set);
+    let inflation = near.inflation_along(&problem, &direction, &best.misfit, &case.full.series());
+    interval_from_bound(&problem, near, best, fault, direction, inflation)
 }
 
 /// The interval of `fault` around a fit with the faults of `set`.

@@ -50,7 +50,7 @@ pub use loss::Loss;
 pub use options::Options;
 pub use prior::Gaussian;
 pub use problem::{Held, Linearised, Problem};
-pub use profile::{End, Identifiable, Interval, ProfilePoint, Side, interval};
+pub use profile::{End, Identifiable, Interval, ProfilePoint, Side, interval, interval_from_bound};
 pub use schur::SchurComplement;
 pub use score::{EstimatedAt, Score, ScoreTest};
 pub use stopped::StoppedBecause;

@@ -1,6 +1,7 @@
 //! Linear problems whose answers are known in closed form.
 
 use std::convert::Infallible;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
@@ -231,6 +232,63 @@ fn an_interval_is_found_in_shorter_strides_where_a_long_one_leaves_the_basin() {
     for (side, end) in [(interval.lower, -profile::QUANTILE), (interval.upper, profile::QUANTILE)] {
         assert_eq!(side.why, profile::End::Crossed);
         approx::assert_relative_eq!(side.end.unwrap(), end, max_relative = 0.01);
+    }
+}
+
+/// `(A (gap^3, other) - y) / 0.1`: a leak through a gap, whose slope is nothing where there is none. Counts what it is asked for.
+struct Gap {
+    a: DMatrix<f64>,
+    y: DVector<f64>,
+    evaluations: AtomicUsize,
+}
+
+impl Problem for Gap {
+    type Error = Infallible;
+    fn bounds(&self) -> &[(f64, f64)] {
+        &[(0.0, 100.0), OPEN]
+    }
+    fn misfit(&self, theta: &[f64]) -> Result<Vec<f64>, Infallible> {
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
+        let leak = DVector::from_column_slice(&[theta[0].powi(3), theta[1]]);
+        Ok(((&self.a * leak - &self.y) / 0.1).as_slice().to_vec())
+    }
+    fn linearise(&self, theta: &[f64]) -> Result<Linearised, Infallible> {
+        let mut jacobian = &self.a / 0.1;
+        jacobian.column_mut(0).scale_mut(3.0 * theta[0] * theta[0]);
+        Ok(Linearised { misfit: self.misfit(theta)?, jacobian })
+    }
+    fn scale(&self) -> Vec<f64> {
+        vec![1.0; 2]
+    }
+}
+
+/// In the cube of the gap the profile is a parabola, whose ends linear least squares know.
+#[test]
+fn the_interval_of_a_gap_that_is_best_without_or_with_a_leak_is_that_of_its_cube() {
+    let a = DMatrix::from_fn(40, 2, |i, j| if j == 0 { 1.0 + (0.3 * i as f64).sin() } else { 1.0 });
+    let covariance = (a.tr_mul(&a) / 0.01).try_inverse().unwrap();
+    let sigma = covariance[(0, 0)].sqrt();
+    // Of the cube, in standard errors.
+    for best in [-1.5, -0.1, 0.4, 1.2, 1.9] {
+        let y = &a * DVector::from_column_slice(&[best * sigma, 2.0]);
+        let gap = Gap { a: a.clone(), y, evaluations: AtomicUsize::new(0) };
+        let without = fit(&Held::new(&gap, 0, 0.0), &[0.0; 2], Loss::None, Options::tight()).unwrap();
+        let near = LocalModel::at(&gap, &without.theta, Loss::None).unwrap();
+        let direction = near.information(&gap).unwrap().direction(0).unwrap();
+        gap.evaluations.store(0, Ordering::Relaxed);
+        let interval = interval_from_bound(&gap, &near, &without, 0, direction, 1.0).unwrap();
+        let cubed = |value: f64| value.powi(3) / sigma;
+        let end = best + (profile::RISE + best.min(0.0).powi(2)).sqrt();
+        approx::assert_relative_eq!(cubed(interval.value), best.max(0.0), epsilon = 0.02);
+        approx::assert_relative_eq!(cubed(interval.upper.end.unwrap()), end, max_relative = 0.03);
+        assert_eq!(interval.lower.why, profile::End::BoundReached);
+        approx::assert_relative_eq!(interval.lower.rise, best.max(0.0).powi(2), epsilon = 0.02);
+        // Of where the law is straight: slope of the cube.
+        if let Some(own) = interval.sigma {
+            approx::assert_relative_eq!(own, sigma / (3.0 * interval.value.powi(2)), max_relative = 0.05);
+        }
+        let evaluations = gap.evaluations.load(Ordering::Relaxed);
+        assert!(evaluations <= 14, "{evaluations}");
     }
 }
 

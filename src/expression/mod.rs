@@ -32,7 +32,7 @@
 //! - A root, or another power that is not whole, is steeper than any number at 0. Where its argument is below 1e-24 (in
 //!   SI) the slope is the one at 1e-24, and its own slope counts as 0. Values are exact.
 //! - `abs` has the slope from the right at 0. `sign` and `step` have slope 0 everywhere, also where they jump.
-//! - `min` and `max` of equals have the slope of the first. On a knot, `table` has the slope from the right.
+//! - `min` and `max` of equals have the mean of both slopes. On a knot, `table` has the slope from the right.
 //!
 //! Where the formula has no value (root or logarithm of a negative number, `0 / 0`) the result is NaN or infinite, and so
 //! may be the derivatives: the caller looks.

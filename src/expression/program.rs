@@ -188,8 +188,10 @@ pub(super) fn binary<T: Real>(op: Op, a: T, b: T) -> T {
         Op::Divide => a / b,
         // A NaN must not vanish because the other one is smaller.
         _ if b.re().is_nan() => b,
-        Op::Call(Function::Min) => a.min(b),
         Op::Call(Function::Root) => root(a, b),
+        // Between two slopes the mean: a dead zone of no width, `max(x - 0, 0) + min(x + 0, 0)`, has the slope of `x` at 0 too.
+        _ if a.re() == b.re() => (a + b) * 0.5,
+        Op::Call(Function::Min) => a.min(b),
         _ => a.max(b),
     }
 }

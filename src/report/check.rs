@@ -25,17 +25,12 @@ pub fn write_page(out: &mut dyn Write, page: &CheckReport) -> io::Result<()> {
     if page.rig.warnings.is_empty() {
         return Ok(());
     }
-    let warnings = page.rig.warnings.iter().map(|warning| vec![warning.clone()]);
-    cut_off(out, "warnings about the rig file", warnings.collect())
+    cut_off(out, "warnings about the rig file", &page.rig.warnings, sentences)
 }
 
 /// A heading, its count, and its lines in columns.
 fn table(out: &mut dyn Write, heading: &str, rows: &[Vec<String>]) -> io::Result<()> {
     writeln!(out, "\n{heading}: {}", rows.len())?;
-    aligned(out, rows)
-}
-
-fn aligned(out: &mut dyn Write, rows: &[Vec<String>]) -> io::Result<()> {
     headless(rows).iter().try_for_each(|line| writeln!(out, "{line}"))
 }
 
@@ -157,7 +152,7 @@ fn write_record(out: &mut dyn Write, record: &RecordPage) -> io::Result<()> {
     });
     table(out, "columns", &rows.collect::<Vec<_>>())?;
     if record.usable {
-        cut_off(out, "phases between jumps of the inputs", phases(&record.phases))?;
+        cut_off(out, "phases between jumps of the inputs", &phases(&record.phases), headless)?;
     }
     if !record.mapping.is_empty() {
         let rows = record.mapping.iter().map(|proposal| {
@@ -170,19 +165,23 @@ fn write_record(out: &mut dyn Write, record: &RecordPage) -> io::Result<()> {
         });
         table(out, "columns that are missing, with what the rig file may say", &rows.collect::<Vec<_>>())?;
     }
-    cut_off(out, "warnings", record.warnings.iter().map(|warning| vec![warning.clone()]).collect())
+    cut_off(out, "warnings", &record.warnings, sentences)
 }
 
-/// A table of no more lines than people read; the JSON has all.
-fn cut_off(out: &mut dyn Write, heading: &str, mut rows: Vec<Vec<String>>) -> io::Result<()> {
-    writeln!(out, "\n{heading}: {}", rows.len())?;
-    let beyond = rows.len().saturating_sub(MOST);
-    rows.truncate(MOST);
-    aligned(out, &rows)?;
+/// A heading and no more of its entries than people read, as lines; the JSON has all.
+fn cut_off<T>(out: &mut dyn Write, heading: &str, all: &[T], lines: impl Fn(&[T]) -> Vec<String>) -> io::Result<()> {
+    writeln!(out, "\n{heading}: {}", all.len())?;
+    let shown = &all[..all.len().min(MOST)];
+    lines(shown).iter().try_for_each(|line| writeln!(out, "{line}"))?;
+    let beyond = all.len() - shown.len();
     if beyond > 0 {
         writeln!(out, "  and {beyond} more")?;
     }
     Ok(())
+}
+
+fn sentences(all: &[String]) -> Vec<String> {
+    all.iter().flat_map(|one| wrapped(&format!("  {one}"), "    ")).collect()
 }
 
 /// A row for each phase, with what each input does; of many inputs those that do something else than in the phase before.

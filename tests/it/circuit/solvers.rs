@@ -126,7 +126,7 @@ fn digits_of_derivative(
 
 #[test]
 fn dual_numbers_agree_with_differences() {
-    for (path, ids, set) in [
+    for (path, ids, set, until) in [
         (
             TELESCOPIC,
             &[
@@ -138,13 +138,27 @@ fn dual_numbers_agree_with_differences() {
                 "cylinder.viscous_friction",
             ][..],
             &[("cylinder.clearance", 0.15e-3), ("flow_control.orifice_diameter", 1.6e-3)][..],
+            0.3,
         ),
         (
             "fixtures/press/rig.toml",
             &["meter_out.opening", "relief.set_pressure", "cylinder.mass", "pump.displacement"][..],
             &[][..],
+            0.3,
         ),
-        ("fixtures/two_tanks/rig.toml", &["upper_outlet.diameter", "pump.gain", "sensor.level_1.gain"][..], &[][..]),
+        (
+            "fixtures/two_tanks/rig.toml",
+            &["upper_outlet.diameter", "pump.gain", "sensor.level_1.gain"][..],
+            &[][..],
+            0.3,
+        ),
+        // Its spool is at rest at its command to the last digit, in the middle of a dead zone of no width.
+        (
+            "fixtures/servo_axis/rig.toml",
+            &["valve.gain", "valve.null", "valve.rated_flow"][..],
+            &[("valve.null", 0.01)][..],
+            1.8,
+        ),
     ] {
         let model = model(Rig::read(path), 1e-10);
         let mut at = model.rig.nominal();
@@ -153,8 +167,8 @@ fn dual_numbers_agree_with_differences() {
         }
         let drive = InputSignals::from_cycle(&model.rig, model.rig.cycle.as_ref().unwrap());
         let by: Vec<usize> = ids.iter().map(|id| model.rig.parameter(id).unwrap()).collect();
-        // Early enough that the end stop, whose stiffness makes differences coarse, is not reached.
-        let times: Vec<f64> = (1..=100).map(|row| drive.pieces[1].end * 0.3 * f64::from(row) / 100.0).collect();
+        // So many times the second phase, early enough that the end stop, whose stiffness makes differences coarse, is not reached.
+        let times: Vec<f64> = (1..=100).map(|row| drive.pieces[1].end * until * f64::from(row) / 100.0).collect();
         let dual = model.sensitivities(&at, &by, &drive, &times).unwrap();
         for (index, &parameter) in by.iter().enumerate() {
             // A difference is spoilt by rounding if its step is short and by curvature if it is long: the better one counts.

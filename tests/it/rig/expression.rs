@@ -90,6 +90,9 @@ fn derivatives_in_closed_form() {
         ("min(x, y * z)", "x", 0.0),
         ("min(x, y * z)", "y", z),
         ("max(x, y * z)", "x", 1.0),
+        // Where both are equal, between their slopes; a dead zone of no width is none.
+        ("max(y, 2)", "y", 0.5),
+        ("max(y - 2, 0) + min(y - 2, 0)", "y", 1.0),
         ("table(x; 0: y, 0.5: z, 1: 7)", "x", (z - y) / 0.5),
         ("table(x; 0: y, 0.5: z, 1: 7)", "y", 0.4),
         ("table(x; 0: y, 0.5: z, 1: 7)", "z", 0.6),
