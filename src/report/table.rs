@@ -17,6 +17,7 @@ pub fn aligned(heads: &[Head], rows: &[Vec<String>]) -> Vec<String> {
 }
 
 /// The same without heads; rows may end early. Blanks that are protected stay in one line.
+#[cfg(feature = "cli")]
 pub fn headless(rows: &[Vec<String>]) -> Vec<String> {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let ended = |row: &Vec<String>| row.iter().cloned().chain(std::iter::repeat(String::new())).take(columns).collect();
