@@ -4,6 +4,7 @@
 //! the record they are those of the local quadratic model: what is left is no noise, so that a profile says no more, and an optimum
 //! nearby that is a little lower no better.
 
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::case::Case;
@@ -209,27 +210,35 @@ fn from_bound(case: &Case<'_>, isolation: &Isolation, set: FaultSet, fault: usiz
     if best.theta[fault] > low && best.theta[fault] < high {
         return None;
     }
-    let direction = case.information(near, set).ok()?.direction(fault)?;
-    let problem = case.problem(set);
-    let inflation = near.inflation_along(&problem, &direction, &best.misfit, &case.full.series());
-    interval_from_bound(&problem, near, best, fault, direction, inflation)
+    let (direction, inflation) = along(case, near, set, fault, &best.misfit)?;
+    interval_from_bound(&case.problem(set), near, best, fault, direction, inflation)
 }
 
 /// The interval of `fault` around a fit with the faults of `set`.
 fn drawn(case: &Case<'_>, isolation: &Isolation, base: &Base, set: FaultSet, fault: usize) -> Option<Interval> {
     let near = base.local.as_ref().unwrap_or(&isolation.local);
+    let (direction, inflation) = along(case, near, set, fault, &base.best.misfit)?;
+    Some(profile(&case.problem(set), near, &base.best, fault, direction, inflation))
+}
+
+/// How everything moves with `fault` by a local model with the faults of `set` free, and the inflation of its variance by the misfits.
+fn along(
+    case: &Case<'_>,
+    near: &LocalModel,
+    set: FaultSet,
+    fault: usize,
+    misfit: &[f64],
+) -> Option<(DVector<f64>, f64)> {
     let direction = case.information(near, set).ok()?.direction(fault)?;
-    let problem = case.problem(set);
-    let inflation = near.inflation_along(&problem, &direction, &base.best.misfit, &case.full.series());
-    Some(profile(&problem, near, &base.best, fault, direction, inflation))
+    let inflation = near.inflation_along(&case.problem(set), &direction, misfit, &case.full.series());
+    Some((direction, inflation))
 }
 
 /// The interval by the local quadratic model: for an offset or a gain, which readings follow in a straight line, that is the profile.
 fn straight(case: &Case<'_>, isolation: &Isolation, set: FaultSet, fault: usize) -> Option<Interval> {
     let (near, best) = (&isolation.local, &isolation.best);
-    let direction = case.information(near, set).ok()?.direction(fault)?;
+    let (direction, inflation) = along(case, near, set, fault, &best.misfit)?;
     let problem = case.problem(set);
-    let inflation = near.inflation_along(&problem, &direction, &best.misfit, &case.full.series());
     let sigma = (direction[fault] * inflation).sqrt() * near.scale[fault];
     // One step along the model from the best of all sets: where this fault is not in it, it stands at its healthy value.
     let gradient = near.gradient_of(&problem, &best.theta, &best.misfit);
