@@ -88,7 +88,7 @@ fn fitted(case: &Case<'_>, near: &LocalModel, set: FaultSet, theta: &[f64]) -> O
 
 /// The intervals of all faults, and the estimate that they are drawn around: where a profile leads to a better one, that.
 pub fn settled(mut estimate: Estimate<'_>) -> (Estimate<'_>, Vec<Option<Interval>>) {
-    let (mut restarts, settings) = (0, estimate.case.settings());
+    let mut restarts = estimate.case.settings().interval_restarts;
     loop {
         estimate.walk_to_the_bottom();
         let (case, isolation) = (&estimate.case, &estimate.isolation);
@@ -97,35 +97,40 @@ pub fn settled(mut estimate: Estimate<'_>) -> (Estimate<'_>, Vec<Option<Interval
             let intervals = widened(case, isolation, (0..case.faults()).map(of).collect());
             return (estimate, intervals);
         }
-        // Those of present faults first: where one of them leads elsewhere, the others need not be drawn here.
-        let present: Vec<usize> = isolation.set().iter().collect();
-        let absent: Vec<usize> = (0..case.faults()).filter(|&fault| !isolation.set().contains(fault)).collect();
-        let mut drawn: Vec<Option<Interval>> = vec![None; case.faults()];
-        let mut better = None;
-        for faults in [present, absent] {
-            for (fault, interval) in faults.iter().zip(each(case, isolation, &faults)) {
-                drawn[*fault] = interval;
-            }
-            let others = drawn.iter().flatten().filter_map(|interval| interval.better.as_ref());
-            better = others.min_by(|a, b| a.cost.total_cmp(&b.cost)).filter(|_| restarts < settings.interval_restarts);
-            if better.is_some() {
-                break;
-            }
-        }
-        let Some(theta) = better.map(|better| better.theta.clone()) else {
-            let intervals = widened(case, isolation, drawn);
+        if let Some(drawn) = drawn_or_led_on(&mut estimate, &mut restarts) {
+            let intervals = widened(&estimate.case, &estimate.isolation, drawn);
             return (estimate, intervals);
-        };
-        restarts += 1;
-        match estimate.resume(&theta) {
-            Some(gained) if 2.0 * gained > settings.restart_decrease => {}
-            Some(_) => restarts = settings.interval_restarts,
-            None => {
-                let intervals = widened(&estimate.case, &estimate.isolation, drawn);
-                return (estimate, intervals);
-            }
         }
     }
+}
+
+/// The intervals of all faults around an estimate; `None` where a profile leads to a better one, which the estimate then is, as long as
+/// restarts are left.
+fn drawn_or_led_on(estimate: &mut Estimate<'_>, restarts: &mut usize) -> Option<Vec<Option<Interval>>> {
+    let set = estimate.isolation.set();
+    // Those of present faults first: where one of them leads elsewhere, the others need not be drawn here.
+    let (present, absent): (Vec<usize>, Vec<usize>) =
+        (0..estimate.case.faults()).partition(|&fault| set.contains(fault));
+    let mut drawn: Vec<Option<Interval>> = vec![None; estimate.case.faults()];
+    for faults in [present, absent] {
+        for (fault, interval) in faults.iter().zip(each(&estimate.case, &estimate.isolation, &faults)) {
+            drawn[*fault] = interval;
+        }
+        if *restarts == 0 {
+            continue;
+        }
+        let others = drawn.iter().flatten().filter_map(|interval| interval.better.as_ref());
+        let Some(better) = others.min_by(|a, b| a.cost.total_cmp(&b.cost)) else { continue };
+        match estimate.resume(&better.theta) {
+            Some(gained) => {
+                let leads_on = 2.0 * gained > estimate.case.settings().restart_decrease;
+                *restarts = if leads_on { *restarts - 1 } else { 0 };
+                return None;
+            }
+            None => *restarts = 0,
+        }
+    }
+    Some(drawn)
 }
 
 /// The intervals of some faults, each with those of the best set free too.

@@ -197,6 +197,7 @@ impl Comparison {
             fitted: Vec::new(),
             with_faults: None,
             unfilled: rig.unfilled.len(),
+            taken_as_exact: rig.exact_by_sheet().len(),
             before: None,
         })
     }

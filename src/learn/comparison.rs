@@ -166,6 +166,9 @@ pub struct Comparison {
     /// Values of the rig file that are still those of a draft.
     #[serde(skip)]
     pub unfilled: usize,
+    /// Values that the rig file states without an uncertainty, although parts deviate from data sheets; none of a calibrated rig.
+    #[serde(skip)]
+    pub taken_as_exact: usize,
     /// The same record with an older rig file, where one was given.
     pub(crate) before: Option<Earlier>,
 }

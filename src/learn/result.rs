@@ -132,6 +132,9 @@ pub struct SuggestionReport {
     /// Values of the rig file that are still those of a draft.
     #[serde(skip)]
     pub unfilled: usize,
+    /// Values that the rig file states without an uncertainty, although parts deviate from data sheets; none of a calibrated rig.
+    #[serde(skip)]
+    pub taken_as_exact: usize,
 }
 
 impl SuggestionReport {
@@ -159,6 +162,7 @@ impl SuggestionReport {
         Ok(Self {
             schema: SCHEMA,
             unfilled: base.rig.unfilled.len(),
+            taken_as_exact: base.rig.exact_by_sheet().len(),
             rig: base.rig.path.display().to_string(),
             record: record.path.display().to_string(),
             check: check.map(|check| check.path.display().to_string()),

@@ -59,13 +59,25 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
 }
 
 /// That a result means little while values are those of a draft.
-pub(super) fn drafted(unfilled: usize) -> Option<String> {
+fn drafted(unfilled: usize) -> Option<String> {
     let what = match unfilled {
         0 => return None,
         1 => "One value of the rig file is still marked DATA SHEET: until it is that".to_owned(),
         several => format!("{several} values of the rig file are still marked DATA SHEET: until they are those"),
     };
     Some(format!("{what} of your machine, this says little. `borescope check` names the lines."))
+}
+
+/// What of a rig file may be behind a misfit: values of a draft, or else of data sheets, as long as nothing explains the record.
+pub(super) fn unsure_file(unfilled: usize, taken_as_exact: usize, explained: bool) -> Option<String> {
+    let sheet = |count: usize| {
+        let (values, are) = if count == 1 { ("value", "is") } else { ("values", "are") };
+        format!(
+            "{count} {values} of data sheets {are} taken as exact, and parts deviate from data sheets: calibrate on healthy records before \
+             physics is added."
+        )
+    };
+    drafted(unfilled).or_else(|| (taken_as_exact > 0 && !explained).then(|| sheet(taken_as_exact)))
 }
 
 /// Values off their data sheets that are named.

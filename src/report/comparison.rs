@@ -1,7 +1,7 @@
 //! The comparison of a model with a record in a few lines: the verdict first, the next command last.
 
 use super::brief::wrapped;
-use super::caveats::drafted;
+use super::caveats::unsure_file;
 use super::learn::{goes_with, multiple, named_fault, times};
 use super::table::{Head, aligned};
 use crate::finding::argument;
@@ -31,7 +31,7 @@ pub fn brief(comparison: &Comparison) -> String {
         lines.extend(wrapped(&format!("Before ({}): {}{with}.", before.rig, times(before.times_noise)), "  "));
     }
     lines.extend(stated(comparison).iter().flat_map(|words| wrapped(words, "  ")));
-    lines.extend(drafted(comparison.unfilled).iter().flat_map(|words| wrapped(words, "  ")));
+    lines.extend(of_the_file(comparison).iter().flat_map(|words| wrapped(words, "  ")));
     lines.push(String::new());
     let (heads, rows) = table(comparison);
     lines.extend(aligned(&heads, &rows));
@@ -55,6 +55,12 @@ pub(super) fn stated(comparison: &Comparison) -> Option<String> {
             multiple(stated)
         )
     })
+}
+
+/// What the rig file leaves open, where a misfit may be its doing.
+pub(super) fn of_the_file(comparison: &Comparison) -> Option<String> {
+    let explained = comparison.adequate || comparison.with_faults.as_ref().is_some_and(|with| with.adequate);
+    unsure_file(comparison.unfilled, comparison.taken_as_exact, explained)
 }
 
 /// What `NO (events)` means, where a sensor has it.
@@ -200,6 +206,7 @@ mod tests {
             as_stated: None,
             with_faults: None,
             unfilled: 0,
+            taken_as_exact: 0,
             before: None,
         }
     }
@@ -235,6 +242,15 @@ mod tests {
         let page = brief(&Comparison { unfilled: 16, ..comparison(610.0) });
         assert!(page.contains("16 values of the rig file are still marked DATA SHEET"), "{page}");
         assert!(page.contains("\nNext: borescope check rig.toml record.csv\n"), "{page}");
+    }
+
+    #[test]
+    fn values_taken_as_exact_are_doubted_before_physics_is_missing() {
+        let page = brief(&Comparison { taken_as_exact: 14, ..comparison(80.0) });
+        let text = page.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(text.contains("14 values of data sheets are taken as exact, and parts deviate"), "{page}");
+        assert!(page.lines().all(|line| line.len() <= 80), "{page}");
+        assert!(!brief(&Comparison { taken_as_exact: 14, ..comparison(1.0) }).contains("taken as exact"));
     }
 
     #[test]

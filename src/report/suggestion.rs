@@ -1,7 +1,7 @@
 //! A suggestion in a few lines: the verdict first, the errors with and without the effect, the next command last.
 
 use super::brief::{ErrorRow, errors, wrapped};
-use super::caveats::{drafted, learnt_with};
+use super::caveats::{learnt_with, unsure_file};
 use super::learn::{conclusion_in_short, estimate, experiment, sits};
 use super::unknown::Rise;
 use crate::finding::argument;
@@ -49,12 +49,17 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
     if let Some(best) = best {
         lines.extend(best.warnings.iter().take(CAVEATS).flat_map(|one| wrapped(&format!("Caveat: {one}."), "  ")));
     }
-    lines.extend(drafted(report.unfilled).iter().flat_map(|words| wrapped(words, "  ")));
+    lines.extend(of_the_file(report).iter().flat_map(|words| wrapped(words, "  ")));
     lines.push(String::new());
     // A command stays in one line, so that it can be copied.
     lines.push(format!("Next: {}", next(report, best)));
     lines.push("`--all` shows every candidate, and what this record could have shown.".to_owned());
     lines.join("\n") + "\n"
+}
+
+/// What the rig file leaves open, where a misfit may be its doing.
+pub(super) fn of_the_file(report: &SuggestionReport) -> Option<String> {
+    unsure_file(report.unfilled, report.taken_as_exact, report.conclusion == Conclusion::Adequate)
 }
 
 pub(super) fn rows(report: &SuggestionReport, first: &CandidateReport) -> Vec<ErrorRow> {

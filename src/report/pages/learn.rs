@@ -8,7 +8,6 @@ use crate::learn::compare::Compared;
 use crate::learn::comparison::{Comparison, FittedParameter, WithFaults};
 use crate::record::Record;
 use crate::report::brief::ErrorRow;
-use crate::report::caveats::drafted;
 use crate::report::comparison as brief;
 use crate::report::digits::{plus_minus, worth};
 use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table};
@@ -54,7 +53,7 @@ pub fn comparison(rig: &Rig, record: &Record, compared: &Compared) -> Result<Str
         &heads,
         rows,
     ));
-    if let Some(draft) = drafted(comparison.unfilled) {
+    if let Some(draft) = brief::of_the_file(comparison) {
         verdict.paragraph(draft);
     }
     verdict.preformatted(brief::next(comparison));

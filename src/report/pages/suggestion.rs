@@ -10,7 +10,7 @@ use crate::learn::result::{CandidateReport, EffectParameter, SuggestionReport};
 use crate::learn::suggest::Suggestion;
 use crate::number::{before_unit, rounded, text};
 use crate::record::Record;
-use crate::report::caveats::{drafted, learnt_with};
+use crate::report::caveats::learnt_with;
 use crate::report::html::{Card, Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::learn as words;
 use crate::report::suggestion as brief;
@@ -115,7 +115,7 @@ fn verdict(found: &Suggestion, report: &SuggestionReport) -> Section {
     if let Some(first) = report.candidates.first() {
         verdict.table(bars("Error over all sensors, times the sensor noise", &brief::rows(report, first)));
     }
-    if let Some(draft) = drafted(report.unfilled) {
+    if let Some(draft) = brief::of_the_file(report) {
         verdict.paragraph(draft);
     }
     if best.is_none() {
