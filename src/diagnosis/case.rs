@@ -7,7 +7,7 @@ use super::problem::{Estimated, RecordProblem};
 use crate::estimation::local_model::Information;
 use crate::estimation::profile::QUANTILE;
 use crate::estimation::{
-    Fit, FitError, Gaussian, Held, Linearised, LocalModel, Loss, Options, Problem, SchurComplement, fit_along,
+    Fit, FitError, Gaussian, Held, Linearised, LocalModel, Loss, Options, Problem, SchurComplement, fit, fit_along,
 };
 use crate::model::{InputSignals, Model, SimulationError};
 use crate::record::Record;
@@ -171,7 +171,16 @@ impl<'a> Case<'a> {
         fit_along(&self.problem(set), near, start, steps)
     }
 
-    /// The same with one of the parameters held at a value, SI.
+    /// The lowest point of a set, with a local model of each iterate.
+    ///
+    /// # Errors
+    /// The model cannot be solved at the start.
+    pub fn descended(&self, set: FaultSet, start: &[f64]) -> Result<Fit, FitError> {
+        let steps = Options::steps(Options::default().max_iterations, self.settings().isolation_decrease);
+        fit(&self.problem(set), start, robust(self.rig()), steps)
+    }
+
+    /// The fit of a set along a local model with one of the parameters held at a value, SI.
     ///
     /// # Errors
     /// The model cannot be solved at the start.

@@ -206,7 +206,7 @@ impl<'a> Estimate<'a> {
         self
     }
 
-    /// The same explanation with a model that is solved to another tolerance.
+    /// The same explanation with a model that is solved to another tolerance, where its search ends.
     ///
     /// # Errors
     /// The model cannot be solved there.
@@ -214,8 +214,16 @@ impl<'a> Estimate<'a> {
         let (set, theta, rounds) = (self.isolation.set(), self.isolation.best.theta, self.isolation.rounds);
         self.case.full.model = model;
         let record = self.case.record;
-        let exact = isolate(&self.case, &theta, set, self.case.settings().isolation_rounds)
-            .map_err(|error| unsolvable(model, record, error))?;
+        let most_rounds = self.case.settings().isolation_rounds;
+        let mut exact =
+            isolate(&self.case, &theta, set, most_rounds).map_err(|error| unsolvable(model, record, error))?;
+        // Sets that take turns keep each other from their bottom, and intervals around anything else lead from one start to the next.
+        if exact.stopped == Stopped::Rounds
+            && let Ok(lowest) = self.case.descended(exact.set(), &exact.best.theta)
+            && let Ok(further) = isolate(&self.case, &lowest.theta, exact.set(), most_rounds)
+        {
+            exact = Isolation { rounds: exact.rounds + lowest.iterations + further.rounds, ..further };
+        }
         Ok(Self { case: self.case, isolation: Isolation { rounds: rounds + exact.rounds, ..exact } })
     }
 

@@ -16,6 +16,9 @@ const MOST: usize = 3;
 const ROWS: usize = 10;
 /// Share of its travel by which a piston is at an end: stops give way under loads.
 const END: f64 = 0.01;
+/// Share of the change that is sustained anywhere from which on that of a steady phase is told instead: by the larger half it says how
+/// large the consequence is, and a level is easier to check than a moment.
+const TELLING: f64 = 0.5;
 /// Digits of a reported number.
 const DIGITS: usize = 6;
 
@@ -25,6 +28,9 @@ const DIGITS: usize = 6;
 pub enum Measure {
     /// The mean over a steady phase, in the unit of the sensor.
     Mean,
+    /// The mean over the moment with the largest change that is sustained for a switching, in the unit of the sensor: where steady phases
+    /// show less than half of it.
+    Sustained,
     /// The time from a switching of the inputs to the arrival at the end position, s.
     TravelTime,
     /// The root mean square of the change over the record, in the unit of the sensor: where no phase is steady.
@@ -74,7 +80,17 @@ impl Runs<'_> {
         let same_motion = self.same_motion();
         let mut found: Vec<Consequence> = Vec::new();
         for index in 0..self.rig.sensors.len() {
-            found.extend(self.mean(index, &same_motion, of_sensor).or_else(|| self.rms(index)));
+            let [steady, sustained] = [Self::steady, Self::sustained].map(|rows| rows(self, index, &same_motion));
+            let told = match (steady, sustained) {
+                (Some(steady), Some(sustained))
+                    if self.size(index, &steady) < TELLING * self.size(index, &sustained) =>
+                {
+                    Some((Measure::Sustained, sustained))
+                }
+                (Some(steady), _) => Some((Measure::Mean, steady)),
+                (None, sustained) => sustained.map(|sustained| (Measure::Sustained, sustained)),
+            };
+            found.extend(told.map(|told| self.level(index, told, of_sensor)).or_else(|| self.rms(index)));
             found.extend(self.travel_time(index));
         }
         found.sort_by(|a, b| b.times_noise.total_cmp(&a.times_noise));
@@ -114,42 +130,94 @@ impl Runs<'_> {
         (0..self.rig.sensors.len()).filter(|&index| self.rig.sensors[index].quantity == Quantity::Position)
     }
 
-    /// The largest change of the mean of a sensor over a phase in which it stands without the fault; with it, it may drift there, as a
-    /// pressure that leaks away does.
-    fn mean(&self, index: usize, same_motion: &[bool], of_sensor: bool) -> Option<Consequence> {
+    /// The phase in which a sensor stands without the fault with the largest change of its mean; with it, it may drift there, as a pressure
+    /// that leaks away does.
+    fn steady(&self, index: usize, same_motion: &[bool]) -> Option<Range<usize>> {
         let time = self.time();
-        let (sensor, [with, without]) = self.curves(index);
+        let (sensor, [_, without]) = self.curves(index);
         let stands = steady(time, without, sensor.noise, self.switching());
         let stands: Vec<bool> = stands.iter().zip(same_motion).map(|(stands, same)| *stands && *same).collect();
-        let mean = |curve: &[f64], rows: &Range<usize>| curve[rows.clone()].iter().sum::<f64>() / rows.len() as f64;
-        let change = |rows: &Range<usize>| mean(with, rows) - mean(without, rows);
         let long =
             |rows: &Range<usize>| rows.len() >= ROWS && time[rows.end - 1] - time[rows.start] >= self.switching();
         let phases = runs(&stands).into_iter().filter(long);
-        let rows = phases.max_by(|a, b| change(a).abs().total_cmp(&change(b).abs()))?;
-        let size = change(&rows);
+        phases.max_by(|a, b| self.size(index, a).total_cmp(&self.size(index, b)))
+    }
+
+    /// The rows, as long as a switching, over which the least change is largest: one that is sustained, not a delay of what is fast. Rows
+    /// behind a switching of the inputs, and those in which only one of the two runs moves, are left out.
+    fn sustained(&self, index: usize, same_motion: &[bool]) -> Option<Range<usize>> {
+        let time = self.time();
+        let (_, [with, without]) = self.curves(index);
+        let jumps = jumps(self.record, self.drive).into_iter().filter_map(|row| row.checked_sub(self.from));
+        let switched: Vec<f64> = std::iter::once(0).chain(jumps).map(|row| time[row]).collect();
+        let settled = |at: f64| {
+            let last = switched.partition_point(|&moment| moment <= at).checked_sub(1).map(|last| switched[last]);
+            last.is_none_or(|last| at - last > self.switching())
+        };
+        let change = |row: usize| if same_motion[row] && settled(time[row]) { with[row] - without[row] } else { 0.0 };
+        let changes: Vec<f64> = (0..time.len()).map(change).collect();
+        let window = |start: usize| {
+            let end = time.partition_point(|&at| at <= time[start] + self.switching()).max(start + ROWS);
+            (end <= time.len()).then(|| start..end)
+        };
+        // One in ROWS is as good as any: the least of a window changes no faster.
+        let least = |rows: &Range<usize>| {
+            let sign = changes[rows.start].signum();
+            changes[rows.clone()].iter().map(|change| sign * change).fold(f64::INFINITY, f64::min)
+        };
+        let windows = (0..time.len()).step_by(ROWS / 2).filter_map(window).map(|rows| (least(&rows), rows));
+        let (size, rows) = windows.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        (size > 0.0).then_some(rows)
+    }
+
+    /// The means of a sensor over some rows with the fault and without it.
+    fn means(&self, index: usize, rows: &Range<usize>) -> [f64; 2] {
+        self.curves(index).1.map(|curve| curve[rows.clone()].iter().sum::<f64>() / rows.len() as f64)
+    }
+
+    /// By how much they differ.
+    fn size(&self, index: usize, rows: &Range<usize>) -> f64 {
+        let [with, without] = self.means(index, rows);
+        (with - without).abs()
+    }
+
+    /// The change of the mean of a sensor over some rows.
+    fn level(&self, index: usize, (measure, rows): (Measure, Range<usize>), of_sensor: bool) -> Consequence {
+        let (time, sensor) = (self.time(), self.curves(index).0);
+        let [with, without] = self.means(index, &rows);
+        let size = with - without;
         let unit = self.rig.sensor_unit(sensor);
         let shown = difference_in_unit(size, &unit);
         let number = with_unit(figure(shown), &unit.symbol);
         let name = &sensor.name;
-        let text = match (sensor.quantity, size < 0.0) {
-            (Quantity::Flow, less) if !of_sensor => {
+        let (from_s, to_s) = (rounded(time[rows.start], DIGITS), rounded(time[rows.end - 1], DIGITS));
+        let [with_fault, without_fault] = [with, without].map(|value| in_unit(value, &unit));
+        let text = match (measure, sensor.quantity) {
+            // What reverses is at a moment neither higher nor more.
+            (Measure::Sustained, _) => {
+                let [with, without] = [with_fault, without_fault].map(|value| beside(value, shown));
+                let at = rounded(f64::midpoint(from_s, to_s), 3);
+                format!("{name} {with} instead of {} at {at} s", with_unit(without, &unit.symbol))
+            }
+            // Of a flow that runs backwards less is nearer to nothing.
+            (_, Quantity::Flow) if !of_sensor => {
+                let less = if with * without > 0.0 { with.abs() < without.abs() } else { size < 0.0 };
                 format!("{number} {} through {name}", if less { "less" } else { "more" })
             }
-            (_, less) => format!("{name} {number} {}", if less { "lower" } else { "higher" }),
+            _ => format!("{name} {number} {}", if size < 0.0 { "lower" } else { "higher" }),
         };
-        Some(Consequence {
+        Consequence {
             sensor: name.clone(),
-            measure: Measure::Mean,
+            measure,
             change: rounded(shown, DIGITS),
-            with_fault: Some(rounded(in_unit(mean(with, &rows), &unit), DIGITS)),
-            without_fault: Some(rounded(in_unit(mean(without, &rows), &unit), DIGITS)),
+            with_fault: Some(rounded(with_fault, DIGITS)),
+            without_fault: Some(rounded(without_fault, DIGITS)),
             unit: unit.symbol,
-            from_s: rounded(time[rows.start], DIGITS),
-            to_s: rounded(time[rows.end - 1], DIGITS),
+            from_s,
+            to_s,
             times_noise: rounded(size.abs() / sensor.noise, DIGITS),
             text,
-        })
+        }
     }
 
     /// The change of a sensor whose readings never stand.
@@ -252,6 +320,13 @@ fn travel(curve: &[f64]) -> f64 {
 /// The size of a change with two digits: more would say that the model is exact.
 fn figure(change: f64) -> f64 {
     rounded(change.abs(), 2)
+}
+
+/// A value to the second digit of a change of it.
+fn beside(value: f64, change: f64) -> f64 {
+    let place = change.abs().max(f64::MIN_POSITIVE).log10().floor() - 1.0;
+    let size = value.abs().max(f64::MIN_POSITIVE).log10().floor();
+    if size < place { 0.0 } else { rounded(value, (size - place) as usize + 1) }
 }
 
 /// Rows around which a curve without noise moves by no more than the noise of one sample within a switching.

@@ -135,6 +135,9 @@ pub struct SuggestionReport {
     /// Values that the rig file states without an uncertainty, although parts deviate from data sheets; none of a calibrated rig.
     #[serde(skip)]
     pub taken_as_exact: usize,
+    /// Whether the rig was calibrated: what a diagnosis asks of its values then says whether one has changed.
+    #[serde(skip)]
+    pub calibrated: bool,
 }
 
 impl SuggestionReport {
@@ -163,6 +166,7 @@ impl SuggestionReport {
             schema: SCHEMA,
             unfilled: base.rig.unfilled.len(),
             taken_as_exact: base.rig.exact_by_sheet().len(),
+            calibrated: base.rig.calibration.is_some(),
             rig: base.rig.path.display().to_string(),
             record: record.path.display().to_string(),
             check: check.map(|check| check.path.display().to_string()),

@@ -57,8 +57,16 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
     lines.join("\n") + "\n"
 }
 
-/// What the rig file leaves open, where a misfit may be its doing.
+/// Whether a value that has changed since calibration may be what no effect explains.
+fn may_have_changed(report: &SuggestionReport) -> bool {
+    report.calibrated && report.conclusion == Conclusion::UnknownEffect
+}
+
+/// What of the rig file may be behind a misfit.
 pub(super) fn of_the_file(report: &SuggestionReport) -> Option<String> {
+    if may_have_changed(report) {
+        return Some("A value that has changed since calibration is no effect: `diagnose` looks for it.".to_owned());
+    }
     unsure_file(report.unfilled, report.taken_as_exact, report.conclusion == Conclusion::Adequate)
 }
 
@@ -91,6 +99,9 @@ pub(super) fn next(report: &SuggestionReport, best: Option<&CandidateReport>) ->
     let (rig, record) = (argument(&report.rig), argument(&report.record));
     if report.unfilled > 0 {
         return format!("borescope check {rig} {record}");
+    }
+    if may_have_changed(report) {
+        return format!("borescope diagnose {rig} {record}");
     }
     let Some(check) = report.check.as_deref().map(argument) else {
         return match report.conclusion {

@@ -46,7 +46,8 @@ pub(super) fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &T
             value,
             bounds,
             sigma: sigma.unwrap_or(parameter.tolerance * of),
-            per_event: parameter.per_event,
+            // A volume of which the file says how sure it is: one value throughout, which records may find.
+            per_event: parameter.per_event && !(parameter.role == Role::Volume && sigma.is_some()),
             role: parameter.role,
             // What is stated as exact is not calibrated either.
             spread: if sigma == Some(0.0) { 0.0 } else { parameter.spread * of },
