@@ -62,12 +62,14 @@ pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estima
         }
         let (better, [here, there]) = refined(&explained.case, |time| begun(model, plain, time), &theta, time);
         // What creeps, and no other moment helps, is no onset.
-        let creeps =
-            cost > settings.stuck_share * first.isolation.best.cost && there > (1.0 - settings.growth_share) * here;
-        if explained.missed() && creeps {
+        let is_stuck = explained.missed() && there > (1.0 - settings.growth_share) * here;
+        if is_stuck && cost > settings.stuck_share * first.isolation.best.cost {
             return None;
         }
         found = Some((Begun { drive, time, theta, set }, cost, here));
+        if is_stuck {
+            break;
+        }
         time = better;
     }
     let (begun, cost, by_record) = found?;

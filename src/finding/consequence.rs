@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::learn::phase::jumps;
 use crate::model::InputSignals;
-use crate::number::{difference_in_unit, in_unit, rounded, with_unit};
+use crate::number::{before_unit, difference_in_unit, in_unit, rounded, with_unit};
 use crate::record::Record;
 use crate::rig::{Quantity, Rig, Sensor};
 
@@ -197,7 +197,7 @@ impl Runs<'_> {
             (Measure::Sustained, _) => {
                 let [with, without] = [with_fault, without_fault].map(|value| beside(value, shown));
                 let at = rounded(f64::midpoint(from_s, to_s), 3);
-                format!("{name} {with} instead of {} at {at} s", with_unit(without, &unit.symbol))
+                format!("{name} {with} instead of {} at {at} s", before_unit(without, &unit.symbol))
             }
             // Of a flow that runs backwards less is nearer to nothing.
             (_, Quantity::Flow) if !of_sensor => {
@@ -323,10 +323,10 @@ fn figure(change: f64) -> f64 {
 }
 
 /// A value to the second digit of a change of it.
-fn beside(value: f64, change: f64) -> f64 {
+fn beside(value: f64, change: f64) -> String {
     let place = change.abs().max(f64::MIN_POSITIVE).log10().floor() - 1.0;
-    let size = value.abs().max(f64::MIN_POSITIVE).log10().floor();
-    if size < place { 0.0 } else { rounded(value, (size - place) as usize + 1) }
+    let step = 10_f64.powf(place.max(0.0));
+    format!("{:.*}", (-place).max(0.0) as usize, (value / step).round() * step)
 }
 
 /// Rows around which a curve without noise moves by no more than the noise of one sample within a switching.

@@ -62,3 +62,34 @@ fn signs_are_those_of_the_machine() {
     let (read, ..) = caused_by("sensor.q_A.offset", "0.5 L/min");
     assert_eq!((read.len(), read[0].text.as_str()), (1, "q_A 0.5 L/min higher"));
 }
+
+#[test]
+fn what_never_stands_is_compared_where_its_change_is_sustained() {
+    let rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
+    let record = rig.record(RECORD).unwrap();
+    let drive = InputSignals::from_record(&rig, &record).unwrap();
+    let p_a = rig.sensors.iter().position(|sensor| sensor.name == "p_A").unwrap();
+    let mut without_fault = rig.model().solve(&rig.model().rig.nominal(), &drive, &record.time).unwrap().values;
+    // A pump ripple of 5 bar: no phase is steady any more.
+    for (value, time) in without_fault[p_a].iter_mut().zip(&record.time) {
+        *value += 5e5 * (60.0 * time).sin();
+    }
+    // 4 bar lower for most of a second at rest, and 40 bar for a moment, as a switching that comes late has it.
+    let mut with_fault = without_fault.clone();
+    let last = record.time[record.time.len() - 1];
+    for (value, time) in with_fault[p_a].iter_mut().zip(&record.time) {
+        *value -= match last - time {
+            left if (0.1..0.9).contains(&left) => 4e5,
+            left if (1.2..1.25).contains(&left) => 40e5,
+            _ => 0.0,
+        };
+    }
+    let (with_fault, without_fault) = (&with_fault, &without_fault);
+    let runs = Runs { rig: &rig, record: &record, drive: &drive, from: 0, with_fault, without_fault };
+    let found = runs.consequences(false);
+    let one = &found[0];
+    assert_eq!((one.sensor.as_str(), one.measure), ("p_A", Measure::Sustained), "{found:?}");
+    assert!((one.change + 4.0).abs() < 1e-6, "{one:?}");
+    assert!(one.from_s > last - 0.9 && one.to_s < last - 0.1 + 1e-9, "{one:?}");
+    assert!(one.text.contains(" instead of ") && one.text.contains(" bar at "), "{one:?}");
+}

@@ -185,3 +185,17 @@ fn many_faults() {
     let tests = signatures(&structure, &mtes_sets(&structure, usize::MAX).sets);
     assert_eq!(isolation_by_tests(&tests, 25), isolation(&structure));
 }
+
+#[test]
+fn a_volume_whose_deviation_is_stated_is_one_value_throughout() {
+    let text = std::fs::read_to_string("fixtures/telescopic/rig.toml").unwrap();
+    let varies = |text: &str| {
+        let rig = borescope::Rig::parse("rig.toml", text.to_owned()).unwrap();
+        let volume = rig.parameter("pump_line.volume").map(|index| rig.parameters[index].clone()).unwrap();
+        (volume.per_event, volume.sigma / volume.value)
+    };
+    let (by_default, sigma) = varies(&text);
+    assert!(by_default && (sigma - 0.05).abs() < 1e-12, "{sigma}");
+    let (stated, sigma) = varies(&text.replacen("\"50 cm3\"", "\"50 cm3 +- 10 %\"", 1));
+    assert!(!stated && (sigma - 0.1).abs() < 1e-12, "{sigma}");
+}
