@@ -144,10 +144,14 @@ impl Runs<'_> {
     }
 
     /// The rows, as long as a switching, over which the least change is largest: one that is sustained, not a delay of what is fast. Rows
-    /// behind a switching of the inputs, and those in which only one of the two runs moves, are left out.
+    /// behind a switching of the inputs, and those in which only one of the two runs moves, are left out. A position that is otherwise while
+    /// it moves is late, which its travel time says.
     fn sustained(&self, index: usize, same_motion: &[bool]) -> Option<Range<usize>> {
         let time = self.time();
-        let (_, [with, without]) = self.curves(index);
+        let (sensor, [with, without]) = self.curves(index);
+        if sensor.quantity == Quantity::Position {
+            return None;
+        }
         let jumps = jumps(self.record, self.drive).into_iter().filter_map(|row| row.checked_sub(self.from));
         let switched: Vec<f64> = std::iter::once(0).chain(jumps).map(|row| time[row]).collect();
         let settled = |at: f64| {
