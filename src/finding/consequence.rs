@@ -162,7 +162,7 @@ impl Runs<'_> {
         let changes: Vec<f64> = (0..time.len()).map(change).collect();
         let window = |start: usize| {
             let end = time.partition_point(|&at| at <= time[start] + self.switching()).max(start + ROWS);
-            (end <= time.len()).then(|| start..end)
+            (end <= time.len()).then_some(start..end)
         };
         // One in ROWS is as good as any: the least of a window changes no faster.
         let least = |rows: &Range<usize>| {

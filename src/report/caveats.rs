@@ -69,6 +69,7 @@ fn drafted(unfilled: usize) -> Option<String> {
 }
 
 /// What of a rig file may be behind a misfit: values of a draft, or else of data sheets, as long as nothing explains the record.
+#[cfg(feature = "cli")]
 pub(super) fn unsure_file(unfilled: usize, taken_as_exact: usize, explained: bool) -> Option<String> {
     let sheet = |count: usize| {
         let (values, are) = if count == 1 { ("value", "is") } else { ("values", "are") };

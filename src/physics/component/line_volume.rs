@@ -15,9 +15,14 @@ pub const CARD: Card = Card {
     law: "C = V/beta;  C p' = sum of flows",
     source: "mass balance of a compressible volume; paper, equation (1)",
     validity: "One pressure in the whole volume: waves are much faster than the changes looked at.",
-    parameters: &[Parameter::required("volume", "V", "cm3", "enclosed volume; with a `+-` one value throughout, which calibration finds")
-        .is(Role::Volume)
-        .uncertain_per_event(0.05)],
+    parameters: &[Parameter::required(
+        "volume",
+        "V",
+        "cm3",
+        "enclosed volume; with a `+-` one value throughout, which calibration finds",
+    )
+    .is(Role::Volume)
+    .uncertain_per_event(0.05)],
     ports: &[Port::hydraulic("P", "to the node")],
     worked: &[Worked {
         text: "50 cm3 of oil of 14000 bar take up 3.5714e-14 m3 per Pa",
