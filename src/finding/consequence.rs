@@ -153,7 +153,7 @@ impl Runs<'_> {
             return None;
         }
         let jumps = jumps(self.record, self.drive).into_iter().filter_map(|row| row.checked_sub(self.from));
-        let switched: Vec<f64> = std::iter::once(0).chain(jumps).map(|row| time[row]).collect();
+        let switched: Vec<f64> = std::iter::once(0).chain(jumps).filter_map(|row| time.get(row).copied()).collect();
         let settled = |at: f64| {
             let last = switched.partition_point(|&moment| moment <= at).checked_sub(1).map(|last| switched[last]);
             last.is_none_or(|last| at - last > self.switching())
@@ -164,7 +164,7 @@ impl Runs<'_> {
             let end = time.partition_point(|&at| at <= time[start] + self.switching()).max(start + ROWS);
             (end <= time.len()).then_some(start..end)
         };
-        // One in ROWS is as good as any: the least of a window changes no faster.
+        // One window in half of ROWS: the least of neighbouring ones hardly differs.
         let least = |rows: &Range<usize>| {
             let sign = changes[rows.start].signum();
             changes[rows.clone()].iter().map(|change| sign * change).fold(f64::INFINITY, f64::min)
