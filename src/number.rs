@@ -39,3 +39,34 @@ pub fn with_unit(value: f64, unit: &str) -> String {
 pub fn before_unit(number: String, unit: &str) -> String {
     if unit == "-" { number } else { format!("{number} {unit}") }
 }
+
+/// Digits where no interval says how many are worth something.
+const DIGITS_UNKNOWN: usize = 4;
+/// Below this a number has an exponent, as in [`text`].
+const EXPONENT_BELOW: f64 = 1e-4;
+
+/// A number with the digits that two digits of `width` leave, or with four where that is none; 0 has no sign.
+pub fn worth(value: f64, width: f64) -> String {
+    if !(width > 0.0 && width.is_finite() && value.is_finite()) {
+        return text(rounded(value, DIGITS_UNKNOWN));
+    }
+    let decimals = 1 - width.log10().floor() as i32;
+    let last = (value.abs().log10().floor() as i32).saturating_add(decimals);
+    let digits = last.max(0) as usize;
+    let near: f64 = match last {
+        _ if value == 0.0 => 0.0,
+        // Of less than one step only whether it is nearer to the step than to nothing.
+        ..0 => (value / 10_f64.powi(-decimals)).round() * 10_f64.powi(-decimals),
+        _ => format!("{value:.digits$e}").parse().unwrap_or(value),
+    };
+    let half = 0.5 * 10_f64.powi(-decimals);
+    if near.abs() <= half {
+        return if width < EXPONENT_BELOW { "0".to_owned() } else { format!("{:.*}", decimals.max(0) as usize, 0.0) };
+    }
+    let small = near.abs() < EXPONENT_BELOW && width < EXPONENT_BELOW;
+    if !small && near.abs() < 1e7 {
+        format!("{near:.*}", decimals.max(0) as usize)
+    } else {
+        format!("{near:.*e}", (near.abs().log10().floor() as i32 + decimals).max(0) as usize)
+    }
+}

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::learn::phase::jumps;
 use crate::model::InputSignals;
-use crate::number::{before_unit, difference_in_unit, in_unit, rounded, with_unit};
+use crate::number::{before_unit, difference_in_unit, in_unit, rounded, with_unit, worth};
 use crate::record::Record;
 use crate::rig::{Quantity, Rig, Sensor};
 
@@ -16,7 +16,7 @@ const MOST: usize = 3;
 const ROWS: usize = 10;
 /// Share of its travel by which a piston is at an end: stops give way under loads.
 const END: f64 = 0.01;
-/// Share of the change that is sustained anywhere from which on that of a steady phase is told instead: by the larger half it says how
+/// Share of the change that is sustained anywhere from which on that of a steady phase is named instead: by the larger half it says how
 /// large the consequence is, and a level is easier to check than a moment.
 const TELLING: f64 = 0.5;
 /// Digits of a reported number.
@@ -78,19 +78,15 @@ impl Runs<'_> {
     /// The largest changes in units of the noise of their sensors, largest first; `of_sensor` where only readings change.
     pub fn consequences(&self, of_sensor: bool) -> Vec<Consequence> {
         let same_motion = self.same_motion();
+        let settled = self.settled(&same_motion);
         let mut found: Vec<Consequence> = Vec::new();
         for index in 0..self.rig.sensors.len() {
-            let [steady, sustained] = [Self::steady, Self::sustained].map(|rows| rows(self, index, &same_motion));
-            let told = match (steady, sustained) {
-                (Some(steady), Some(sustained))
-                    if self.size(index, &steady) < TELLING * self.size(index, &sustained) =>
-                {
-                    Some((Measure::Sustained, sustained))
-                }
-                (Some(steady), _) => Some((Measure::Mean, steady)),
-                (None, sustained) => sustained.map(|sustained| (Measure::Sustained, sustained)),
-            };
-            found.extend(told.map(|told| self.level(index, told, of_sensor)).or_else(|| self.rms(index)));
+            let steady = self.steady(index, &same_motion);
+            let sustained = self.sustained(index, &settled);
+            let most = sustained.as_ref().map_or(0.0, |rows| self.size(index, rows));
+            let telling = steady.filter(|rows| self.size(index, rows) >= TELLING * most);
+            let rows = telling.map(|rows| (Measure::Mean, rows)).or(sustained.map(|rows| (Measure::Sustained, rows)));
+            found.extend(rows.map(|rows| self.level(index, rows, of_sensor)).or_else(|| self.rms(index)));
             found.extend(self.travel_time(index));
         }
         found.sort_by(|a, b| b.times_noise.total_cmp(&a.times_noise));
@@ -143,22 +139,27 @@ impl Runs<'_> {
         phases.max_by(|a, b| self.size(index, a).total_cmp(&self.size(index, b)))
     }
 
-    /// The rows, as long as a switching, over which the least change is largest: one that is sustained, not a delay of what is fast. Rows
-    /// behind a switching of the inputs, and those in which only one of the two runs moves, are left out. A position that is otherwise while
-    /// it moves is late, which its travel time says.
-    fn sustained(&self, index: usize, same_motion: &[bool]) -> Option<Range<usize>> {
+    /// Those of the same motion that lie more than a switching behind the last one of the inputs.
+    fn settled(&self, same_motion: &[bool]) -> Vec<bool> {
+        let time = self.time();
+        let jumps = jumps(self.record, self.drive).into_iter().filter_map(|row| row.checked_sub(self.from));
+        let switched: Vec<f64> = std::iter::once(0).chain(jumps).filter_map(|row| time.get(row).copied()).collect();
+        let one = |(&at, &same): (&f64, &bool)| {
+            let last = switched.partition_point(|&moment| moment <= at).checked_sub(1).map(|last| switched[last]);
+            same && last.is_none_or(|last| at - last > self.switching())
+        };
+        time.iter().zip(same_motion).map(one).collect()
+    }
+
+    /// The rows, as long as a switching, over which the least change is largest: one that is sustained, not a delay of what is fast; all of
+    /// them settled. A position that is otherwise while it moves is late, which its travel time says.
+    fn sustained(&self, index: usize, settled: &[bool]) -> Option<Range<usize>> {
         let time = self.time();
         let (sensor, [with, without]) = self.curves(index);
         if sensor.quantity == Quantity::Position {
             return None;
         }
-        let jumps = jumps(self.record, self.drive).into_iter().filter_map(|row| row.checked_sub(self.from));
-        let switched: Vec<f64> = std::iter::once(0).chain(jumps).filter_map(|row| time.get(row).copied()).collect();
-        let settled = |at: f64| {
-            let last = switched.partition_point(|&moment| moment <= at).checked_sub(1).map(|last| switched[last]);
-            last.is_none_or(|last| at - last > self.switching())
-        };
-        let change = |row: usize| if same_motion[row] && settled(time[row]) { with[row] - without[row] } else { 0.0 };
+        let change = |row: usize| if settled[row] { with[row] - without[row] } else { 0.0 };
         let changes: Vec<f64> = (0..time.len()).map(change).collect();
         let window = |start: usize| {
             let end = time.partition_point(|&at| at <= time[start] + self.switching()).max(start + ROWS);
@@ -199,7 +200,7 @@ impl Runs<'_> {
         let text = match (measure, sensor.quantity) {
             // What reverses is at a moment neither higher nor more.
             (Measure::Sustained, _) => {
-                let [with, without] = [with_fault, without_fault].map(|value| beside(value, shown));
+                let [with, without] = [with_fault, without_fault].map(|value| worth(value, shown.abs()));
                 let at = rounded(f64::midpoint(from_s, to_s), 3);
                 format!("{name} {with} instead of {} at {at} s", before_unit(without, &unit.symbol))
             }
@@ -324,13 +325,6 @@ fn travel(curve: &[f64]) -> f64 {
 /// The size of a change with two digits: more would say that the model is exact.
 fn figure(change: f64) -> f64 {
     rounded(change.abs(), 2)
-}
-
-/// A value to the second digit of a change of it.
-fn beside(value: f64, change: f64) -> String {
-    let place = change.abs().max(f64::MIN_POSITIVE).log10().floor() - 1.0;
-    let step = 10_f64.powf(place.max(0.0));
-    format!("{:.*}", (-place).max(0.0) as usize, (value / step).round() * step)
 }
 
 /// Rows around which a curve without noise moves by no more than the noise of one sample within a switching.

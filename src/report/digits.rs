@@ -1,12 +1,8 @@
 //! An estimate and its interval with as many digits as the interval is worth: two of its width, up to four where the estimate
 //! would look like an end.
 
-use crate::number::{rounded, text};
+pub use crate::number::worth;
 
-/// Digits where no interval says how many are worth something.
-const UNKNOWN: usize = 4;
-/// Below this a number has an exponent, as in [`text`].
-const SMALL: f64 = 1e-4;
 /// Digits beyond those of the width that may tell an estimate from an end next to it.
 const FURTHER: i32 = 2;
 
@@ -54,32 +50,6 @@ impl Estimate {
 /// A value with its uncertainty, both with two digits of the latter.
 pub fn plus_minus(value: f64, sigma: f64) -> String {
     format!("{} +- {}", worth(value, sigma), worth(sigma, sigma))
-}
-
-/// A number with the digits that two digits of `width` leave, or with four where that is none; 0 has no sign.
-pub fn worth(value: f64, width: f64) -> String {
-    if !(width > 0.0 && width.is_finite() && value.is_finite()) {
-        return text(rounded(value, UNKNOWN));
-    }
-    let decimals = 1 - width.log10().floor() as i32;
-    let last = (value.abs().log10().floor() as i32).saturating_add(decimals);
-    let digits = last.max(0) as usize;
-    let near: f64 = match last {
-        _ if value == 0.0 => 0.0,
-        // Of less than one step only whether it is nearer to the step than to nothing.
-        ..0 => (value / 10_f64.powi(-decimals)).round() * 10_f64.powi(-decimals),
-        _ => format!("{value:.digits$e}").parse().unwrap_or(value),
-    };
-    let half = 0.5 * 10_f64.powi(-decimals);
-    if near.abs() <= half {
-        return if width < SMALL { "0".to_owned() } else { format!("{:.*}", decimals.max(0) as usize, 0.0) };
-    }
-    let small = near.abs() < SMALL && width < SMALL;
-    if !small && near.abs() < 1e7 {
-        format!("{near:.*}", decimals.max(0) as usize)
-    } else {
-        format!("{near:.*e}", (near.abs().log10().floor() as i32 + decimals).max(0) as usize)
-    }
 }
 
 #[cfg(test)]
