@@ -225,8 +225,8 @@ pub struct Parameter {
     pub per_event: bool,
     /// What it is to the rest of the program.
     pub role: Role,
-    /// What calibration on healthy records starts from: one standard deviation between data sheet and part, SI; 0 for what
-    /// it leaves alone.
+    /// What calibration on healthy records starts from: one standard deviation between data sheet and part, SI: of parts of
+    /// the kind, or as the file states if that is more; 0 for what it leaves alone.
     pub spread: f64,
     pub meaning: String,
     pub place: Place,

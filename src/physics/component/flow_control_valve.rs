@@ -209,7 +209,7 @@ mod tests {
         };
         FlowControlValve::new(
             &CARD.parameters.iter().map(value).collect::<Vec<_>>(),
-            &Fluid::new(&[870.0, 0.0455, 1.4e9, 0.0, 0.0, 0.0]),
+            &Fluid::new(&[870.0, 0.0455, 1.4e9, 0.0, 0.0, 0.0, 1.0]),
         )
     }
 

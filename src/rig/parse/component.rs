@@ -49,13 +49,18 @@ pub(super) fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &T
             // A volume of which the file says how sure it is: one value throughout, which records may find.
             per_event: parameter.per_event && !(parameter.role == Role::Volume && sigma.is_some()),
             role: parameter.role,
-            // What is stated as exact is not calibrated either.
-            spread: if sigma == Some(0.0) { 0.0 } else { parameter.spread * of },
+            spread: spread(parameter.spread * of, sigma),
             meaning: parameter.meaning.to_owned(),
             place,
         });
     }
     Ok(())
+}
+
+/// How far a part may be from its data sheet: as far as parts of its kind are, or as the file states if that is more. What it states as
+/// exact is not calibrated.
+pub(super) fn spread(of_kind: f64, stated: Option<f64>) -> f64 {
+    stated.map_or(of_kind, |stated| if stated == 0.0 { 0.0 } else { stated.max(of_kind) })
 }
 
 pub(super) fn read_component(rig: &mut Rig, kinds: &Kinds, name: &str, value: &Value<'_>) -> Result<(), Complaint> {

@@ -1,5 +1,6 @@
 //! Sensors: quantity, place, noise.
 
+use super::component::spread;
 use super::{card_unit, difference, named};
 use crate::complaint::{Complaint, Kind, help_with_names};
 use crate::physics::card::PortKind;
@@ -62,7 +63,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
     let own = |key: &str,
                default: f64,
                sigma_unstated: f64,
-               spread: f64,
+               of_kind: f64,
                unit: &Unit,
                bounds: (f64, f64),
                meaning: &str|
@@ -82,8 +83,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
             sigma: sigma.unwrap_or(sigma_unstated),
             per_event: false,
             role: Role::Plain,
-            // What is stated as exact is not calibrated either.
-            spread: if sigma == Some(0.0) { 0.0 } else { spread },
+            spread: spread(of_kind, sigma),
             meaning: meaning.to_owned(),
             place: place.clone(),
         })

@@ -50,14 +50,14 @@ fn positions(record: &Record, changed: &[(&str, f64)]) -> (Vec<f64>, Vec<f64>) {
 
 #[test]
 fn fluidity_is_what_the_law_says() {
-    let fluid = Fluid::new(&[870.0, 45.5e-3, 1.4e9, 0.0, 0.03, 0.0]);
+    let fluid = Fluid::new(&[870.0, 45.5e-3, 1.4e9, 0.0, 0.03, 0.0, 1.0]);
     assert_relative_eq!(fluid.fluidity(10.0, 100.0), 1.349_859, max_relative = 1e-6);
     assert_relative_eq!(
-        Fluid::new(&[870.0, 45.5e-3, 1.4e9, 0.0, 0.0, 0.01]).fluidity(10.0, 20.0),
+        Fluid::new(&[870.0, 45.5e-3, 1.4e9, 0.0, 0.0, 0.01, 1.0]).fluidity(10.0, 20.0),
         1.221_403,
         max_relative = 1e-6
     );
-    assert_relative_eq!(Fluid::new(&[870.0, 45.5e-3, 1.4e9, 0.0, 0.0, 0.0]).fluidity(10.0, 20.0), 1.0);
+    assert_relative_eq!(Fluid::new(&[870.0, 45.5e-3, 1.4e9, 0.0, 0.0, 0.0, 1.0]).fluidity(10.0, 20.0), 1.0);
 }
 
 #[test]

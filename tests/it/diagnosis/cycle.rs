@@ -67,15 +67,20 @@ fn faults_of_components_and_sensors_are_told_apart() {
     }
 }
 
-#[test]
-fn a_fault_that_begins_within_the_record_is_dated() {
-    let diagnosis = diagnosed(&[("cylinder.clearance", "0.2 mm")], Some(2.0), 3);
-    assert_eq!(present(&diagnosis), ["cylinder.clearance"]);
-    let onset = diagnosis.onset_s.unwrap();
-    assert!((onset - 2.0).abs() < 0.02, "dated {onset} s");
-    let both = [("cylinder.clearance", "0.2 mm"), ("directional_valve.opening", "0.6")];
-    let diagnosis = diagnosed(&both, Some(2.0), 3);
-    assert_eq!(present(&diagnosis), ["cylinder.clearance", "directional_valve.opening"]);
-    let onset = diagnosis.onset_s.unwrap();
-    assert!((onset - 2.0).abs() < 0.02, "dated {onset} s");
+mod studies {
+    use super::*;
+
+    #[test]
+    #[ignore = "ten seconds"]
+    fn a_fault_that_begins_within_the_record_is_dated() {
+        let diagnosis = diagnosed(&[("cylinder.clearance", "0.2 mm")], Some(2.0), 3);
+        assert_eq!(present(&diagnosis), ["cylinder.clearance"]);
+        let onset = diagnosis.onset_s.unwrap();
+        assert!((onset - 2.0).abs() < 0.02, "dated {onset} s");
+        let both = [("cylinder.clearance", "0.2 mm"), ("directional_valve.opening", "0.6")];
+        let diagnosis = diagnosed(&both, Some(2.0), 3);
+        assert_eq!(present(&diagnosis), ["cylinder.clearance", "directional_valve.opening"]);
+        let onset = diagnosis.onset_s.unwrap();
+        assert!((onset - 2.0).abs() < 0.02, "dated {onset} s");
+    }
 }
