@@ -6,7 +6,8 @@ use std::path::Path;
 use super::CalibrationReport;
 use crate::complaint::Complaint;
 use crate::number::written;
-use crate::rig::{Rig, document};
+use crate::rig::{Rig, Scaling, Sensor, document};
+use crate::units::Unit;
 
 /// Digits of a value and of a standard deviation.
 const DIGITS: (usize, usize) = (10, 6);
@@ -42,8 +43,10 @@ fn write_section(out: &mut String, rig: &Rig, report: &CalibrationReport) -> std
         writeln!(out, "    [{}],", row.join(", "))?;
     }
     writeln!(out, "]\n\n[calibration.values]")?;
-    for parameter in calibration.parameters.iter().map(|&index| &rig.parameters[index]) {
-        let unit = &parameter.unit;
+    for &index in &calibration.parameters {
+        let parameter = &rig.parameters[index];
+        let scaled = rig.sensors.iter().find(|sensor| sensor.first_parameter == index);
+        let unit = &scaled.map_or_else(|| parameter.unit.clone(), |sensor| column_unit(rig, sensor));
         let (value, sigma) = (unit.from_si(parameter.value), unit.difference_from_si(parameter.sigma));
         let stated = format!("{} +- {}", written(value, DIGITS.0, unit), written(sigma, DIGITS.1, unit));
         let remark = match report.parameters.iter().find(|told| told.id == parameter.id) {
@@ -64,12 +67,17 @@ fn write_section(out: &mut String, rig: &Rig, report: &CalibrationReport) -> std
         writeln!(out, "{} = {}", quoted(&parameter.id), quoted(&value))?;
     }
     for sensor in &rig.sensors {
-        let unit = rig.sensor_unit(sensor);
+        let unit = column_unit(rig, sensor);
         let shown = |si| quoted(&written(unit.difference_from_si(si), DIGITS.1, &unit));
         writeln!(out, "\n[calibration.sensors.{}]", toml_edit::Key::new(&sensor.name))?;
         writeln!(out, "noise = {}\ntolerance = {}", shown(sensor.noise), shown(sensor.tolerance))?;
     }
     Ok(())
+}
+
+/// The unit in which the rig file describes what a sensor writes.
+fn column_unit(rig: &Rig, sensor: &Sensor) -> Unit {
+    sensor.scale.as_ref().map_or_else(|| rig.sensor_unit(sensor), Scaling::of_differences)
 }
 
 /// A text as TOML writes it.

@@ -5,11 +5,13 @@ use rayon::prelude::*;
 use super::case::Case;
 use super::events::weights;
 use super::hypotheses::{Isolation, Stopped, held, isolate, isolate_from};
+use super::instead::instead;
 use super::noise::{self, Weights};
 use super::preliminary::quick;
 use super::search::{self, roughly};
 use super::unseen::{in_step, simpler, unseen};
 use super::weighed::{case_at, measured, renewed, unsolvable, unweighed};
+use super::weighing::Weighed;
 use crate::complaint::Complaint;
 use crate::estimation::criteria::bic;
 use crate::estimation::{FitError, Options};
@@ -238,6 +240,26 @@ impl<'a> Estimate<'a> {
             isolation.best = lowest.clone();
             isolation.weighed.iter_mut().take(1).for_each(|best| best.point = Some(lowest.clone()));
         }
+    }
+
+    /// Weighs what may stand in place of a present fault with the rest. Whether one is the better and stands there now, if it may.
+    pub fn ask_instead(&mut self, may_change: bool) -> bool {
+        let others = instead(&self.case, &self.isolation);
+        let score = self.isolation.weighed.first().map_or(0.0, |best| best.score);
+        let best = others.iter().max_by(|a, b| a.score.total_cmp(&b.score)).filter(|other| other.score > score);
+        if let Some((set, point)) = best.and_then(|best| Some((best.set, best.point.as_ref()?)))
+            && may_change
+            && let Ok(isolation) = isolate(&self.case, &point.theta, set, self.case.settings().isolation_rounds)
+        {
+            self.isolation = isolation;
+            return true;
+        }
+        let weighed = &mut self.isolation.weighed;
+        weighed.retain(|one| !others.iter().any(|other| other.set == one.set));
+        // The best one stays the best, and first.
+        weighed.extend(others.into_iter().map(|other| Weighed { score: other.score.min(score), ..other }));
+        weighed.sort_by(|a, b| b.score.total_cmp(&a.score));
+        false
     }
 
     /// Goes on from other values of the estimated parameters, SI, and says by how many nats of evidence that is better; stays where it

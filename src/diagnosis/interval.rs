@@ -89,8 +89,13 @@ fn fitted(case: &Case<'_>, near: &LocalModel, set: FaultSet, theta: &[f64]) -> O
 /// The intervals of all faults, and the estimate that they are drawn around: where a profile leads to a better one, that.
 pub fn settled(mut estimate: Estimate<'_>) -> (Estimate<'_>, Vec<Option<Interval>>) {
     let mut restarts = estimate.case.settings().interval_restarts;
+    let mut may_change = true;
     loop {
         estimate.walk_to_the_bottom();
+        if estimate.explains() && estimate.ask_instead(may_change) {
+            may_change = false;
+            continue;
+        }
         let (case, isolation) = (&estimate.case, &estimate.isolation);
         if !estimate.explains() {
             let of = |fault: usize| straight(case, isolation, isolation.set().with(fault), fault);

@@ -14,6 +14,7 @@ pub(crate) mod events;
 pub mod expected;
 mod fitted;
 pub mod hypotheses;
+mod instead;
 pub mod interval;
 mod missed;
 pub mod noise;

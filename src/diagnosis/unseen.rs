@@ -11,7 +11,7 @@ use super::hypotheses::Isolation;
 use super::weighing::{inflation_between, prior_odds};
 use crate::estimation::criteria::bic;
 use crate::estimation::local_model::Evaluated;
-use crate::estimation::{Fit, Options, Problem};
+use crate::estimation::{Fit, LocalModel, Options, Problem};
 use crate::rig::FaultSet;
 
 /// Shares of the way to a bound at which a fault is tried that the form may not see: a clearance leaks with its cube.
@@ -52,20 +52,25 @@ pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)
 
 /// The fit of another set, from values of all estimated parameters, where it explains the record better than the best so far.
 fn overtaking(case: &Case<'_>, isolation: &Isolation, other: FaultSet, mut theta: Vec<f64>) -> Option<Fit> {
-    let (set, point, odds) = (isolation.set(), &isolation.best, prior_odds(case));
     let steps = Options::steps(case.settings().replacement_linearisations, case.settings().rough_decrease);
     for _ in 0..case.settings().replacement_linearisations {
         let near = case.local_model(&theta).ok()?;
         let fit = case.fit(&near, other, &theta, steps).ok()?;
-        let inflation = inflation_between(other, set, &isolation.inflation);
-        let occam = case.schur_complement(&near).occam(other.iter(), 1.0) - isolation.schur.occam(set.iter(), 1.0);
-        let more = odds * (other.len() as f64 - set.len() as f64);
-        if -0.5 * (fit.cost - fit.promised - point.cost) / inflation + occam + more > 0.0 {
+        if gained(case, isolation, (other, &near), fit.cost - fit.promised) > 0.0 {
             return Some(fit);
         }
         theta = fit.theta;
     }
     None
+}
+
+/// Logarithm of the evidence of another set over that of the best, where it leaves a cost near a local model of its own.
+pub(super) fn gained(case: &Case<'_>, isolation: &Isolation, (other, near): (FaultSet, &LocalModel), cost: f64) -> f64 {
+    let set = isolation.set();
+    let inflation = inflation_between(other, set, &isolation.inflation);
+    let occam = case.schur_complement(near).occam(other.iter(), 1.0) - isolation.schur.occam(set.iter(), 1.0);
+    let more = prior_odds(case) * (other.len() as f64 - set.len() as f64);
+    -0.5 * (cost - isolation.best.cost) / inflation + occam + more
 }
 
 /// Faults of a set in whose place one of a component may stand: all of them; of a sensor with both, offset, gain, or the two.

@@ -72,8 +72,15 @@ pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Sugges
     };
     let found = rig.context().run(|| {
         let mut found = with_spools(&opened(rig), fit, suggested, Suggestion::best)?;
-        if let Some(best) = found.judged.first_mut().filter(|best| best.supported) {
+        while let Some(best) = found.judged.first_mut().filter(|best| best.supported) {
             best.finish(fit, check)?;
+            let before = found.base_check.as_ref().unwrap_or(&found.base.fit).normalised;
+            // Led to its end, what seemed nearest may explain no more of a record that nothing was fitted to.
+            if found.conclusion != Conclusion::UnknownEffect || best.error() < before {
+                break;
+            }
+            best.supported = false;
+            found.judged.sort_by_key(|one| !one.supported);
         }
         Ok::<_, Complaint>(found)
     })?;

@@ -41,9 +41,7 @@ pub const CARD: Card = Card {
         )
         .or(0.0)
         .within(-1.0, 1.0),
-        Parameter::required("air_exponent", "n", "-", "polytropic exponent of the free air")
-            .or(1.0)
-            .within(1.0, 1.67),
+        Parameter::required("air_exponent", "n", "-", "polytropic exponent of the free air").or(1.0).within(1.0, 1.67),
     ],
     ..Card::EMPTY
 };

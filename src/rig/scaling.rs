@@ -51,6 +51,11 @@ impl Scaling {
         scale.map_or((dimension, 1.0), |scale| (scale.raw.dimension, scale.size()))
     }
 
+    /// The unit in which the rig file describes differences of the column, as one of the quantity.
+    pub(crate) fn of_differences(&self) -> Unit {
+        Unit { factor: self.unit.factor.abs(), offset: 0.0, symbol: self.raw.symbol.clone(), ..self.unit.clone() }
+    }
+
     /// The size of one SI unit of the column, in SI units of the quantity.
     pub(super) fn size(&self) -> f64 {
         (self.unit.factor / self.raw.factor).abs()

@@ -68,6 +68,7 @@ mod cli {
 }
 
 mod diagnosis {
+    mod ambiguous;
     mod calibrate;
     mod calibration_honest;
     mod campaign;

@@ -6,7 +6,7 @@ use crate::complaint::{Complaint, Kind, help_with_names};
 use crate::physics::card::PortKind;
 use crate::physics::card::Role;
 use crate::rig::sensor::{GAIN_SPREAD, OFFSET_SPREAD, TOLERANCE};
-use crate::rig::source::Value;
+use crate::rig::source::{Stated, Value};
 use crate::rig::{Node, NodeKind, Parameter, Quantity, Rig, Scaling, Sensor, Target, range};
 use crate::units::{Dimension, Unit};
 
@@ -47,7 +47,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
             .help("give one standard deviation; a sensor that never errs would overrule every other"));
     }
     let unit = match &scale {
-        Some(scale) => Unit { factor: scale.unit.factor.abs(), ..scale.unit.clone() },
+        Some(scale) => scale.of_differences(),
         None => noise_value.quantity(dimension)?.unit,
     };
     let optional =
@@ -68,7 +68,7 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
                bounds: (f64, f64),
                meaning: &str|
      -> Result<Parameter, Complaint> {
-        let stated = table.get(key).map(|value| value.stated(unit.dimension)).transpose()?;
+        let stated = table.get(key).map(|value| stated(&value, unit, scale.as_ref())).transpose()?;
         let (value, sigma) = stated.map_or((default, None), |stated| (stated.value, stated.sigma));
         if value < bounds.0 {
             return Err(Complaint::new(Kind::Bounds, format!("the {key} of sensor `{name}` is negative"))
@@ -128,6 +128,17 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
         place,
     });
     Ok(())
+}
+
+/// What the rig file states of a sensor in its quantity, or in what its column shows.
+fn stated(value: &Value<'_>, unit: &Unit, scale: Option<&Scaling>) -> Result<Stated, Complaint> {
+    let of_quantity = value.stated(unit.dimension);
+    let (dimension, factor) = Scaling::of_column(scale, unit.dimension);
+    if of_quantity.is_ok() || unit.dimension == Dimension::NONE || dimension == unit.dimension {
+        return of_quantity;
+    }
+    let Ok(of_column) = value.stated(dimension) else { return of_quantity };
+    Ok(Stated { value: factor * of_column.value, sigma: of_column.sigma.map(|sigma| factor * sigma), ..of_column })
 }
 
 /// The unit of a column in records that do not name it.

@@ -215,6 +215,56 @@ fn the_zero_of_a_scaled_sensor_is_in_its_own_unit() {
     }
 }
 
+/// A rig file that describes sensors in what they write, and states faults of their zeros in what they mean, reads what `calibrate` adds.
+#[test]
+fn what_is_calibrated_of_a_scaled_sensor_is_read_as_it_was_written() {
+    let (_, record) = small();
+    for (scale, noise) in [("4 bar/V", "0.025 V"), ("2 bar/bar", "0.05 bar")] {
+        let sensor =
+            format!("at = \"line\", scale = \"{scale}\", offset = \"0 bar +- 0.3 bar\", noise = \"{noise}\" }}");
+        let text = SMALL
+            .replace("at = \"line\", noise = \"0.1 bar\", resolution = \"0.05 bar\" }", &sensor)
+            .replace("[calibration.sensors.p]\nnoise = \"7 bar\"\n", "")
+            .replace(
+                "[faults]\n",
+                "[faults]\n\"sensor.p.offset\" = { healthy = \"0 bar\", bounds = [\"-2 bar\", \"2 bar\"] }\n",
+            );
+        let rig = Rig::parse("small.toml", text.clone()).unwrap();
+        let found = calibrate(&text, &rig, std::slice::from_ref(&record), &CalibrationOptions::default()).unwrap();
+        let again = Rig::parse("small.toml", found.text.clone()).unwrap();
+        let index = rig.parameter("sensor.p.offset").unwrap();
+        for (written, read) in [
+            (found.rig.sensors[0].noise, again.sensors[0].noise),
+            (found.rig.sensors[0].tolerance, again.sensors[0].tolerance),
+            (found.rig.parameters[index].value, again.parameters[index].value),
+            (found.rig.parameters[index].sigma, again.parameters[index].sigma),
+        ] {
+            assert_relative_eq!(written, read, max_relative = 1e-5);
+        }
+        // The true ones.
+        assert_relative_eq!(again.sensors[0].noise, 1e4, max_relative = 0.15);
+        assert!((again.parameters[index].value - 8e3).abs() < 3.5 * again.parameters[index].sigma, "{}", found.text);
+    }
+}
+
+/// The zero of a scaled sensor may stand in what its column shows.
+#[test]
+fn the_zero_of_a_scaled_sensor_may_be_stated_in_its_own_unit() {
+    let path = "fixtures/cascaded_tanks/rig.toml";
+    let text = std::fs::read_to_string(path).unwrap();
+    let with = |offset: &str| {
+        let text = text.replace("offset = \"0 cm +- 0 cm\"", &format!("offset = \"{offset}\""));
+        let rig = Rig::parse(path, text).unwrap();
+        let offset = &rig.parameters[rig.parameter("sensor.level_2.offset").unwrap()];
+        (offset.value, offset.sigma)
+    };
+    for stated in ["0.2 V +- 0.05 V", "2 mm +- 0.5 mm"] {
+        let (value, sigma) = with(stated);
+        assert_relative_eq!(value, 2e-3, max_relative = 1e-12);
+        assert_relative_eq!(sigma, 5e-4, max_relative = 1e-12);
+    }
+}
+
 /// The rig with every parameter that calibration may move somewhere else, as its spread says.
 fn another_part(sheet: &Rig, seed: u64) -> Rig {
     let mut random = ChaCha8Rng::seed_from_u64(seed);

@@ -1,0 +1,159 @@
+//! Faults that do what a present one does, although from here they seem to do nothing.
+//!
+//! Two pistons that leak between the same lines leave the same record, and a leak begins with the cube of its gap: seen from the explanation
+//! by one of them, the other has no slope. So an absent fault is tried without the present one, at the size at which it does as much.
+//! Where the two do the same but for a factor, the combination with one in place of the other is fitted and weighed like the rest.
+
+use rayon::prelude::*;
+
+use super::case::Case;
+use super::hypotheses::Isolation;
+use super::unseen::gained;
+use super::weighing::Weighed;
+use crate::estimation::{Fit, Options, Problem, ScoreTest};
+use crate::rig::FaultSet;
+
+/// Shares of the way to a bound at which it is asked what an absent fault does, and with which power that begins.
+const PROBES: [f64; 2] = [0.35, 0.175];
+/// Share of the squares of what two faults do that one leaves of the other where they are more alike than not.
+const ALIKE: f64 = 0.5;
+
+/// One fault in place of another: the share of what the other does that is left of it, and where to start.
+struct Substitute {
+    left: f64,
+    set: FaultSet,
+    theta: Vec<f64>,
+}
+
+/// Combinations with an absent fault in place of a present one that are as good as the best but for what the local model may be wrong
+/// by, fitted.
+pub fn instead(case: &Case<'_>, isolation: &Isolation) -> Vec<Weighed> {
+    let set = isolation.set();
+    let is_unseen = |&fault: &usize| {
+        let is_open = !set.contains(fault) && !case.is_of_sensor(fault);
+        is_open && isolation.schur.sigma(set.with(fault).iter(), fault).is_none()
+    };
+    let absent: Vec<usize> = (0..case.faults()).filter(is_unseen).collect();
+    if absent.is_empty() {
+        return Vec::new();
+    }
+    let present: Vec<Present<'_>> = set.iter().filter_map(|fault| Present::new(case, isolation, fault)).collect();
+    let pairs: Vec<(&Present<'_>, usize, f64)> = present
+        .iter()
+        .flat_map(|one| absent.iter().map(move |&other| (one, other)))
+        .flat_map(|(one, other)| case.levels(other, &PROBES[..1]).map(move |value| (one, other, value)))
+        .collect();
+    let replaced = |(one, other, value): (&Present<'_>, usize, f64)| one.replaced_by(other, value);
+    let mut found: Vec<Substitute> = pairs.into_par_iter().filter_map(replaced).collect();
+    found.sort_by(|a, b| a.left.total_cmp(&b.left));
+    found.dedup_by_key(|one| one.set);
+    found.truncate(case.settings().replacements_fitted);
+    found.into_par_iter().filter_map(|one| weighed(case, isolation, one)).collect()
+}
+
+/// A present fault, and what the record would be without it.
+struct Present<'a> {
+    case: &'a Case<'a>,
+    fault: usize,
+    set: FaultSet,
+    /// All estimated parameters of the best explanation, SI, with this fault healthy, and the misfits there.
+    without: (Vec<f64>, Vec<f64>),
+    /// What it does to the misfits.
+    does: Vec<f64>,
+    /// Of changes beside the best explanation, everything but this fault following.
+    test: ScoreTest<'a>,
+}
+
+impl<'a> Present<'a> {
+    /// `None` where the model cannot be solved without it.
+    fn new(case: &'a Case<'a>, isolation: &'a Isolation, fault: usize) -> Option<Self> {
+        let (set, best) = (isolation.set(), &isolation.best);
+        let others = set.difference(FaultSet::of(fault));
+        let test = isolation.local.score_test(&case.problem(others), &best.theta, &best.misfit).ok()?;
+        let mut theta = best.theta.clone();
+        theta[fault] = case.mean[fault];
+        let misfit = case.full.misfit(&theta).ok()?;
+        let does = best.misfit.iter().zip(&misfit).map(|(with, without)| with - without).collect();
+        Some(Self { case, fault, set, without: (theta, misfit), does, test })
+    }
+
+    /// What another fault does in place of it at a value, SI.
+    fn done_by(&self, other: usize, value: f64) -> Option<Vec<f64>> {
+        let (mut theta, misfit) = self.without.clone();
+        theta[other] = value;
+        let there = self.case.full.misfit(&theta).ok()?;
+        Some(there.iter().zip(&misfit).map(|(with, without)| with - without).collect())
+    }
+
+    /// The start with another fault in its place, which is tried first at a value, SI; `None` where it does something else.
+    fn replaced_by(&self, other: usize, value: f64) -> Option<Substitute> {
+        let (case, healthy) = (self.case, self.case.mean[other]);
+        let (far, near) =
+            (self.done_by(other, value)?, self.done_by(other, healthy + PROBES[1] / PROBES[0] * (value - healthy))?);
+        let first = alike(dot(&self.does, &self.does), dot(&far, &far), dot(&self.does, &far), ALIKE)?;
+        let power = 0.5 * (dot(&far, &far) / dot(&near, &near)).ln() / (PROBES[0] / PROBES[1]).ln();
+        let (low, high) = case.rig().faults[other].bounds;
+        let value = (healthy + first.factor.powf(power.recip()) * (value - healthy)).clamp(low, high);
+        let does = self.done_by(other, value)?;
+        let own = |change: &[f64]| self.test.of(change).information;
+        let both: Vec<f64> = self.does.iter().zip(&does).map(|(a, b)| a + b).collect();
+        let (this, that) = (own(&self.does), own(&does));
+        let Alike { left, .. } = alike(this, that, 0.5 * (own(&both) - this - that), case.settings().unforeseen_share)?;
+        let mut theta = self.without.0.clone();
+        theta[other] = value;
+        Some(Substitute { left, set: self.set.difference(FaultSet::of(self.fault)).with(other), theta })
+    }
+}
+
+/// Two changes that are the same but for a factor on the second and a share of the squares of the first.
+struct Alike {
+    factor: f64,
+    left: f64,
+}
+
+/// From the squares of two changes and their product; `None` where more than a share of the first is left.
+fn alike(first: f64, second: f64, product: f64, most: f64) -> Option<Alike> {
+    let (factor, left) = (product / second, 1.0 - product * product / (first * second));
+    (factor > 0.0 && left <= most).then_some(Alike { factor, left })
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The combination at its best; `None` where the best one is the better by more than the local model may be wrong by.
+fn weighed(case: &Case<'_>, isolation: &Isolation, Substitute { set, mut theta, .. }: Substitute) -> Option<Weighed> {
+    let settings = case.settings();
+    let steps = Options::steps(settings.replacement_linearisations, settings.exact_decrease);
+    let mut found: Option<(f64, Fit)> = None;
+    for _ in 0..settings.replacement_linearisations {
+        let near = case.local_model(&theta).ok()?;
+        let fit = case.fit(&near, set, &theta, steps).ok()?;
+        theta.clone_from(&fit.theta);
+        let is_settled = fit.promised < settings.isolation_decrease;
+        found = Some((gained(case, isolation, (set, &near), fit.cost), fit));
+        if is_settled {
+            break;
+        }
+    }
+    let (gained, fit) = found?;
+    let score = isolation.weighed.first()?.score + gained;
+    (gained > -settings.isolation_evidence).then_some(Weighed { set, score, point: Some(fit) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_are_alike_but_for_a_factor() {
+        // (3, 4) and (6, 8) are the same but for a half; (4, -3) has nothing of it, (-3, -4) is the opposite.
+        let of = |a: [f64; 2], b: [f64; 2]| alike(dot(&a, &a), dot(&b, &b), dot(&a, &b), ALIKE);
+        let same = of([3.0, 4.0], [6.0, 8.0]).unwrap();
+        assert_eq!((same.factor, same.left), (0.5, 0.0));
+        assert!(of([3.0, 4.0], [4.0, -3.0]).is_none() && of([3.0, 4.0], [-3.0, -4.0]).is_none());
+        // At 45 degrees half of the squares are left; what does nothing is like nothing.
+        assert!((of([1.0, 0.0], [1.0, 1.0]).unwrap().left - 0.5).abs() < 1e-15);
+        assert!(of([1.0, 0.0], [0.0, 0.0]).is_none());
+    }
+}
