@@ -123,7 +123,7 @@ mod tests {
             names.iter().map(|(name, dimension)| Name::new((*name).to_owned(), *dimension)).collect();
         let expression = Expression::parse_as(loss, &names, Dimension::PRESSURE).unwrap();
         let card = Card { formula: Some(Box::leak(Box::new(expression))), ..Card::EMPTY };
-        let fluid: Vec<One> = [870.0, 0.0455, 1.4e9, 0.0, 0.0, 0.0].map(One::constant).to_vec();
+        let fluid: Vec<One> = [870.0, 0.0455, 1.4e9, 0.0, 0.0, 0.0, 1.0].map(One::constant).to_vec();
         // Cd (pi/4) d² sqrt(2/rho) = 1e-7.
         let diameter = (1e-7 / (0.7 * std::f64::consts::FRAC_PI_4 * (2.0f64 / 870.0).sqrt())).sqrt();
         let hole = [diameter, 0.7, transition].map(One::constant);
