@@ -122,6 +122,8 @@ class Rig:
     def __init__(self, path: str | os.PathLike[str] | None = None, *, text: str | None = None) -> None:
         if (path is None) == (text is None):
             raise Complaint("a rig is either a file or a text", remedy='`Rig("rig.toml")` or `Rig(text=...)`')
+        if isinstance(path, str) and "\n" in path:
+            raise Complaint("this is the text of a rig file, not its name", remedy="write `Rig(text=...)`")
         self.path = None if path is None else os.fspath(path)
         self._text = None if text is None else absolute(text, Path())
         self._seen = self.check()
@@ -257,8 +259,10 @@ class Rig:
         self, records: Sequence[RecordLike], *, progress: Progress = None, threads: int | None = None
     ) -> Calibration:
         """What healthy records say of the machine beyond its data sheet: ``borescope.calibration/1``; ``.rig`` is the rig with it."""
+        several = [records] if is_one(records) else list(records)
+        if not several:
+            raise Complaint("no record to calibrate on", remedy="give healthy records, `rig.calibrate([first, second])`")
         with _desk() as desk:
-            several = [records] if is_one(records) else records
             paths = [desk.path(record, f"healthy_{number}") for number, record in enumerate(several, 1)]
             out, page, _ = desk.ask(["calibrate", self._file(desk), *paths, "-o", desk.new("new.toml")], progress, threads)
             return Calibration(out, page, desk.rig())
@@ -334,7 +338,7 @@ def draft(
     given = {"circuit": circuit, "command": command, "load": load, "bore": bore, "rod": rod, "stroke": stroke}
     with _desk() as desk:
         words = ["init", desk.path(record), "-o", desk.new("new.toml")]
-        words += [word for name, value in given.items() if value is not None for word in (f"--{name}", value)]
+        words += [word for name, value in given.items() if value is not None for word in (f"--{name}", str(value))]
         desk.call(words)
         return desk.rig()
 

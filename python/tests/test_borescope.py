@@ -234,6 +234,12 @@ def test_what_is_wrong_is_one_complaint_with_its_place(tanks, tmp_path):
     ]:
         with pytest.raises(bs.Complaint, match=told):
             tanks.diagnose({**columns, **change})
+    with pytest.raises(bs.Complaint, match="the text of a rig file, not its name"):
+        bs.Rig(tanks.text)
+    with pytest.raises(bs.Complaint, match="no record to calibrate on"):
+        tanks.calibrate([])
+    with pytest.raises(bs.Complaint, match="bore"):
+        bs.draft({"time [s]": [0.0, 1.0, 2.0], "u [-]": [0.0, 1.0, 1.0], "p [bar]": [1.0, 2.0, 3.0]}, bore=50)
     with pytest.raises(bs.Complaint, match="a set is no record"):
         tanks.diagnose({1, 2})
     with pytest.raises(bs.Complaint, match="u") as caught:

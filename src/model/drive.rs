@@ -85,6 +85,12 @@ impl InputSignals {
                 .at(record.header())
                 .help("take a record of at least two rows"));
         };
+        // Nothing leads through a time that runs backwards.
+        if !record.time.is_sorted() {
+            return Err(Complaint::new(Kind::Shape, "the time of the record runs backwards")
+                .at(record.header())
+                .help("sort the rows by the time"));
+        }
         let mut lines = Vec::new();
         for input in &rig.inputs {
             let channel = rig.input_column(record, input)?;

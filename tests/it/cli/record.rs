@@ -242,3 +242,22 @@ fn a_rig_file_that_says_two_things_or_an_unusual_one_is_asked_about() {
         ["`fluid.viscosity` is 45500 mPa.s (RIG:10), where 0.3 to 5000 mPa.s is usual: is its unit right?"]
     );
 }
+
+/// Rows in the order of another column: the model has no way through them, and none is looked for.
+#[test]
+fn a_time_that_ends_before_it_begins_is_told_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let rig = fs::read_to_string(RIG).unwrap();
+    // An input with noise is smoothed over the time.
+    let noisy = rig.replacen("[inputs.u]\nunit = \"V\"", "[inputs.u]\nunit = \"V\"\nnoise = \"0.01 V\"", 1);
+    assert_ne!(noisy, rig);
+    fs::write(path("rig.toml"), noisy).unwrap();
+    let mut rows: Vec<String> = (0..400).map(|row| format!("{row},{},1,2\n", 1 + row % 3)).collect();
+    rows.rotate_left(200);
+    fs::write(path("record.csv"), format!("time [s],u [V],level_1 [cm],level_2 [cm]\n{}", rows.concat())).unwrap();
+    let ran = borescope(["check", &path("rig.toml"), &path("record.csv")]);
+    assert_eq!(ran.status, Some(2), "{}", ran.err);
+    assert!(ran.err.contains("the time runs backwards to 0 s"), "{}", ran.err);
+    assert!(ran.out.contains("the clock was set back from 399 s to 0 s"), "{}", ran.out);
+}
