@@ -7,7 +7,7 @@ use crate::physics::card::Role;
 use crate::physics::component::facts;
 use crate::physics::component::facts::Symbol;
 use crate::physics::component::{coulomb_friction, line_volume, restrictor};
-use crate::rig::{NodeKind, Rig};
+use crate::rig::{NodeKind, Parameter, Rig};
 
 /// Most that a parameter strays from its data sheet, relative, one standard deviation.
 const STRAY: f64 = 0.03;
@@ -50,7 +50,8 @@ pub struct Disturbed {
 /// None with a rig that was read; those of [`Rig::join`].
 pub fn disturb(rig: &Rig, size: f64, random: &mut Stream) -> Result<Disturbed, Complaint> {
     let mut disturbed = rig.clone();
-    for parameter in disturbed.parameters.iter_mut().filter(|own| own.role != Role::Instrument) {
+    let is_of_a_part = |own: &&mut Parameter| !matches!(own.role, Role::Instrument | Role::GasLaw);
+    for parameter in disturbed.parameters.iter_mut().filter(is_of_a_part) {
         let value = parameter.value;
         let stray = random.normal() * size;
         if parameter.role == Role::Smoothing {

@@ -131,6 +131,8 @@ pub enum Role {
     Volume,
     /// A gap through which port 0 leaks to port 1.
     Clearance,
+    /// How a gas is compressed, by the heat that it exchanges: no property of a part, so that no two rigs of a kind differ in it.
+    GasLaw,
     /// What the instrument of the component's input shows per true value; known where the input is exact.
     Instrument,
 }

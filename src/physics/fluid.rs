@@ -2,7 +2,7 @@
 
 use crate::numeric::Real;
 use crate::physics::ATMOSPHERE;
-use crate::physics::card::{Card, Parameter};
+use crate::physics::card::{Card, Parameter, Role};
 
 pub const CARD: Card = Card {
     kind: "fluid",
@@ -41,7 +41,10 @@ pub const CARD: Card = Card {
         )
         .or(0.0)
         .within(-1.0, 1.0),
-        Parameter::required("air_exponent", "n", "-", "polytropic exponent of the free air").or(1.0).within(1.0, 1.67),
+        Parameter::required("air_exponent", "n", "-", "polytropic exponent of the free air")
+            .is(Role::GasLaw)
+            .or(1.0)
+            .within(1.0, 1.67),
     ],
     ..Card::EMPTY
 };

@@ -227,7 +227,9 @@ pub(super) fn detected(diagnosis: &Diagnosis) -> Option<String> {
     let by_residual = diagnosis.residuals.iter().any(|residual| residual.fired);
     let how = match (by_residual, diagnosis.residuals.is_empty()) {
         (true, _) => "",
-        (false, true) => ", by the fit: the sensors of this rig allow no residuals (`isolability` names some that would)",
+        (false, true) => {
+            ", by the fit: the sensors of this rig allow no residuals (`isolability` names some that would)"
+        }
         (false, false) => ", by the fit: no residual raised an alarm",
     };
     diagnosis.detected_at_s.map(|at| format!("Detected at {at:.2} s{how}."))
