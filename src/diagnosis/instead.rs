@@ -46,7 +46,13 @@ pub fn instead(case: &Case<'_>, isolation: &Isolation) -> Vec<Weighed> {
     let replaced = |(one, other, value): (&Present<'_>, usize, f64)| one.replaced_by(other, value);
     let mut found: Vec<Substitute> = pairs.into_par_iter().filter_map(replaced).collect();
     found.sort_by(|a, b| a.left.total_cmp(&b.left));
-    found.dedup_by_key(|one| one.set);
+    // Each combination once, from its best start: weighed twice it would count twice.
+    let mut known: Vec<FaultSet> = Vec::new();
+    found.retain(|one| {
+        let is_new = !known.contains(&one.set);
+        known.push(one.set);
+        is_new
+    });
     found.truncate(case.settings().replacements_fitted);
     found.into_par_iter().filter_map(|one| weighed(case, isolation, one)).collect()
 }
