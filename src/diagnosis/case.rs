@@ -171,6 +171,42 @@ impl<'a> Case<'a> {
         fit_along(&self.problem(set), near, start, steps)
     }
 
+    /// The fits of a set, each in so many steps along a local model of where the one before ended; ends where the model cannot be solved.
+    pub fn relinearised<'s>(
+        &'s self,
+        set: FaultSet,
+        start: &[f64],
+        steps: Options,
+    ) -> impl Iterator<Item = (LocalModel, Fit)> + use<'s, 'a> {
+        let mut theta = start.to_vec();
+        std::iter::from_fn(move || {
+            let near = self.local_model(&theta).ok()?;
+            let fit = self.fit(&near, set, &theta, steps).ok()?;
+            theta.clone_from(&fit.theta);
+            Some((near, fit))
+        })
+    }
+
+    /// The first of so many of them that promises no more than a decrease, or the last; `None` where the model cannot be solved at the
+    /// start.
+    pub fn settled(
+        &self,
+        set: FaultSet,
+        start: &[f64],
+        steps: Options,
+        (most, decrease): (usize, f64),
+    ) -> Option<(LocalModel, Fit)> {
+        let mut last = None;
+        for (near, fit) in self.relinearised(set, start, steps).take(most) {
+            let is_settled = fit.promised < decrease;
+            last = Some((near, fit));
+            if is_settled {
+                break;
+            }
+        }
+        last
+    }
+
     /// The lowest point of a set, with a local model of each iterate.
     ///
     /// # Errors

@@ -10,13 +10,11 @@ use super::case::Case;
 use super::hypotheses::Isolation;
 use super::unseen::gained;
 use super::weighing::Weighed;
-use crate::estimation::{Fit, Options, Problem, ScoreTest};
+use crate::estimation::{Options, Problem, ScoreTest};
 use crate::rig::FaultSet;
 
 /// Shares of the way to a bound at which it is asked what an absent fault does, and with which power that begins.
 const PROBES: [f64; 2] = [0.35, 0.175];
-/// Share of the squares of what two faults do that one leaves of the other where they are more alike than not.
-const ALIKE: f64 = 0.5;
 
 /// One fault in place of another: the share of what the other does that is left of it, and where to start.
 struct Substitute {
@@ -96,7 +94,7 @@ impl<'a> Present<'a> {
         let (case, healthy) = (self.case, self.case.mean[other]);
         let (far, near) =
             (self.done_by(other, value)?, self.done_by(other, healthy + PROBES[1] / PROBES[0] * (value - healthy))?);
-        let first = alike(dot(&self.does, &self.does), dot(&far, &far), dot(&self.does, &far), ALIKE)?;
+        let first = alike(dot(&self.does, &self.does), dot(&far, &far), dot(&self.does, &far), 1.0)?;
         let power = 0.5 * (dot(&far, &far) / dot(&near, &near)).ln() / (PROBES[0] / PROBES[1]).ln();
         let (low, high) = case.rig().faults[other].bounds;
         let value = (healthy + first.factor.powf(power.recip()) * (value - healthy)).clamp(low, high);
@@ -128,21 +126,12 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// The combination at its best; `None` where the best one is the better by more than the local model may be wrong by.
-fn weighed(case: &Case<'_>, isolation: &Isolation, Substitute { set, mut theta, .. }: Substitute) -> Option<Weighed> {
+fn weighed(case: &Case<'_>, isolation: &Isolation, Substitute { set, theta, .. }: Substitute) -> Option<Weighed> {
     let settings = case.settings();
-    let steps = Options::steps(settings.replacement_linearisations, settings.exact_decrease);
-    let mut found: Option<(f64, Fit)> = None;
-    for _ in 0..settings.replacement_linearisations {
-        let near = case.local_model(&theta).ok()?;
-        let fit = case.fit(&near, set, &theta, steps).ok()?;
-        theta.clone_from(&fit.theta);
-        let is_settled = fit.promised < settings.isolation_decrease;
-        found = Some((gained(case, isolation, (set, &near), fit.cost), fit));
-        if is_settled {
-            break;
-        }
-    }
-    let (gained, fit) = found?;
+    let most = settings.replacement_linearisations;
+    let steps = Options::steps(most as u64, settings.exact_decrease);
+    let (near, fit) = case.settled(set, &theta, steps, (most, settings.isolation_decrease))?;
+    let gained = gained(case, isolation, (set, &near), fit.cost);
     let score = isolation.weighed.first()?.score + gained;
     (gained > -settings.isolation_evidence).then_some(Weighed { set, score, point: Some(fit) })
 }
@@ -154,7 +143,7 @@ mod tests {
     #[test]
     fn changes_are_alike_but_for_a_factor() {
         // (3, 4) and (6, 8) are the same but for a half; (4, -3) has nothing of it, (-3, -4) is the opposite.
-        let of = |a: [f64; 2], b: [f64; 2]| alike(dot(&a, &a), dot(&b, &b), dot(&a, &b), ALIKE);
+        let of = |a: [f64; 2], b: [f64; 2]| alike(dot(&a, &a), dot(&b, &b), dot(&a, &b), 0.5);
         let same = of([3.0, 4.0], [6.0, 8.0]).unwrap();
         assert_eq!((same.factor, same.left), (0.5, 0.0));
         assert!(of([3.0, 4.0], [4.0, -3.0]).is_none() && of([3.0, 4.0], [-3.0, -4.0]).is_none());

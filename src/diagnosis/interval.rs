@@ -54,19 +54,9 @@ impl Base {
 
     /// The same from elsewhere, with a local model of there.
     fn relinearised(case: &Case<'_>, set: FaultSet, theta: &[f64]) -> Option<Self> {
-        let mut theta = theta.to_vec();
-        let mut base = None;
-        for _ in 0..case.settings().interval_relinearisations {
-            let local = case.local_model(&theta).ok()?;
-            let best = fitted(case, &local, set, &theta)?;
-            theta.clone_from(&best.theta);
-            let done = best.promised < case.settings().interval_decrease;
-            base = Some(Self { best, local: Some(local) });
-            if done {
-                break;
-            }
-        }
-        base
+        let most = (case.settings().interval_relinearisations, case.settings().interval_decrease);
+        let (local, best) = case.settled(set, theta, steps(case), most)?;
+        Some(Self { best, local: Some(local) })
     }
 
     /// Whether it is more than `fault`, which the best set does not have, that makes it better than what was isolated: the fault is
@@ -83,7 +73,12 @@ impl Base {
 
 /// The fit of a fault combination along a local model, from values of all estimated parameters.
 fn fitted(case: &Case<'_>, near: &LocalModel, set: FaultSet, theta: &[f64]) -> Option<Fit> {
-    case.fit(near, set, theta, Options::steps(case.settings().interval_steps, case.settings().exact_decrease)).ok()
+    case.fit(near, set, theta, steps(case)).ok()
+}
+
+/// Steps of such a fit.
+fn steps(case: &Case<'_>) -> Options {
+    Options::steps(case.settings().interval_steps, case.settings().exact_decrease)
 }
 
 /// The intervals of all faults, and the estimate that they are drawn around: where a profile leads to a better one, that.

@@ -1,12 +1,14 @@
 //! A calibrated value that has changed although the rig file declares no fault of it.
 //!
 //! Nobody foresees every fault. A part that wears without being declared moves its own value against what calibration has found, as far
-//! as the search goes, or declared faults in its place. So where an explanation has calibrated values far from where they were, the
-//! record is diagnosed once more with faults of those values too, and the two compete by their evidence. All values that are not declared
-//! share the odds of one declared fault.
+//! as the search goes, or declared faults in its place. So where the record pulls calibrated values far from where they were, it is
+//! diagnosed once more with faults of those values too, and the two compete by their evidence. All values that are not declared share
+//! the odds of one declared fault.
+
+use std::cell::RefCell;
 
 use super::estimate::Estimate;
-use super::result::FaultReport;
+use super::result::{FaultReport, UncertainReport};
 use super::{Attempt, Diagnosed, DiagnosisOptions, diagnose_again};
 use crate::complaint::Complaint;
 use crate::estimation::profile::QUANTILE;
@@ -36,18 +38,38 @@ pub(super) fn preferred(
     rig.faults.extend(moved.into_iter().take(room).map(|parameter| fault(given, parameter)));
     // What has moved is where it explains most already.
     let values = declared.diagnosis.found(given);
-    let set = (0..rig.faults.len()).filter(|&fault| is_off(&rig, &values, fault)).collect();
-    let wider = Model::new(rig).with_tolerance(model.tolerance);
     let odds = |undeclared: usize| -(undeclared as f64) * (candidates.len() as f64).ln();
-    let is_better = |estimate: &Estimate<'_>| {
-        let undeclared = estimate.isolation.set().iter().filter(|fault| *fault >= given.faults.len()).count();
-        undeclared > 0 && declared.is_outdone_by(estimate, given, seen, odds(undeclared))
-    };
-    let attempt = Attempt { is_wanted: Some(&is_better), near: Some((&values, set)), ..Attempt::default() };
-    let Some(found) = diagnose_again(&wider, seen, (&[], None), options, attempt)? else { return Ok(None) };
-    let Some(names) = undeclared(&wider.rig, given.faults.len(), &found) else { return Ok(None) };
-    let is_preferred = !names.is_empty() && found.explains_better_than(declared, given, seen, odds(names.len()));
-    Ok(is_preferred.then(|| told(declared, (wider.rig, found), names)))
+    let known = given.faults.len();
+    while rig.faults.len() > known {
+        let set = (0..rig.faults.len()).filter(|&fault| is_off(&rig, &values, fault)).collect();
+        let wider = Model::new(rig).with_tolerance(model.tolerance);
+        let as_new = RefCell::new(FaultSet::EMPTY);
+        let is_better = |estimate: &Estimate<'_>| {
+            let undeclared: FaultSet = estimate.isolation.set().iter().filter(|fault| *fault >= known).collect();
+            let theta = &estimate.isolation.best.theta;
+            let has_changed = |&fault: &usize| has_changed(&wider.rig, fault, theta[fault]);
+            as_new.replace(undeclared.iter().filter(|fault| !has_changed(fault)).collect());
+            let is_one = !undeclared.is_empty() && as_new.borrow().is_empty();
+            is_one && declared.is_outdone_by(estimate, given, seen, odds(undeclared.len()))
+        };
+        let attempt = Attempt { is_wanted: Some(&is_better), near: Some((&values, set)), ..Attempt::default() };
+        let found = diagnose_again(&wider, seen, (&[], None), options, attempt)?;
+        let Some(found) = found else {
+            // Asked once more without those that differ as new parts do: they are no faults, and stood beside one or in its place.
+            let as_new = as_new.into_inner();
+            if as_new.is_empty() {
+                return Ok(None);
+            }
+            rig = wider.rig;
+            let mut fault = 0..;
+            rig.faults.retain(|_| fault.next().is_none_or(|fault| !as_new.contains(fault)));
+            continue;
+        };
+        let Some(names) = undeclared(&wider.rig, known, &found) else { return Ok(None) };
+        let is_preferred = !names.is_empty() && found.explains_better_than(declared, given, seen, odds(names.len()));
+        return Ok(is_preferred.then(|| told(declared, (wider.rig, found), names)));
+    }
+    Ok(None)
 }
 
 /// Whether an explanation has the value of a fault elsewhere than in a healthy rig.
@@ -66,14 +88,24 @@ fn candidates(rig: &Rig) -> impl Iterator<Item = usize> + '_ {
     })
 }
 
-/// Those of them that an explanation has far off.
+/// Those of them that the record pulls far from where calibration has them.
 fn moved(rig: &Rig, candidates: &[usize], declared: &Diagnosed) -> Vec<usize> {
     let least = rig.settings().diagnosis.changed_deviations;
     let is_far = |parameter: &usize| {
         let fitted = declared.diagnosis.uncertain.iter().find(|one| one.id == rig.parameters[*parameter].id);
-        fitted.is_some_and(|one| (one.value - one.nominal).abs() > least * one.sigma_before)
+        fitted.is_some_and(|fitted| pull(fitted) > least)
     };
     candidates.iter().copied().filter(is_far).collect()
+}
+
+/// How far a record pulls a value from where it was expected, in standard deviations.
+///
+/// A value `v` that was expected at `m` with deviation `s0` and is known with `s1` afterwards has moved by `v - m`, which for a right model
+/// scatters with `sqrt(s0² - s1²)`; the square of the quotient is what the cost falls by where the value is set free. So a value that the
+/// record hardly determines is pulled hard although it moves little.
+fn pull(fitted: &UncertainReport) -> f64 {
+    let known = fitted.sigma_before.powi(2) - fitted.sigma_after.unwrap_or(0.0).powi(2);
+    if known > 0.0 { (fitted.value - fitted.nominal).abs() / known.sqrt() } else { 0.0 }
 }
 
 /// A fault of a parameter of which nobody has said how far it may go: to a tenth of its value and to ten times as much, as far as the
@@ -92,18 +124,23 @@ fn fault(rig: &Rig, index: usize) -> Fault {
     Fault { parameter: index, healthy: value, bounds, limit: None, place: parameter.place.clone() }
 }
 
-/// Ids of the faults behind the `declared` ones that are present; `None` where one has changed by no more than new parts differ (95 %):
-/// that is no wear, but a law that is not quite the part's and has calibrated values move with the point of work. The end of a search is
-/// the value of no part either.
+/// Whether a fault at a value, SI, is further from healthy than new parts differ (95 %): one that is not is no wear, but a law that is not
+/// quite the part's and has calibrated values move with the point of work.
+fn has_changed(rig: &Rig, fault: usize, value: f64) -> bool {
+    let Fault { parameter, healthy, .. } = rig.faults[fault];
+    (value - healthy).abs() > QUANTILE * rig.parameters[parameter].spread
+}
+
+/// Ids of the faults behind the `declared` ones that are present; `None` where one has not changed. The end of a search is the value of no
+/// part either.
 fn undeclared(rig: &Rig, declared: usize, found: &Diagnosed) -> Option<Vec<String>> {
-    let behind = rig.faults.iter().zip(&found.diagnosis.faults).skip(declared);
-    let one = |(fault, report): (&Fault, &FaultReport)| {
-        let parameter = &rig.parameters[fault.parameter];
-        let (value, (low, high)) = (parameter.unit.to_si(report.value), fault.bounds);
+    let behind = found.diagnosis.faults.iter().enumerate().skip(declared);
+    let one = |(fault, report): (usize, &FaultReport)| {
+        let (parameter, (low, high)) = (rig.faults[fault].parameter, rig.faults[fault].bounds);
+        let value = rig.parameters[parameter].unit.to_si(report.value);
         // As far as the digits of a report go.
         let is_inside = (value - low).min(high - value) > 1e-6 * (high - low);
-        let has_changed = (value - fault.healthy).abs() > QUANTILE * parameter.spread;
-        (has_changed && is_inside).then(|| report.id.clone())
+        (has_changed(rig, fault, value) && is_inside).then(|| report.id.clone())
     };
     behind.filter(|(_, report)| report.present).map(one).collect()
 }
@@ -124,4 +161,30 @@ fn told(declared: &Diagnosed, (wider, mut found): (Rig, Diagnosed), names: Vec<S
     found.diagnosis.dynamics.splice(0..0, declared.diagnosis.dynamics.iter().cloned());
     found.diagnosis.undeclared = names;
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_record_pulls_by_more_than_a_value_moves() {
+        // Expected at 10 with deviation 1; a record that says 16 with deviation 2 leaves (10 / 1 + 16 / 4) / (1 + 1 / 4) = 11.2 with
+        // deviation sqrt(0.8). The cost falls by 6² / (1 + 4) where the value is free.
+        let report = |value: f64, sigma_after: Option<f64>| UncertainReport {
+            id: "cylinder.mass".to_owned(),
+            value,
+            unit: "kg".to_owned(),
+            nominal: 10.0,
+            sigma_before: 1.0,
+            sigma_after,
+        };
+        approx::assert_relative_eq!(
+            pull(&report(11.2, Some(0.8_f64.sqrt()))).powi(2),
+            36.0 / 5.0,
+            max_relative = 1e-12
+        );
+        // Nothing is learnt of a value that stays; one at the end of its search is as far as anybody looked.
+        assert_eq!((pull(&report(10.0, Some(1.0))), pull(&report(16.0, None))), (0.0, 6.0));
+    }
 }

@@ -47,21 +47,20 @@ pub fn simpler(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)
     screened
         .into_iter()
         .take(most)
-        .find_map(|(_, other, theta)| Some((other, overtaking(case, isolation, other, theta)?)))
+        .find_map(|(_, other, theta)| Some((other, overtaking(case, isolation, other, &theta)?)))
 }
 
 /// The fit of another set, from values of all estimated parameters, where it explains the record better than the best so far.
-fn overtaking(case: &Case<'_>, isolation: &Isolation, other: FaultSet, mut theta: Vec<f64>) -> Option<Fit> {
-    let steps = Options::steps(case.settings().replacement_linearisations, case.settings().rough_decrease);
-    for _ in 0..case.settings().replacement_linearisations {
-        let near = case.local_model(&theta).ok()?;
-        let fit = case.fit(&near, other, &theta, steps).ok()?;
-        if gained(case, isolation, (other, &near), fit.cost - fit.promised) > 0.0 {
-            return Some(fit);
-        }
-        theta = fit.theta;
-    }
-    None
+fn overtaking(case: &Case<'_>, isolation: &Isolation, other: FaultSet, theta: &[f64]) -> Option<Fit> {
+    let is_better =
+        |(near, fit): &(LocalModel, Fit)| gained(case, isolation, (other, near), fit.cost - fit.promised) > 0.0;
+    replaced(case, other, theta).find(is_better).map(|(_, fit)| fit)
+}
+
+/// Fits of a set that stands in for the best one.
+fn replaced<'s>(case: &'s Case<'_>, set: FaultSet, theta: &[f64]) -> impl Iterator<Item = (LocalModel, Fit)> + use<'s> {
+    let most = case.settings().replacement_linearisations;
+    case.relinearised(set, theta, Options::steps(most as u64, case.settings().rough_decrease)).take(most)
 }
 
 /// Logarithm of the evidence of another set over that of the best, where it leaves a cost near a local model of its own.
@@ -94,28 +93,14 @@ fn replaceable(case: &Case<'_>, set: FaultSet) -> Vec<FaultSet> {
 /// several bulk moduli, and a fit ends at the nearest.
 pub fn in_step(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)> {
     let Isolation { local, best: point, .. } = isolation;
-    let mut theta = case.as_expected(&point.theta);
+    let theta = case.as_expected(&point.theta);
     let misfit = case.full.misfit(&theta).ok()?;
     if local.foresees(at(&point.theta, &point.misfit), at(&theta, &misfit), case.settings().unforeseen_share) {
         return None;
     }
-    let set = isolation.set();
-    for _ in 0..case.settings().replacement_linearisations {
-        let near = case.local_model(&theta).ok()?;
-        let fit = case
-            .fit(
-                &near,
-                set,
-                &theta,
-                Options::steps(case.settings().replacement_linearisations, case.settings().rough_decrease),
-            )
-            .ok()?;
-        if fit.cost < point.cost - case.settings().elsewhere_decrease {
-            return Some((set, fit));
-        }
-        theta = fit.theta;
-    }
-    None
+    let is_lower = |(_, fit): &(LocalModel, Fit)| fit.cost < point.cost - case.settings().elsewhere_decrease;
+    let (_, fit) = replaced(case, isolation.set(), &theta).find(is_lower)?;
+    Some((isolation.set(), fit))
 }
 
 /// A better set than the best so far, with one fault more, that its quadratic form does not promise. The form is asked for what the
@@ -143,7 +128,7 @@ pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)>
         probes.collect::<Vec<_>>().into_par_iter().filter_map(gain).collect();
     gains.sort_by(|a, b| b.0.total_cmp(&a.0));
     let most = case.settings().replacements_fitted;
-    gains.into_iter().take(most).find_map(|(_, more, theta)| Some((more, overtaking(case, isolation, more, theta)?)))
+    gains.into_iter().take(most).find_map(|(_, more, theta)| Some((more, overtaking(case, isolation, more, &theta)?)))
 }
 
 fn at<'a>(theta: &'a [f64], misfit: &'a [f64]) -> Evaluated<'a> {

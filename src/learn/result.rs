@@ -220,10 +220,10 @@ fn candidate(suggestion: &Suggestion, judged: &EvaluatedModel) -> CandidateRepor
 /// The equation into which an effect enters.
 fn equation(rig: &Rig, candidate: &Candidate) -> String {
     let spot = match candidate.placed.spot {
-        Location::Fluid if candidate.placed.effect.parameters[0].name == "air_fraction" => {
-            return "compressibility of the fluid".to_owned();
+        Location::Fluid => {
+            let property = candidate.placed.effect.at.property_of_fluid();
+            return format!("{} of the fluid", property.unwrap_or("law"));
         }
-        Location::Fluid => return "viscosity of the fluid".to_owned(),
         Location::Sensor(sensor) => return format!("reading of {}", rig.sensors[sensor].name),
         Location::Node(node) => &rig.nodes[node].name,
         Location::Component(component) => &rig.components[component].name,

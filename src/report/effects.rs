@@ -106,8 +106,8 @@ impl Default for LibraryReport {
 impl EffectReport {
     pub fn new(effect: &Effect) -> Self {
         let (at, place) = match effect.at {
-            At::Fluid => ("the fluid".to_owned(), ""),
-            At::Warmth => ("the fluid, where `temperature` in `[fluid]` names its column".to_owned(), ""),
+            At::Fluid(_) => ("the fluid".to_owned(), ""),
+            At::Warmth(_) => ("the fluid, where `temperature` in `[fluid]` names its column".to_owned(), ""),
             At::Node => ("a node with a volume".to_owned(), "@NODE"),
             At::Actuator => ("a node with a cylinder".to_owned(), "@NODE"),
             At::Return => ("a node into which a directional valve drains".to_owned(), "@NODE"),
@@ -136,7 +136,7 @@ impl EffectReport {
 pub fn entry(effect: &Effect, name: &str) -> Option<&'static Parameter> {
     let parameters = match (effect.form.card(), effect.at) {
         (Some(card), _) => card.parameters,
-        (None, At::Fluid | At::Warmth) => fluid::CARD.parameters,
+        (None, At::Fluid(_) | At::Warmth(_)) => fluid::CARD.parameters,
         (None, At::Component { card, .. }) => card.parameters,
         (None, _) => return None,
     };

@@ -61,8 +61,8 @@ impl Rig {
 
     fn spots(&self, effect: &'static Effect) -> Vec<Location> {
         match effect.at {
-            At::Fluid => vec![Location::Fluid],
-            At::Warmth => self.temperature.iter().map(|_| Location::Fluid).collect(),
+            At::Fluid(_) => vec![Location::Fluid],
+            At::Warmth(_) => self.temperature.iter().map(|_| Location::Fluid).collect(),
             At::Node => {
                 let volume = |&node: &usize| matches!(self.nodes[node].kind, NodeKind::Volume { .. });
                 (0..self.nodes.len()).filter(volume).map(Location::Node).collect()
@@ -453,8 +453,8 @@ fn free_indices(card: &Card, effect: &Effect, first: usize) -> Vec<usize> {
 
 fn needs(at: At) -> String {
     match at {
-        At::Fluid => "a fluid".to_owned(),
-        At::Warmth => "the column of a temperature: `temperature` in `[fluid]`".to_owned(),
+        At::Fluid(_) => "a fluid".to_owned(),
+        At::Warmth(_) => "the column of a temperature: `temperature` in `[fluid]`".to_owned(),
         At::Node => "a node with a volume".to_owned(),
         At::Actuator => "a node with a cylinder".to_owned(),
         At::Return => "a node into which a directional valve drains".to_owned(),

@@ -28,7 +28,7 @@ settings! {
         /// A part that is further off its data sheet is not believed to be.
         off_sheet_deviations: f64 = 4.0, "standard deviations of the data sheet",
             "Normal: of 80 parts that are right, one is as far off in half a per cent of machines.";
-        /// A calibrated value that an explanation has further off may have changed: it is tried as a fault.
+        /// A calibrated value that a record pulls further off may have changed: it is tried as a fault.
         changed_deviations: f64 = 3.0, "standard deviations of the calibration",
             "Cost only: of 40 values that are right, one is as far off in a tenth of records; evidence decides.";
         /// A weighted misfit of more pulls with constant force only (Huber).
@@ -153,7 +153,7 @@ settings! {
         replacements_fitted: usize = 3, "combinations",
             "Cost only.";
         /// Linearisations, and steps with each, of such a fit.
-        replacement_linearisations: u64 = 3, "linearisations",
+        replacement_linearisations: usize = 3, "linearisations",
             "Cost only.";
         /// Least decrease for which a fit goes on from another optimum.
         elsewhere_decrease: f64 = 1.0, "chi-square",

@@ -10,7 +10,7 @@ pub const EFFECT: Effect = Effect {
     validity: "No solution of air; alpha is the volume of air per volume of oil at atmospheric pressure. Isothermal (n = 1) unless the rig file states `air_exponent`: air that keeps its heat shows up as up to 1.4 times the volume.",
     empirical: false,
     everywhere: false,
-    at: At::Fluid,
+    at: At::Fluid("compressibility"),
     form: Form::ParameterChange,
     parameters: &[FreeParameter {
         name: "air_fraction",

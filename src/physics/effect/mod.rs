@@ -16,10 +16,10 @@ use crate::numeric::Real;
 /// Where an effect may sit.
 #[derive(Debug, Clone, Copy)]
 pub enum At {
-    /// The fluid, and so the whole rig.
-    Fluid,
-    /// The fluid, where records tell its temperature.
-    Warmth,
+    /// This property of the fluid, and so the whole rig.
+    Fluid(&'static str),
+    /// This property of the fluid, where records tell its temperature.
+    Warmth(&'static str),
     /// A node with a volume; written `@node`.
     Node,
     /// A node with a volume where a cylinder or motor stands; written `@node`.
@@ -134,6 +134,16 @@ pub struct Effect {
     pub form: Form,
     /// The size first.
     pub parameters: &'static [FreeParameter],
+}
+
+impl At {
+    /// The property of the fluid that it is about.
+    pub fn property_of_fluid(&self) -> Option<&'static str> {
+        match self {
+            At::Fluid(property) | At::Warmth(property) => Some(property),
+            _ => None,
+        }
+    }
 }
 
 impl Effect {

@@ -10,7 +10,7 @@ pub const EFFECT: Effect = Effect {
     validity: "t from the first row of each record, where the viscosity is that of the rig file; acts where a law has the viscosity.",
     empirical: false,
     everywhere: false,
-    at: At::Fluid,
+    at: At::Fluid("viscosity"),
     form: Form::ParameterChange,
     parameters: &[FreeParameter {
         name: "viscosity_drift",

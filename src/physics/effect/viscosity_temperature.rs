@@ -10,7 +10,7 @@ pub const EFFECT: Effect = Effect {
     validity: "One temperature for the whole rig, within 20 K of the reference; acts where a law has the viscosity, as the gap of a cylinder does.",
     empirical: false,
     everywhere: false,
-    at: At::Warmth,
+    at: At::Warmth("viscosity"),
     form: Form::ParameterChange,
     parameters: &[FreeParameter {
         name: "temperature_coefficient",
