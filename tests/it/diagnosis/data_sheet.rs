@@ -110,13 +110,13 @@ fn a_calibrated_value_that_has_changed_is_a_fault_although_none_is_declared() {
     let pump = worn.present().next().unwrap();
     let [low, high] = pump.ci95.map(|end| end.unwrap());
     assert!(low < 8.9 && 8.9 < high && high - low < 0.5, "{pump:?}");
-    // An edge that lets through two fifths: a calibration knows it so badly that it hardly moves, and the throttle takes its place.
+    // An edge that lets through a quarter: a calibration knows it so badly that it hardly moves, and the throttle takes its place.
     let mut clogged = OFF;
-    clogged[1].1 = "0.4";
+    clogged[1].1 = "0.25";
     let clogged = found(5, &[&clogged[..], &[("meter_out.opening", "0.6")]].concat());
     assert_eq!(present(&clogged), ["meter_out.opening", "directional_valve.opening_BT"]);
     assert_eq!(clogged.undeclared, ["directional_valve.opening_BT"]);
-    for (fault, truth) in clogged.present().zip([0.6, 0.4]) {
+    for (fault, truth) in clogged.present().zip([0.6, 0.25]) {
         let [low, high] = fault.ci95.map(|end| end.unwrap());
         assert!(low < truth && truth < high, "{fault:?}");
     }
