@@ -26,9 +26,9 @@ pub use crate::learn::improve::ImprovementStep;
 pub use crate::learn::result::{CandidateReport, EffectParameter, ScoredReport, SuggestionReport};
 pub use crate::learn::separate::Experiment;
 pub use crate::learn::warning::Warning;
+pub use crate::model::BelowVacuum;
 pub use crate::record::survey::Finding;
 pub use crate::residual::ResidualReport;
-pub use crate::simulation::BelowVacuum;
 #[cfg(feature = "store")]
 pub use crate::store::StoredFault;
 pub use crate::structure::{FaultPair, Isolability, StructuralTest};

@@ -11,7 +11,6 @@ use crate::context::Context;
 use crate::files::is_kept;
 use crate::finding::argument;
 use crate::model::Model;
-use crate::report::simulation::below_vacuum;
 use crate::rig::Rig;
 use crate::simulation::{self, SetParameter, SimulationOptions, SimulationReport, simulate};
 
@@ -85,7 +84,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     simulated.record.write(&arguments.output)?;
     terminal::written(&arguments.output);
     if let Some(below) = &simulated.below_vacuum {
-        terminal::note(format_args!("warning: {}", below_vacuum(below)));
+        terminal::note(format_args!("warning: {}", below));
     }
     // With `-o /dev/stdout` the summary would stand in the record.
     if is_kept(&arguments.output) {

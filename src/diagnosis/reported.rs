@@ -82,6 +82,7 @@ pub(super) fn reported(
         channels,
         uncertain: summary::uncertain(estimate),
         taken_as_exact: rig.exact_by_sheet().into_iter().map(|index| rig.parameters[index].id.clone()).collect(),
+        below_vacuum: full.model.below_vacuum(&full.parameters(&isolation.best.theta), full.drive, full.times),
         at_odds: Vec::new(),
         unfilled: rig.unfilled.len(),
         left_out: seen.left_out,

@@ -5,6 +5,7 @@ use serde::{Serialize, Serializer};
 use super::hypotheses::Hypothesis;
 use crate::estimation::Identifiable;
 use crate::estimation::profile::QUANTILE;
+use crate::model::BelowVacuum;
 use crate::record::survey::Finding;
 use crate::residual::ResidualReport;
 use crate::rig::Rig;
@@ -316,6 +317,8 @@ pub struct Diagnosis {
     /// Parameters that the rig file states without an uncertainty, although parts deviate from data sheets: an error in one of them shows
     /// as a fault. None of a calibrated rig.
     pub taken_as_exact: Vec<String>,
+    /// Where the explanation has its lowest pressure, if that is below vacuum; `None` where it is nowhere.
+    pub below_vacuum: Option<BelowVacuum>,
     /// What record and rig file say differently, in words, where the record is not explained.
     pub at_odds: Vec<String>,
     /// Values of the rig file that are still those of a draft.

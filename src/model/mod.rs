@@ -19,6 +19,7 @@ mod slopes;
 mod slot;
 mod start;
 mod stretch;
+mod vacuum;
 mod wiring;
 
 pub(crate) use assembly::level_per_pressure;
@@ -31,3 +32,4 @@ pub(crate) use reshaped::Following;
 pub use rows::cycle_times;
 pub use run::{Reading, Simulation};
 pub use simulate::Model;
+pub use vacuum::BelowVacuum;

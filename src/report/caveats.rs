@@ -27,6 +27,7 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
     }
     told.extend(diagnosis.off_data_sheet.as_ref().map(off_data_sheet));
     told.extend(undeclared(&diagnosis.undeclared));
+    told.extend(diagnosis.below_vacuum.as_ref().map(|below| format!("By the explanation {below}.")));
     told.extend(weighed_down(&diagnosis.channels));
     told.extend(followed_otherwise(&diagnosis.dynamics));
     told.extend(far_off(&diagnosis.uncertain));
@@ -222,7 +223,7 @@ fn longest_gap(diagnosis: &Diagnosis) -> Option<&Finding> {
     missing.filter(|finding| length(finding) > SWITCHING).max_by(|a, b| length(a).total_cmp(&length(b)))
 }
 
-/// When the record shows that something is wrong.
+/// When something goes wrong within the record, and when the record shows it.
 pub(super) fn detected(diagnosis: &Diagnosis) -> Option<String> {
     let by_residual = diagnosis.residuals.iter().any(|residual| residual.fired);
     let how = match (by_residual, diagnosis.residuals.is_empty()) {
@@ -232,7 +233,14 @@ pub(super) fn detected(diagnosis: &Diagnosis) -> Option<String> {
         }
         (false, false) => ", by the fit: no residual raised an alarm",
     };
-    diagnosis.detected_at_s.map(|at| format!("Detected at {at:.2} s{how}."))
+    when(diagnosis.onset_s, diagnosis.detected_at_s, how)
+}
+
+/// A beginning within the record and a detection, s, and by what.
+fn when(onset: Option<f64>, detected: Option<f64>, how: &str) -> Option<String> {
+    let Some(at) = detected else { return onset.map(|onset| format!("Begins at {onset:.2} s.")) };
+    let begins = onset.map_or("Detected".to_owned(), |onset| format!("Begins at {onset:.2} s; detected"));
+    Some(format!("{begins} at {at:.2} s{how}."))
 }
 
 /// Findings that a page tells one by one.
@@ -256,6 +264,20 @@ pub fn left_out<'a>(findings: impl IntoIterator<Item = &'a Finding>, most: usize
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_fault_that_begins_within_the_record_says_when() {
+        let told = [
+            when(Some(16.0), Some(16.25), ", by the fit"),
+            when(None, Some(0.5), ""),
+            when(Some(16.0), None, ""),
+            when(None, None, ""),
+        ];
+        assert_eq!(
+            told.map(Option::unwrap_or_default),
+            ["Begins at 16.00 s; detected at 16.25 s, by the fit.", "Detected at 0.50 s.", "Begins at 16.00 s.", ""]
+        );
+    }
 
     #[test]
     fn a_sensor_that_is_explained_above_its_noise_says_why() {

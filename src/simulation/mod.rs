@@ -8,11 +8,9 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::complaint::{Complaint, Kind, Place};
-use crate::model::{self, InputSignals, Model, SolverEffort};
-use crate::number::rounded;
-use crate::physics::VACUUM;
+use crate::model::{self, BelowVacuum, InputSignals, Model, SolverEffort};
 use crate::record::Record;
-use crate::rig::{InitialPressure, NodeKind, Quantity, Rig};
+use crate::rig::{InitialPressure, NodeKind, Rig};
 #[cfg(feature = "cli")]
 pub use report::{SetParameter, SimulationReport};
 
@@ -50,35 +48,6 @@ pub struct Simulated {
     pub below_vacuum: Option<BelowVacuum>,
 }
 
-/// A pressure below vacuum: oil would boil and tear there, which the model does not know.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct BelowVacuum {
-    /// The node that falls lowest.
-    pub node: String,
-    /// When, s.
-    pub at_s: f64,
-    /// To which gauge pressure, bar.
-    pub pressure_bar: f64,
-    /// Nodes that fall below vacuum, this one included.
-    pub nodes: usize,
-}
-
-impl BelowVacuum {
-    /// Of gauge pressures of nodes, Pa, at the times of the rows.
-    fn of(rig: &Rig, nodes: &[usize], pressures: &[Vec<f64>], times: &[f64]) -> Option<Self> {
-        let lowest = |values: &Vec<f64>| values.iter().copied().zip(times).min_by(|a, b| a.0.total_cmp(&b.0));
-        let each = nodes.iter().zip(pressures).filter_map(|(&node, values)| Some((node, lowest(values)?)));
-        let below: Vec<(usize, (f64, &f64))> = each.filter(|(_, (least, _))| *least < VACUUM).collect();
-        let &(node, (least, at)) = below.iter().min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
-        Some(Self {
-            node: rig.nodes[node].name.clone(),
-            at_s: rounded(*at, 6),
-            pressure_bar: rounded(least / 1e5, 4),
-            nodes: below.len(),
-        })
-    }
-}
-
 /// Simulates the record that the sensors of a rig would give: along the inputs of `source`, or over the cycle of the rig file.
 ///
 /// # Errors
@@ -88,12 +57,7 @@ pub fn simulate(model: &Model, source: Option<&Record>, options: &SimulationOpti
     let rig = &model.rig;
     let (drive, times) = drive(rig, source)?;
     rig.context().stage("simulation");
-    // What no sensor shows may be where the model ends.
-    let mut watched = rig.clone();
-    let is_volume = |&node: &usize| matches!(rig.nodes[node].kind, NodeKind::Volume { .. });
-    let nodes: Vec<usize> =
-        (0..rig.nodes.len()).filter(is_volume).filter(|&node| watched.watch(node, Quantity::Pressure)).collect();
-    let model = Model::new(watched).with_tolerance(model.tolerance);
+    let (model, volumes) = model.showing_volumes();
     let parameters = model.rig.nominal();
     let solved = match options.method {
         Method::Implicit => model.solve(&parameters, &drive, &times),
@@ -101,7 +65,7 @@ pub fn simulate(model: &Model, source: Option<&Record>, options: &SimulationOpti
     };
     let mut outputs = solved.map_err(|error| model.unsolved(&error))?;
     let pressures = outputs.values.split_off(rig.sensors.len());
-    let below_vacuum = BelowVacuum::of(rig, &nodes, &pressures, &times);
+    let below_vacuum = BelowVacuum::of(rig, &volumes, &pressures, &times);
     let inputs = match source {
         // Recorded inputs are measured already: copied, they drive the next simulation alike.
         Some(record) if options.seed.is_none() => recorded_inputs(rig, record, &drive)?,

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{BelowVacuum, Method, Simulated, SimulationOptions};
+use super::{Method, Simulated, SimulationOptions};
+use crate::model::BelowVacuum;
 use crate::number;
 use crate::units::Quantity;
 

@@ -132,9 +132,6 @@ fn verdict(rig: &Rig, diagnosis: &Diagnosis, findings: &[Finding], next: Option<
     for caveat in caveats(diagnosis) {
         verdict.paragraph(caveat);
     }
-    if let Some(at) = diagnosis.onset_s {
-        verdict.paragraph(format!("Began at {at:.2} s."));
-    }
     let left_out = left_out(&diagnosis.left_out, TOLD);
     if !left_out.is_empty() {
         verdict.subheading("Left out of the fit");
