@@ -102,7 +102,12 @@ pub(super) fn weigh(case: &Case<'_>, around: Around<'_>) -> Weighing {
         set.point = case
             .fit(local, set.set, &start, Options::steps(case.settings().isolation_steps, enough).damped(damping))
             .ok();
+        // What cannot be solved where it is promised to be is no explanation.
+        if set.point.is_none() && !stay {
+            set.score = f64::NEG_INFINITY;
+        }
     });
+    weighed.retain(|(set, _)| set.score > f64::NEG_INFINITY);
     // Fitted sets are compared by what they reach; the others keep what the form promises, from the same reference.
     let stays = weighed.iter().find(|(set, _)| set.set == centre).and_then(|(set, _)| set.point.as_ref());
     let (reached, promised) = stays.map_or((reference, 0.0), |point| (point.cost, point.promised.max(0.0)));
@@ -175,8 +180,8 @@ pub(super) fn inflation_between(set: FaultSet, centre: FaultSet, inflation: &[f6
 }
 
 /// Variance inflation by autocorrelation of what each fault explains while those of `set` are present, what is known of its
-/// healthy value included. Of a fault that is not present the misfits are those that it would leave: what it explains is no
-/// noise.
+/// healthy value included. The misfits are those that the fault at its best would leave: what it explains is no noise, be it absent
+/// or on its way to where a fit will end.
 pub(super) fn inflations(case: &Case<'_>, local: &LocalModel, schur: &SchurComplement, set: FaultSet) -> Vec<f64> {
     let series = case.full.series();
     let (before, known) = (case.prior(set), case.healthy_prior());
@@ -187,9 +192,6 @@ pub(super) fn inflations(case: &Case<'_>, local: &LocalModel, schur: &SchurCompl
         let influence = local.jacobian() * &along.total;
         let step = along.known.component_mul(&scale);
         let own = known.change(&step).norm_squared();
-        if set.contains(fault) {
-            return local.inflation(&influence, &local.misfit, own, &series);
-        }
         let pull = local.pull(&influence) + pulled.dot(&before.change(&step));
         let (low, high) = case.rig().faults[fault].bounds;
         let slack = |bound: f64| (bound - local.theta[fault]) / local.scale[fault];
