@@ -169,7 +169,18 @@ fn write_text(out: &mut dyn Write, output: &Path, report: &CalibrationReport) ->
         ]
     });
     write_table(out, "records", cells.collect())?;
-    writeln!(out, "\nNext: borescope diagnose {} ANOTHER_RECORD", argument(output))
+    writeln!(out, "\nNext: {}", next(output, report))
+}
+
+/// The command that leads further: where values or tolerances have taken up what the model lacks, from the rig file as it was.
+fn next(output: &Path, report: &CalibrationReport) -> String {
+    if report.warnings.is_empty() {
+        return format!("borescope diagnose {} ANOTHER_RECORD", argument(output));
+    }
+    let [fit, check] = [0, 1].map(|at| {
+        report.records.get(at).map_or_else(|| "ANOTHER_RECORD".to_owned(), |record| argument(Path::new(&record.record)))
+    });
+    format!("borescope suggest {} {fit} --check {check}", argument(Path::new(&report.rig)))
 }
 
 /// A heading, and lines in columns.

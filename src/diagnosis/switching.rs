@@ -261,18 +261,22 @@ impl<F: Fn(&Rig) -> Option<f64> + Sync> Search<'_, F> {
 
     /// The dynamics with which the cost falls most, and by how much; `None` where nothing is worth a search.
     fn best(&self) -> Option<(Dynamics, f64)> {
-        let begin = self.at_hand().map_or_else(|| self.grid(), |at_hand| vec![at_hand]);
+        let ways: &[Way] = if self.is_lag_open() { &Way::ALL } else { &[Way::Mass, Way::DeadTime] };
+        let around = |&best: &Dynamics, share: f64| -> Vec<Dynamics> {
+            let steps = STEPS.map(|step| share * step);
+            ways.iter().flat_map(|way| [-1.0, 1.0].map(|sign| way.step(best, steps, sign))).collect()
+        };
+        let begin = match self.at_hand() {
+            Some(at_hand) => vec![at_hand],
+            // A lag that is off by less than half of the grid's step is worse at every point of it.
+            None => self.grid().into_iter().chain(around(&self.of(self.stated)?, 1.0)).collect(),
+        };
         let cost = |&dynamics: &Dynamics| (self.fall)(&self.with(dynamics)?).map(|fall| -fall);
         let start = least(begin, &cost)?;
         // Where nothing around the stated spool does better, the search has nowhere to go.
         if start.1 >= 0.0 && self.at_hand().is_none() {
             return None;
         }
-        let ways: &[Way] = if self.is_lag_open() { &Way::ALL } else { &[Way::Mass, Way::DeadTime] };
-        let around = |&best: &Dynamics, share: f64| {
-            let steps = STEPS.map(|step| share * step);
-            ways.iter().flat_map(|way| [-1.0, 1.0].map(|sign| way.step(best, steps, sign))).collect()
-        };
         let (best, cost) = pattern_search(start, patience(self.stated), around, cost);
         (cost < 0.0).then_some((best, -cost))
     }

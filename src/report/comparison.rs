@@ -50,8 +50,13 @@ pub fn brief(comparison: &Comparison) -> String {
 pub(super) fn stated(comparison: &Comparison) -> Option<String> {
     let stated = comparison.as_stated.as_ref()?.times_noise;
     (multiple(stated) != multiple(comparison.times_noise)).then(|| {
+        let why = if stated < comparison.times_noise {
+            " (less, since the fit counts samples for little where valves switch)"
+        } else {
+            ""
+        };
         format!(
-            "Your model is the healthy one, with uncertain values fitted to this record; with all values as the rig file has them it is {} off.",
+            "Your model is the healthy one, with uncertain values fitted to this record; with all values as the rig file has them it is {} off{why}.",
             multiple(stated)
         )
     })
@@ -86,12 +91,13 @@ fn headline(comparison: &Comparison) -> Vec<String> {
     let error = times(comparison.times_noise);
     let line = match &comparison.with_faults {
         _ if comparison.adequate => {
-            let above = if comparison.times_noise > ABOVE_NOISE {
-                " More than 1x is within the tolerance of the rig file, mostly where valves switch."
+            if comparison.times_noise > ABOVE_NOISE {
+                format!(
+                    "ADEQUATE only within tolerance: {error} is left, which the rig file allows by the tolerance of sensors and where valves switch."
+                )
             } else {
-                ""
-            };
-            format!("ADEQUATE: your model explains the record, {error}.{above}")
+                format!("ADEQUATE: your model explains the record, {error}.")
+            }
         }
         Some(with) if with.adequate => {
             format!("MISFIT: your model does not explain the record, {error}; with the faults below it does.")
@@ -261,7 +267,7 @@ mod tests {
         // More than the noise and yet adequate: the reader is told why.
         let above = brief(&Comparison { adequate: true, ..comparison(2.1) });
         let above = above.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(above.contains("2.1x the sensor noise. More than 1x is within"), "{above}");
+        assert!(above.starts_with("ADEQUATE only within tolerance: 2.1x the sensor noise is left"), "{above}");
         assert!(brief(&comparison(1.0)).starts_with("ADEQUATE: your model explains the record, 1x the sensor noise."));
     }
 }

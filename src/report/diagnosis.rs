@@ -282,7 +282,10 @@ fn why_unblamed(fault: &FaultReport) -> Option<String> {
     if !fault.interval_misses(fault.healthy, tolerance) {
         let healthy = format!("{} +- {}", text(fault.healthy), worth(tolerance, tolerance));
         let healthy = before_unit(healthy, &fault.unit);
-        return Some(format!("{}: within the tolerance of its healthy value, {healthy} (95 %)", fault.id));
+        return Some(format!(
+            "{}: its interval reaches the tolerance of its healthy value, {healthy} (95 %)",
+            fault.id
+        ));
     }
     // Where nothing explains the record well enough, its healthy value does not either.
     let why = if fault.biased {
@@ -462,7 +465,7 @@ mod tests {
             "cylinder.clearance: blaming it is not the more probable explanation (probability of the fault: 1.2 %)";
         assert_eq!(why_unblamed(&off).unwrap(), said);
         let within = FaultReport { healthy_sigma: 0.01, ..off.clone() };
-        let said = "cylinder.clearance: within the tolerance of its healthy value, 0 +- 0.020 mm (95 %)";
+        let said = "cylinder.clearance: its interval reaches the tolerance of its healthy value, 0 +- 0.020 mm (95 %)";
         assert_eq!(why_unblamed(&within).unwrap(), said);
         assert_eq!(why_unblamed(&FaultReport { present: true, ..off }), None);
         assert_eq!(why_unblamed(&clearance([None, Some(0.021)], 0.0)), None);

@@ -218,9 +218,7 @@ impl Ledger {
         let curves = self.effects.iter().filter(|effect| effect.parameters.len() > SIZES);
         lines.extend(curves.map(|curve| format!("{}: a curve of {} values", curve.id, curve.parameters.len())));
         if let Some(rise) = &self.rise {
-            lines.extend(wrapped(&rise.sentence(), "  "));
-            lines.push("As a law, for the rig file; `suggest` judges it like any other effect:".to_owned());
-            lines.extend(rise.formula().lines().map(|line| format!("  {line}")));
+            lines.extend(rise.lines());
         }
         lines.extend(self.caveats().take(WARNINGS).flat_map(|caveat| wrapped(&caveat, "  ")));
         lines.extend(self.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));

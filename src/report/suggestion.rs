@@ -38,7 +38,9 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
             lines.push(format!("  {} values in all", best.parameters.len()));
         }
     }
-    lines.extend(rise.into_iter().flat_map(|rise| wrapped(&rise.sentence(), "  ")));
+    if let Some(rise) = rise {
+        lines.extend(rise.lines());
+    }
     lines.extend(report.place.as_ref().map(sits).into_iter().flat_map(|words| wrapped(&words, "  ")));
     lines.extend(learnt_with(&report.dynamics).into_iter().flat_map(|words| wrapped(&words, "  ")));
     lines.extend(report.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));
@@ -49,10 +51,10 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
     if let Some(best) = best {
         lines.extend(best.warnings.iter().take(CAVEATS).flat_map(|one| wrapped(&format!("Caveat: {one}."), "  ")));
     }
-    lines.extend(of_the_file(report).iter().flat_map(|words| wrapped(words, "  ")));
+    lines.extend(of_the_file(report, rise).iter().flat_map(|words| wrapped(words, "  ")));
     lines.push(String::new());
     // A command stays in one line, so that it can be copied.
-    lines.push(format!("Next: {}", next(report, best)));
+    lines.push(format!("Next: {}", next(report, best, rise)));
     lines.push("`--all` shows every candidate, and what this record could have shown.".to_owned());
     lines.join("\n") + "\n"
 }
@@ -63,8 +65,8 @@ fn may_have_changed(report: &SuggestionReport) -> bool {
 }
 
 /// What of the rig file may be behind a misfit.
-pub(super) fn of_the_file(report: &SuggestionReport) -> Option<String> {
-    if may_have_changed(report) {
+pub(super) fn of_the_file(report: &SuggestionReport, rise: Option<&Rise>) -> Option<String> {
+    if may_have_changed(report) && rise.is_none() {
         return Some("A value that has changed since calibration is no effect: `diagnose` looks for it.".to_owned());
     }
     unsure_file(report.unfilled, report.taken_as_exact, report.conclusion == Conclusion::Adequate)
@@ -95,10 +97,14 @@ pub(super) fn faults<T: AsRef<str>>(ids: &[T]) -> String {
 }
 
 /// The command that leads further.
-pub(super) fn next(report: &SuggestionReport, best: Option<&CandidateReport>) -> String {
+pub(super) fn next(report: &SuggestionReport, best: Option<&CandidateReport>, rise: Option<&Rise>) -> String {
     let (rig, record) = (argument(&report.rig), argument(&report.record));
     if report.unfilled > 0 {
         return format!("borescope check {rig} {record}");
+    }
+    if rise.is_some() {
+        let check = report.check.as_deref().map_or_else(|| "ANOTHER_RECORD".to_owned(), argument);
+        return format!("borescope suggest RIG_WITH_THE_LAW.toml {record} --check {check}");
     }
     if may_have_changed(report) {
         return format!("borescope diagnose {rig} {record}");

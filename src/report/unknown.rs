@@ -1,9 +1,10 @@
 //! A curve without a formula in words: where it rises, how high and how wide, and a formula of that shape for the rig file.
 
+use super::brief::wrapped;
 use crate::learn::fitted_model::FittedModel;
 use crate::number::{in_unit, rounded, text};
 use crate::physics::effect::spline::{Curve, HEIGHTS};
-use crate::rig::InstalledEffect;
+use crate::rig::{InstalledEffect, Rig};
 
 /// Places of the curve that are looked at.
 const PLACES: usize = 400;
@@ -23,6 +24,8 @@ pub struct Rise {
     width: f64,
     /// Node of the body.
     body: String,
+    /// Names of height, middle and width that nothing of the rig has.
+    names: [String; 3],
     /// The whole curve: mm, N.
     pub points: Vec<(f64, f64)>,
 }
@@ -69,6 +72,7 @@ impl Rise {
             middle: rounded(along(top as f64), 3),
             width: rounded(along((right - left) as f64) / (2.0 * HALF), 2),
             body,
+            names: ["F", "x0", "w"].map(|name| free(rig, name)),
             points: all.iter().enumerate().map(|(at, one)| (along(at as f64), rounded(*one, 5))).collect(),
         })
     }
@@ -84,22 +88,38 @@ impl Rise {
         )
     }
 
+    /// Sentence and formula in lines of a text.
+    pub fn lines(&self) -> Vec<String> {
+        let mut lines = wrapped(&self.sentence(), "  ");
+        lines.push("As a law, for the rig file; `suggest` judges it like any other effect:".to_owned());
+        lines.extend(self.formula().lines().map(|line| format!("  {line}")));
+        lines
+    }
+
     /// A formula of that shape with first values, for the rig file: the text of `[own_effects]`.
     pub fn formula(&self) -> String {
-        let Self { what, height, middle, width, body, .. } = self;
+        let Self { what, height, middle, width, body, names: [force, x0, w], .. } = self;
         let motion = if *what == "friction" { format!(" * tanh({body}.v / [1 mm/s])") } else { String::new() };
         format!(
             "[own_effects.extra-{what}]\nmeaning = \"Extra {what} at one place of the stroke.\"\nat = \"{body}\"\n\
-             force = \"-F * exp(-(({body}.x - x0) / w)^2){motion}\"\n\
-             parameters.F = {{ neutral = \"0 N\", first = \"{height} N\" }}\n\
-             parameters.x0 = {{ first = \"{middle} mm\", bounds = [\"{} mm\", \"{} mm\"] }}\n\
-             parameters.w = {{ first = \"{width} mm\", bounds = [\"{} mm\", \"{} mm\"] }}\n",
+             force = \"-{force} * exp(-(({body}.x - {x0}) / {w})^2){motion}\"\n\
+             parameters.{force} = {{ neutral = \"0 N\", first = \"{height} N\" }}\n\
+             parameters.{x0} = {{ first = \"{middle} mm\", bounds = [\"{} mm\", \"{} mm\"] }}\n\
+             parameters.{w} = {{ first = \"{width} mm\", bounds = [\"{} mm\", \"{} mm\"] }}\n",
             text(rounded(middle - 2.0 * width, 3)),
             text(rounded(middle + 2.0 * width, 3)),
             text(rounded(width / 5.0, 2)),
             text(rounded(width * 5.0, 2))
         )
     }
+}
+
+/// A name, or one like it where a formula sees something of that name already: an input, a node, a component.
+fn free(rig: &Rig, name: &str) -> String {
+    let inputs = rig.inputs.iter().map(|input| input.column.as_str());
+    let nodes = rig.nodes.iter().map(|node| node.name.as_str());
+    let mut all = inputs.chain(nodes).chain(rig.components.iter().map(|component| component.name.as_str()));
+    if all.any(|one| one == name) { format!("{name}_extra") } else { name.to_owned() }
 }
 
 #[cfg(test)]
@@ -109,12 +129,21 @@ mod tests {
     #[test]
     fn the_formula_is_one_that_a_rig_file_takes() {
         let (body, points) = ("piston".to_owned(), Vec::new());
-        let rise = Rise { what: "friction", height: 900.0, middle: 100.0, width: 12.0, body, points };
+        let names = ["F", "x0", "w"].map(str::to_owned);
+        let rise = Rise { what: "friction", height: 900.0, middle: 100.0, width: 12.0, body, names, points };
         assert_eq!(rise.sentence(), "The curve says: extra friction of 900 N around 100 mm, 12 mm wide.");
         let path = "fixtures/telescopic/rig.toml";
         let with_formula = std::fs::read_to_string(path).unwrap() + "\n" + &rise.formula();
         let rig = crate::rig::Rig::parse(std::path::Path::new(path), with_formula).unwrap();
         let places = rig.effect_places();
         assert!(places.iter().any(|placed| rig.effect_id(placed) == "extra-friction@piston"));
+        // The press has an input `F`.
+        let path = "fixtures/press/rig.toml";
+        let text = std::fs::read_to_string(path).unwrap();
+        let press = Rig::parse(std::path::Path::new(path), text.clone()).unwrap();
+        let names = ["F", "x0", "w"].map(|name| free(&press, name));
+        assert_eq!(names, ["F_extra", "x0", "w"]);
+        let law = Rise { body: "ram".to_owned(), names, ..rise }.formula();
+        assert!(Rig::parse(std::path::Path::new(path), text + "\n" + &law).is_ok(), "{law}");
     }
 }

@@ -93,16 +93,22 @@ pub fn suggestion(
     Ok(page.html())
 }
 
+/// The rise of the curve that comes nearest.
+fn rise(found: &Suggestion) -> Option<Rise> {
+    found.judged.first().filter(|best| best.supported).and_then(|best| Rise::of(&best.trial))
+}
+
 /// The conclusion, the effect as a card, the fall of the error.
 fn verdict(found: &Suggestion, report: &SuggestionReport) -> Section {
     let mut verdict = Section::new("Verdict");
     verdict.notice(words::tone(report.conclusion), words::conclusion_in_short(report));
+    let rise = rise(found);
     let best = report.candidates.first().filter(|best| best.supported);
     if let Some((best, judged)) = best.zip(found.judged.first()) {
         let meaning: Vec<&str> = judged.effects.iter().map(|effect| effect.placed.effect.meaning).collect();
-        verdict.cards(vec![card(report, best, &meaning.join(" "))]);
+        verdict.cards(vec![card(report, best, (&meaning.join(" "), rise.as_ref()))]);
     }
-    if let Some(rise) = found.judged.first().filter(|best| best.supported).and_then(|best| Rise::of(&best.trial)) {
+    if let Some(rise) = &rise {
         verdict.paragraph(format!(
             "{} As a law, put into the rig file, `suggest` judges it like any other effect:",
             rise.sentence()
@@ -115,16 +121,16 @@ fn verdict(found: &Suggestion, report: &SuggestionReport) -> Section {
     if let Some(first) = report.candidates.first() {
         verdict.table(bars("Error over all sensors, times the sensor noise", &brief::rows(report, first)));
     }
-    if let Some(draft) = brief::of_the_file(report) {
+    if let Some(draft) = brief::of_the_file(report, rise.as_ref()) {
         verdict.paragraph(draft);
     }
     if best.is_none() {
-        verdict.preformatted(format!("Next: {}", brief::next(report, best)));
+        verdict.preformatted(format!("Next: {}", brief::next(report, best, rise.as_ref())));
     }
     verdict
 }
 
-fn card(report: &SuggestionReport, best: &CandidateReport, meaning: &str) -> Card {
+fn card(report: &SuggestionReport, best: &CandidateReport, (meaning, rise): (&str, Option<&Rise>)) -> Card {
     let sized = |one: &EffectParameter| before_unit(words::estimate(one).value(), &one.unit);
     let interval = |one: &EffectParameter| match one.ci95 {
         [None, None] => String::new(),
@@ -152,7 +158,7 @@ fn card(report: &SuggestionReport, best: &CandidateReport, meaning: &str) -> Car
         }),
         scale: None,
         facts,
-        command: format!("Next: {}", brief::next(report, Some(best))),
+        command: format!("Next: {}", brief::next(report, Some(best), rise)),
     }
 }
 

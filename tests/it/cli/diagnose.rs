@@ -186,7 +186,7 @@ fn what_is_not_called_a_fault_has_its_reason() {
         let ends: Vec<Option<f64>> = list(fault, "ci95").iter().map(Value::as_f64).collect();
         let healthy = fault["healthy"].as_f64().unwrap();
         let off = ends[0].is_some_and(|low| healthy < low) || ends[1].is_some_and(|high| high < healthy);
-        let why = format!("{id}: within the tolerance of its healthy value");
+        let why = format!("{id}: its interval reaches the tolerance of its healthy value");
         assert_eq!((ran.out.contains(&why), html.contains(&why)), (off, off), "{id} in {}", ran.out);
         explained += usize::from(off);
         let row = ran.out.lines().find(|line| line.split_whitespace().next() == Some(id)).unwrap();

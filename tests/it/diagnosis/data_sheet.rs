@@ -75,6 +75,21 @@ fn calibrated() -> (Model, Model) {
     (model, Model::new(calibrated.rig))
 }
 
+/// Off by less than half of the step with which a search for lags begins, and by more than position sensors forgive.
+#[test]
+fn a_valve_that_is_a_seventh_slower_than_its_data_sheet_is_found_by_calibration() {
+    let text = std::fs::read_to_string("fixtures/press/rig.toml").unwrap();
+    let model = Model::new(Rig::parse(std::path::Path::new("press.toml"), text.clone()).unwrap());
+    let slower = [&OFF[..], &[("directional_valve.lag", "23 ms")]].concat();
+    let healthy = [1, 2].map(|seed| pressed(&model, seed, &slower));
+    let found = calibrate(&text, &model.rig, &healthy, &CalibrationOptions::default()).unwrap();
+    let valve = found.report.dynamics.iter().find(|one| one.id == "directional_valve.lag").unwrap();
+    assert!((valve.after - 23.0).abs() < 0.5, "{valve:?}");
+    for x in found.report.records.iter().map(|record| &record.channels[4]) {
+        assert!(x.rmse_before > 0.3 && x.rmse < 0.075, "{x:?}");
+    }
+}
+
 /// A clearance leaks with its cube, so the form at none sees nothing of it, and a leak that the calibration leaves open can stand in.
 #[test]
 fn a_small_clearance_behind_a_throttle_is_found_in_a_calibrated_machine() {
