@@ -354,7 +354,7 @@ fn runs(marked: &[bool]) -> Vec<Range<usize>> {
 }
 
 /// The row from which on a curve is at its end: within the first limit, as a stop gives way under a load; `None` where it was there from
-/// the start, or where it still moves by more than the second one, the noise, within the third, a switching.
+/// the start, or came there before the inputs had switched, or where it still moves by more than the second one, the noise, within the third, a switching.
 fn arrival(
     (time, curve): (&[f64], &[f64]),
     rows: &Range<usize>,
@@ -365,5 +365,6 @@ fn arrival(
     let row = curve[rows.clone()].iter().rposition(|value| (value - end).abs() > band)? + 1 + rows.start;
     let before = time.partition_point(|&t| t < time[last] - switching);
     let rests = row <= before && (curve[before] - end).abs() <= noise;
-    rests.then_some(row)
+    let is_of_this_stroke = time[row] - time[rows.start] > switching;
+    (rests && is_of_this_stroke).then_some(row)
 }
