@@ -172,15 +172,15 @@ fn write_text(out: &mut dyn Write, output: &Path, report: &CalibrationReport) ->
     writeln!(out, "\nNext: {}", next(output, report))
 }
 
-/// The command that leads further: where values or tolerances have taken up what the model lacks, from the rig file as it was.
+/// The command that leads further: where it is doubtful that machine and model are healthy, with the rig file as it was.
 fn next(output: &Path, report: &CalibrationReport) -> String {
-    if report.warnings.is_empty() {
-        return format!("borescope diagnose {} ANOTHER_RECORD", argument(output));
+    match report.records.first().filter(|_| !report.warnings.is_empty()) {
+        Some(doubtful) => {
+            let [rig, record] = [&report.rig, &doubtful.record].map(|path| argument(Path::new(path)));
+            format!("borescope diagnose {rig} {record}")
+        }
+        None => format!("borescope diagnose {} ANOTHER_RECORD", argument(output)),
     }
-    let [fit, check] = [0, 1].map(|at| {
-        report.records.get(at).map_or_else(|| "ANOTHER_RECORD".to_owned(), |record| argument(Path::new(&record.record)))
-    });
-    format!("borescope suggest {} {fit} --check {check}", argument(Path::new(&report.rig)))
 }
 
 /// A heading, and lines in columns.

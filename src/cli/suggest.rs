@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
             } else {
                 let best = suggestion.judged.first().into_iter().flat_map(|best| &best.effects);
                 let meaning: Vec<&str> = best.map(|effect| effect.placed.effect.meaning).collect();
-                let rise = suggestion.judged.first().and_then(|best| Rise::of(&best.trial));
+                let rise = Rise::of_suggestion(&suggestion);
                 report::suggestion::brief(&shown, &meaning.join(" "), rise.as_ref())
             };
             terminal::clear();

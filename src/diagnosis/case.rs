@@ -187,8 +187,7 @@ impl<'a> Case<'a> {
         })
     }
 
-    /// The first of so many of them that promises no more than a decrease, or the last; `None` where the model cannot be solved at the
-    /// start.
+    /// The first of so many of them that promises less than a decrease, or the last that could be solved; `None` where none could.
     pub fn settled(
         &self,
         set: FaultSet,

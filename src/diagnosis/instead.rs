@@ -89,11 +89,12 @@ impl<'a> Present<'a> {
         Some(there.iter().zip(&misfit).map(|(with, without)| with - without).collect())
     }
 
-    /// The start with another fault in its place, which is tried first at a value, SI; `None` where it does something else.
+    /// The start with another fault in its place, which is tried first at a value, SI; `None` where it does the opposite or something else.
     fn replaced_by(&self, other: usize, value: f64) -> Option<Substitute> {
         let (case, healthy) = (self.case, self.case.mean[other]);
         let (far, near) =
             (self.done_by(other, value)?, self.done_by(other, healthy + PROBES[1] / PROBES[0] * (value - healthy))?);
+        // Only that they act in one direction: how alike they are is asked below, where everything else follows.
         let first = alike(dot(&self.does, &self.does), dot(&far, &far), dot(&self.does, &far), 1.0)?;
         let power = 0.5 * (dot(&far, &far) / dot(&near, &near)).ln() / (PROBES[0] / PROBES[1]).ln();
         let (low, high) = case.rig().faults[other].bounds;

@@ -16,6 +16,9 @@ use crate::model::Model;
 use crate::record::Record;
 use crate::rig::{Fault, FaultSet, Rig};
 
+/// Share of what was uncertain of a value that a record has to determine to pull it.
+const KNOWN: f64 = 1e-4;
+
 /// What was found with faults of such values as the diagnosis of the record; `None` where none is as far off, or what was found with the
 /// declared ones is the better explanation.
 ///
@@ -48,8 +51,9 @@ pub(super) fn preferred(
             let undeclared: FaultSet = estimate.isolation.set().iter().filter(|fault| *fault >= known).collect();
             let theta = &estimate.isolation.best.theta;
             let has_changed = |&fault: &usize| has_changed(&wider.rig, fault, theta[fault]);
-            as_new.replace(undeclared.iter().filter(|fault| !has_changed(fault)).collect());
-            let is_one = !undeclared.is_empty() && as_new.borrow().is_empty();
+            let new: FaultSet = undeclared.iter().filter(|fault| !has_changed(fault)).collect();
+            let is_one = !undeclared.is_empty() && new.is_empty();
+            as_new.replace(if estimate.explains() { new } else { FaultSet::EMPTY });
             is_one && declared.is_outdone_by(estimate, given, seen, odds(undeclared.len()))
         };
         let attempt = Attempt { is_wanted: Some(&is_better), near: Some((&values, set)), ..Attempt::default() };
@@ -101,11 +105,12 @@ fn moved(rig: &Rig, candidates: &[usize], declared: &Diagnosed) -> Vec<usize> {
 /// How far a record pulls a value from where it was expected, in standard deviations.
 ///
 /// A value `v` that was expected at `m` with deviation `s0` and is known with `s1` afterwards has moved by `v - m`, which for a right model
-/// scatters with `sqrt(s0² - s1²)`; the square of the quotient is what the cost falls by where the value is set free. So a value that the
-/// record hardly determines is pulled hard although it moves little.
+/// scatters with `sqrt(s0² - s1²)`; the square of the quotient is what the cost falls by where the value is set free. So a value that the record
+/// hardly determines may be pulled hard although it moves little.
 fn pull(fitted: &UncertainReport) -> f64 {
     let known = fitted.sigma_before.powi(2) - fitted.sigma_after.unwrap_or(0.0).powi(2);
-    if known > 0.0 { (fitted.value - fitted.nominal).abs() / known.sqrt() } else { 0.0 }
+    // Below that it is the digits of the report, and of the fit, that have moved.
+    if known > KNOWN * fitted.sigma_before.powi(2) { (fitted.value - fitted.nominal).abs() / known.sqrt() } else { 0.0 }
 }
 
 /// A fault of a parameter of which nobody has said how far it may go: to a tenth of its value and to ten times as much, as far as the

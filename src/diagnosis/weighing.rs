@@ -107,7 +107,7 @@ pub(super) fn weigh(case: &Case<'_>, around: Around<'_>) -> Weighing {
             set.score = f64::NEG_INFINITY;
         }
     });
-    weighed.retain(|(set, _)| set.score > f64::NEG_INFINITY);
+    weighed.retain(|(set, _)| set.score != f64::NEG_INFINITY);
     // Fitted sets are compared by what they reach; the others keep what the form promises, from the same reference.
     let stays = weighed.iter().find(|(set, _)| set.set == centre).and_then(|(set, _)| set.point.as_ref());
     let (reached, promised) = stays.map_or((reference, 0.0), |point| (point.cost, point.promised.max(0.0)));

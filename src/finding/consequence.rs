@@ -261,6 +261,10 @@ impl Runs<'_> {
             let rows = phase[0]..phase[1];
             let limits = (band, sensor.noise, self.switching());
             let arrives = [with, without].map(|curve| arrival((time, curve), &rows, limits));
+            // What has come to its end within a switching of the start was on its way from the stroke before.
+            if arrives.iter().flatten().any(|&row| time[row] - time[rows.start] <= self.switching()) {
+                return None;
+            }
             let last = [with, without].map(|curve| curve[rows.end - 1]);
             // One that creeps on has been there all the same.
             let passes = |curve: &[f64], end: f64| rows.clone().find(|&row| (curve[row] - end).abs() <= band);
@@ -354,7 +358,7 @@ fn runs(marked: &[bool]) -> Vec<Range<usize>> {
 }
 
 /// The row from which on a curve is at its end: within the first limit, as a stop gives way under a load; `None` where it was there from
-/// the start, or came there before the inputs had switched, or where it still moves by more than the second one, the noise, within the third, a switching.
+/// the start, or where it still moves by more than the second one, the noise, within the third, a switching.
 fn arrival(
     (time, curve): (&[f64], &[f64]),
     rows: &Range<usize>,
@@ -365,6 +369,5 @@ fn arrival(
     let row = curve[rows.clone()].iter().rposition(|value| (value - end).abs() > band)? + 1 + rows.start;
     let before = time.partition_point(|&t| t < time[last] - switching);
     let rests = row <= before && (curve[before] - end).abs() <= noise;
-    let is_of_this_stroke = time[row] - time[rows.start] > switching;
-    (rests && is_of_this_stroke).then_some(row)
+    rests.then_some(row)
 }

@@ -75,8 +75,8 @@ pub(super) fn unsure_file(unfilled: usize, taken_as_exact: usize, explained: boo
     let sheet = |count: usize| {
         let (values, are) = if count == 1 { ("value", "is") } else { ("values", "are") };
         format!(
-            "{count} {values} of data sheets {are} taken as exact, and parts deviate from data sheets: calibrate on healthy records before \
-             physics is added."
+            "{count} {values} of data sheets {are} taken as exact, and an error of a part looks like missing physics: calibrate on a \
+             machine known to be healthy, or state `+-`."
         )
     };
     drafted(unfilled).or_else(|| (taken_as_exact > 0 && !explained).then(|| sheet(taken_as_exact)))

@@ -51,7 +51,7 @@ pub(super) fn stated(comparison: &Comparison) -> Option<String> {
     let stated = comparison.as_stated.as_ref()?.times_noise;
     (multiple(stated) != multiple(comparison.times_noise)).then(|| {
         let why = if stated < comparison.times_noise {
-            " (less, since the fit counts samples for little where valves switch)"
+            " (less: a fit counts samples for little where valves switch)"
         } else {
             ""
         };
@@ -254,7 +254,7 @@ mod tests {
     fn values_taken_as_exact_are_doubted_before_physics_is_missing() {
         let page = brief(&Comparison { taken_as_exact: 14, ..comparison(80.0) });
         let text = page.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(text.contains("14 values of data sheets are taken as exact, and parts deviate"), "{page}");
+        assert!(text.contains("14 values of data sheets are taken as exact, and an error of a part"), "{page}");
         assert!(page.lines().all(|line| line.len() <= 80), "{page}");
         assert!(!brief(&Comparison { taken_as_exact: 14, ..comparison(1.0) }).contains("taken as exact"));
     }

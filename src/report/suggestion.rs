@@ -67,7 +67,7 @@ fn may_have_changed(report: &SuggestionReport) -> bool {
 /// What of the rig file may be behind a misfit.
 pub(super) fn of_the_file(report: &SuggestionReport, rise: Option<&Rise>) -> Option<String> {
     if may_have_changed(report) && rise.is_none() {
-        return Some("A value that has changed since calibration is no effect: `diagnose` looks for it.".to_owned());
+        return Some("A value that has changed since calibration is no effect: `diagnose` looks for it among the calibrated ones.".to_owned());
     }
     unsure_file(report.unfilled, report.taken_as_exact, report.conclusion == Conclusion::Adequate)
 }

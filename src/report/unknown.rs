@@ -1,7 +1,9 @@
 //! A curve without a formula in words: where it rises, how high and how wide, and a formula of that shape for the rig file.
 
 use super::brief::wrapped;
+use crate::learn::evaluated::Conclusion;
 use crate::learn::fitted_model::FittedModel;
+use crate::learn::suggest::Suggestion;
 use crate::number::{in_unit, rounded, text};
 use crate::physics::effect::spline::{Curve, HEIGHTS};
 use crate::rig::{InstalledEffect, Rig};
@@ -31,6 +33,13 @@ pub struct Rise {
 }
 
 impl Rise {
+    /// That of the curve which comes nearest where no effect of the library explains the misfit; `None` where there is none.
+    pub fn of_suggestion(suggestion: &Suggestion) -> Option<Self> {
+        let is_unknown = suggestion.conclusion == Conclusion::UnknownEffect;
+        let best = suggestion.judged.first().filter(|best| is_unknown && best.supported)?;
+        Self::of(&best.trial)
+    }
+
     /// The rise that the curves of a fitted model describe; `None` where none is described so.
     pub fn of(trial: &FittedModel) -> Option<Self> {
         trial.rig.effects.iter().rev().find_map(|effect| Self::of_effect(trial, effect))

@@ -29,7 +29,7 @@ settings! {
         off_sheet_deviations: f64 = 4.0, "standard deviations of the data sheet",
             "Normal: of 80 parts that are right, one is as far off in half a per cent of machines.";
         /// A calibrated value that a record pulls further off may have changed: it is tried as a fault.
-        changed_deviations: f64 = 3.0, "standard deviations of the calibration",
+        changed_deviations: f64 = 3.0, "standard deviations of what a right model moves by",
             "Cost only: of 40 values that are right, one is as far off in a tenth of records; evidence decides.";
         /// A weighted misfit of more pulls with constant force only (Huber).
         huber_width: f64 = 3.0, "standard deviations of the noise",

@@ -95,7 +95,7 @@ pub fn suggestion(
 
 /// The rise of the curve that comes nearest.
 fn rise(found: &Suggestion) -> Option<Rise> {
-    found.judged.first().filter(|best| best.supported).and_then(|best| Rise::of(&best.trial))
+    Rise::of_suggestion(found)
 }
 
 /// The conclusion, the effect as a card, the fall of the error.
