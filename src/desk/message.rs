@@ -272,8 +272,7 @@ fn part(rig: &Rig, component: usize) -> Part<'_> {
 
 fn found_message(found: &Found) -> FoundMessage {
     let report = &found.report;
-    let best = found.suggestion.judged.first().filter(|best| best.supported);
-    let rise = best.and_then(|best| Rise::of(&best.trial));
+    let rise = Rise::of_suggestion(&found.suggestion);
     let candidates = report.candidates.iter().map(|one| Candidate {
         effect: one.effect.clone(),
         supported: one.supported,

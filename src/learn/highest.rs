@@ -2,7 +2,7 @@
 
 use crate::diagnosis::estimate::Estimate;
 use crate::model::{InputSignals, Model};
-use crate::rig::{Location, NodeKind, Quantity, Rig};
+use crate::rig::{Location, NodeKind, Quantity, Rig, Target};
 
 /// The highest level, m, or pressure, Pa, at the node of the first port of a component, in the fitted model.
 pub(super) fn highest(estimate: &Estimate<'_>, spot: Location, quantity: Quantity) -> f64 {
@@ -23,22 +23,24 @@ pub(super) fn highest_at(
     if !matches!(rig.nodes[node].kind, NodeKind::Volume { .. }) {
         return 0.0;
     }
-    let shown = readings(rig, values, (drive, times), node, quantity);
-    shown.map_or(0.0, |shown| shown.into_iter().fold(f64::NEG_INFINITY, f64::max))
+    let shown = readings(rig, values, (drive, times), &[(Target::Node(node), quantity)]);
+    shown.map_or(0.0, |shown| shown.into_iter().flatten().fold(f64::NEG_INFINITY, f64::max))
 }
 
-/// What a virtual sensor of a quantity at a node would read, SI; `None` where the model cannot be solved.
+/// What virtual sensors of these quantities would read, SI, `[sensor][row]`; `None` where the model cannot be solved.
 pub(super) fn readings(
     rig: &Rig,
     values: &[f64],
     (drive, times): (&InputSignals, &[f64]),
-    node: usize,
-    quantity: Quantity,
-) -> Option<Vec<f64>> {
-    let mut rig = rig.clone();
-    if !rig.watch(node, quantity) {
-        return None;
+    watched: &[(Target, Quantity)],
+) -> Option<Vec<Vec<f64>>> {
+    let (mut rig, before) = (rig.clone(), rig.sensors.len());
+    let mut values = values.to_vec();
+    for &(target, quantity) in watched {
+        if !rig.watch(target, quantity) {
+            return None;
+        }
+        values.extend([0.0, 1.0]);
     }
-    let values = [values, &[0.0, 1.0]].concat();
-    Model::new(rig).solve(&values, drive, times).ok()?.values.pop()
+    Some(Model::new(rig).solve(&values, drive, times).ok()?.values.split_off(before))
 }

@@ -15,6 +15,7 @@ use crate::diagnosis::estimate;
 use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::Rig;
+use crate::settings::LearningSettings;
 
 /// One row of the ledger.
 #[derive(Debug, Clone)]
@@ -45,6 +46,9 @@ pub struct Improvement {
     /// The model at the end.
     #[doc(hidden)]
     pub trial: FittedModel,
+    /// What explains the records best of what was not added although something is missing.
+    #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the ledger names it"))]
+    pub(crate) declined: Option<Declined>,
     /// Where the model at the end still misses; `None` where it is adequate.
     pub rest: Option<MisfitPlace>,
     /// What explains the records alike, where several do.
@@ -54,6 +58,17 @@ pub struct Improvement {
     /// How spools follow their commands, where the fit record asks for other than the rig file has; all else is said of the rig
     /// with it, and the new rig file has it.
     pub dynamics: Vec<DynamicsReport>,
+}
+
+/// An effect that explains a part and was not worth to be added.
+#[derive(Debug, Clone)]
+#[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the ledger names it"))]
+pub(crate) struct Declined {
+    pub id: String,
+    pub model: FittedModel,
+    pub check: Run,
+    /// Shares by which it would have had to lower what is missed of the fit record beyond noise, and the error of the check record.
+    pub asked: (f64, f64),
 }
 
 impl ImprovementStep {
@@ -101,11 +116,14 @@ fn add_while_asked(
     };
     let mut steps = vec![step(None, &trial, Vec::new(), Vec::new())?];
     told(&steps[0]);
-    let mut found = Conclusion::UnknownEffect;
+    let (mut found, mut declined) = (Conclusion::UnknownEffect, None);
     let (mut rivals, mut experiment) = last.judged.first().map_or_else(Default::default, |best| alike(&last, best));
     while steps.len() <= rig.settings().learn.additions && last.conclusion != Conclusion::Adequate {
         let before = &steps[steps.len() - 1];
-        let Some(chosen) = chosen(&last, before) else { break };
+        let Some(chosen) = chosen(&last, before) else {
+            declined = declined_of(&last);
+            break;
+        };
         found = last.conclusion;
         (rivals, experiment) = alike(&last, chosen);
         let refused = refused(&last, chosen);
@@ -162,7 +180,28 @@ fn add_while_asked(
     if conclusion != Conclusion::Confounded {
         (rivals, experiment) = Default::default();
     }
-    Ok(Improvement { conclusion, steps, given, trial, rest, alike: rivals, experiment, dynamics })
+    Ok(Improvement { conclusion, steps, given, trial, declined, rest, alike: rivals, experiment, dynamics })
+}
+
+/// The best explanation of a suggestion of which nothing was worth to be added.
+fn declined_of(last: &Suggestion) -> Option<Declined> {
+    let best = last.judged.first().filter(|best| best.supported)?;
+    let settings = &last.base.rig.settings().learn;
+    Some(Declined {
+        id: best.id(),
+        model: best.trial.clone(),
+        check: best.check.clone()?,
+        asked: asked_of(settings, best.is_empirical()),
+    })
+}
+
+/// Shares by which an addition has to lower what is missed of the fit record beyond noise, and the error of the check record.
+fn asked_of(settings: &LearningSettings, is_curve: bool) -> (f64, f64) {
+    if is_curve {
+        (settings.curve_share_fit, settings.curve_share_check)
+    } else {
+        (settings.addition_share_fit, settings.addition_share_check)
+    }
 }
 
 /// Shares of what the model missed that the steps from one to another explain, on the fit record and on the check record.
@@ -186,8 +225,7 @@ fn chosen<'a>(last: &'a Suggestion, before: &ImprovementStep) -> Option<&'a Eval
             && missed(&judged.trial.fit) <= (1.0 - on_fit) * missed(&before.fit)
             && check.normalised <= (1.0 - on_check) * before.check.normalised
     };
-    let worth_of_law = (settings.addition_share_fit, settings.addition_share_check);
-    let worth_of_curve = (settings.curve_share_fit, settings.curve_share_check);
+    let [worth_of_law, worth_of_curve] = [false, true].map(|is_curve| asked_of(settings, is_curve));
     let laws =
         || last.judged.iter().filter(|judged| !judged.is_empirical()).filter(|judged| worth(judged, worth_of_law));
     let best = |is_one: &dyn Fn(&EvaluatedModel) -> bool| {

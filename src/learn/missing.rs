@@ -10,7 +10,8 @@ use rayon::prelude::*;
 
 use super::candidate::empirical;
 use super::fitted_model::FittedModel;
-use super::highest::highest_at;
+use super::highest::readings;
+use super::law_on_axis::LawOnAxis;
 use super::run::Run;
 use super::states::{Axis, piece, stays};
 use crate::complaint::Complaint;
@@ -20,7 +21,7 @@ use crate::model::{InputSignals, Model};
 use crate::physics::effect::InitialGuess;
 use crate::physics::effect::spline::{Curve, HEIGHTS};
 use crate::record::Record;
-use crate::rig::{EffectInstance, Location, ParameterSetting, Quantity, Rig};
+use crate::rig::{EffectInstance, InstalledEffect, Quantity, Rig, Target};
 use crate::settings::LearningSettings;
 
 /// Points of a picture over the whole axis.
@@ -67,30 +68,44 @@ pub struct Missing {
     pub explains: f64,
     /// State, value and half of its 95 % band, over what the record visited; NaN between states where it never stays.
     pub curve: Vec<(f64, f64, f64)>,
-    /// State and value of what another model has more, seen in the same way, with the same gaps; empty without one.
-    pub found: Vec<(f64, f64)>,
+    /// State and value of the law that was found: where the curve stands for it as it is, elsewhere what the record would make of it
+    /// there, with the gaps of the curve; empty without one.
+    pub law: Vec<(f64, f64)>,
+    /// Share of the law that the state determines where the curve acts at the same nodes; `None` where it does not stand for the law.
+    pub stands_for_law: Option<f64>,
+}
+
+/// An effect that was found, in the model that has it.
+#[derive(Debug, Clone, Copy)]
+pub struct Found<'a> {
+    pub model: &'a FittedModel,
+    pub effect: &'a InstalledEffect,
+    /// Values of the rig without it, SI.
+    pub nominal: &'a [f64],
+    /// Share of it that the model lacks which is asked what is missing.
+    pub lacking: f64,
 }
 
 /// What may be missing at every place of a rig, what explains most first: beside the faults and all else as `base` has them,
-/// so that what these have taken over is not in it. `found` is a run of the same record with an effect more.
+/// so that what these have taken over is not in it. `found` is what was found to be missing in it.
 ///
 /// # Errors
 /// Columns that are missing, or a model that cannot be solved.
-pub fn missing(base: &FittedModel, record: &Record, found: Option<&Run>) -> Result<Vec<Missing>, Complaint> {
+pub fn missing(base: &FittedModel, record: &Record, found: Option<Found<'_>>) -> Result<Vec<Missing>, Complaint> {
     base.rig.context().run(|| missing_here(base, record, found))
 }
 
-fn missing_here(base: &FittedModel, record: &Record, found: Option<&Run>) -> Result<Vec<Missing>, Complaint> {
+fn missing_here(base: &FittedModel, record: &Record, found: Option<Found<'_>>) -> Result<Vec<Missing>, Complaint> {
     let own = Slopes::of_fitted(base, record)?;
-    let with: Option<Vec<f64>> = found.map(|run| {
-        let pairs = run.outputs.iter().flatten().zip(base.fit.outputs.iter().flatten());
+    let lacking = found.map(|found| {
+        let pairs = found.model.fit.outputs.iter().flatten().zip(base.fit.outputs.iter().flatten());
         let mut change: Vec<f64> = pairs.map(|(with, without)| without - with).collect();
         base.fit.weights.apply(&mut change);
-        change
+        (found, change)
     });
     let curves: Vec<EffectInstance> = empirical(&base.rig).into_iter().map(|curve| curve.placed).collect();
     let mut all: Vec<Missing> =
-        curves.par_iter().filter_map(|placed| one(base, record, &own, placed, with.as_deref())).collect();
+        curves.par_iter().filter_map(|placed| one(base, record, &own, placed, lacking.as_ref())).collect();
     all.sort_by(|a, b| b.explains.total_cmp(&a.explains));
     Ok(all)
 }
@@ -152,27 +167,17 @@ fn one(
     record: &Record,
     own: &Slopes,
     placed: &EffectInstance,
-    with: Option<&[f64]>,
+    lacking: Option<&(Found<'_>, Vec<f64>)>,
 ) -> Option<Missing> {
     let told = TOLD.iter().find(|told| told.effect == placed.effect.name)?;
-    let mut rig = base.rig.clone();
-    let drive = InputSignals::from_record(&rig, record).ok()?;
-    // Pressures that all lie within one piece of the curve would show no form: it ends where they do then.
-    let range = match (placed.spot, placed.effect.form.card()) {
-        (Location::Node(node), Some(card)) if told.over == PRESSURE => {
-            let top = highest_at(&rig, &base.values, (&drive, &record.time), node, Quantity::Pressure);
-            let pieces = (HEIGHTS - 3) as f64;
-            let usual = card.parameters.iter().find(|own| own.name == RANGE).and_then(|own| own.default)?;
-            let usual = rig.effect_unit(placed, RANGE).difference_to_si(usual);
-            (top > 0.0 && top * pieces < usual).then(|| ParameterSetting {
-                name: RANGE.to_owned(),
-                value: top,
-                sigma: 0.0,
-            })
-        }
-        _ => None,
+    let quantity = match told.over {
+        PRESSURE => Quantity::Pressure,
+        "speed" => Quantity::Velocity,
+        _ => Quantity::Position,
     };
-    let indices = rig.give_effect(placed, range.as_slice()).ok()?;
+    let drive = InputSignals::from_record(&base.rig, record).ok()?;
+    let run = (&drive, record.time.as_slice());
+    let (rig, indices) = with_curve(base, run, placed, quantity)?;
     let mut values = base.values.clone();
     values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
     let model = Model::new(rig);
@@ -183,38 +188,77 @@ fn one(
     let fitted =
         Fitted::new(&base.rig.settings().learn, (own, &heights), &base.fit.misfit, unit.difference_to_si(typical))?;
     let (step, spread) = fitted.curve(&fitted.pull);
-    let seen = with.map(|change| fitted.curve(&fitted.slope(change)).0);
-    let quantity = match told.over {
-        PRESSURE => Quantity::Pressure,
-        "speed" => Quantity::Velocity,
-        _ => Quantity::Position,
-    };
+    let seen = lacking.map(|(found, change)| (fitted.curve(&fitted.slope(change)).0, found.lacking));
     let axis = Axis::of(&model.rig, quantity, told.both_sides)?;
-    let stays = stays(&axis.shares(&model.rig, &values, (&drive, &record.time), placed)?);
-    let there = |share: f64, si: f64| if stays[piece(share)] { si } else { f64::NAN };
-    let shares = || (0..=POINTS).map(|k| visited.0 + (visited.1 - visited.0) * k as f64 / POINTS as f64);
+    let shares_of_rows = axis.shares(&model.rig, &values, run, placed)?;
+    let stays = stays(&shares_of_rows);
+    let law = lacking.and_then(|(found, _)| LawOnAxis::of(found, run, &model.rig, &indices, &axis));
+    let (from, to) = match &law {
+        None => visited,
+        Some(_) => {
+            let within = |from: f64, pick: fn(f64, f64) -> f64| {
+                shares_of_rows.iter().filter(|share| share.is_finite()).copied().fold(from, pick).clamp(0.0, 1.0)
+            };
+            (within(f64::INFINITY, f64::min), within(f64::NEG_INFINITY, f64::max))
+        }
+    };
     let shown = |si: f64| unit.difference_from_si(si);
-    let curve: Vec<(f64, f64, f64)> = shares()
-        .map(|share| {
-            let basis = basis(share);
-            let half = QUANTILE * (basis.transpose() * &spread * &basis)[0].sqrt();
-            (axis.at(share), there(share, shown(basis.dot(&step))), there(share, shown(half)))
-        })
-        .collect();
-    if curve.iter().all(|point| point.1.is_nan()) {
-        return None;
-    }
-    let found = seen
-        .iter()
-        .flat_map(|seen| shares().map(|share| (axis.at(share), there(share, shown(basis(share).dot(seen))))));
-    Some(Missing {
+    let there = |share: f64, si: f64| {
+        let asked = stays[piece(share)] && (visited.0..=visited.1).contains(&share);
+        if asked { si } else { f64::NAN }
+    };
+    let mut one = Missing {
         at: placed_name(&model.rig, placed),
-        curve,
-        found: found.collect(),
         what: Named { name: told.what.to_owned(), unit: unit.symbol.clone() },
         over: Named { name: told.over.to_owned(), unit: axis.unit.symbol.clone() },
         explains: fitted.explains,
-    })
+        curve: Vec::new(),
+        law: Vec::new(),
+        stands_for_law: law.as_ref().map(|law| law.determined),
+    };
+    for k in 0..=POINTS {
+        let share = from + (to - from) * k as f64 / POINTS as f64;
+        let (at, basis) = (axis.at(share), basis(share));
+        let half = QUANTILE * (basis.transpose() * &spread * &basis)[0].sqrt();
+        // The record asks for the law that was found, and for what it wants beside what is lacking of it.
+        let asked = match &seen {
+            None => basis.dot(&step),
+            Some((seen, lacking)) => {
+                let seen = basis.dot(seen);
+                let is = law.as_ref().map_or(there(share, seen / lacking), |law| law.at(axis.unit.to_si(at)));
+                one.law.push((at, shown(is)));
+                is + basis.dot(&step) - seen
+            }
+        };
+        one.curve.push((at, there(share, shown(asked)), there(share, shown(half))));
+    }
+    one.curve.iter().any(|point| !point.1.is_nan()).then_some(one)
+}
+
+/// The rig of a model with a curve in it, and the indices of its heights. A curve with a range of its own runs as far as the record does
+/// where that is farther than usual, or so near that all of it lies within one piece and would show no form.
+fn with_curve(
+    base: &FittedModel,
+    run: (&InputSignals, &[f64]),
+    placed: &EffectInstance,
+    quantity: Quantity,
+) -> Option<(Rig, Vec<usize>)> {
+    let mut rig = base.rig.clone();
+    let indices = rig.give_effect(placed, &[]).ok()?;
+    let joined = rig.components.last()?;
+    let range = joined.card.parameters.iter().position(|own| own.name == RANGE).map(|own| joined.first_parameter + own);
+    let node = *joined.ports.first()?;
+    let watched = [(Target::Node(node), quantity)];
+    if let Some(range) = range
+        && let Some(shown) = readings(&base.rig, &base.values, run, &watched)
+    {
+        let reach = shown.iter().flatten().copied().map(f64::abs).fold(0.0, f64::max);
+        let usual = rig.parameters[range].value;
+        if reach > usual || (reach > 0.0 && reach * ((HEIGHTS - 3) as f64) < usual) {
+            rig.parameters[range].value = reach;
+        }
+    }
+    Some((rig, indices))
 }
 
 /// The place behind the `@` of an effect.

@@ -17,6 +17,8 @@
 //! | `verdict` | the one word on a record |
 //! | [`separate`] | which experiment would tell two explanations apart |
 //! | [`result`] | the suggestion as programs read it |
+//! | `acting` | what an effect adds to a circuit at the states of a run |
+//! | `law_on_axis` | the law of an effect, over the axis of such a picture |
 //! | [`missing`] | what a missing flow or force looks like over the states |
 //! | `states` | the states that a record visits, along the axis of such a picture |
 //! | [`add`] | the rig file with an effect more |
@@ -27,6 +29,8 @@
 //! | `rivals` | which effects explain a record as well as a fault does |
 //! | [`improve`] | the whole loop with its ledger |
 
+#[cfg(feature = "cli")]
+pub(crate) mod acting;
 pub mod add;
 #[cfg(feature = "cli")]
 pub mod addition;
@@ -39,6 +43,8 @@ pub mod fitted_model;
 mod highest;
 pub mod improve;
 mod lack_of_fit;
+#[cfg(feature = "cli")]
+mod law_on_axis;
 #[cfg(feature = "cli")]
 pub mod missing;
 pub mod opened;

@@ -4,7 +4,7 @@ use super::highest::readings;
 use crate::model::InputSignals;
 use crate::physics::card::PortKind;
 use crate::physics::effect::spline::HEIGHTS;
-use crate::rig::{EffectInstance, Location, Quantity, Rig};
+use crate::rig::{EffectInstance, Location, Quantity, Rig, Target};
 use crate::units::Unit;
 
 /// Pieces of the axis in which it is counted how long the record stays.
@@ -19,7 +19,7 @@ pub(super) struct Axis {
     length: f64,
     both_sides: bool,
     pub unit: Unit,
-    quantity: Quantity,
+    pub quantity: Quantity,
 }
 
 impl Axis {
@@ -49,7 +49,8 @@ impl Axis {
         };
         let share = |si: f64| self.unit.from_si(si) / self.length;
         let share = |si: f64| if self.both_sides { 0.5 * (share(si) + 1.0) } else { share(si) };
-        Some(readings(rig, values, drive, node, self.quantity)?.into_iter().map(share).collect())
+        let shown = readings(rig, values, drive, &[(Target::Node(node), self.quantity)])?;
+        Some(shown.into_iter().flatten().map(share).collect())
     }
 
     /// The state at a share of it, in its unit.

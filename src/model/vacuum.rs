@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{InputSignals, Model};
 use crate::number::{rounded, text};
 use crate::physics::VACUUM;
-use crate::rig::{NodeKind, Quantity, Rig};
+use crate::rig::{NodeKind, Quantity, Rig, Target};
 
 /// A pressure below vacuum: oil would boil and tear there, which the model does not know.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -59,7 +59,9 @@ impl Model {
     pub(crate) fn showing_volumes(&self) -> (Self, Vec<usize>) {
         let mut rig = self.rig.clone();
         let is_volume = |&node: &usize| matches!(self.rig.nodes[node].kind, NodeKind::Volume { .. });
-        let volumes = (0..self.rig.nodes.len()).filter(is_volume).filter(|&node| rig.watch(node, Quantity::Pressure));
+        let volumes = (0..self.rig.nodes.len())
+            .filter(is_volume)
+            .filter(|&node| rig.watch(Target::Node(node), Quantity::Pressure));
         let volumes = volumes.collect();
         (Self::new(rig).with_tolerance(self.tolerance), volumes)
     }

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::brief::{ErrorRow, errors, wrapped};
 use super::caveats::learnt_with;
 use super::digits::plus_minus;
-use super::learn::{PARAMETER_HEADS, at_bounds, estimate, experiment, parameter_row, sits};
+use super::learn::{PARAMETER_HEADS, at_bounds, estimate, experiment, multiple, parameter_row, sits};
 use super::suggestion::faults;
 use super::table::aligned;
 use super::unknown::Rise;
@@ -16,11 +16,11 @@ use crate::diagnosis::DynamicsReport;
 use crate::finding::argument;
 use crate::learn::comparison::MisfitPlace;
 use crate::learn::evaluated::Conclusion;
-use crate::learn::improve::{Improvement, ImprovementStep};
+use crate::learn::improve::{Declined, Improvement, ImprovementStep};
 use crate::learn::result::{EffectParameter, parameters};
 use crate::learn::separate::Experiment;
 use crate::learn::warning::{Warning, joined};
-use crate::number::{before_unit, rounded};
+use crate::number::{before_unit, rounded, text};
 use crate::rig::Rig;
 
 /// Digits of an error.
@@ -56,6 +56,8 @@ pub struct Ledger {
     /// What explains the records alike, where several do, and what would tell the first of these from the second.
     pub alike: Vec<String>,
     pub experiment: Option<Experiment>,
+    /// The best explanation where none was worth to be added.
+    pub declined: Option<DeclinedReport>,
     /// What is left where something is.
     pub remaining: Option<MisfitPlace>,
 }
@@ -65,6 +67,44 @@ pub struct Ledger {
 pub struct EffectReport {
     pub id: String,
     pub parameters: Vec<EffectParameter>,
+}
+
+/// What would have explained the records best and was not added, with its errors, times the sensor noise.
+#[derive(Debug, Clone, Serialize)]
+pub struct DeclinedReport {
+    pub effect: String,
+    pub fit_rmse: f64,
+    pub check_rmse: f64,
+    /// Share by which an addition has to lower what is missed of the fit record beyond noise.
+    pub asked_of_fit: f64,
+    /// Share by which it has to lower the error of the check record.
+    pub asked_of_check: f64,
+}
+
+impl DeclinedReport {
+    fn of(declined: &Declined) -> Self {
+        Self {
+            effect: declined.id.clone(),
+            fit_rmse: rounded(declined.model.fit.normalised, DIGITS),
+            check_rmse: rounded(declined.check.normalised, DIGITS),
+            asked_of_fit: declined.asked.0,
+            asked_of_check: declined.asked.1,
+        }
+    }
+
+    /// What it would give, and what it would have had to.
+    pub fn sentence(&self) -> String {
+        let percent = |share: f64| text(rounded(100.0 * share, 3));
+        format!(
+            "Not added: {}, with which the error is {} on the fit record and {} on the check record; it would have to lower the first by {} % \
+             of what is beyond noise and the second by {} %.",
+            self.effect,
+            multiple(self.fit_rmse),
+            multiple(self.check_rmse),
+            percent(self.asked_of_fit),
+            percent(self.asked_of_check)
+        )
+    }
 }
 
 /// A fault that was fitted along, in `unit`, with one standard deviation.
@@ -138,7 +178,7 @@ impl Ledger {
             check_record,
             conclusion: improvement.conclusion,
             first_faults: first_faults.collect(),
-            rise: Rise::of(trial),
+            rise: Rise::of(trial).or_else(|| Rise::of(&improvement.declined.as_ref()?.model)),
             steps: improvement.steps.iter().map(|step| row(rig, step)).collect(),
             dynamics: improvement.dynamics.clone(),
             effects: added
@@ -150,6 +190,7 @@ impl Ledger {
                 .experiment
                 .clone()
                 .map(|experiment| Experiment { sigma: rounded(experiment.sigma, DIGITS), ..experiment }),
+            declined: improvement.declined.as_ref().map(DeclinedReport::of),
             remaining: improvement.rest.clone(),
         }
     }
@@ -205,6 +246,7 @@ impl Ledger {
         lines.push(String::new());
         let row = |row: &Row| ErrorRow { name: self.name(row), fit: row.fit_rmse, check: Some(row.check_rmse) };
         lines.extend(errors(&self.steps.iter().map(row).collect::<Vec<_>>()));
+        lines.extend(self.several_faults().into_iter().flat_map(|words| wrapped(&words, "  ")));
         lines.push(String::new());
         let all: Vec<&EffectParameter> = self.effects.iter().flat_map(|effect| &effect.parameters).collect();
         // A curve has twenty values; the page draws it.
@@ -220,6 +262,7 @@ impl Ledger {
         if let Some(rise) = &self.rise {
             lines.extend(rise.lines());
         }
+        lines.extend(self.declined.iter().flat_map(|declined| wrapped(&declined.sentence(), "  ")));
         lines.extend(self.caveats().take(WARNINGS).flat_map(|caveat| wrapped(&caveat, "  ")));
         lines.extend(self.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));
         lines.extend(self.remaining.as_ref().map(left).into_iter().flat_map(|words| wrapped(&words, "  ")));
@@ -238,6 +281,11 @@ impl Ledger {
         lines.push(format!("Next: {}", self.next(new)));
         lines.push("`--all` shows every sensor, chi-square, caveats and what was refused.".to_owned());
         lines.join("\n") + "\n"
+    }
+
+    /// The names of the faults of the first row, where its name gives but their number.
+    fn several_faults(&self) -> Option<String> {
+        (self.first_faults.len() > 1).then(|| format!("Faults of your model: {}.", self.first_faults.join(", ")))
     }
 
     /// What speaks against what was added, in the order in which it was.
@@ -333,6 +381,9 @@ impl Ledger {
         }
         if let Some(apart) = &self.experiment {
             writeln!(out, "\n{}", experiment(apart))?;
+        }
+        for words in self.several_faults().into_iter().chain(self.declined.iter().map(DeclinedReport::sentence)) {
+            writeln!(out, "\n{words}")?;
         }
         if let Some(rest) = &self.remaining {
             writeln!(out, "\n{}", left(rest))?;

@@ -1,4 +1,4 @@
-//! A curve without a formula in words: where it rises, how high and how wide, and a formula of that shape for the rig file.
+//! A curve without a formula in words: where it rises, how high and how wide, or how it grows, and a formula of that shape for the rig file.
 
 use super::brief::wrapped;
 use crate::learn::evaluated::Conclusion;
@@ -7,6 +7,7 @@ use crate::learn::suggest::Suggestion;
 use crate::number::{in_unit, rounded, text};
 use crate::physics::effect::spline::{Curve, HEIGHTS};
 use crate::rig::{InstalledEffect, Rig};
+use crate::units::Unit;
 
 /// Places of the curve that are looked at.
 const PLACES: usize = 400;
@@ -15,21 +16,31 @@ const RISE: f64 = 3.0;
 /// A bell falls to half its height at this many of its widths `w` of `exp(-((x - x0) / w)^2)`.
 const HALF: f64 = 0.832_554_611_157_697_8;
 
-/// A rise of a curve versus position.
+/// Exponents that a flow is tried to grow with; below 1 the library has its laws, and a formula no slope at its beginning.
+const EXPONENTS: [f64; 4] = [1.0, 1.5, 2.0, 3.0];
+/// Share of the curve, weighed by what is known of it, that a power has to describe, and by how much a later beginning has to be better.
+const DESCRIBED: f64 = 0.9;
+const LATER: f64 = 0.5;
+
+/// The law that a curve without a formula describes, with first values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rise {
-    /// What rises, in words: `friction`, `force`.
-    what: &'static str,
-    /// N, mm, mm: height, middle, width `w` of the bell.
-    height: f64,
-    middle: f64,
-    width: f64,
-    /// Node of the body.
-    body: String,
-    /// Names of height, middle and width that nothing of the rig has.
+    form: Form,
+    /// Node at which it acts.
+    node: String,
+    /// A name for the law, and those of its parameters, that nothing of the rig has.
+    name: String,
     names: [String; 3],
-    /// The whole curve: mm, N.
+    /// The whole curve: mm and N, or bar and L/min.
     pub points: Vec<(f64, f64)>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Form {
+    /// `height exp(-((x - middle) / width)^2)`, N and mm, of `friction` or `force`.
+    Bell { what: &'static str, height: f64, middle: f64, width: f64 },
+    /// `flow (max(p - from, 0) / (at - from))^exponent`, L/min and bar.
+    Power { flow: f64, at: f64, from: f64, exponent: f64 },
 }
 
 impl Rise {
@@ -40,7 +51,7 @@ impl Rise {
         Self::of(&best.trial)
     }
 
-    /// The rise that the curves of a fitted model describe; `None` where none is described so.
+    /// The law that the curves of a fitted model describe; `None` where none is described so.
     pub fn of(trial: &FittedModel) -> Option<Self> {
         trial.rig.effects.iter().rev().find_map(|effect| Self::of_effect(trial, effect))
     }
@@ -48,53 +59,66 @@ impl Rise {
     fn of_effect(trial: &FittedModel, effect: &InstalledEffect) -> Option<Self> {
         let rig = &trial.rig;
         let (kind, place) = effect.id.split_once('@')?;
-        let what = match kind {
-            "empirical-friction" => "friction",
-            "empirical-load" => "force",
-            _ => return None,
-        };
         let heights: Vec<f64> = effect.parameters.iter().take(HEIGHTS).map(|&index| trial.values[index]).collect();
-        let way = effect.parameters.first()? + HEIGHTS;
-        let way = trial.values.get(way).copied().filter(|way| heights.len() == HEIGHTS && *way > 0.0)?;
-        let cylinder = rig.components.iter().find(|component| component.name == place)?;
-        let rod = cylinder.card.ports.iter().position(|port| port.name == "rod")?;
-        let body = rig.nodes.get(*cylinder.ports.get(rod)?)?.name.clone();
+        let reach = effect.parameters.first()? + HEIGHTS;
+        let reach = trial.values.get(reach).copied().filter(|reach| heights.len() == HEIGHTS && *reach > 0.0)?;
         let curve = Curve::new(&heights);
         let all: Vec<f64> = (0..=PLACES).map(|at| curve.at(at as f64 / PLACES as f64)).collect();
-        let mut sorted = all.clone();
-        sorted.sort_by(f64::total_cmp);
-        let base = sorted[PLACES / 2];
-        let above: Vec<f64> = all.iter().map(|one| one - base).collect();
-        let top = (0..=PLACES).max_by(|&a, &b| above[a].abs().total_cmp(&above[b].abs()))?;
-        let size = |at: usize| above[at] * above[top].signum();
-        let height = size(top);
-        let left = (0..top).rev().find(|&at| size(at) < 0.5 * height)?;
-        let right = (top..=PLACES).find(|&at| size(at) < 0.5 * height)?;
-        // What is as high elsewhere is no single rise.
-        let (from, to) = (top.saturating_sub(2 * (top - left)), top + 2 * (right - top));
-        let elsewhere = (0..=PLACES).filter(|at| *at < from || *at > to).map(|at| above[at].abs()).fold(0.0, f64::max);
-        let millimetre = crate::units::Unit::parse("mm").ok()?;
-        let along = |places: f64| in_unit(places / PLACES as f64 * way, &millimetre);
-        (height >= RISE * elsewhere).then(|| Self {
-            what,
-            height: rounded(above[top], 2),
-            middle: rounded(along(top as f64), 3),
-            width: rounded(along((right - left) as f64) / (2.0 * HALF), 2),
-            body,
-            names: ["F", "x0", "w"].map(|name| free(rig, name)),
-            points: all.iter().enumerate().map(|(at, one)| (along(at as f64), rounded(*one, 5))).collect(),
+        let (form, node, units) = match kind {
+            "empirical-friction" | "empirical-load" => {
+                let what = if kind == "empirical-friction" { "friction" } else { "force" };
+                let cylinder = rig.components.iter().find(|component| component.name == place)?;
+                let rod = cylinder.card.ports.iter().position(|port| port.name == "rod")?;
+                (bell(what, &all, reach)?, rig.nodes.get(*cylinder.ports.get(rod)?)?.name.clone(), ["mm", "N"])
+            }
+            "empirical-leakage" => {
+                let sigmas = effect.parameters.iter().take(HEIGHTS);
+                let sigmas: Vec<f64> = sigmas.map(|index| trial.sigmas.get(index).copied().unwrap_or(0.0)).collect();
+                (power(&all, &sigmas, reach)?, place.to_owned(), ["bar", "L/min"])
+            }
+            _ => return None,
+        };
+        let [along, size] = units.map(|unit| Unit::parse(unit).ok());
+        let (along, size) = (along?, size?);
+        let names = match form {
+            Form::Bell { .. } => ["F", "x0", "w"],
+            Form::Power { .. } => ["q_r", "p_0", ""],
+        };
+        let point = |(at, one): (usize, &f64)| {
+            (in_unit(at as f64 / PLACES as f64 * reach, &along), rounded(size.difference_from_si(*one), 5))
+        };
+        let name = match &form {
+            Form::Bell { what, .. } => format!("extra-{what}"),
+            Form::Power { .. } => "extra-leakage".to_owned(),
+        };
+        Some(Self {
+            points: all.iter().enumerate().map(point).collect(),
+            form,
+            node,
+            name: numbered(rig, &name),
+            names: names.map(|name| free(rig, name)),
         })
     }
 
     /// What it is, in a sentence.
     pub fn sentence(&self) -> String {
-        format!(
-            "The curve says: extra {} of {} N around {} mm, {} mm wide.",
-            self.what,
-            text(self.height),
-            text(self.middle),
-            text(self.width)
-        )
+        match &self.form {
+            Form::Bell { what, height, middle, width } => format!(
+                "The curve says: extra {what} of {} N around {} mm, {} mm wide.",
+                text(*height),
+                text(*middle),
+                text(*width)
+            ),
+            Form::Power { flow, at, from, exponent } => {
+                let begins = if *from > 0.0 { format!(" from {} bar on", text(*from)) } else { String::new() };
+                format!(
+                    "The curve says: {} L/min to the tank at {} bar, growing{begins} with the power {} of the pressure.",
+                    text(*flow),
+                    text(*at),
+                    text(*exponent)
+                )
+            }
+        }
     }
 
     /// Sentence and formula in lines of a text.
@@ -107,20 +131,100 @@ impl Rise {
 
     /// A formula of that shape with first values, for the rig file: the text of `[own_effects]`.
     pub fn formula(&self) -> String {
-        let Self { what, height, middle, width, body, names: [force, x0, w], .. } = self;
-        let motion = if *what == "friction" { format!(" * tanh({body}.v / [1 mm/s])") } else { String::new() };
-        format!(
-            "[own_effects.extra-{what}]\nmeaning = \"Extra {what} at one place of the stroke.\"\nat = \"{body}\"\n\
-             force = \"-{force} * exp(-(({body}.x - {x0}) / {w})^2){motion}\"\n\
-             parameters.{force} = {{ neutral = \"0 N\", first = \"{height} N\" }}\n\
-             parameters.{x0} = {{ first = \"{middle} mm\", bounds = [\"{} mm\", \"{} mm\"] }}\n\
-             parameters.{w} = {{ first = \"{width} mm\", bounds = [\"{} mm\", \"{} mm\"] }}\n",
-            text(rounded(middle - 2.0 * width, 3)),
-            text(rounded(middle + 2.0 * width, 3)),
-            text(rounded(width / 5.0, 2)),
-            text(rounded(width * 5.0, 2))
-        )
+        let Self { node, name, names: [size, place, width], .. } = self;
+        match &self.form {
+            Form::Bell { what, height, middle, width: wide } => {
+                let motion = if *what == "friction" { format!(" * tanh({node}.v / [1 mm/s])") } else { String::new() };
+                format!(
+                    "[own_effects.{name}]\nmeaning = \"Extra {what} at one place of the stroke.\"\nat = \"{node}\"\n\
+                     force = \"-{size} * exp(-(({node}.x - {place}) / {width})^2){motion}\"\n\
+                     parameters.{size} = {{ neutral = \"0 N\", first = \"{height} N\" }}\n\
+                     parameters.{place} = {{ first = \"{middle} mm\", bounds = [\"{} mm\", \"{} mm\"] }}\n\
+                     parameters.{width} = {{ first = \"{wide} mm\", bounds = [\"{} mm\", \"{} mm\"] }}\n",
+                    text(rounded(middle - 2.0 * wide, 3)),
+                    text(rounded(middle + 2.0 * wide, 3)),
+                    text(rounded(wide / 5.0, 2)),
+                    text(rounded(wide * 5.0, 2))
+                )
+            }
+            Form::Power { flow, at, from, exponent } => {
+                let (reference, top) = (text(rounded(at - from, 3)), text(rounded(0.9 * at, 3)));
+                format!(
+                    "[own_effects.{name}]\nmeaning = \"Extra flow to the tank that grows with the pressure.\"\nat = \"{node}\"\n\
+                     flow = \"{size} * (max({node}.p - {place}, [0 bar]) / [{reference} bar])^{exponent}\"\n\
+                     parameters.{size} = {{ neutral = \"0 L/min\", first = \"{flow} L/min\" }}\n\
+                     parameters.{place} = {{ first = \"{from} bar\", bounds = [\"0 bar\", \"{top} bar\"] }}\n"
+                )
+            }
+        }
     }
+}
+
+/// The single rise of a curve over position, `way` in m.
+fn bell(what: &'static str, all: &[f64], way: f64) -> Option<Form> {
+    let mut sorted = all.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let base = sorted[PLACES / 2];
+    let above: Vec<f64> = all.iter().map(|one| one - base).collect();
+    let top = (0..=PLACES).max_by(|&a, &b| above[a].abs().total_cmp(&above[b].abs()))?;
+    let size = |at: usize| above[at] * above[top].signum();
+    let height = size(top);
+    let left = (0..top).rev().find(|&at| size(at) < 0.5 * height)?;
+    let right = (top..=PLACES).find(|&at| size(at) < 0.5 * height)?;
+    // What is as high elsewhere is no single rise.
+    let (from, to) = (top.saturating_sub(2 * (top - left)), top + 2 * (right - top));
+    let elsewhere = (0..=PLACES).filter(|at| *at < from || *at > to).map(|at| above[at].abs()).fold(0.0, f64::max);
+    let millimetre = Unit::parse("mm").ok()?;
+    let along = |places: f64| in_unit(places / PLACES as f64 * way, &millimetre);
+    (height >= RISE * elsewhere).then(|| Form::Bell {
+        what,
+        height: rounded(above[top], 2),
+        middle: rounded(along(top as f64), 3),
+        width: rounded(along((right - left) as f64) / (2.0 * HALF), 2),
+    })
+}
+
+/// The power of the pressure with which a curve grows, `sigmas` the standard deviations of its heights, m3/s, 0 where the record says
+/// nothing of them; `reach` in Pa.
+fn power(all: &[f64], sigmas: &[f64], reach: f64) -> Option<Form> {
+    let weight = |at: usize| {
+        let first = (at as f64 / PLACES as f64 * (HEIGHTS - 3) as f64) as usize;
+        let around = &sigmas[first.min(HEIGHTS - 4)..=(first + 3).min(HEIGHTS - 1)];
+        let largest = around.iter().copied().fold(0.0, f64::max);
+        if around.iter().all(|sigma| *sigma > 0.0) { largest.powi(-2) } else { 0.0 }
+    };
+    let shown: Vec<(f64, f64, f64)> =
+        (0..=PLACES).map(|at| (at as f64 / PLACES as f64, all[at], weight(at))).filter(|one| one.2 > 0.0).collect();
+    let top = shown.last()?.0;
+    let whole: f64 = shown.iter().map(|one| one.2 * one.1 * one.1).sum();
+    let fitted = |from: f64, exponent: f64| {
+        let form = |share: f64| ((share - from).max(0.0) / (top - from)).powf(exponent);
+        let sum = |of: &dyn Fn(&(f64, f64, f64)) -> f64| shown.iter().map(of).sum::<f64>();
+        let flow = sum(&|one| one.2 * one.1 * form(one.0)) / sum(&|one| one.2 * form(one.0).powi(2));
+        (sum(&|one| one.2 * (one.1 - flow * form(one.0)).powi(2)), flow, from, exponent)
+    };
+    let best = |from: f64| {
+        let tried = EXPONENTS.into_iter().map(|exponent| fitted(from, exponent));
+        tried.filter(|one| one.0.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let at_once = best(0.0)?;
+    let steps = (0..PLACES).map(|at| at as f64 / PLACES as f64).take_while(|from| *from < 0.9 * top);
+    let later = steps.filter_map(best).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (left, flow, from, exponent) = if later.0 < LATER * at_once.0 { later } else { at_once };
+    let (bar, litres) = (Unit::parse("bar").ok()?, Unit::parse("L/min").ok()?);
+    (flow > 0.0 && left <= (1.0 - DESCRIBED) * whole).then(|| Form::Power {
+        flow: rounded(litres.difference_from_si(flow), 2),
+        at: rounded(bar.difference_from_si(top * reach), 3),
+        from: rounded(bar.difference_from_si(from * reach), 2),
+        exponent,
+    })
+}
+
+/// The name of a law, with a number behind it where the rig has one of that name already.
+fn numbered(rig: &Rig, name: &str) -> String {
+    let taken = |name: &str| rig.own_effects.iter().any(|own| own.name == name);
+    let mut names = std::iter::once(name.to_owned()).chain((2..).map(|number| format!("{name}-{number}")));
+    names.find(|name| !taken(name)).unwrap_or_default()
 }
 
 /// A name, or one like it where a formula sees something of that name already: an input, a node, a component.
@@ -137,22 +241,49 @@ mod tests {
 
     #[test]
     fn the_formula_is_one_that_a_rig_file_takes() {
-        let (body, points) = ("piston".to_owned(), Vec::new());
+        let form = Form::Bell { what: "friction", height: 900.0, middle: 100.0, width: 12.0 };
         let names = ["F", "x0", "w"].map(str::to_owned);
-        let rise = Rise { what: "friction", height: 900.0, middle: 100.0, width: 12.0, body, names, points };
+        let (node, name) = ("piston".to_owned(), "extra-friction".to_owned());
+        let rise = Rise { form, node, name, names, points: Vec::new() };
         assert_eq!(rise.sentence(), "The curve says: extra friction of 900 N around 100 mm, 12 mm wide.");
         let path = "fixtures/telescopic/rig.toml";
-        let with_formula = std::fs::read_to_string(path).unwrap() + "\n" + &rise.formula();
-        let rig = crate::rig::Rig::parse(std::path::Path::new(path), with_formula).unwrap();
+        let read = |path: &str, law: &str| {
+            Rig::parse(std::path::Path::new(path), std::fs::read_to_string(path).unwrap() + "\n" + law)
+        };
+        let rig = read(path, &rise.formula()).unwrap();
         let places = rig.effect_places();
         assert!(places.iter().any(|placed| rig.effect_id(placed) == "extra-friction@piston"));
+        // A second law of that kind.
+        assert_eq!(numbered(&rig, "extra-friction"), "extra-friction-2");
         // The press has an input `F`.
         let path = "fixtures/press/rig.toml";
-        let text = std::fs::read_to_string(path).unwrap();
-        let press = Rig::parse(std::path::Path::new(path), text.clone()).unwrap();
+        let press = read(path, "").unwrap();
         let names = ["F", "x0", "w"].map(|name| free(&press, name));
         assert_eq!(names, ["F_extra", "x0", "w"]);
-        let law = Rise { body: "ram".to_owned(), names, ..rise }.formula();
-        assert!(Rig::parse(std::path::Path::new(path), text + "\n" + &law).is_ok(), "{law}");
+        let law = Rise { node: "ram".to_owned(), names, ..rise }.formula();
+        assert!(read(path, &law).is_ok(), "{law}");
+    }
+
+    #[test]
+    fn a_flow_that_grows_with_the_pressure_gives_its_power_and_where_it_begins() {
+        // 2 L/min at 150 bar with the square of what is above 50 bar; nothing is known beyond.
+        let litres = 1e-3 / 60.0;
+        let flow = |bar: f64| 2.0 * litres * ((bar - 50.0).max(0.0) / 100.0).powi(2);
+        let all: Vec<f64> = (0..=PLACES).map(|at| flow(200.0 * at as f64 / PLACES as f64)).collect();
+        let sigmas: Vec<f64> = (0..HEIGHTS).map(|height| if height < 15 { 0.01 * litres } else { 0.0 }).collect();
+        let form = power(&all, &sigmas, 200e5).unwrap();
+        let Form::Power { flow, at, from, exponent } = form else { panic!("{form:?}") };
+        approx::assert_relative_eq!(flow, 2.0 * ((at - 50.0) / 100.0).powi(2), max_relative = 0.03);
+        approx::assert_relative_eq!(from, 50.0, max_relative = 0.02);
+        assert_eq!(exponent, 2.0);
+        let (node, name) = ("A".to_owned(), "extra-leakage".to_owned());
+        let law = Rise { form, node, name, names: ["q_r", "p_0", ""].map(str::to_owned), points: Vec::new() };
+        let path = std::path::Path::new("fixtures/telescopic/rig.toml");
+        let text = std::fs::read_to_string(path).unwrap() + "\n" + &law.formula();
+        let rig = Rig::parse(path, text).unwrap();
+        assert!(rig.effect_places().iter().any(|placed| rig.effect_id(placed) == "extra-leakage@A"));
+        // A curve that falls is no leak that grows.
+        let falls: Vec<f64> = all.iter().map(|one| 3.0 * litres - one).collect();
+        assert_eq!(power(&falls, &[0.01 * litres; HEIGHTS], 200e5), None);
     }
 }

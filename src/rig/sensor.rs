@@ -121,9 +121,9 @@ impl Sensor {
 }
 
 impl super::Rig {
-    /// Adds a virtual sensor behind all others: it reads a quantity at a node as it is, and no record has a column of it. Says whether it
+    /// Adds a virtual sensor behind all others: it reads a quantity as it is, and no record has a column of it. Says whether it
     /// could; a rig without any sensor has nothing to make one after.
-    pub fn watch(&mut self, node: usize, quantity: Quantity) -> bool {
+    pub fn watch(&mut self, target: Target, quantity: Quantity) -> bool {
         let Some(template) = self.sensors.first().cloned() else { return false };
         let first_parameter = self.parameters.len();
         // Offset and gain.
@@ -133,7 +133,6 @@ impl super::Rig {
             self.parameters.push(parameter);
         }
         let dimension = quantity.dimension().unwrap_or(template.dimension);
-        let target = Target::Node(node);
         self.sensors.push(Sensor { quantity, dimension, target, lag: 0.0, first_parameter, ..template });
         true
     }

@@ -16,7 +16,7 @@ impl Rig {
         let Some(index) = self.parameter(id) else {
             return Err(Complaint::new(Kind::UnknownName, format!("the rig has no parameter `{id}`"))
                 .at(Place::file(&self.path))
-                .help(self.help_with_parameters(id)));
+                .help(self.help_with_effect(id).unwrap_or_else(|| self.help_with_parameters(id))));
         };
         let parameter = &mut self.parameters[index];
         let quantity = Quantity::parse_as(value, parameter.unit.dimension)
@@ -30,5 +30,18 @@ impl Rig {
         }
         parameter.value = quantity.value;
         Ok(quantity)
+    }
+
+    /// Help for a parameter of an effect that the rig may have and does not.
+    fn help_with_effect(&self, id: &str) -> Option<String> {
+        let (effect, _) = id.rsplit_once('.')?;
+        let mut places = self.effect_places().into_iter().filter(|placed| self.effect_id(placed) == effect);
+        let placed = places.next()?;
+        let has = self.effects.iter().any(|present| present.id == effect);
+        let card = placed.effect.form.card().filter(|_| !has)?;
+        Some(format!(
+            "{} is an effect that the rig does not have: `borescope add` writes it into the rig file ({})",
+            effect, card.meaning
+        ))
     }
 }

@@ -94,6 +94,9 @@ fn verdict(ledger: &Ledger, new: &str) -> Section {
         }
         verdict.paragraph(ledger.not_written());
     }
+    if let Some(declined) = &ledger.declined {
+        verdict.paragraph(declined.sentence());
+    }
     if let Some(rise) = &ledger.rise {
         verdict.paragraph(format!(
             "{} As a law, put into the rig file, `suggest` judges it like any other effect:",

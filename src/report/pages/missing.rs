@@ -2,13 +2,19 @@
 
 use super::channels::YOURS;
 use crate::complaint::Complaint;
+use crate::learn::acting::{Acting, Ports, determined};
 use crate::learn::fitted_model::{FittedModel, run_under};
-use crate::learn::missing::{Missing, missing};
+use crate::learn::missing::{Found, Missing, missing};
+use crate::model::InputSignals;
 use crate::number::{rounded, text};
+use crate::physics::ATMOSPHERE;
+use crate::physics::card::PortKind;
+use crate::physics::effect::Form;
 use crate::record::Record;
 use crate::report::html::Section;
 use crate::report::plot::{Axis, Chart, Envelope, Live, Rule, Series};
-use crate::rig::InstalledEffect;
+use crate::rig::{InstalledEffect, Quantity};
+use crate::units::Unit;
 
 /// Places that are shown at most, and the share of the misfit that each has to explain.
 const MOST: usize = 4;
@@ -17,17 +23,8 @@ const LEAST: f64 = 0.1;
 const WEAKER: f64 = 0.05;
 /// Dots of a picture.
 const DOTS: usize = 1_500;
-/// Pieces of an axis within which a change that depends on it alone is one value.
-const PIECES: usize = 40;
-
-/// What a law does, by which the curve without a formula is chosen that could take its place.
-const LAWS: [(&str, &[&str]); 5] = [
-    ("orifice-leakage", &["conductance from A to B", "flow to the tank"]),
-    ("position-dependent-clearance", &["conductance from A to B"]),
-    ("leakage", &["flow to the tank", "conductance from A to B"]),
-    ("friction", &["force against the motion", "friction"]),
-    ("load", &["force against the rod"]),
-];
+/// Shares of a law that two states determine are one within this: neighbouring samples of a law that bends differ by as much.
+const AS_WELL: f64 = 0.01;
 
 /// What is missing: of a model with effects that were found the same without them, of one without what its misfit asks for.
 ///
@@ -43,38 +40,43 @@ pub(super) fn section(
         found.rig.effects.iter().filter(|effect| base.rig.effects.iter().all(|old| old.id != effect.id)).collect();
     // A model that cannot be solved without the effect has no picture.
     let Ok(without) = taken_out(base, found, &new, record) else { return Ok(None) };
-    let weaker = weakened(found, &base.rig.nominal(), &new, record);
-    let weak = weaker.is_some();
-    let all = match weaker {
-        // The curve of the record is what the law was weakened by, and what the record asks for beside it.
-        Some(weak) => missing(&weak, record, Some(&found.fit))?.into_iter().map(whole).collect::<Vec<_>>(),
-        None => missing(&without, record, Some(&found.fit))?,
-    };
-    let is_of_verdict = |one: &&Missing| new.iter().any(|effect| is_at(effect, one));
-    let first: Vec<&Missing> = all.iter().filter(is_of_verdict).filter(|one| one.curve.len() > 1).collect();
-    let most = first.iter().map(|one| one.explains).fold(0.0, f64::max);
-    let first: Vec<&Missing> = first.into_iter().filter(|one| one.explains >= 0.5 * most).take(MOST).collect();
-    let charts: Vec<(Chart, Live)> = first.iter().map(|one| chart(one, Some(name), weak)).collect();
-    // A law that no curve stands for is shown by what it changes.
-    let law = if charts.is_empty() { law(&without, found, record) } else { None };
-    if charts.is_empty() && law.is_none() {
+    let nominal = base.rig.nominal();
+    let (mut shown, mut elsewhere): (Vec<(Chart, Live)>, Vec<(Chart, Live)>) = (Vec::new(), Vec::new());
+    let mut curves = false;
+    for &effect in &new {
+        let weak = weakened(found, &nominal, effect, record);
+        let lacking = if weak.is_some() { WEAKER } else { 1.0 };
+        let asked = weak.as_ref().unwrap_or(&without);
+        let all = missing(asked, record, Some(Found { model: found, effect, nominal: &nominal, lacking }))?;
+        let draw = |one: &Missing| chart(one, Some(&effect.id), weak.is_some());
+        let best = all.iter().filter_map(|one| one.stands_for_law).fold(0.0, f64::max);
+        let stands = all.iter().filter(|one| one.stands_for_law.is_some_and(|share| share >= best - AS_WELL));
+        let charts: Vec<(Chart, Live)> = stands.take(MOST).map(draw).collect();
+        curves |= !charts.is_empty();
+        // A law that no curve stands for is shown over what its component sees, and by what it changes.
+        let law = if charts.is_empty() { law_alone(found, &nominal, effect, record) } else { None };
+        shown.extend(charts.into_iter().chain(law));
+        let others = all.iter().filter(|one| one.stands_for_law.is_none() && one.explains >= LEAST);
+        elsewhere.extend(others.take(MOST).map(draw));
+    }
+    if !curves {
+        shown.extend(changes(&without, found, record));
+    }
+    if shown.is_empty() {
         return Ok(None);
     }
     let mut section = Section::new("What is missing");
     section.paragraph(format!(
         "The model that was found, with {name} taken out of it and everything else as it was fitted: what the record asks for in its \
          place. {}",
-        if charts.is_empty() { CHANGES } else { CURVES }
+        if curves { CURVES } else { CHANGES }
     ));
-    let charts: Vec<(Chart, Live)> = charts.into_iter().chain(law).collect();
-    section.side_by_side(&charts);
-    let others = all.iter().filter(|one| !is_of_verdict(one) && one.explains >= LEAST && one.curve.len() > 1);
-    let others: Vec<(Chart, Live)> = others.take(MOST).map(|one| chart(one, Some(name), weak)).collect();
-    if !others.is_empty() {
-        let mut elsewhere = Section::new("");
-        elsewhere.paragraph("Flows and forces at other places may explain a part of the same misfit.");
-        elsewhere.side_by_side(&others);
-        section.fold("What other places could explain", false, elsewhere);
+    section.side_by_side(&shown);
+    if new.len() == 1 && !elsewhere.is_empty() {
+        let mut others = Section::new("");
+        others.paragraph("Flows and forces at other places may explain a part of the same misfit.");
+        others.side_by_side(&elsewhere);
+        section.fold("What other places could explain", false, others);
     }
     Ok(Some(section))
 }
@@ -118,58 +120,82 @@ fn taken_out(
     Ok(FittedModel { values, sigmas, set: found.set, at_bound: Vec::new(), fit, ..base.clone() })
 }
 
-/// The model that was found with its new effects a little weaker: so little that the record answers in proportion, which it
+/// The model that was found with one new effect a little weaker: so little that the record answers in proportion, which it
 /// does not where an effect is missing whole. `None` of a curve, whose place another curve cannot take twice. `nominal` are the values
 /// of the model without them: a parameter that the circuit has anyway, such as the friction of a cylinder, does nothing new there.
-fn weakened(found: &FittedModel, nominal: &[f64], new: &[&InstalledEffect], record: &Record) -> Option<FittedModel> {
+fn weakened(found: &FittedModel, nominal: &[f64], effect: &InstalledEffect, record: &Record) -> Option<FittedModel> {
     let mut rig = found.rig.clone();
     let mut values = found.values.clone();
-    for effect in new {
-        let placed = &effect.placed;
-        if placed.effect.empirical {
-            return None;
+    let placed = &effect.placed;
+    if placed.effect.empirical {
+        return None;
+    }
+    // Where some parameters have a value that does nothing, the others are its form.
+    let sized = placed.effect.parameters.iter().any(|free| free.neutral.is_some());
+    for (&index, free) in effect.parameters.iter().zip(placed.effect.parameters) {
+        let neutral = free.neutral.map(|neutral| rig.effect_unit(placed, free.name).to_si(neutral));
+        let before = nominal.get(index).copied().filter(|_| neutral.is_some() || !sized);
+        if let Some(nothing) = before.or(neutral) {
+            values[index] += WEAKER * (nothing - values[index]);
         }
-        // Where some parameters have a value that does nothing, the others are its form.
-        let sized = placed.effect.parameters.iter().any(|free| free.neutral.is_some());
-        for (&index, free) in effect.parameters.iter().zip(placed.effect.parameters) {
-            let neutral = free.neutral.map(|neutral| rig.effect_unit(placed, free.name).to_si(neutral));
-            let before = nominal.get(index).copied().filter(|_| neutral.is_some() || !sized);
-            if let Some(nothing) = before.or(neutral) {
-                values[index] += WEAKER * (nothing - values[index]);
-            }
-            // It stays as weak: only the curve may make up for it.
-            rig.parameters[index].sigma = 0.0;
-        }
+        // It stays as weak: only the curve may make up for it.
+        rig.parameters[index].sigma = 0.0;
     }
     let fit = run_under(&rig, record, &values, Some(&found.fit.weights)).ok()?;
     Some(FittedModel { rig, values, fit, ..found.clone() })
 }
 
-/// The law as it is, and what the record asks for, from those of a model that has most of the law.
-fn whole(mut one: Missing) -> Missing {
-    for (asked, law) in one.curve.iter_mut().zip(&mut one.found) {
-        asked.1 += law.1 * (1.0 / WEAKER - 1.0);
-        law.1 /= WEAKER;
-    }
-    one
-}
-
 /// What two kinds of pictures show.
 const CURVES: &str = "Line and 95 % band: from the record, as a curve without a formula, drawn where the record stays long enough to show it. Dashed: the law that was found.";
-const CHANGES: &str = "No curve stands for such a law, so the picture shows what it changes, versus the reading on which the change depends most.";
+const CHANGES: &str = "No curve without a formula stands for such a law, so the pictures show the law at the states of the record, and what it changes, versus the reading on which the change depends most.";
 
-/// Whether a curve without a formula could take the place of an effect: what it does, at its place.
-fn is_at(effect: &InstalledEffect, missing: &Missing) -> bool {
-    let (kind, place) = effect.id.split_once('@').unwrap_or((&effect.id, ""));
-    let same = LAWS
-        .iter()
-        .find(|(law, _)| kind.contains(law))
-        .is_some_and(|(_, what)| what.contains(&missing.what.name.as_str()));
-    same && (place.is_empty() || place == missing.at)
+/// The flow, force or pressure drop of an effect at the states of the record, versus the one that determines it best.
+fn law_alone(found: &FittedModel, nominal: &[f64], effect: &InstalledEffect, record: &Record) -> Option<(Chart, Live)> {
+    let rig = &found.rig;
+    let acting = Acting::of(rig, &found.values, nominal, effect)?;
+    let ports = Ports::of(rig, acting.component);
+    let drive = InputSignals::from_record(rig, record).ok()?;
+    let rows = ports.seen(rig, &found.values, (&drive, &record.time))?;
+    let through = |port: usize| rows.iter().map(|row| acting.through(row, port)).collect::<Vec<f64>>();
+    let name = |node: usize| rig.nodes[node].name.as_str();
+    let (port, &(kind, node)) =
+        ports.nodes.iter().enumerate().find(|(port, _)| through(*port).iter().any(|one| *one != 0.0))?;
+    let adds = through(port);
+    let variables = ports.variables();
+    let state = |index: usize| rows.iter().map(|row| row.z[index]).collect::<Vec<f64>>();
+    let [bar, flow, newton, mm, speed] = ["bar", "L/min", "N", "mm", "mm/s"].map(|unit| Unit::parse(unit).ok());
+    let (x, y) = if matches!(effect.placed.effect.form, Form::Series { .. }) {
+        let drop = rows.iter().map(|row| row.z[0] - row.z[1]).collect();
+        ((format!("flow through {}", effect.id), adds, flow?), (format!("pressure drop of {}", effect.id), drop, bar?))
+    } else {
+        let axes = variables.iter().enumerate().map(|(index, &(node, quantity))| match quantity {
+            Quantity::Pressure => Some((format!("pressure of {}", name(node)), state(index), bar.clone()?)),
+            Quantity::Velocity => Some((format!("speed of {}", name(node)), state(index), speed.clone()?)),
+            _ => Some((format!("position of {}", name(node)), state(index), mm.clone()?)),
+        });
+        let best = axes.flatten().max_by(|a, b| determined(&a.1, &adds).total_cmp(&determined(&b.1, &adds)))?;
+        let what = match kind {
+            PortKind::Hydraulic => (format!("flow out of {} by {}", name(node), effect.id), adds, flow?),
+            PortKind::Mechanical => (format!("force on {} by {}", name(node), effect.id), adds, newton?),
+        };
+        (best, what)
+    };
+    let gauge = |(name, values, unit): &(String, Vec<f64>, Unit), row: usize| {
+        let zero = if name.starts_with("pressure of") { ATMOSPHERE } else { 0.0 };
+        unit.difference_from_si(values[row] - zero)
+    };
+    let step = rows.len().div_ceil(DOTS).max(1);
+    let dots = (0..rows.len()).step_by(step).map(|row| (gauge(&x, row), gauge(&y, row)));
+    let dots = dots.filter(|point| point.0.is_finite() && point.1.is_finite()).collect();
+    let series = vec![Series::dots("law, as fitted", dots).styled(1, 0)];
+    let (title, over) = (y.0, x.0);
+    let mut chart = Chart::new(&title, Axis::new(&over, &x.2.symbol), Axis::new("", &y.2.symbol), series).high(190.0);
+    chart.rules.push(Rule::Horizontal { y: 0.0, label: String::new() });
+    Some((chart, Live::new("", format!("{title} versus {over}"))))
 }
 
 /// What the effects change at the sensor that shows them most, versus the reading that the change depends on most.
-fn law(without: &FittedModel, found: &FittedModel, record: &Record) -> Option<(Chart, Live)> {
+fn changes(without: &FittedModel, found: &FittedModel, record: &Record) -> Option<(Chart, Live)> {
     let rig = &without.rig;
     let (before, after) = (&without.fit.outputs, &found.fit.outputs);
     let change = |index: usize| -> Vec<f64> { after[index].iter().zip(&before[index]).map(|(a, b)| a - b).collect() };
@@ -180,11 +206,14 @@ fn law(without: &FittedModel, found: &FittedModel, record: &Record) -> Option<(C
     let sensors = 0..before.len().min(after.len()).min(rig.sensors.len());
     let index = sensors.clone().max_by(|&a, &b| size(a).total_cmp(&size(b)))?;
     let changed = change(index);
+    let there = || changed.iter().copied().filter(|one| one.is_finite());
+    let mean = there().sum::<f64>() / there().count().max(1) as f64;
+    let about: Vec<f64> = changed.iter().map(|one| one - mean).collect();
     // A single sensor is shown versus itself.
     let over = sensors
         .clone()
         .filter(|&other| other != index || sensors.len() == 1)
-        .max_by(|&a, &b| determined(&after[a], &changed).total_cmp(&determined(&after[b], &changed)))?;
+        .max_by(|&a, &b| determined(&after[a], &about).total_cmp(&determined(&after[b], &about)))?;
     let (sensor, state) = (&rig.sensors[index], &rig.sensors[over]);
     let (unit, x_unit) = (rig.sensor_unit(sensor), rig.sensor_unit(state));
     let measured = record.channel(&sensor.column)?;
@@ -205,28 +234,6 @@ fn law(without: &FittedModel, found: &FittedModel, record: &Record) -> Option<(C
     Some((chart, Live::new("", format!("{title} by what is missing, versus {}", state.name))))
 }
 
-/// Share of the variance of a change that a state determines, piece by piece of its range.
-fn determined(state: &[f64], change: &[f64]) -> f64 {
-    let pairs: Vec<(f64, f64)> =
-        state.iter().copied().zip(change.iter().copied()).filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
-    let low = pairs.iter().map(|pair| pair.0).fold(f64::INFINITY, f64::min);
-    let high = pairs.iter().map(|pair| pair.0).fold(f64::NEG_INFINITY, f64::max);
-    if high <= low {
-        return 0.0;
-    }
-    let mut pieces = vec![(0.0, 0.0, 0.0); PIECES];
-    for (x, y) in &pairs {
-        let piece = (((x - low) / (high - low) * PIECES as f64) as usize).min(PIECES - 1);
-        let (count, sum, squares) = &mut pieces[piece];
-        (*count, *sum, *squares) = (*count + 1.0, *sum + y, *squares + y * y);
-    }
-    let mean = pairs.iter().map(|pair| pair.1).sum::<f64>() / pairs.len() as f64;
-    let all: f64 = pairs.iter().map(|pair| (pair.1 - mean).powi(2)).sum();
-    let within: f64 =
-        pieces.iter().filter(|piece| piece.0 > 0.0).map(|(n, sum, squares)| squares - sum * sum / n).sum();
-    if all > 0.0 { 1.0 - within / all } else { 0.0 }
-}
-
 fn chart(one: &Missing, found: Option<&str>, weak: bool) -> (Chart, Live) {
     // Beside most of the law its share says nothing.
     let share = if weak { String::new() } else { format!(", explains {} %", text(rounded(100.0 * one.explains, 2))) };
@@ -234,11 +241,13 @@ fn chart(one: &Missing, found: Option<&str>, weak: bool) -> (Chart, Live) {
         Series::line(format!("asked for by the record{share}"), one.curve.iter().map(|at| (at.0, at.1)).collect())
             .styled(YOURS.0, 0),
     ];
-    series.extend(
-        found
-            .filter(|_| !one.found.is_empty())
-            .map(|name| Series::line(format!("with {name}"), one.found.clone()).styled(1, 1)),
-    );
+    series.extend(found.filter(|_| !one.law.is_empty()).map(|name| {
+        Series::line(
+            format!("{} {name}", if one.stands_for_law.is_some() { "law of" } else { "with" }),
+            one.law.clone(),
+        )
+        .styled(1, 1)
+    }));
     let x = Axis::new(&one.over.name, &one.over.unit);
     let title = format!("{} at {}", one.what.name, one.at);
     let mut chart = Chart::new(&title, x, Axis::new("", &one.what.unit), series).high(190.0);
