@@ -1,12 +1,23 @@
 //! The law of an effect that was found, over the axis of a curve without a formula that acts where it does.
 
 use super::acting::{Acting, Ports, answers, determined, fluid_of};
-use super::missing::Found;
+use super::fitted_model::FittedModel;
 use super::states::Axis;
 use crate::model::InputSignals;
 use crate::physics::component::AnyLaw;
 use crate::physics::ports::PortVariables;
-use crate::rig::{NodeKind, Quantity, Rig};
+use crate::rig::{InstalledEffect, NodeKind, Quantity, Rig};
+
+/// An effect that was found, in the model that has it.
+#[derive(Debug, Clone, Copy)]
+pub struct Found<'a> {
+    pub model: &'a FittedModel,
+    pub effect: &'a InstalledEffect,
+    /// Values of the rig without it, SI.
+    pub nominal: &'a [f64],
+    /// Share of it that the model lacks which is asked what is missing.
+    pub lacking: f64,
+}
 
 /// The law of an effect over the axis of a curve that acts at the same nodes.
 pub(super) struct LawOnAxis {

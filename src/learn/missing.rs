@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::candidate::empirical;
 use super::fitted_model::FittedModel;
 use super::highest::readings;
-use super::law_on_axis::LawOnAxis;
+use super::law_on_axis::{Found, LawOnAxis};
 use super::run::Run;
 use super::states::{Axis, piece, stays};
 use crate::complaint::Complaint;
@@ -21,7 +21,7 @@ use crate::model::{InputSignals, Model};
 use crate::physics::effect::InitialGuess;
 use crate::physics::effect::spline::{Curve, HEIGHTS};
 use crate::record::Record;
-use crate::rig::{EffectInstance, InstalledEffect, Quantity, Rig, Target};
+use crate::rig::{EffectInstance, Quantity, Rig, Target};
 use crate::settings::LearningSettings;
 
 /// Points of a picture over the whole axis.
@@ -73,17 +73,6 @@ pub struct Missing {
     pub law: Vec<(f64, f64)>,
     /// Share of the law that the state determines where the curve acts at the same nodes; `None` where it does not stand for the law.
     pub stands_for_law: Option<f64>,
-}
-
-/// An effect that was found, in the model that has it.
-#[derive(Debug, Clone, Copy)]
-pub struct Found<'a> {
-    pub model: &'a FittedModel,
-    pub effect: &'a InstalledEffect,
-    /// Values of the rig without it, SI.
-    pub nominal: &'a [f64],
-    /// Share of it that the model lacks which is asked what is missing.
-    pub lacking: f64,
 }
 
 /// What may be missing at every place of a rig, what explains most first: beside the faults and all else as `base` has them,

@@ -44,7 +44,7 @@ mod highest;
 pub mod improve;
 mod lack_of_fit;
 #[cfg(feature = "cli")]
-mod law_on_axis;
+pub mod law_on_axis;
 #[cfg(feature = "cli")]
 pub mod missing;
 pub mod opened;
