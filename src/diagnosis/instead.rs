@@ -1,7 +1,7 @@
 //! Faults that do what a present one does, although from here they seem to do nothing.
 //!
 //! Two pistons that leak between the same lines leave the same record, and a leak begins with the cube of its gap: seen from the explanation
-//! by one of them, the other has no slope. So an absent fault is tried without the present one, at the size at which it does as much.
+//! by one of them, the other has no slope, or one that would ask more of it than it may be. So an absent fault is tried without the present one, at the size at which it does as much.
 //! Where the two do the same but for a factor, the combination with one in place of the other is fitted and weighed like the rest.
 
 use rayon::prelude::*;
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::case::Case;
 use super::hypotheses::Isolation;
 use super::unseen::gained;
-use super::weighing::Weighed;
+use super::weighing::{Weighed, inflation_between};
 use crate::estimation::{Options, Problem, ScoreTest};
 use crate::rig::FaultSet;
 
@@ -27,18 +27,28 @@ struct Substitute {
 /// by, fitted.
 pub fn instead(case: &Case<'_>, isolation: &Isolation) -> Vec<Weighed> {
     let set = isolation.set();
-    let is_unseen = |&fault: &usize| {
-        let is_open = !set.contains(fault) && !case.is_of_sensor(fault);
-        is_open && isolation.schur.sigma(set.with(fault).iter(), fault).is_none()
+    let schur = &isolation.schur;
+    let reached = schur.best(set.iter()).map_or(isolation.best.cost, |best| best.cost);
+    // A law that bends has no slope here, or another than where it would act; what the form then says of its size is no objection.
+    let is_open = |fault: usize, other: usize| {
+        let replaced = set.difference(FaultSet::of(fault)).with(other);
+        let inflation = inflation_between(replaced, set, &isolation.inflation);
+        schur.sigma(set.with(other).iter(), other).is_none()
+            || 0.5 * (schur.unbounded(replaced.iter()).cost - reached) / inflation < case.settings().isolation_evidence
     };
-    let absent: Vec<usize> = (0..case.faults()).filter(is_unseen).collect();
-    if absent.is_empty() {
+    let absent = || (0..case.faults()).filter(|&other| !set.contains(other) && !case.is_of_sensor(other));
+    let open: Vec<(usize, usize)> = set
+        .iter()
+        .flat_map(|fault| absent().map(move |other| (fault, other)))
+        .filter(|&(a, b)| is_open(a, b))
+        .collect();
+    if open.is_empty() {
         return Vec::new();
     }
     let present: Vec<Present<'_>> = set.iter().filter_map(|fault| Present::new(case, isolation, fault)).collect();
     let pairs: Vec<(&Present<'_>, usize, f64)> = present
         .iter()
-        .flat_map(|one| absent.iter().map(move |&other| (one, other)))
+        .flat_map(|one| open.iter().filter(|pair| pair.0 == one.fault).map(move |pair| (one, pair.1)))
         .flat_map(|(one, other)| case.levels(other, &PROBES[..1]).map(move |value| (one, other, value)))
         .collect();
     let replaced = |(one, other, value): (&Present<'_>, usize, f64)| one.replaced_by(other, value);

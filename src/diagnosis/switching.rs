@@ -273,10 +273,6 @@ impl<F: Fn(&Rig) -> Option<f64> + Sync> Search<'_, F> {
         };
         let cost = |&dynamics: &Dynamics| (self.fall)(&self.with(dynamics)?).map(|fall| -fall);
         let start = least(begin, &cost)?;
-        // Where nothing around the stated spool does better, the search has nowhere to go.
-        if start.1 >= 0.0 && self.at_hand().is_none() {
-            return None;
-        }
         let (best, cost) = pattern_search(start, patience(self.stated), around, cost);
         (cost < 0.0).then_some((best, -cost))
     }

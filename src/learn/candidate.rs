@@ -44,7 +44,7 @@ impl Candidate {
 
 /// Curves without a formula at every place, as if tried at their typical size.
 pub fn empirical(rig: &Rig) -> Vec<Candidate> {
-    let places = rig.effect_places().into_iter().filter(|placed| placed.effect.empirical);
+    let places = rig.distinct(rig.effect_places()).into_iter().filter(|placed| placed.effect.empirical);
     places
         .map(|placed| {
             let one = |free: &FreeParameter| {

@@ -49,9 +49,14 @@ pub fn candidates(estimate: &Estimate<'_>, base_point: usize, tolerance: f64) ->
 
 /// Effects that the rig may have and does not, each at its place; curves without a formula are none.
 pub(super) fn places(rig: &Rig) -> Vec<EffectInstance> {
-    rig.effect_places()
+    let is_there = |placed: &EffectInstance| {
+        rig.effects
+            .iter()
+            .any(|present| present.id == rig.effect_id(placed) || rig.is_same_law(&present.placed, placed))
+    };
+    rig.distinct(rig.effect_places())
         .into_iter()
-        .filter(|placed| rig.effects.iter().all(|present| present.id != rig.effect_id(placed)))
+        .filter(|placed| !is_there(placed))
         .filter(|placed| !placed.effect.empirical)
         // What is a fault of the rig competes as one.
         .filter(|placed| !(matches!(placed.effect.form, Form::ParameterChange) && bends_a_fault(rig, placed)))

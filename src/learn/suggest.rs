@@ -243,6 +243,8 @@ pub fn suggest_from(
             let more = beside(best, estimate.case.record)?;
             screening.join(&mut judged, more)?;
         }
+        let fewer = without_one(&judged);
+        screening.join(&mut judged, fewer)?;
     }
     screening.settle(&mut judged)?;
     if let Some(best) = judged.first()
@@ -345,6 +347,20 @@ fn beside(best: &EvaluatedModel, record: &Record) -> Result<Vec<Vec<Candidate>>,
     let least = worth(list.len(), 0.0);
     let asked = list.into_iter().filter(|one| one.score > least).take(settings.effects_beside);
     Ok(asked.map(|one| [best.effects.clone(), vec![Candidate { base_point: None, ..one }]].concat()).collect())
+}
+
+/// The best explanation without each of its effects in turn: one that others were found beside may be nothing with them.
+fn without_one(judged: &[EvaluatedModel]) -> Vec<Vec<Candidate>> {
+    let Some(best) = judged.first() else { return Vec::new() };
+    let all =
+        |out: usize| best.effects.iter().enumerate().filter(move |(at, _)| *at != out).map(|(_, one)| one.clone());
+    let is_new = |some: &Vec<Candidate>| {
+        let same = |one: &EvaluatedModel| {
+            one.effects.len() == some.len() && some.iter().all(|own| one.effects.iter().any(|other| other.id == own.id))
+        };
+        !some.is_empty() && !judged.iter().any(same)
+    };
+    (0..best.effects.len()).map(|out| all(out).collect()).filter(is_new).collect()
 }
 
 /// What would tell the best explanation from the first that is alike: an effect, or the faults of the model as given.

@@ -59,6 +59,41 @@ impl Rig {
             .collect()
     }
 
+    /// Those of some effects that are not the same law at the same nodes as one before them, such as the friction of the second of two
+    /// cylinders that move one body: what one does is what the other does.
+    pub(crate) fn distinct(&self, placed: Vec<EffectInstance>) -> Vec<EffectInstance> {
+        let mut kept: Vec<EffectInstance> = Vec::new();
+        for one in placed {
+            if !kept.iter().any(|other| self.is_same_law(other, &one)) {
+                kept.push(one);
+            }
+        }
+        kept
+    }
+
+    /// Whether two effects at their places are one law at the same nodes.
+    pub(crate) fn is_same_law(&self, a: &EffectInstance, b: &EffectInstance) -> bool {
+        let (Location::Component(first), Location::Component(second)) = (a.spot, b.spot) else { return false };
+        let value = |component: usize, name: &str| {
+            self.parameter(&format!("{}.{name}", self.components[component].name)).map(|at| self.parameters[at].value)
+        };
+        let alike = |name: &str| value(first, name) == value(second, name);
+        let [one, other] = [first, second].map(|at| &self.components[at]);
+        a.effect.name == b.effect.name
+            && match a.effect.form {
+                Form::Shunt { joints, shared, .. } => {
+                    self.joints(a.spot, joints) == self.joints(b.spot, joints)
+                        && shared.iter().all(|(_, theirs)| alike(theirs))
+                }
+                Form::ParameterChange => {
+                    one.card.kind == other.card.kind
+                        && one.ports == other.ports
+                        && one.card.parameters.iter().all(|own| alike(own.name))
+                }
+                Form::Series { .. } | Form::PressureLoss { .. } | Form::Reading { .. } => false,
+            }
+    }
+
     fn spots(&self, effect: &'static Effect) -> Vec<Location> {
         match effect.at {
             At::Fluid(_) => vec![Location::Fluid],

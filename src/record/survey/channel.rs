@@ -87,7 +87,7 @@ pub(super) fn survey(
         return findings;
     }
     if known.is_measured {
-        let length = length_beyond_chance(values);
+        let length = length_beyond_chance(values, scatter);
         let mut row = 0;
         for run in values.chunk_by(|a, b| a == b) {
             if length.is_some_and(|length| run.len() >= length) {
@@ -135,14 +135,15 @@ fn is_measured(channel: &Channel, noise: f64) -> bool {
     bends.get(bends.len() / 2).is_some_and(|median| *median >= MEASURED * noise)
 }
 
-/// Rows of one value from which on it is no chance, as often as neighbours are alike where the channel moves; `None` where
-/// they nearly always are.
-fn length_beyond_chance(values: &[f64]) -> Option<usize> {
+/// Rows of one value from which on it is no chance, as often as neighbours are alike where the channel moves, and as one at rest in the
+/// middle of a step of its last digit reads the same again; `None` where they nearly always are.
+fn length_beyond_chance(values: &[f64], scatter: Scatter) -> Option<usize> {
     let (mut alike, mut pairs) = (0, 0);
     for run in values.chunk_by(|a, b| a == b).filter(|run| run.len() < FEWEST) {
         (alike, pairs) = (alike + run.len() - 1, pairs + run.len());
     }
-    let share = (alike as f64 / f64::from(pairs.max(1) as u32)).max(1e-3);
+    let at_rest = statrs::function::erf::erf(0.5 * scatter.resolution / (scatter.noise * std::f64::consts::SQRT_2));
+    let share = (alike as f64 / f64::from(pairs.max(1) as u32)).max(at_rest).max(1e-3);
     if share > 0.8 {
         return None;
     }
@@ -169,6 +170,17 @@ fn is_spike(values: &[f64], row: usize, noise: f64) -> bool {
 mod tests {
     use super::*;
     use crate::units::Unit;
+
+    #[test]
+    fn one_value_of_a_coarse_sensor_at_rest_is_no_doubt() {
+        // Half of the steps move by less than a digit, half stand in the middle of one, which noise leaves in four rows of ten.
+        let scatter = |resolution| Scatter { noise: 0.15, resolution };
+        let moving: Vec<f64> = (0..2000).map(f64::from).collect();
+        assert_eq!(length_beyond_chance(&moving, scatter(0.0)), Some(FEWEST));
+        // 0.584 to the power of 27 is one in two millions.
+        assert_eq!(length_beyond_chance(&moving, scatter(0.244)), Some(28));
+        assert_eq!(length_beyond_chance(&moving, scatter(0.5)), None);
+    }
 
     /// Noise of standard deviation 1 that no chance repeats, rounded to a fifth of it.
     fn noisy(rows: usize) -> Vec<f64> {

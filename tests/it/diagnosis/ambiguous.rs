@@ -10,26 +10,38 @@ use crate::support::cycle::Run;
 
 const FILTER: &str = "fixtures/own_filter/rig.toml";
 
-/// The filter with two gaps in parallel that leak past it with the cube of their width: where one is, the other has no slope.
-fn with_two_gaps() -> Rig {
+/// The filter with two gaps in parallel that leak past it with the cube of their width, each of a width in mm when new: where one is, the
+/// other has no slope, or little.
+fn with_two_gaps(new: f64) -> Rig {
     let text = fs::read_to_string(FILTER).unwrap();
     let gap = "\n[own_components.gap]\nmeaning = \"Gap past a seat.\"\nsymbol = \"restrictor\"\n\
                ports = { in = \"hydraulic\", out = \"hydraulic\" }\n\
-               parameters.width = { unit = \"mm\", default = \"0 mm\", bounds = [\"0 mm\", \"1 mm\"], meaning = \"width of the gap\" }\n\
+               parameters.width = { unit = \"mm\", default = \"NEW mm\", bounds = [\"0 mm\", \"1 mm\"], meaning = \"width of the gap\" }\n\
                flow = { from = \"in\", to = \"out\", formula = \"[500 L/min/bar/mm^3] * width^3 * (in.p - out.p)\" }\n\n[nodes]\n";
     let placed =
         |name: &str| format!("{name} = {{ kind = \"own:gap\", ports = {{ in = \"dirty\", out = \"clean\" }} }}\n");
-    let fault = |name: &str| format!("\"{name}.width\" = {{ healthy = \"0 mm\", bounds = [\"0 mm\", \"0.5 mm\"] }}\n");
+    let fault =
+        |name: &str| format!("\"{name}.width\" = {{ healthy = \"NEW mm\", bounds = [\"0 mm\", \"0.5 mm\"] }}\n");
     let text = text
         .replace("\n[nodes]\n", gap)
         .replace("\n[components]\n", &format!("\n[components]\n{}{}", placed("left"), placed("right")))
         .replace("\n[faults]\n", &format!("\n[faults]\n{}{}", fault("left"), fault("right")));
-    Rig::parse("gaps.toml", text).unwrap()
+    Rig::parse("gaps.toml", text.replace("NEW mm", &format!("{new} mm"))).unwrap()
 }
 
 #[test]
 fn a_fault_without_slope_where_it_is_healthy_stands_beside_its_twin() {
-    let model = Model::new(with_two_gaps());
+    stands_beside_its_twin(0.0);
+}
+
+#[test]
+fn a_fault_with_little_slope_where_it_is_healthy_stands_beside_its_twin() {
+    stands_beside_its_twin(0.05);
+}
+
+/// One of two gaps has become 0.2 mm wide.
+fn stands_beside_its_twin(new: f64) {
+    let model = Model::new(with_two_gaps(new));
     let record = Run::of(&model).with_quantities(&[("left.width", "0.2 mm")]).seed(3).record("gap");
     let found = diagnose(&model, &record, &DiagnosisOptions::default()).unwrap().diagnosis;
     assert_eq!(found.ambiguity, [["left.width", "right.width"]], "{found:?}");
