@@ -155,6 +155,18 @@ impl<'a> Case<'a> {
         SetProblem { case: self, bounds, prior: self.prior(set) }
     }
 
+    /// The same with further parameters held where they are, SI.
+    pub fn problem_beside(
+        &self,
+        set: FaultSet,
+        held: impl Iterator<Item = usize>,
+        theta: &[f64],
+    ) -> SetProblem<'_, 'a> {
+        let mut problem = self.problem(set);
+        held.for_each(|index| problem.bounds[index] = (theta[index], theta[index]));
+        problem
+    }
+
     /// The local model at values of all estimated parameters, SI.
     ///
     /// # Errors

@@ -74,7 +74,7 @@ struct Present<'a> {
     without: (Vec<f64>, Vec<f64>),
     /// What it does to the misfits.
     does: Vec<f64>,
-    /// Of changes beside the best explanation, everything but this fault following.
+    /// Of changes beside the best explanation, everything uncertain following but absent faults of components.
     test: ScoreTest<'a>,
 }
 
@@ -83,7 +83,10 @@ impl<'a> Present<'a> {
     fn new(case: &'a Case<'a>, isolation: &'a Isolation, fault: usize) -> Option<Self> {
         let (set, best) = (isolation.set(), &isolation.best);
         let others = set.difference(FaultSet::of(fault));
-        let test = isolation.local.score_test(&case.problem(others), &best.theta, &best.misfit).ok()?;
+        // Neither it nor what may stand in its place follows: one that a calibration has found would take over its own change.
+        let held = (0..case.faults()).filter(|&fault| !others.contains(fault) && !case.is_of_sensor(fault));
+        let beside = case.problem_beside(others, held, &best.theta);
+        let test = isolation.local.score_test(&beside, &best.theta, &best.misfit).ok()?;
         let mut theta = best.theta.clone();
         theta[fault] = case.mean[fault];
         let misfit = case.full.misfit(&theta).ok()?;
