@@ -9,12 +9,15 @@ use rayon::prelude::*;
 use super::case::Case;
 use super::hypotheses::Isolation;
 use super::unseen::gained;
-use super::weighing::{Weighed, inflation_between};
-use crate::estimation::{Options, Problem, ScoreTest};
+use super::weighing::Weighed;
+use crate::estimation::{LocalModel, Options, Problem, SchurComplement, ScoreTest};
 use crate::rig::FaultSet;
 
 /// Shares of the way to a bound at which it is asked what an absent fault does, and with which power that begins.
 const PROBES: [f64; 2] = [0.35, 0.175];
+
+/// Share of the squares of what a fault does, to first order, that may be left beside another of which it is asked what it does.
+const HALF: f64 = 0.5;
 
 /// One fault in place of another: the share of what the other does that is left of it, and where to start.
 struct Substitute {
@@ -27,28 +30,14 @@ struct Substitute {
 /// by, fitted.
 pub fn instead(case: &Case<'_>, isolation: &Isolation) -> Vec<Weighed> {
     let set = isolation.set();
-    let schur = &isolation.schur;
-    let reached = schur.best(set.iter()).map_or(isolation.best.cost, |best| best.cost);
-    // A law that bends has no slope here, or another than where it would act; what the form then says of its size is no objection.
-    let is_open = |fault: usize, other: usize| {
-        let replaced = set.difference(FaultSet::of(fault)).with(other);
-        let inflation = inflation_between(replaced, set, &isolation.inflation);
-        schur.sigma(set.with(other).iter(), other).is_none()
-            || 0.5 * (schur.unbounded(replaced.iter()).cost - reached) / inflation < case.settings().isolation_evidence
-    };
     let absent = || (0..case.faults()).filter(|&other| !set.contains(other) && !case.is_of_sensor(other));
-    let open: Vec<(usize, usize)> = set
-        .iter()
-        .flat_map(|fault| absent().map(move |other| (fault, other)))
-        .filter(|&(a, b)| is_open(a, b))
-        .collect();
-    if open.is_empty() {
+    if absent().next().is_none() {
         return Vec::new();
     }
     let present: Vec<Present<'_>> = set.iter().filter_map(|fault| Present::new(case, isolation, fault)).collect();
     let pairs: Vec<(&Present<'_>, usize, f64)> = present
         .iter()
-        .flat_map(|one| open.iter().filter(|pair| pair.0 == one.fault).map(move |pair| (one, pair.1)))
+        .flat_map(|one| absent().filter(|&other| one.may_be(other)).map(move |other| (one, other)))
         .flat_map(|(one, other)| case.levels(other, &PROBES[..1]).map(move |value| (one, other, value)))
         .collect();
     let replaced = |(one, other, value): (&Present<'_>, usize, f64)| one.replaced_by(other, value);
@@ -76,6 +65,8 @@ struct Present<'a> {
     does: Vec<f64>,
     /// Of changes beside the best explanation, everything uncertain following but absent faults of components.
     test: ScoreTest<'a>,
+    local: &'a LocalModel,
+    schur: &'a SchurComplement,
 }
 
 impl<'a> Present<'a> {
@@ -91,7 +82,32 @@ impl<'a> Present<'a> {
         theta[fault] = case.mean[fault];
         let misfit = case.full.misfit(&theta).ok()?;
         let does = best.misfit.iter().zip(&misfit).map(|(with, without)| with - without).collect();
-        Some(Self { case, fault, set, without: (theta, misfit), does, test })
+        let (local, schur) = (&isolation.local, &isolation.schur);
+        Some(Self { case, fault, set, without: (theta, misfit), does, test, local, schur })
+    }
+
+    /// Whether it is asked what another fault does: one of which nothing is seen from here, or that leaves traces which are half like those of
+    /// this one. Those of a law that bends turn with its size, as leakage by pressure and by drag grow with other powers of a gap.
+    fn may_be(&self, other: usize) -> bool {
+        let column = |fault: usize| self.local.jacobian().column(fault).iter().copied().collect::<Vec<f64>>();
+        let (this, that) = (column(self.fault), column(other));
+        let product = self.product(&this, &that).abs();
+        self.sees_nothing_of(other) || alike(self.own(&this), self.own(&that), product, HALF).is_some()
+    }
+
+    fn sees_nothing_of(&self, other: usize) -> bool {
+        self.schur.sigma(self.set.with(other).iter(), other).is_none()
+    }
+
+    /// What nothing that follows can take over of a change, squared.
+    fn own(&self, change: &[f64]) -> f64 {
+        self.test.of(change).information
+    }
+
+    /// The same of the product of two.
+    fn product(&self, one: &[f64], other: &[f64]) -> f64 {
+        let both: Vec<f64> = one.iter().zip(other).map(|(a, b)| a + b).collect();
+        0.5 * (self.own(&both) - self.own(one) - self.own(other))
     }
 
     /// What another fault does in place of it at a value, SI.
@@ -113,10 +129,8 @@ impl<'a> Present<'a> {
         let (low, high) = case.rig().faults[other].bounds;
         let value = (healthy + first.factor.powf(power.recip()) * (value - healthy)).clamp(low, high);
         let does = self.done_by(other, value)?;
-        let own = |change: &[f64]| self.test.of(change).information;
-        let both: Vec<f64> = self.does.iter().zip(&does).map(|(a, b)| a + b).collect();
-        let (this, that) = (own(&self.does), own(&does));
-        let Alike { left, .. } = alike(this, that, 0.5 * (own(&both) - this - that), case.settings().unforeseen_share)?;
+        let (this, that, product) = (self.own(&self.does), self.own(&does), self.product(&self.does, &does));
+        let Alike { left, .. } = alike(this, that, product, case.settings().unforeseen_share)?;
         let mut theta = self.without.0.clone();
         theta[other] = value;
         Some(Substitute { left, set: self.set.difference(FaultSet::of(self.fault)).with(other), theta })

@@ -93,26 +93,18 @@ impl SchurComplement {
     /// The best deviations of some parameters; `None` where one that can only go one way would have to go the other.
     pub fn best(&self, parameters: impl Iterator<Item = usize>) -> Option<Best> {
         let all: Vec<usize> = parameters.collect();
-        let slack: Vec<(f64, f64)> = all.iter().map(|&i| self.slack[i]).collect();
-        let best = self.least(&all, &slack);
-        let stays = |(d, (low, high)): (&f64, &(f64, f64))| *d == 0.0 && (*low == 0.0 || *high == 0.0);
-        if best.deviation.iter().zip(&slack).any(stays) { None } else { Some(best) }
-    }
-
-    /// The same as if nothing bounded them: where a law bends, a value within its bounds may do what the form asks for beyond them.
-    pub fn unbounded(&self, parameters: impl Iterator<Item = usize>) -> Best {
-        let all: Vec<usize> = parameters.collect();
-        self.least(&all, &vec![(f64::NEG_INFINITY, f64::INFINITY); all.len()])
-    }
-
-    fn least(&self, all: &[usize], slack: &[(f64, f64)]) -> Best {
-        let a = self.columns(all);
+        let a = self.columns(&all);
         let b = self.triangle.z.rows(0, a.nrows()).into_owned();
         let damping: Vec<f64> = all.iter().map(|&i| (TRACE * self.spread[i]).sqrt()).collect();
-        let deviation = bounded_step(Linear { a: &a, b: &b, damping: &damping }, slack);
+        let slack: Vec<(f64, f64)> = all.iter().map(|&i| self.slack[i]).collect();
+        let deviation = bounded_step(Linear { a: &a, b: &b, damping: &damping }, &slack);
+        let stays = |(d, (low, high)): (&f64, &(f64, f64))| *d == 0.0 && (*low == 0.0 || *high == 0.0);
+        if deviation.iter().zip(&slack).any(stays) {
+            return None;
+        }
         let left = &a * DVector::from_column_slice(&deviation) + b;
         let below = self.triangle.z.rows_range(a.nrows()..).norm_squared();
-        Best { cost: self.constant + left.norm_squared() + below, deviation }
+        Some(Best { cost: self.constant + left.norm_squared() + below, deviation })
     }
 
     /// Logarithm of the share of their prior volume that the record leaves some parameters; see [`occam`]. `inflation`
