@@ -11,6 +11,7 @@ use super::result::{OffDataSheet, OffSheetValue};
 use super::weighed::unweighed;
 use super::weighing::{Around, inflations};
 use super::{DIGITS, Diagnosed, FittedReport};
+use crate::estimation::profile::QUANTILE;
 use crate::model::{InputSignals, Model};
 use crate::number::rounded;
 use crate::record::Record;
@@ -113,6 +114,16 @@ fn deviations<'a>(freed: &'a Rig, found: &'a Diagnosed) -> impl Iterator<Item = 
         let parameter = &freed.parameters[index];
         Some((index, (parameter.unit.to_si(fitted.value) - healthy[index]).abs() / parameter.sigma, fitted))
     })
+}
+
+/// Parameters of declared faults that were freed and found further from healthy than new parts differ (95 %), no fault being present: what
+/// a rig file declares as a fault is one then, and no deviation of a new part.
+pub(super) fn changed(stated: &Rig, freed: &Rig, found: &Diagnosed) -> Vec<usize> {
+    let is_freed = |index: usize| stated.parameters.get(index).is_some_and(|parameter| parameter.sigma == 0.0);
+    deviations(freed, found)
+        .filter(|&(index, away, _)| away > QUANTILE && is_freed(index) && stated.is_fault(index))
+        .map(|(index, ..)| index)
+        .collect()
 }
 
 /// Whether nothing is further off than parts are: neither values of the file nor margins.

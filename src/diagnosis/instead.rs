@@ -1,7 +1,7 @@
 //! Faults that do what a present one does, although from here they seem to do nothing.
 //!
 //! Two pistons that leak between the same lines leave the same record, and a leak begins with the cube of its gap: seen from the explanation
-//! by one of them, the other has no slope, or one that would ask more of it than it may be. So an absent fault is tried without the present one, at the size at which it does as much.
+//! by one of them, the other has no slope, or leaves other traces than at its size. So an absent fault is tried without the present one, at the size at which it does as much.
 //! Where the two do the same but for a factor, the combination with one in place of the other is fitted and weighed like the rest.
 
 use rayon::prelude::*;
@@ -10,13 +10,13 @@ use super::case::Case;
 use super::hypotheses::Isolation;
 use super::unseen::gained;
 use super::weighing::Weighed;
-use crate::estimation::{LocalModel, Options, Problem, SchurComplement, ScoreTest};
+use crate::estimation::{Options, Problem, ScoreTest};
 use crate::rig::FaultSet;
 
 /// Shares of the way to a bound at which it is asked what an absent fault does, and with which power that begins.
 const PROBES: [f64; 2] = [0.35, 0.175];
 
-/// Share of the squares of what a fault does, to first order, that may be left beside another of which it is asked what it does.
+/// Share of the squares of what a fault does that may be left beside another, at another size, for it to be asked at the size that does as much.
 const HALF: f64 = 0.5;
 
 /// One fault in place of another: the share of what the other does that is left of it, and where to start.
@@ -37,7 +37,7 @@ pub fn instead(case: &Case<'_>, isolation: &Isolation) -> Vec<Weighed> {
     let present: Vec<Present<'_>> = set.iter().filter_map(|fault| Present::new(case, isolation, fault)).collect();
     let pairs: Vec<(&Present<'_>, usize, f64)> = present
         .iter()
-        .flat_map(|one| absent().filter(|&other| one.may_be(other)).map(move |other| (one, other)))
+        .flat_map(|one| absent().map(move |other| (one, other)))
         .flat_map(|(one, other)| case.levels(other, &PROBES[..1]).map(move |value| (one, other, value)))
         .collect();
     let replaced = |(one, other, value): (&Present<'_>, usize, f64)| one.replaced_by(other, value);
@@ -65,8 +65,6 @@ struct Present<'a> {
     does: Vec<f64>,
     /// Of changes beside the best explanation, everything uncertain following but absent faults of components.
     test: ScoreTest<'a>,
-    local: &'a LocalModel,
-    schur: &'a SchurComplement,
 }
 
 impl<'a> Present<'a> {
@@ -82,21 +80,7 @@ impl<'a> Present<'a> {
         theta[fault] = case.mean[fault];
         let misfit = case.full.misfit(&theta).ok()?;
         let does = best.misfit.iter().zip(&misfit).map(|(with, without)| with - without).collect();
-        let (local, schur) = (&isolation.local, &isolation.schur);
-        Some(Self { case, fault, set, without: (theta, misfit), does, test, local, schur })
-    }
-
-    /// Whether it is asked what another fault does: one of which nothing is seen from here, or that leaves traces which are half like those of
-    /// this one. Those of a law that bends turn with its size, as leakage by pressure and by drag grow with other powers of a gap.
-    fn may_be(&self, other: usize) -> bool {
-        let column = |fault: usize| self.local.jacobian().column(fault).iter().copied().collect::<Vec<f64>>();
-        let (this, that) = (column(self.fault), column(other));
-        let product = self.product(&this, &that).abs();
-        self.sees_nothing_of(other) || alike(self.own(&this), self.own(&that), product, HALF).is_some()
-    }
-
-    fn sees_nothing_of(&self, other: usize) -> bool {
-        self.schur.sigma(self.set.with(other).iter(), other).is_none()
+        Some(Self { case, fault, set, without: (theta, misfit), does, test })
     }
 
     /// What nothing that follows can take over of a change, squared.
@@ -121,10 +105,10 @@ impl<'a> Present<'a> {
     /// The start with another fault in its place, which is tried first at a value, SI; `None` where it does the opposite or something else.
     fn replaced_by(&self, other: usize, value: f64) -> Option<Substitute> {
         let (case, healthy) = (self.case, self.case.mean[other]);
-        let (far, near) =
-            (self.done_by(other, value)?, self.done_by(other, healthy + PROBES[1] / PROBES[0] * (value - healthy))?);
-        // Only that they act in one direction: how alike they are is asked below, where everything else follows.
-        let first = alike(dot(&self.does, &self.does), dot(&far, &far), dot(&self.does, &far), 1.0)?;
+        let far = self.done_by(other, value)?;
+        // Whether they act in one direction: how alike they are is asked below, where everything else follows.
+        let first = alike(dot(&self.does, &self.does), dot(&far, &far), dot(&self.does, &far), HALF)?;
+        let near = self.done_by(other, healthy + PROBES[1] / PROBES[0] * (value - healthy))?;
         let power = 0.5 * (dot(&far, &far) / dot(&near, &near)).ln() / (PROBES[0] / PROBES[1]).ln();
         let (low, high) = case.rig().faults[other].bounds;
         let value = (healthy + first.factor.powf(power.recip()) * (value - healthy)).clamp(low, high);

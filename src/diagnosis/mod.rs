@@ -132,12 +132,21 @@ fn or_by_data_sheet(
     stated: Diagnosed,
     options: &DiagnosisOptions,
 ) -> Result<Diagnosed, Complaint> {
-    let Some(freed) = data_sheet::doubted(model, record, &stated) else { return Ok(stated) };
-    let deviating = Model::new(freed).with_tolerance(model.tolerance);
+    let Some(mut freed) = data_sheet::doubted(model, record, &stated) else { return Ok(stated) };
     let is_better = |estimate: &Estimate<'_>| stated.is_outdone_by(estimate, &model.rig, record, 0.0);
-    let attempt = Attempt { is_wanted: Some(&is_better), ..Attempt::default() };
-    let Some(found) = diagnose_again(&deviating, record, (&[], None), options, attempt)? else { return Ok(stated) };
-    Ok(data_sheet::preferred(&model.rig, record, &stated, (deviating.rig, found)).unwrap_or(stated))
+    loop {
+        let deviating = Model::new(freed).with_tolerance(model.tolerance);
+        let attempt = Attempt { is_wanted: Some(&is_better), ..Attempt::default() };
+        let found = diagnose_again(&deviating, record, (&[], None), options, attempt)?;
+        freed = deviating.rig;
+        let Some(found) = found else { return Ok(stated) };
+        let changed = data_sheet::changed(&model.rig, &freed, &found);
+        if changed.is_empty() {
+            return Ok(data_sheet::preferred(&model.rig, record, &stated, (freed, found)).unwrap_or(stated));
+        }
+        // They are faults or nothing.
+        changed.into_iter().for_each(|parameter| freed.parameters[parameter].sigma = 0.0);
+    }
 }
 
 /// The same with every value as the rig file has it.

@@ -14,7 +14,7 @@ use crate::complaint::Complaint;
 use crate::diagnosis::{self, Diagnosed, Diagnosis, DiagnosisOptions, DynamicsReport, MissingEffect, Verdict};
 use crate::model::Model;
 use crate::record::Record;
-use crate::rig::Rig;
+use crate::rig::{Location, Rig};
 
 /// Diagnoses one record of a rig. Where faults do not explain it, they are sought beside the effect that the model lacks, if the
 /// library has one that explains more; the verdict stays [`Verdict::ModelInadequate`], and
@@ -34,10 +34,13 @@ fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> 
         let record = given.record(record);
         let rivals = rival_effects(given.rig(&model.rig), record, &given.diagnosis)?;
         given.diagnosis.rival_effects = rivals;
-        return Ok(given);
+        if !is_outdone(&model.rig, &given.diagnosis) {
+            return Ok(given);
+        }
     }
-    let bent = !given.diagnosis.is_explained() && given.diagnosis.present().next().is_some();
-    if !bent || given.diagnosis.is_misread() {
+    let (explained, noise) = (given.diagnosis.is_explained(), given.diagnosis.times_noise);
+    let bent = given.diagnosis.present().next().is_some();
+    if !bent || (explained && given.diagnosis.rival_effects.is_empty()) || given.diagnosis.is_misread() {
         return Ok(given);
     }
     let seen = given.record(record);
@@ -47,7 +50,9 @@ fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> 
     let beside = diagnosis::diagnose_near(&with_effect, seen, (&best.trial.values, best.trial.set), options)?;
     // What comes nearest without explaining the record is not what the model lacks, and faults beside it mean nothing.
     let is_unknown = suggestion.conclusion == Conclusion::UnknownEffect && !beside.diagnosis.is_explained();
-    if is_unknown || beside.diagnosis.times_noise >= given.diagnosis.times_noise {
+    let share = if explained { model.rig.settings().learn.clear_share } else { 0.0 };
+    let no_better = explained && !beside.diagnosis.is_explained();
+    if is_unknown || no_better || beside.diagnosis.times_noise >= (1.0 - share) * noise {
         return Ok(given);
     }
     let mut joined = joined(given, beside, best, with_effect.rig);
@@ -56,6 +61,15 @@ fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> 
     joined.diagnosis.dynamics.retain(|one| !is_told(one));
     joined.diagnosis.dynamics.splice(0..0, dynamics);
     Ok(joined)
+}
+
+/// Whether an effect in place of a fault explains a record better than the faults do that explain it within what the rig file allows, and
+/// there is clearly more than noise for it to explain. One of a sensor takes up what a rig file has wrong elsewhere.
+fn is_outdone(rig: &Rig, diagnosis: &Diagnosis) -> bool {
+    let settings = &rig.settings().learn;
+    let of_sensor = |effect: &str| rig.placed(effect).is_ok_and(|placed| matches!(placed.spot, Location::Sensor(_)));
+    diagnosis.times_noise * (1.0 - settings.clear_share) > 1.0
+        && diagnosis.rival_effects.iter().any(|one| one.delta_bic > settings.rival_bic && !of_sensor(&one.effect))
 }
 
 impl Model {
