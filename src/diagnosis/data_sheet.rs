@@ -119,11 +119,15 @@ fn deviations<'a>(freed: &'a Rig, found: &'a Diagnosed) -> impl Iterator<Item = 
 /// Parameters of declared faults that were freed and found further from healthy than new parts differ (95 %), no fault being present: what
 /// a rig file declares as a fault is one then, and no deviation of a new part.
 pub(super) fn changed(stated: &Rig, freed: &Rig, found: &Diagnosed) -> Vec<usize> {
-    let is_freed = |index: usize| stated.parameters.get(index).is_some_and(|parameter| parameter.sigma == 0.0);
     deviations(freed, found)
-        .filter(|&(index, away, _)| away > QUANTILE && is_freed(index) && stated.is_fault(index))
+        .filter(|&(index, away, _)| away > QUANTILE && is_freed(stated, freed, index) && stated.is_fault(index))
         .map(|(index, ..)| index)
         .collect()
+}
+
+/// Whether a value is less certain than the file has it. Margins stand behind the parameters of the file, which says nothing of them.
+fn is_freed(stated: &Rig, freed: &Rig, index: usize) -> bool {
+    stated.parameters.get(index).is_some_and(|parameter| parameter.sigma < freed.parameters[index].sigma)
 }
 
 /// Whether nothing is further off than parts are: neither values of the file nor margins.
@@ -134,9 +138,7 @@ fn is_as_parts_are(freed: &Rig, found: &Diagnosed) -> bool {
 /// What was freed, the furthest from what is stated first.
 fn values(stated: &Rig, freed: &Rig, found: &Diagnosed) -> Vec<OffSheetValue> {
     let healthy = freed.healthy();
-    // Margins stand behind the parameters of the file, which says nothing of them.
-    let is_freed = |index: usize| stated.parameters.get(index).is_some_and(|parameter| parameter.sigma == 0.0);
-    let mut values: Vec<_> = deviations(freed, found).filter(|&(index, ..)| is_freed(index)).collect();
+    let mut values: Vec<_> = deviations(freed, found).filter(|&(index, ..)| is_freed(stated, freed, index)).collect();
     values.sort_by(|a, b| b.1.total_cmp(&a.1));
     let one = |(index, _, fitted): (usize, f64, &FittedReport)| {
         let parameter = &freed.parameters[index];

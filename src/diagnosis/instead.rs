@@ -16,8 +16,12 @@ use crate::rig::FaultSet;
 /// Shares of the way to a bound at which it is asked what an absent fault does, and with which power that begins.
 const PROBES: [f64; 2] = [0.35, 0.175];
 
-/// Share of the squares of what a fault does that may be left beside another, at another size, for it to be asked at the size that does as much.
-const HALF: f64 = 0.5;
+/// Share of the squares of what a fault does that may be left beside another at another size, for it to be asked at the size that does as
+/// much: a leak twice as large has a piston stop elsewhere, and little of the one is like the other.
+const MOST_LEFT: f64 = 0.9;
+/// Sizes at which that is sought, and the share of a size that a further one is worth.
+const SIZES: usize = 4;
+const SAME: f64 = 1e-3;
 
 /// One fault in place of another: the share of what the other does that is left of it, and where to start.
 struct Substitute {
@@ -105,14 +109,26 @@ impl<'a> Present<'a> {
     /// The start with another fault in its place, which is tried first at a value, SI; `None` where it does the opposite or something else.
     fn replaced_by(&self, other: usize, value: f64) -> Option<Substitute> {
         let (case, healthy) = (self.case, self.case.mean[other]);
-        let far = self.done_by(other, value)?;
-        // Whether they act in one direction: how alike they are is asked below, where everything else follows.
-        let first = alike(dot(&self.does, &self.does), dot(&far, &far), dot(&self.does, &far), HALF)?;
-        let near = self.done_by(other, healthy + PROBES[1] / PROBES[0] * (value - healthy))?;
-        let power = 0.5 * (dot(&far, &far) / dot(&near, &near)).ln() / (PROBES[0] / PROBES[1]).ln();
+        let alike_at = |change: &[f64]| {
+            alike(dot(&self.does, &self.does), dot(change, change), dot(&self.does, change), MOST_LEFT)
+        };
         let (low, high) = case.rig().faults[other].bounds;
-        let value = (healthy + first.factor.powf(power.recip()) * (value - healthy)).clamp(low, high);
-        let does = self.done_by(other, value)?;
+        let far = self.done_by(other, value)?;
+        alike_at(&far)?;
+        let between = healthy + PROBES[1] / PROBES[0] * (value - healthy);
+        let (mut before, mut value, mut does) = ((between, self.done_by(other, between)?), value, far);
+        for _ in 0..SIZES {
+            // It does as much where it would with the power with which it grew from the size before to this one.
+            let grown = 0.5 * (dot(&does, &does) / dot(&before.1, &before.1)).ln();
+            let power = grown / ((value - healthy) / (before.0 - healthy)).ln();
+            let factor = alike_at(&does)?.factor;
+            let next = (healthy + factor.powf(power.recip()) * (value - healthy)).clamp(low, high);
+            if !next.is_finite() || (next - value).abs() <= SAME * (value - healthy).abs() {
+                break;
+            }
+            before = (value, std::mem::replace(&mut does, self.done_by(other, next)?));
+            value = next;
+        }
         let (this, that, product) = (self.own(&self.does), self.own(&does), self.product(&self.does, &does));
         let Alike { left, .. } = alike(this, that, product, case.settings().unforeseen_share)?;
         let mut theta = self.without.0.clone();

@@ -145,7 +145,8 @@ fn or_by_data_sheet(
             return Ok(data_sheet::preferred(&model.rig, record, &stated, (freed, found)).unwrap_or(stated));
         }
         // They are faults or nothing.
-        changed.into_iter().for_each(|parameter| freed.parameters[parameter].sigma = 0.0);
+        let stated = &model.rig.parameters;
+        changed.into_iter().for_each(|parameter| freed.parameters[parameter].sigma = stated[parameter].sigma);
     }
 }
 

@@ -90,15 +90,7 @@ fn beyond_events(comparison: &Comparison) -> Vec<String> {
 fn headline(comparison: &Comparison) -> Vec<String> {
     let error = times(comparison.times_noise);
     let line = match &comparison.with_faults {
-        _ if comparison.adequate => {
-            if comparison.times_noise > ABOVE_NOISE {
-                format!(
-                    "ADEQUATE only within tolerance: {error} is left, which the rig file allows by the tolerance of sensors and where valves switch."
-                )
-            } else {
-                format!("ADEQUATE: your model explains the record, {error}.")
-            }
-        }
+        _ if comparison.adequate => super::learn::adequate(comparison),
         Some(with) if with.adequate => {
             format!("MISFIT: your model does not explain the record, {error}; with the faults below it does.")
         }

@@ -260,7 +260,7 @@ impl Ledger {
         let curves = self.effects.iter().filter(|effect| effect.parameters.len() > SIZES);
         lines.extend(curves.map(|curve| format!("{}: a curve of {} values", curve.id, curve.parameters.len())));
         if let Some(rise) = &self.rise {
-            lines.extend(rise.lines());
+            lines.extend(rise.lines(&self.rig));
         }
         lines.extend(self.declined.iter().flat_map(|declined| wrapped(&declined.sentence(), "  ")));
         lines.extend(self.caveats().take(WARNINGS).flat_map(|caveat| wrapped(&caveat, "  ")));

@@ -85,11 +85,24 @@ pub(crate) fn times(times_noise: f64) -> String {
     format!("{} the sensor noise", multiple(times_noise))
 }
 
+/// Error from which on a model that is adequate owes a word, times the sensor noise.
+const ABOVE_NOISE: f64 = 1.2;
+
+/// What is said of a model that is adequate.
+pub(super) fn adequate(comparison: &Comparison) -> String {
+    let error = times(comparison.times_noise);
+    if comparison.times_noise > ABOVE_NOISE {
+        format!(
+            "ADEQUATE only within tolerance: {error} is left, which the rig file allows by the tolerance of sensors and where valves switch."
+        )
+    } else {
+        format!("ADEQUATE: your model explains the record, {error}.")
+    }
+}
+
 /// The comparison in one line: the faults that explain a record, or where its misfit is.
 pub(crate) fn comparison_headline(comparison: &Comparison) -> String {
-    let Some(place) = &comparison.place else {
-        return "ADEQUATE: your model explains the record within noise and tolerance.".to_owned();
-    };
+    let Some(place) = &comparison.place else { return adequate(comparison) };
     let misfit = format!("MISFIT: your model does not explain the record, {}", times(comparison.times_noise));
     match comparison.with_faults.as_ref().filter(|with| with.adequate) {
         None => format!("{misfit}. {}", sits(place)),

@@ -39,7 +39,7 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
         }
     }
     if let Some(rise) = rise {
-        lines.extend(rise.lines());
+        lines.extend(rise.lines(&report.rig));
     }
     lines.extend(report.place.as_ref().map(sits).into_iter().flat_map(|words| wrapped(&words, "  ")));
     lines.extend(learnt_with(&report.dynamics).into_iter().flat_map(|words| wrapped(&words, "  ")));

@@ -121,10 +121,12 @@ impl Rise {
         }
     }
 
-    /// Sentence and formula in lines of a text.
-    pub fn lines(&self) -> Vec<String> {
+    /// Sentence and formula in lines of a text; `rig` is the file that lacks it.
+    pub fn lines(&self, rig: &str) -> Vec<String> {
         let mut lines = wrapped(&self.sentence(), "  ");
-        lines.push("As a law, for the rig file; `suggest` judges it like any other effect:".to_owned());
+        let put =
+            format!("As a law: put it into {rig}, and run the command again; it is judged like any other effect.");
+        lines.extend(wrapped(&put, "  "));
         lines.extend(self.formula().lines().map(|line| format!("  {line}")));
         lines
     }

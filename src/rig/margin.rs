@@ -50,6 +50,13 @@ impl Rig {
         for parameter in rig.parameters.iter_mut().filter(|parameter| parameter.sigma == 0.0) {
             parameter.sigma = parameter.spread;
         }
+        // What the file leaves unsaid of an offset is its tolerance, which is that of a sensor that was trimmed.
+        for sensor in self.sensors.iter().filter(|sensor| !sensor.tolerance_is_stated) {
+            let offset = &mut rig.parameters[sensor.first_parameter];
+            if offset.sigma == sensor.tolerance {
+                offset.sigma = offset.spread.max(offset.sigma);
+            }
+        }
         Some(rig)
     }
 

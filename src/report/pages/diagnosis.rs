@@ -115,7 +115,7 @@ fn verdict(rig: &Rig, diagnosis: &Diagnosis, findings: &[Finding], next: Option<
             title: "An effect that the model lacks".to_owned(),
             id: effects,
             size: String::new(),
-            about: words::sizes(missing),
+            about: words::sizes(missing).trim().to_owned(),
             scale: None,
             facts: vec![("what it explains".to_owned(), words::left_by(missing, diagnosis))],
             command: String::new(),

@@ -51,12 +51,17 @@ pub(super) fn section(
         let all = missing(asked, record, Some(Found { model: found, effect, nominal: &nominal, lacking }))?;
         let draw = |one: &Missing| chart(one, Some(&effect.id), weak.is_some());
         let best = all.iter().filter_map(|one| one.stands_for_law).fold(0.0, f64::max);
-        let stands = all.iter().filter(|one| one.stands_for_law.is_some_and(|share| share >= best - AS_WELL));
-        let charts: Vec<(Chart, Live)> = stands.take(MOST).map(draw).collect();
-        curves |= !charts.is_empty();
-        // A law that no curve stands for is shown over what its component sees, and by what it changes.
-        let law = if charts.is_empty() { law_alone(found, &nominal, effect, record) } else { None };
-        shown.extend(charts.into_iter().chain(law));
+        let alone = law_alone(found, &nominal, effect, record);
+        // A law that no curve stands for, or that another state determines better, is shown over that, and by what it changes.
+        match alone.filter(|alone| alone.0 > best + AS_WELL) {
+            Some((_, law)) => shown.push(law),
+            None => {
+                let stands = all.iter().filter(|one| one.stands_for_law.is_some_and(|share| share >= best - AS_WELL));
+                let charts: Vec<(Chart, Live)> = stands.take(MOST).map(draw).collect();
+                curves |= !charts.is_empty();
+                shown.extend(charts);
+            }
+        }
         let others = all.iter().filter(|one| one.stands_for_law.is_none() && one.explains >= LEAST);
         elsewhere.extend(others.take(MOST).map(draw));
     }
@@ -150,8 +155,14 @@ fn weakened(found: &FittedModel, nominal: &[f64], effect: &InstalledEffect, reco
 const CURVES: &str = "Line and 95 % band: from the record, as a curve without a formula, drawn where the record stays long enough to show it. Dashed: the law that was found.";
 const CHANGES: &str = "No curve without a formula stands for such a law, so the pictures show the law at the states of the record, and what it changes, versus the reading on which the change depends most.";
 
-/// The flow, force or pressure drop of an effect at the states of the record, versus the one that determines it best.
-fn law_alone(found: &FittedModel, nominal: &[f64], effect: &InstalledEffect, record: &Record) -> Option<(Chart, Live)> {
+/// The flow, force or pressure drop of an effect at the states of the record, versus the one that determines it best, and the share of it
+/// that this determines.
+fn law_alone(
+    found: &FittedModel,
+    nominal: &[f64],
+    effect: &InstalledEffect,
+    record: &Record,
+) -> Option<(f64, (Chart, Live))> {
     let rig = &found.rig;
     let acting = Acting::of(rig, &found.values, nominal, effect)?;
     let ports = Ports::of(rig, acting.component);
@@ -181,6 +192,7 @@ fn law_alone(found: &FittedModel, nominal: &[f64], effect: &InstalledEffect, rec
         };
         (best, what)
     };
+    let share = determined(&x.1, &y.1);
     let gauge = |(name, values, unit): &(String, Vec<f64>, Unit), row: usize| {
         let zero = if name.starts_with("pressure of") { ATMOSPHERE } else { 0.0 };
         unit.difference_from_si(values[row] - zero)
@@ -192,7 +204,7 @@ fn law_alone(found: &FittedModel, nominal: &[f64], effect: &InstalledEffect, rec
     let (title, over) = (y.0, x.0);
     let mut chart = Chart::new(&title, Axis::new(&over, &x.2.symbol), Axis::new("", &y.2.symbol), series).high(190.0);
     chart.rules.push(Rule::Horizontal { y: 0.0, label: String::new() });
-    Some((chart, Live::new("", format!("{title} versus {over}"))))
+    Some((share, (chart, Live::new("", format!("{title} versus {over}")))))
 }
 
 /// What the effects change at the sensor that shows them most, versus the reading that the change depends on most.

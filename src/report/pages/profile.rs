@@ -35,7 +35,7 @@ pub(super) fn section(rig: &Rig, diagnosed: &Diagnosed) -> Option<Section> {
     }
     // What was found first.
     all.sort_by_key(|(_, report, _)| !report.present);
-    let mut section = Section::new("Profile likelihood");
+    let mut section = Section::folded("Profile likelihood");
     section.paragraph(
         "Each fault held at values around its estimate while everything else is fitted again: by how much chi-square rises. The interval \
          ends where the curve crosses the level of 95 %; a curve that stays below it up to the end of the search leaves the interval \

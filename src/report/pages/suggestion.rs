@@ -139,10 +139,14 @@ fn card(report: &SuggestionReport, best: &CandidateReport, (meaning, rise): (&st
     let first = best.parameters.first().filter(|_| best.parameters.len() <= SIZES);
     let mut facts: Vec<(String, String)> = Vec::new();
     let others = best.parameters.iter().skip(1).filter(|_| best.parameters.len() <= SIZES);
-    facts.extend(others.map(|one| {
-        let name = one.id.rsplit_once('.').map_or(one.id.as_str(), |(_, name)| name);
-        (name.replace('_', " "), [sized(one), interval(one)].join(" ").trim().to_owned())
-    }));
+    // Of one effect the name of the parameter is enough.
+    let name = |one: &EffectParameter| match one.id.rsplit_once('.') {
+        Some((effect, name)) if best.effect.contains(" + ") => format!("{effect} {}", name.replace('_', " ")),
+        Some((_, name)) => name.replace('_', " "),
+        None => one.id.clone(),
+    };
+    let joined = |parts: [String; 2]| parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ");
+    facts.extend(others.map(|one| (name(one), joined([sized(one), interval(one)]))));
     if !best.confounded_with.is_empty() {
         facts.push(("could also be".to_owned(), best.confounded_with.join(", ")));
     }
@@ -152,10 +156,7 @@ fn card(report: &SuggestionReport, best: &CandidateReport, (meaning, rise): (&st
         title: meaning.to_owned(),
         id: best.effect.clone(),
         size: first.map_or_else(|| format!("a curve of {} values", best.parameters.len()), sized),
-        about: first.map_or_else(String::new, |one| {
-            let name = one.id.rsplit_once('.').map_or(one.id.as_str(), |(_, name)| name).replace('_', " ");
-            [name, interval(one)].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ")
-        }),
+        about: first.map_or_else(String::new, |one| joined([name(one), interval(one)])),
         scale: None,
         facts,
         command: format!("Next: {}", brief::next(report, Some(best), rise)),

@@ -138,6 +138,17 @@ fn read_parameters(value: &Value<'_>) -> Result<Vec<Own>, Complaint> {
     Ok(own)
 }
 
+/// What of a rig a formula sees by a name, in words.
+fn owner(rig: &Rig, name: &str) -> &'static str {
+    if rig.inputs.iter().any(|input| input.name == name) {
+        "an input"
+    } else if rig.node(name).is_some() {
+        "a node"
+    } else {
+        "something"
+    }
+}
+
 /// Every parameter is used, and none is called as what the formula may see.
 fn check_names(rig: &Rig, acts: Acts, own: &[Own], formula: &Value<'_>) -> Result<(), Complaint> {
     let seen = Sees::everything(rig, acts).names(rig, acts);
@@ -145,7 +156,11 @@ fn check_names(rig: &Rig, acts: Acts, own: &[Own], formula: &Value<'_>) -> Resul
         if seen.iter().any(|name| name.name == one.name) {
             return Err(Complaint::new(Kind::Duplicate, format!("a parameter cannot be called `{}`", one.name))
                 .at(formula.place())
-                .help("the formula may see something of this name there: take another"));
+                .help(format!(
+                    "{} of the rig has this name, which the formula may see: take another, such as `{}_extra`",
+                    owner(rig, &one.name),
+                    one.name
+                )));
         }
         if words(formula.text()?).all(|word| word != one.name) {
             return Err(Complaint::new(Kind::Contradiction, format!("the formula does not use `{}`", one.name))
