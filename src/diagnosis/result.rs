@@ -223,6 +223,19 @@ pub struct OffSheetValue {
     pub sigma_before: f64,
 }
 
+impl OffDataSheet {
+    /// Chance with which one of so many values of new parts is further off its data sheet than the furthest here.
+    const BY_CHANCE: f64 = 0.05;
+
+    /// The value that is further off than any of so many would be in 19 of 20 new machines: it has changed, or physics is missing.
+    pub(crate) fn beyond_chance(&self) -> Option<&OffSheetValue> {
+        let first = self.values.first()?;
+        let away = (first.value - first.nominal).abs() / first.sigma_before;
+        let chance = statrs::function::erf::erfc(away / std::f64::consts::SQRT_2) * self.values.len() as f64;
+        (chance < Self::BY_CHANCE).then_some(first)
+    }
+}
+
 /// A parameter of how a spool follows its command, where the record asks for another value than the rig file's. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DynamicsReport {

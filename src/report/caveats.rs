@@ -100,9 +100,17 @@ fn off_data_sheet(off: &OffDataSheet) -> String {
         [] => "no faults explain the record".to_owned(),
         some => format!("it would take {}", some.join(", ")),
     };
+    let then = match off.beyond_chance() {
+        None => "Calibrate on healthy records: intervals become narrower.".to_owned(),
+        Some(one) => format!(
+            "In 19 of 20 new machines none of {} values is as far off as {}: it has changed, or physics is missing, which `suggest` asks.",
+            off.values.len(),
+            one.id
+        ),
+    };
     format!(
         "This takes parts to be as far off their data sheets as parts are: {}{more}. With every value as stated, {otherwise}, and {}x the sensor noise is left. \
-         Calibrate on healthy records: intervals become narrower.",
+         {then}",
         named.join(", "),
         text(rounded(off.times_noise_as_stated, 2))
     )

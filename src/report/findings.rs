@@ -158,7 +158,10 @@ pub(super) fn next(diagnosis: &Diagnosis, findings: &[Finding], written: Left<'_
     if diagnosis.unfilled > 0 || !diagnosis.at_odds.is_empty() {
         return Some(format!("borescope check {rig} {record}"));
     }
-    if diagnosis.off_data_sheet.is_some() {
+    if let Some(off) = &diagnosis.off_data_sheet {
+        if off.beyond_chance().is_some() && diagnosis.verdict == Verdict::Healthy {
+            return Some(format!("borescope suggest {rig} {record} --check ANOTHER_RECORD"));
+        }
         return Some(format!("borescope calibrate {rig} HEALTHY_RECORD -o calibrated.toml"));
     }
     match diagnosis.verdict {

@@ -42,8 +42,9 @@ fn a_healthy_machine_is_not_faulty_for_its_data_sheets() {
     assert_eq!((found.verdict, present(&found)), (Verdict::Healthy, Vec::new()));
     // As stated it takes faults that are not there, or is not explained at all.
     assert!(!off.instead_of.is_empty() && off.times_noise_as_stated > found.times_noise, "{off:?}");
-    // Values that the file has as exact, by their distance; not a word of what it states as uncertain.
-    assert!(off.values.iter().all(|one| rig.parameters[rig.parameter(&one.id).unwrap()].sigma == 0.0), "{off:?}");
+    // Values that the file has as exact, and offsets of which it says nothing, by their distance; not a word of what it states as uncertain.
+    let is_unsaid = |id: &str| id.ends_with(".offset") || rig.parameters[rig.parameter(id).unwrap()].sigma == 0.0;
+    assert!(off.values.iter().all(|one| is_unsaid(&one.id)), "{off:?}");
     let away = |one: &borescope::results::OffSheetValue| ((one.value - one.nominal) / one.sigma_before).abs();
     assert!(off.values.windows(2).all(|pair| away(&pair[0]) >= away(&pair[1])), "{off:?}");
 }
@@ -135,4 +136,20 @@ fn a_calibrated_value_that_has_changed_is_a_fault_although_none_is_declared() {
         let [low, high] = fault.ci95.map(|end| end.unwrap());
         assert!(low < truth && truth < high, "{fault:?}");
     }
+}
+
+#[test]
+fn offsets_below_the_noise_are_no_missing_physics() {
+    let offsets =
+        [("sensor.p_pump.offset", "-0.4 bar"), ("sensor.p_B.offset", "0.3 bar"), ("sensor.q_B.offset", "0.03 L/min")];
+    let all: Vec<(&str, &str)> = OFF.into_iter().chain(offsets).collect();
+    let (_, found) = diagnosed(&all);
+    assert_eq!((found.verdict, present(&found)), (Verdict::Healthy, Vec::new()), "{found:?}");
+}
+
+#[test]
+fn a_declared_fault_is_no_deviation_of_a_part() {
+    let all: Vec<(&str, &str)> = OFF.into_iter().chain([("relief.set_pressure", "149 bar")]).collect();
+    let (_, found) = diagnosed(&all);
+    assert_eq!((found.verdict, present(&found)), (Verdict::Faulty, vec!["relief.set_pressure"]), "{found:?}");
 }
