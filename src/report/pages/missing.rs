@@ -42,7 +42,8 @@ pub(super) fn section(
     // A model that cannot be solved without the effect has no picture.
     let Ok(without) = taken_out(base, found, &new, record) else { return Ok(None) };
     let nominal = base.rig.nominal();
-    let (mut shown, mut elsewhere): (Vec<(Chart, Live)>, Vec<(Chart, Live)>) = (Vec::new(), Vec::new());
+    let mut shown: Vec<(Chart, Live)> = Vec::new();
+    let mut elsewhere: Vec<(Chart, Live)> = Vec::new();
     let mut curves = false;
     for &effect in &new {
         let weak = weakened(found, &nominal, effect, record);
