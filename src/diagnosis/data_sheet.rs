@@ -116,7 +116,7 @@ fn deviations<'a>(freed: &'a Rig, found: &'a Diagnosed) -> impl Iterator<Item = 
     })
 }
 
-/// Parameters of declared faults that were freed and found further from healthy than new parts differ (95 %), no fault being present: what
+/// Parameters of declared faults that were freed and found further from healthy than new parts differ (95 %), others than those present: what
 /// a rig file declares as a fault is one then, and no deviation of a new part.
 pub(super) fn changed(stated: &Rig, freed: &Rig, found: &Diagnosed) -> Vec<usize> {
     deviations(freed, found)

@@ -77,7 +77,8 @@ impl<'a> Present<'a> {
         let (set, best) = (isolation.set(), &isolation.best);
         let others = set.difference(FaultSet::of(fault));
         // Neither it nor what may stand in its place follows: one that a calibration has found would take over its own change.
-        let held = (0..case.faults()).filter(|&fault| !others.contains(fault) && !case.is_of_sensor(fault));
+        let may_stand = |other: usize| !others.contains(other) && !case.is_of_sensor(other);
+        let held = (0..case.faults()).filter(|&other| other == fault || may_stand(other));
         let beside = case.problem_beside(others, held, &best.theta);
         let test = isolation.local.score_test(&beside, &best.theta, &best.misfit).ok()?;
         let mut theta = best.theta.clone();

@@ -139,7 +139,7 @@ fn or_by_data_sheet(
         let attempt = Attempt { is_wanted: Some(&is_better), ..Attempt::default() };
         let found = diagnose_again(&deviating, record, (&[], None), options, attempt)?;
         freed = deviating.rig;
-        let Some(found) = found else { return Ok(stated) };
+        let Some(found) = found.filter(|found| found.diagnosis.is_explained()) else { return Ok(stated) };
         let changed = data_sheet::changed(&model.rig, &freed, &found);
         if changed.is_empty() {
             return Ok(data_sheet::preferred(&model.rig, record, &stated, (freed, found)).unwrap_or(stated));

@@ -104,14 +104,22 @@ impl Ports {
 }
 
 /// Share of the sum of squares of values that a state determines, by how far neighbours along it differ (von Neumann, Annals of
-/// Mathematical Statistics 12 (1941) 367): 1 where they depend on it alone, or on nothing.
+/// Mathematical Statistics 12 (1941) 367): 1 where they depend on it alone, or are one value; 0 of a state that stands still.
 pub(crate) fn determined(state: &[f64], values: &[f64]) -> f64 {
     let mut pairs: Vec<(f64, f64)> =
         state.iter().copied().zip(values.iter().copied()).filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // By value where states are equal: in the order of time neighbours would be alike whatever they depend on.
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let all: f64 = pairs.iter().map(|pair| pair.1 * pair.1).sum();
-    let apart: f64 = pairs.windows(2).map(|pair| 0.5 * (pair[1].1 - pair[0].1).powi(2)).sum();
-    if all > 0.0 { (1.0 - apart / all).max(0.0) } else { 0.0 }
+    let (mut apart, mut states) = (0.0, 0);
+    for same in pairs.chunk_by(|a, b| a.0 == b.0) {
+        let mean = same.iter().map(|pair| pair.1).sum::<f64>() / same.len() as f64;
+        apart += same.iter().map(|pair| (pair.1 - mean).powi(2)).sum::<f64>();
+        states += 1;
+    }
+    apart +=
+        pairs.windows(2).filter(|two| two[0].0 < two[1].0).map(|two| 0.5 * (two[1].1 - two[0].1).powi(2)).sum::<f64>();
+    if all > 0.0 && states > 1 { (1.0 - apart / all).max(0.0) } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -153,5 +161,10 @@ mod tests {
         assert!(determined(&state, &step) > 0.99);
         assert!(determined(&state, &other) < 0.01);
         approx::assert_relative_eq!(determined(&state, &[3.0; 4000]), 1.0, max_relative = 1e-12);
+        // What stands still determines nothing.
+        let wave: Vec<f64> = state.iter().map(|x| (x * std::f64::consts::TAU / 1000.0).sin()).collect();
+        assert_eq!(determined(&[0.0; 4000], &wave), 0.0);
+        let two: Vec<f64> = state.iter().map(|x| x % 2.0).collect();
+        assert!(determined(&two, &wave) < 0.01);
     }
 }

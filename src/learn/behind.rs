@@ -45,7 +45,12 @@ fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> 
     }
     let seen = given.record(record);
     let suggestion = suggest(&model.rig, seen, None)?;
-    let Some(best) = suggestion.judged.iter().find(|one| one.supported && !one.senseless()) else { return Ok(given) };
+    let takes_place = |one: &EvaluatedModel| {
+        let named = |rival: &str| one.effects.iter().any(|effect| effect.id == rival);
+        !one.is_of_sensor() && !one.is_empirical() && given.diagnosis.rival_effects.iter().any(|one| named(&one.effect))
+    };
+    let best = suggestion.judged.iter().find(|one| one.supported && !one.senseless());
+    let Some(best) = best.filter(|best| !explained || takes_place(best)) else { return Ok(given) };
     let with_effect = Model::new(installed(&model.rig, &best.trial)).with_tolerance(model.tolerance);
     let beside = diagnosis::diagnose_near(&with_effect, seen, (&best.trial.values, best.trial.set), options)?;
     // What comes nearest without explaining the record is not what the model lacks, and faults beside it mean nothing.

@@ -185,7 +185,7 @@ fn add_while_asked(
 
 /// The best explanation of a suggestion of which nothing was worth to be added.
 fn declined_of(last: &Suggestion) -> Option<Declined> {
-    let best = last.judged.first().filter(|best| best.supported)?;
+    let best = last.judged.iter().find(|one| one.supported && !one.senseless())?;
     let settings = &last.base.rig.settings().learn;
     Some(Declined {
         id: best.id(),

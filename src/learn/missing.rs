@@ -39,7 +39,9 @@ struct Told {
 }
 
 const PRESSURE: &str = "pressure";
-/// How its card calls the end of a curve over the pressure.
+/// Share of the usual range below which a state stands still.
+const STILL: f64 = 1e-6;
+/// How its card calls the end of a curve over the pressure or the speed.
 const RANGE: &str = "range";
 
 const TOLD: [Told; 5] = [
@@ -243,7 +245,9 @@ fn with_curve(
     {
         let reach = shown.iter().flatten().copied().map(f64::abs).fold(0.0, f64::max);
         let usual = rig.parameters[range].value;
-        if reach > usual || (reach > 0.0 && reach * ((HEIGHTS - 3) as f64) < usual) {
+        // What stands still has no axis.
+        let moves = reach > STILL * usual;
+        if reach > usual || (moves && reach * ((HEIGHTS - 3) as f64) < usual) {
             rig.parameters[range].value = reach;
         }
     }

@@ -150,7 +150,8 @@ impl Rise {
                 )
             }
             Form::Power { flow, at, from, exponent } => {
-                let (reference, top) = (text(rounded(at - from, 3)), text(rounded(0.9 * at, 3)));
+                let (reference, top) =
+                    (text(rounded(at - from, 3)), text(rounded((0.9 * at).max(0.5 * (from + at)), 3)));
                 format!(
                     "[own_effects.{name}]\nmeaning = \"Extra flow to the tank that grows with the pressure.\"\nat = \"{node}\"\n\
                      flow = \"{size} * (max({node}.p - {place}, [0 bar]) / [{reference} bar])^{exponent}\"\n\
@@ -217,7 +218,7 @@ fn power(all: &[f64], sigmas: &[f64], reach: f64) -> Option<Form> {
     (flow > 0.0 && left <= (1.0 - DESCRIBED) * whole).then(|| Form::Power {
         flow: rounded(litres.difference_from_si(flow), 2),
         at: rounded(bar.difference_from_si(top * reach), 3),
-        from: rounded(bar.difference_from_si(from * reach), 2),
+        from: rounded(bar.difference_from_si(from * reach), 3),
         exponent,
     })
 }

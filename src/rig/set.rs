@@ -34,11 +34,12 @@ impl Rig {
 
     /// Help for a parameter of an effect that the rig may have and does not.
     fn help_with_effect(&self, id: &str) -> Option<String> {
-        let (effect, _) = id.rsplit_once('.')?;
+        let (effect, parameter) = id.rsplit_once('.')?;
         let mut places = self.effect_places().into_iter().filter(|placed| self.effect_id(placed) == effect);
         let placed = places.next()?;
         let has = self.effects.iter().any(|present| present.id == effect);
         let card = placed.effect.form.card().filter(|_| !has)?;
+        card.parameters.iter().find(|own| own.name == parameter)?;
         Some(format!(
             "{} is an effect that the rig does not have: `borescope add` writes it into the rig file ({})",
             effect, card.meaning

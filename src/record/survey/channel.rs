@@ -7,6 +7,8 @@ use crate::record::Channel;
 const FEWEST: usize = 10;
 /// Chance that noise alone makes a run as long somewhere in the record.
 const BY_CHANCE: f64 = 1e-3;
+/// Share of neighbours that are alike from which on a run of one value says nothing.
+const MOSTLY: f64 = 0.8;
 /// Median second difference, in standard deviations of the noise, below which a channel counts as computed rather than
 /// measured; noise alone makes it 1.65, and steady motion nothing.
 const MEASURED: f64 = 0.5;
@@ -143,10 +145,11 @@ fn length_beyond_chance(values: &[f64], scatter: Scatter) -> Option<usize> {
         (alike, pairs) = (alike + run.len() - 1, pairs + run.len());
     }
     let at_rest = statrs::function::erf::erf(0.5 * scatter.resolution / (scatter.noise * std::f64::consts::SQRT_2));
-    let share = (alike as f64 / f64::from(pairs.max(1) as u32)).max(at_rest).max(1e-3);
-    if share > 0.8 {
+    let share = alike as f64 / f64::from(pairs.max(1) as u32);
+    if share > MOSTLY {
         return None;
     }
+    let share = share.max(at_rest.min(MOSTLY)).max(1e-3);
     let length = 1.0 + (BY_CHANCE / values.len().max(1) as f64).ln() / share.ln();
     Some((length.ceil() as usize).max(FEWEST))
 }
@@ -173,13 +176,14 @@ mod tests {
 
     #[test]
     fn one_value_of_a_coarse_sensor_at_rest_is_no_doubt() {
-        // Half of the steps move by less than a digit, half stand in the middle of one, which noise leaves in four rows of ten.
+        // At rest in the middle of a step of 1.6 standard deviations noise leaves it in four rows of ten.
         let scatter = |resolution| Scatter { noise: 0.15, resolution };
         let moving: Vec<f64> = (0..2000).map(f64::from).collect();
         assert_eq!(length_beyond_chance(&moving, scatter(0.0)), Some(FEWEST));
         // 0.584 to the power of 27 is one in two millions.
         assert_eq!(length_beyond_chance(&moving, scatter(0.244)), Some(28));
-        assert_eq!(length_beyond_chance(&moving, scatter(0.5)), None);
+        // A coarser one still sticks: after a run that one in 1.25 neighbours would make by chance.
+        assert_eq!(length_beyond_chance(&moving, scatter(0.5)), Some(67));
     }
 
     /// Noise of standard deviation 1 that no chance repeats, rounded to a fifth of it.
