@@ -52,7 +52,6 @@ impl LawOnAxis {
         let acting = Acting::of(with, all, found.nominal, found.effect)?;
         let (of_effect, of_curve) = (Ports::of(with, acting.component), Ports::of(rig, rig.components.len() - 1));
         let variables = of_curve.variables();
-        let node = of_curve.nodes[0].1;
         let on_axis = variables.iter().position(|variable| variable.1 == axis.quantity)?;
         let in_effect = of_effect.variables().iter().position(|variable| *variable == variables[on_axis]);
         let height = |index: usize| if heights.contains(&index) { 1.0 } else { rig.parameters[index].value };
@@ -78,7 +77,7 @@ impl LawOnAxis {
         law.rows.retain(|_| kept.next().unwrap_or(false));
         let states: Vec<f64> = law.rows.iter().map(|row| law.state(&row.2)).collect();
         law.rows.iter_mut().zip(states).for_each(|(row, state)| row.0 = state);
-        let along: (Vec<f64>, Vec<f64>) = law.rows.iter().map(|row| (row.0, law.height(&row.1, &row.2, node))).unzip();
+        let along: (Vec<f64>, Vec<f64>) = law.rows.iter().map(|row| (row.0, law.height(&row.1, &row.2))).unzip();
         law.determined = determined(&along.0, &along.1);
         law.rows.sort_by(|a, b| a.0.total_cmp(&b.0));
         (law.determined > 0.0).then_some(law)
@@ -106,7 +105,8 @@ impl LawOnAxis {
     }
 
     /// The height of the curve that does what the effect does, SI.
-    fn height(&self, effect: &PortVariables<f64>, curve: &PortVariables<f64>, node: usize) -> f64 {
+    fn height(&self, effect: &PortVariables<f64>, curve: &PortVariables<f64>) -> f64 {
+        let node = self.of_curve.nodes[0].1;
         let ports = self.of_effect.nodes.iter().enumerate().filter(|(_, port)| port.1 == node);
         let adds: f64 = ports.map(|(port, _)| self.acting.through(effect, port)).sum();
         adds / answers(&self.unit_curve, curve).through[0]
@@ -124,6 +124,6 @@ impl LawOnAxis {
         if let Some(axis) = self.axis.1 {
             effect.z[axis] = curve.z[self.axis.0];
         }
-        self.height(&effect, &curve, self.of_curve.nodes[0].1)
+        self.height(&effect, &curve)
     }
 }

@@ -2,14 +2,11 @@
 
 use super::brief::wrapped;
 use super::caveats::unsure_file;
-use super::learn::{goes_with, multiple, named_fault, times};
+use super::learn::{ABOVE_NOISE, adequate, goes_with, multiple, named_fault, times};
 use super::table::{Head, aligned};
 use crate::finding::argument;
 use crate::learn::comparison::{ChannelComparison, Comparison, MisfitPlace, PresentFault, WithFaults};
 use crate::number::{rounded, text, with_unit};
-
-/// Error from which on a model that is adequate owes a word, times the sensor noise.
-const ABOVE_NOISE: f64 = 1.2;
 
 /// The comparison for people, beside that of an older rig file where there is one.
 pub fn brief(comparison: &Comparison) -> String {
@@ -90,7 +87,7 @@ fn beyond_events(comparison: &Comparison) -> Vec<String> {
 fn headline(comparison: &Comparison) -> Vec<String> {
     let error = times(comparison.times_noise);
     let line = match &comparison.with_faults {
-        _ if comparison.adequate => super::learn::adequate(comparison),
+        _ if comparison.adequate => adequate(comparison),
         Some(with) if with.adequate => {
             format!("MISFIT: your model does not explain the record, {error}; with the faults below it does.")
         }

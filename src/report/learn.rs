@@ -86,7 +86,7 @@ pub(crate) fn times(times_noise: f64) -> String {
 }
 
 /// Error from which on a model that is adequate owes a word, times the sensor noise.
-const ABOVE_NOISE: f64 = 1.2;
+pub(super) const ABOVE_NOISE: f64 = 1.2;
 
 /// What is said of a model that is adequate.
 pub(super) fn adequate(comparison: &Comparison) -> String {

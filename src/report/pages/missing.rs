@@ -63,8 +63,11 @@ pub(super) fn section(
                 shown.extend(charts);
             }
         }
-        let others = all.iter().filter(|one| one.stands_for_law.is_none() && one.explains >= LEAST);
-        elsewhere.extend(others.take(MOST).map(draw));
+        // Beside several effects each place would have a picture for each.
+        if new.len() == 1 {
+            let others = all.iter().filter(|one| one.stands_for_law.is_none() && one.explains >= LEAST);
+            elsewhere.extend(others.take(MOST).map(draw));
+        }
     }
     if !curves {
         shown.extend(changes(&without, found, record));
@@ -79,7 +82,7 @@ pub(super) fn section(
         if curves { CURVES } else { CHANGES }
     ));
     section.side_by_side(&shown);
-    if new.len() == 1 && !elsewhere.is_empty() {
+    if !elsewhere.is_empty() {
         let mut others = Section::new("");
         others.paragraph("Flows and forces at other places may explain a part of the same misfit.");
         others.side_by_side(&elsewhere);
