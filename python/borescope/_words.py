@@ -47,6 +47,7 @@ def _spoken(words: str) -> str:
         return called
     plain = {
         "calibrate": "rig.calibrate(records)",
+        "add": "rig.add(effect)",
         "campaign": "rig.campaign(cases)",
         "components": "bs.components()",
         "effects": "bs.effects()",
