@@ -15,6 +15,8 @@
 //! | `screening` | effects fitted and judged, as far as they could still win |
 //! | [`warning`] | what speaks against an effect as fitted |
 //! | `verdict` | the one word on a record |
+//! | `form` | whether the law that explains a record has the right form |
+//! | `free_curve` | a curve without a formula beside everything fitted, to first order |
 //! | [`separate`] | which experiment would tell two explanations apart |
 //! | [`result`] | the suggestion as programs read it |
 //! | `acting` | what an effect adds to a circuit at the states of a run |
@@ -40,6 +42,8 @@ pub mod compare;
 pub mod comparison;
 pub mod evaluated;
 pub mod fitted_model;
+mod form;
+mod free_curve;
 mod highest;
 pub mod improve;
 mod lack_of_fit;

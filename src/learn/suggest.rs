@@ -4,6 +4,7 @@ use super::candidate::{Candidate, empirical};
 use super::compare::misses;
 use super::evaluated::{Conclusion, EvaluatedModel, is_adequate};
 use super::fitted_model::FittedModel;
+use super::form::{is_refuted, refute};
 use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
 use super::opened::opened;
 use super::refit::{BasePoint, charged, quick, refitted};
@@ -252,7 +253,7 @@ pub fn suggest_from(
     {
         return suggest_from(&better, FittedModel::of(&better)?, check);
     }
-    let conclusion = if near {
+    let mut conclusion = if near {
         conclude_near(&mut judged, &base, &base_check, tolerance)
     } else {
         conclude(&mut judged, &base, &base_check)
@@ -261,6 +262,9 @@ pub fn suggest_from(
         // What no law explains, a curve may at least describe.
         screening.join(&mut judged, empirical(&base.rig).into_iter().map(|curve| vec![curve]).collect())?;
         in_order(settings, &mut judged);
+        refute(settings, &mut judged);
+    } else if is_refuted(&screening, &mut judged)? {
+        conclusion = Conclusion::UnknownEffect;
     }
     let experiment = apart(&judged, &base);
     let scored = lists.swap_remove(0);

@@ -41,15 +41,25 @@ pub enum Warning {
         /// Of the fault.
         id: String,
     },
+    /// A curve without a formula explains more than the law, whose form may be another.
+    WrongForm {
+        /// The curve, as an effect.
+        curve: String,
+        /// Share that it explains of the error above the noise, of both records.
+        share: f64,
+        /// Whether that is as much as an effect has to explain.
+        is_refuted: bool,
+    },
 }
 
 impl Warning {
-    /// Whether the model makes no physical sense as it is fitted: a value that nobody would believe, or a size at the end of its
-    /// search; what only shapes an effect may end there.
+    /// Whether the model makes no physical sense as it is fitted: a value that nobody would believe, a size at the end of its
+    /// search, or a law of another form than the record shows; what only shapes an effect may end there.
     pub fn is_senseless(&self) -> bool {
         match self {
             Self::AtBound { is_size, .. } => *is_size,
             Self::Implausible { .. } => true,
+            Self::WrongForm { is_refuted, .. } => *is_refuted,
             Self::Moved { .. } | Self::FaultNeeded { .. } => false,
         }
     }
@@ -70,6 +80,9 @@ impl fmt::Display for Warning {
                 write!(f, "moved: {id} by {deviations:.1} standard uncertainties{end}")
             }
             Self::FaultNeeded { id } => write!(f, "fault: {id} is needed too"),
+            Self::WrongForm { curve, share, .. } => {
+                write!(f, "form: {curve} in its place explains {:.0} % of what it leaves", (100.0 * share).floor())
+            }
         }
     }
 }
