@@ -1,6 +1,7 @@
 //! The rig file: nodes, components, sensors, inputs, faults, and the cycle that `simulate` runs.
 
 mod at_odds;
+mod attach;
 mod before;
 mod beside;
 mod calibration;
