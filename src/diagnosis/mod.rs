@@ -43,6 +43,8 @@ use estimate::Estimate;
 pub use hypotheses::Hypothesis;
 pub(crate) use missed::{adequate, is_there, missed, tame_squares};
 use reported::{Seen, reported};
+#[cfg(feature = "cli")]
+pub(crate) use result::ABOVE_NOISE;
 pub use result::{
     ChannelReport, CommonCause, Diagnosis, DynamicsReport, FaultReport, FitReport, FittedReport, MissingEffect,
     OffDataSheet, OffSheetValue, ProfileReport, RivalEffect, SCHEMA, UncertainReport, Verdict,

@@ -57,7 +57,10 @@ pub struct FaultReport {
     pub limit: Option<f64>,
     /// Ends of the 95 % interval; `None` where the record does not bound the value.
     pub ci95: [Option<f64>; 2],
-    /// Whether it is in the most probable set of faults and beyond its healthy tolerance.
+    /// Ends of the 95 % interval of the change from its healthy value; `None` where that is exact. What calibration could not tell apart,
+    /// such as two leaks in parallel, leaves each of them open, and a change of one of them known.
+    pub change95: Option<[f64; 2]>,
+    /// Whether it is in the most probable set of faults, and the record bounds its change away from nothing.
     pub present: bool,
     /// That it is present, over all sets of faults.
     pub probability: f64,
@@ -88,6 +91,16 @@ fn identifiable<S: Serializer>(value: &Identifiable, serializer: S) -> Result<S:
         Identifiable::Bounded => serializer.serialize_bool(true),
         Identifiable::Unidentifiable => serializer.serialize_bool(false),
         open => serializer.collect_str(open),
+    }
+}
+
+/// Error of what is explained, times the noise, from which on it is said why it counts as explained.
+pub(crate) const ABOVE_NOISE: f64 = 1.5;
+
+impl ChannelReport {
+    /// Whether it counts as explained although clearly more than noise is left.
+    pub(crate) fn is_above_noise(&self) -> bool {
+        self.adequate && self.samples > 0 && self.times_noise > ABOVE_NOISE
     }
 }
 
@@ -350,6 +363,11 @@ impl Diagnosis {
     /// Whether faults, or none, explain the record.
     pub(crate) fn is_explained(&self) -> bool {
         self.verdict != Verdict::ModelInadequate
+    }
+
+    /// Whether the record is explained although clearly more than noise is left of it.
+    pub(crate) fn is_above_noise(&self) -> bool {
+        self.is_explained() && self.times_noise > ABOVE_NOISE
     }
 
     /// Whether a column reads as if it were in another unit: a mistake in the record, which neither parts nor physics should be fitted to.

@@ -99,6 +99,7 @@ pub(super) fn faults(
             let shown = |si: f64| rounded(parameter.unit.from_si(si), DIGITS);
             let interval = intervals[i].as_ref();
             let ends = interval.map_or([None, None], |interval| ends(interval, fault.bounds));
+            let change = if parameter.is_uncertain() { change_of(estimate, i) } else { None };
             FaultReport {
                 id: parameter.id.clone(),
                 meaning: parameter.meaning.clone(),
@@ -109,9 +110,10 @@ pub(super) fn faults(
                 bounds: [fault.bounds.0, fault.bounds.1].map(shown),
                 limit: fault.limit.map(shown),
                 ci95: ends.map(|end| end.map(shown)),
+                change95: change.map(|ends| ends.map(|si| rounded(parameter.unit.difference_from_si(si), DIGITS))),
                 // What the record does not bound away from its healthy value is not called a fault, however a set scores.
                 present: probabilities[i] >= estimate.case.settings().present_probability
-                    && !holds(ends, fault.healthy),
+                    && change.map_or_else(|| !holds(ends, fault.healthy), |[low, high]| low > 0.0 || high < 0.0),
                 probability: probabilities[i],
                 identifiable: match ends {
                     [Some(_), Some(_)] => Identifiable::Bounded,
@@ -124,6 +126,17 @@ pub(super) fn faults(
             }
         })
         .collect()
+}
+
+/// The ends of the 95 % interval of a fault's change from its healthy value, SI, by the local model; `None` where that says no more than
+/// its range.
+fn change_of(estimate: &Estimate<'_>, fault: usize) -> Option<[f64; 2]> {
+    let isolation = &estimate.isolation;
+    let set = isolation.set().with(fault);
+    let best = isolation.schur.best(set.iter())?;
+    let change = *best.deviation.get(set.iter().position(|one| one == fault)?)?;
+    let sigma = isolation.schur.sigma(set.iter(), fault)? * isolation.inflation[fault].sqrt();
+    Some([-QUANTILE, QUANTILE].map(|side| (change + side * sigma) * isolation.local.scale[fault]))
 }
 
 /// The ends of an interval, SI; where the search for one did not settle, the standard error stands in for it, since an open

@@ -94,8 +94,9 @@ pub(super) fn weigh(case: &Case<'_>, around: Around<'_>) -> Weighing {
         // The set at hand goes on from where it is, so that no round ends worse than it began.
         if !stay {
             (0..case.faults()).for_each(|fault| start[fault] = case.as_healthy(fault, start[fault]));
+            // Deviations count from what is expected, not from what the set at hand has made of a value that is uncertain.
             for (fault, deviation) in set.set.iter().zip(deviation.iter()) {
-                start[fault] += deviation * local.scale[fault];
+                start[fault] = case.mean[fault] + deviation * local.scale[fault];
             }
         }
         let enough = if place == 0 || stay { case.settings().exact_decrease } else { case.settings().rough_decrease };

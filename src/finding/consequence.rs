@@ -8,6 +8,7 @@ use crate::learn::phase::jumps;
 use crate::model::InputSignals;
 use crate::number::{before_unit, difference_in_unit, in_unit, rounded, with_unit, worth};
 use crate::record::Record;
+use crate::residual::settling;
 use crate::rig::{Quantity, Rig, Sensor};
 
 /// Consequences of one fault that are reported.
@@ -139,14 +140,16 @@ impl Runs<'_> {
         phases.max_by(|a, b| self.size(index, a).total_cmp(&self.size(index, b)))
     }
 
-    /// Those of the same motion that lie more than a switching behind the last one of the inputs.
+    /// Those of the same motion that lie more than a switching behind the last one of the inputs, and behind the first row so far that the
+    /// slowest part has forgotten where it began: both runs begin where the faulty machine stood.
     fn settled(&self, same_motion: &[bool]) -> Vec<bool> {
         let time = self.time();
         let jumps = jumps(self.record, self.drive).into_iter().filter_map(|row| row.checked_sub(self.from));
-        let switched: Vec<f64> = std::iter::once(0).chain(jumps).filter_map(|row| time.get(row).copied()).collect();
+        let switched: Vec<f64> = jumps.filter_map(|row| time.get(row).copied()).collect();
+        let begun = time.first().map_or(0.0, |first| first + settling(self.rig).max(self.switching()));
         let one = |(&at, &same): (&f64, &bool)| {
             let last = switched.partition_point(|&moment| moment <= at).checked_sub(1).map(|last| switched[last]);
-            same && last.is_none_or(|last| at - last > self.switching())
+            same && at > begun && last.is_none_or(|last| at - last > self.switching())
         };
         time.iter().zip(same_motion).map(one).collect()
     }

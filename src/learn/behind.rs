@@ -34,30 +34,37 @@ fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> 
         let record = given.record(record);
         let rivals = rival_effects(given.rig(&model.rig), record, &given.diagnosis)?;
         given.diagnosis.rival_effects = rivals;
-        if !is_outdone(&model.rig, &given.diagnosis) {
+        if !is_outdone(&model.rig, &given.diagnosis) && !given.diagnosis.is_above_noise() {
             return Ok(given);
         }
     }
     let (explained, noise) = (given.diagnosis.is_explained(), given.diagnosis.times_noise);
     let bent = given.diagnosis.present().next().is_some();
-    if !bent || (explained && given.diagnosis.rival_effects.is_empty()) || given.diagnosis.is_misread() {
+    if !bent || (explained && given.diagnosis.onset_s.is_some()) || given.diagnosis.is_misread() {
         return Ok(given);
     }
     let seen = given.record(record);
     let suggestion = suggest(&model.rig, seen, None)?;
     let takes_place = |one: &EvaluatedModel| {
         let named = |rival: &str| one.effects.iter().any(|effect| effect.id == rival);
-        !one.is_of_sensor() && !one.is_empirical() && given.diagnosis.rival_effects.iter().any(|one| named(&one.effect))
+        given.diagnosis.rival_effects.iter().any(|one| named(&one.effect))
     };
+    let is_physics = |one: &EvaluatedModel| !one.is_of_sensor() && !one.is_empirical();
     let best = suggestion.judged.iter().find(|one| one.supported && !one.senseless());
-    let Some(best) = best.filter(|best| !explained || takes_place(best)) else { return Ok(given) };
+    let Some(best) = best.filter(|best| !explained || is_physics(best)) else { return Ok(given) };
     let with_effect = Model::new(installed(&model.rig, &best.trial)).with_tolerance(model.tolerance);
     let beside = diagnosis::diagnose_near(&with_effect, seen, (&best.trial.values, best.trial.set), options)?;
     // What comes nearest without explaining the record is not what the model lacks, and faults beside it mean nothing.
     let is_unknown = suggestion.conclusion == Conclusion::UnknownEffect && !beside.diagnosis.is_explained();
-    let share = if explained { model.rig.settings().learn.clear_share } else { 0.0 };
+    let settings = &model.rig.settings().learn;
+    // What takes the place of a fault has to do better; what comes beside faults that explain the record, all that they leave.
+    let most = match explained {
+        false => noise,
+        true if takes_place(best) => (1.0 - settings.clear_share) * noise,
+        true => (1.0 + (1.0 - settings.explained_share) * (noise * noise - 1.0)).sqrt(),
+    };
     let no_better = explained && !beside.diagnosis.is_explained();
-    if is_unknown || no_better || beside.diagnosis.times_noise >= (1.0 - share) * noise {
+    if is_unknown || no_better || beside.diagnosis.times_noise >= most {
         return Ok(given);
     }
     let mut joined = joined(given, beside, best, with_effect.rig);

@@ -25,11 +25,9 @@ const BENDS: [f64; 7] = [1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3];
 #[derive(Debug)]
 pub(super) struct Told {
     effect: &'static str,
-    #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the pictures name it"))]
     pub what: &'static str,
     pub over: &'static str,
     /// Whether the axis runs to both sides of zero.
-    #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the pictures have an axis"))]
     pub both_sides: bool,
 }
 
@@ -141,7 +139,6 @@ impl FreeCurve {
     }
 
     /// First and last place of the axis, as shares of it, that the record has visited.
-    #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the pictures have an axis"))]
     pub fn visited(&self) -> Option<(f64, f64)> {
         visited(self.rig.settings().learn.visited_share, &self.heights)
     }

@@ -43,6 +43,7 @@ pub mod comparison;
 pub mod evaluated;
 pub mod fitted_model;
 mod form;
+#[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "pictures draw what only its fall is asked of here"))]
 mod free_curve;
 mod highest;
 pub mod improve;

@@ -129,15 +129,12 @@ fn undeclared(ids: &[String]) -> Option<String> {
     ))
 }
 
-/// Error of a sensor that is explained, times its noise, from which on it is said why it counts as explained.
-const ABOVE_NOISE: f64 = 1.5;
 /// So many of them are named.
 const ABOVE_NAMED: usize = 3;
 
 /// Sensors that count as explained although more than noise is left.
 fn weighed_down(channels: &[ChannelReport]) -> Option<String> {
-    let above = |one: &&ChannelReport| one.adequate && one.samples > 0 && one.times_noise > ABOVE_NOISE;
-    let mut above: Vec<&ChannelReport> = channels.iter().filter(above).collect();
+    let mut above: Vec<&ChannelReport> = channels.iter().filter(|one| one.is_above_noise()).collect();
     above.sort_by(|a, b| b.times_noise.total_cmp(&a.times_noise));
     let one = |one: &&ChannelReport| format!("{} {}x", one.name, text(rounded(one.times_noise, 2)));
     let mut named: Vec<String> = above.iter().take(ABOVE_NAMED).map(one).collect();

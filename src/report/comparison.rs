@@ -157,6 +157,10 @@ pub(super) fn next(comparison: &Comparison) -> String {
     let (rig, record) = (argument(&comparison.rig), argument(&comparison.record));
     match &comparison.with_faults {
         _ if comparison.unfilled > 0 => format!("Next: borescope check {rig} {record}"),
+        // What lies within the tolerance may be physics all the same.
+        _ if comparison.adequate && comparison.times_noise > crate::diagnosis::ABOVE_NOISE => {
+            format!("Next: borescope suggest {rig} {record} --check ANOTHER_RECORD")
+        }
         _ if comparison.adequate => format!("Next: borescope diagnose {rig} {record}"),
         Some(with_faults) if with_faults.adequate => format!("Next: borescope diagnose {rig} {record}"),
         _ => format!("Next: borescope suggest {rig} {record} --check ANOTHER_RECORD"),

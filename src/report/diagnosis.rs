@@ -450,6 +450,7 @@ mod tests {
             bounds: [0.0, 0.4],
             limit: None,
             ci95,
+            change95: None,
             present: false,
             probability: 0.012,
             identifiable: Identifiable::Bounded,

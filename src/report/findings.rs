@@ -10,8 +10,10 @@ use super::learn::{multiple, times};
 use super::style::Style;
 use crate::diagnosis::{Diagnosis, FaultReport, RivalEffect, Verdict};
 use crate::finding::{Finding, Rival, argument};
-use crate::number::with_unit;
+use crate::number::{before_unit, rounded, text, with_unit};
 
+/// Digits of the ends of a change.
+const CHANGE_DIGITS: usize = 2;
 /// Lines of findings: with verdict, notes and next command a screen of 24 lines is not filled.
 const LINES: usize = 10;
 /// Consequences that are shown of each finding, of few and of many.
@@ -118,16 +120,27 @@ fn found(diagnosis: &Diagnosis, findings: &[Finding]) -> Vec<String> {
 fn block(finding: &Finding, fault: &FaultReport, changes: usize) -> Vec<String> {
     let healthy = with_unit(fault.healthy, &fault.unit);
     let size = format!(
-        "{} {} ({}), new {healthy}, {}",
+        "{} {} ({}), new {healthy}{}, {}",
         fault.id,
         sized(fault),
         interval(fault),
+        changed(fault),
         percent(fault.probability).replace(' ', "\u{a0}")
     );
     let changes: Vec<&str> = finding.consequences.iter().take(changes).map(|one| one.text.as_str()).collect();
     let changes = if changes.is_empty() { String::new() } else { format!("; {}", changes.join("; ")) };
     let deviation = format!("  {}: {} {} than new{changes}", finding.part, finding.deviation, finding.direction);
     [wrapped(&size, "  "), wrapped(&deviation, "    ")].concat()
+}
+
+/// The change of a fault whose interval holds the healthy value: neither is known as well as the change.
+fn changed(fault: &FaultReport) -> String {
+    let holds = !fault.interval_misses(fault.healthy, 0.0);
+    let [low, high] = match fault.change95.filter(|_| holds) {
+        Some(ends) => ends.map(|end| text(rounded(end, CHANGE_DIGITS))),
+        None => return String::new(),
+    };
+    format!(", changed by {low} to {}", before_unit(high, &fault.unit))
 }
 
 /// The likeliest explanation without a finding.
@@ -165,6 +178,8 @@ pub(super) fn next(diagnosis: &Diagnosis, findings: &[Finding], written: Left<'_
         return Some(format!("borescope calibrate {rig} HEALTHY_RECORD -o calibrated.toml"));
     }
     match diagnosis.verdict {
+        // What lies within the tolerance may be physics all the same.
+        _ if diagnosis.is_above_noise() => Some(format!("borescope suggest {rig} {record} --check ANOTHER_RECORD")),
         Verdict::Healthy => Some(format!("borescope isolability {rig} --input {record}")),
         // Physics that may be missing is asked of a second record first.
         Verdict::Faulty => {

@@ -325,6 +325,7 @@ mod tests {
             bounds: [0.0, 1.0],
             limit: None,
             ci95: [None, None],
+            change95: None,
             present: true,
             probability: 1.0,
             identifiable: crate::estimation::Identifiable::Bounded,

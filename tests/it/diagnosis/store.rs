@@ -50,6 +50,7 @@ fn diagnosis(record: &str, value: f64, half: f64) -> Diagnosis {
             bounds: [2.0, 9.0],
             limit: Some(6.5),
             ci95: [Some(value - half), Some(value + half)],
+            change95: None,
             present: true,
             probability: 0.99,
             identifiable: Identifiable::Bounded,
