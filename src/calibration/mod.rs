@@ -7,6 +7,7 @@
 //! One round is: noise from the fast part of the misfit, tolerance from the levels of its phases, what the model lacks beyond both,
 //! weights from all three, and the most probable parameters under them. Rounds end when none of it moves any more.
 
+mod along;
 mod clusters;
 mod first_fits;
 mod harm;

@@ -4,18 +4,20 @@
 //! parameters: healthy records may tell a displacement badly and the flow that it makes together with a leak and the gain of a
 //! meter well. A factor on the variance of each parameter would lose the second: a combination whose parts are inflated
 //! differently no longer cancels. So the factor is that of a principal direction of the white covariance, in standard deviations
-//! of the data sheet, along which estimates are independent.
+//! of the data sheet, along which estimates are independent. Where the cost rises by less than its derivatives say, the white variance is
+//! that of the cost ([`super::along`]).
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 
+use super::along::Along;
 use crate::estimation::LocalModel;
 
 /// What the covariance is made from, all in SI.
 pub(super) struct Sources<'a> {
-    /// Of the estimate, records and data sheet together, if all misfits were white.
-    pub white: &'a DMatrix<f64>,
+    /// Its principal directions, with what the cost does along them.
+    pub along: &'a [Along],
     /// Of the estimate by the records, phases as the independent units.
     pub clustered: &'a DMatrix<f64>,
     /// Standard deviations of the data sheet.
@@ -33,10 +35,10 @@ pub(super) fn covariance(from: &Sources<'_>) -> DMatrix<f64> {
     let per_sheet = |matrix: &DMatrix<f64>| {
         DMatrix::from_fn(sheet.len(), sheet.len(), |i, j| matrix[(i, j)] / (sheet[i] * sheet[j]))
     };
-    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(per_sheet(from.white));
     let clustered = per_sheet(from.clustered);
     let mut sum = DMatrix::zeros(sheet.len(), sheet.len());
-    for (direction, &white) in eigenvectors.column_iter().zip(eigenvalues.iter()) {
+    for one in from.along {
+        let (direction, white) = (&one.direction, (one.white * one.flatness()).min(1.0));
         let along = direction.component_mul(&sheet);
         let per_scale = along.map_with_location(|i, _, value| value / from.local.scale[i]);
         let inflation =

@@ -65,7 +65,7 @@ impl Rounds<'_> {
         self,
         (sheet, given): (&Rig, Given),
         records: &[Record],
-        Settled { mut fit, weights, rounds, settled }: Settled,
+        Settled { mut fit, weights, along, rounds, settled }: Settled,
     ) -> Result<(Rig, CalibrationReport), FitError> {
         let loss = Loss::Huber { k: sheet.settings().calibration.huber_width };
         let joint = self.joint(weights, &fit.theta, loss)?;
@@ -75,7 +75,7 @@ impl Rounds<'_> {
         let local = LocalModel::of(&joint, &fit.theta, whole, loss)?;
         let before = &self.prior.sigma;
         let mut covariance = principal::covariance(&Sources {
-            white: &white,
+            along: &along,
             clustered: &clustered,
             sheet: before,
             local: &local,
