@@ -12,34 +12,31 @@ use crate::estimation::Problem;
 /// Share of the variance of the data sheet from which on records say nothing of a direction: it is left as it is.
 const UNTOLD: f64 = 0.9;
 
+/// Rise of the cost from which on its curvature is believed: half of that at one standard deviation.
+const RISEN: f64 = 0.5;
+
 /// A principal direction of a covariance, in standard deviations of the data sheet.
 pub(super) struct Along {
     /// Unit vector.
     pub direction: DVector<f64>,
     /// Variance by the derivatives.
     pub white: f64,
-    /// What the cost rises by, one standard deviation by the derivatives to either side; infinite where the model cannot be solved.
+    /// Standard deviations by the derivatives at which the cost was asked.
+    pub step: f64,
+    /// What it rises by there, to either side; infinite where the model cannot be solved.
     pub rises: [f64; 2],
 }
 
 impl Along {
     /// By how much more variance the cost leaves than its derivatives say.
     pub fn flatness(&self) -> f64 {
-        let rise = 0.5 * (self.rises[0] + self.rises[1]);
         // A cost that does not rise at all leaves what the data sheet does.
-        if rise > 0.0 { rise.recip().max(1.0) } else { f64::INFINITY }
+        if self.rise() > 0.0 { (self.step * self.step / self.rise()).max(1.0) } else { f64::INFINITY }
     }
 
-    /// How many standard deviations lead to the bottom of the parabola through the three values, where that is below the middle one.
-    fn bottom(&self) -> Option<f64> {
-        let [below, above] = self.rises;
-        let curvature = 0.5 * (below + above);
-        let least = below.min(above);
-        if least >= 0.0 || !least.is_finite() {
-            return None;
-        }
-        let side = if below < above { -1.0 } else { 1.0 };
-        Some(if curvature > 0.0 { (0.25 * (below - above) / curvature).clamp(-1.0, 1.0) } else { side })
+    /// The mean of both sides.
+    fn rise(&self) -> f64 {
+        0.5 * (self.rises[0] + self.rises[1])
     }
 }
 
@@ -51,28 +48,21 @@ pub(super) fn along(joint: &Joint<'_>, theta: &[f64], white: &DMatrix<f64>) -> V
     let middle = cost(joint, theta);
     let one = |(direction, &white): (nalgebra::DVectorView<'_, f64>, &f64)| {
         let direction = direction.into_owned();
+        let mut one = Along { direction, white, step: 1.0, rises: [1.0; 2] };
         if white > UNTOLD {
-            return Along { direction, white, rises: [1.0; 2] };
+            return one;
         }
-        let rises = [-1.0, 1.0].map(|side| cost(joint, &moved(joint, theta, &direction, side * white.sqrt())) - middle);
-        Along { direction, white, rises }
+        loop {
+            let by = one.step * white.sqrt();
+            one.rises = [-by, by].map(|by| cost(joint, &moved(joint, theta, &one.direction, by)) - middle);
+            // Within a dimple it says little; beyond the data sheet nothing is asked.
+            if one.rise() >= RISEN || 4.0 * by * by > 1.0 {
+                return one;
+            }
+            one.step *= 2.0;
+        }
     };
     eigenvectors.column_iter().zip(eigenvalues.iter()).map(one).collect()
-}
-
-/// Where the cost is least along all directions together, by their parabolas; `None` where it is nowhere lower by a decrease.
-pub(super) fn lower(joint: &Joint<'_>, theta: &[f64], all: &[Along], decrease: f64) -> Option<Vec<f64>> {
-    let bottoms = all.iter().filter_map(|one| Some((one, one.bottom()?)));
-    let mut found: Option<(f64, Vec<f64>)> = None;
-    for (one, steps) in bottoms {
-        let from = found.as_ref().map_or(theta, |(_, theta)| theta.as_slice());
-        let there = moved(joint, from, &one.direction, steps * one.white.sqrt());
-        let cost = cost(joint, &there);
-        if cost < found.as_ref().map_or_else(|| self::cost(joint, theta) - decrease, |(least, _)| *least) {
-            found = Some((cost, there));
-        }
-    }
-    found.map(|(_, theta)| theta)
 }
 
 /// Some standard deviations of the data sheet along a direction, within the bounds.
@@ -94,17 +84,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_dimple_is_told_from_the_bottom() {
-        let of = |rises| Along { direction: DVector::from_element(1, 1.0), white: 1.0, rises };
+    fn a_cost_that_rises_less_than_a_parabola_leaves_more() {
+        let of = |rises| Along { direction: DVector::from_element(1, 1.0), white: 1.0, step: 1.0, rises };
         // A parabola with its bottom at 0.
-        assert_eq!((of([1.0, 1.0]).flatness(), of([1.0, 1.0]).bottom()), (1.0, None));
+        assert_eq!(of([1.0, 1.0]).flatness(), 1.0);
         // (t - 0.8)^2 / 4 less its value at 0: a quarter as steep, and lower at 0.8.
         let flat = of([0.65, -0.15]);
         assert!((flat.flatness() - 4.0).abs() < 1e-12);
-        assert!((flat.bottom().unwrap() - 0.8).abs() < 1e-12);
-        // One that falls without end is followed for one standard deviation.
-        assert_eq!(of([1.0, -2.0]).bottom(), Some(1.0));
+        // One that does not rise.
         assert_eq!(of([1.0, -1.0]).flatness(), f64::INFINITY);
         assert_eq!(of([f64::INFINITY, f64::INFINITY]).flatness(), 1.0);
+        // Four standard deviations away it has risen by 1.
+        assert_eq!(Along { step: 4.0, ..of([1.0, 1.0]) }.flatness(), 16.0);
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::Given;
+use super::along::along;
 use super::clusters;
 use super::joint::Joint;
 use super::noise::Noise;
@@ -65,7 +66,7 @@ impl Rounds<'_> {
         self,
         (sheet, given): (&Rig, Given),
         records: &[Record],
-        Settled { mut fit, weights, along, rounds, settled }: Settled,
+        Settled { mut fit, weights, rounds, settled }: Settled,
     ) -> Result<(Rig, CalibrationReport), FitError> {
         let loss = Loss::Huber { k: sheet.settings().calibration.huber_width };
         let joint = self.joint(weights, &fit.theta, loss)?;
@@ -74,6 +75,7 @@ impl Rounds<'_> {
         let clustered = clusters::covariance(&joint, &whole, loss, &white);
         let local = LocalModel::of(&joint, &fit.theta, whole, loss)?;
         let before = &self.prior.sigma;
+        let along = along(&joint, &fit.theta, &white);
         let mut covariance = principal::covariance(&Sources {
             along: &along,
             clustered: &clustered,

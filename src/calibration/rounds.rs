@@ -2,7 +2,6 @@
 
 use nalgebra::DVector;
 
-use super::along::{Along, along, lower};
 use super::first_fits::{ends, unsettled};
 use super::joint::{Joint, Solutions};
 use super::noise::{self, Noise};
@@ -20,8 +19,6 @@ pub(super) struct Settled {
     pub fit: Fit,
     /// What it weighed each record with.
     pub weights: Vec<Weights>,
-    /// What the cost does along its principal directions.
-    pub along: Vec<Along>,
     pub rounds: usize,
     /// Whether nothing moved any more.
     pub settled: bool,
@@ -74,24 +71,10 @@ impl<'a> Rounds<'a> {
             count.one();
             let settled = near && alike(&before, &self.rig);
             if settled || rounds >= most {
-                let (along, lower) = self.lower(&fit, &weights)?;
-                match lower.filter(|_| rounds < most) {
-                    None => return Ok(Settled { fit, weights, along, rounds, settled }),
-                    Some(lower) => from = std::mem::replace(&mut theta, lower),
-                }
-                continue;
+                return Ok(Settled { fit, weights, rounds, settled });
             }
             from = std::mem::replace(&mut theta, fit.theta);
         }
-    }
-
-    /// What the cost does along the principal directions of a fit, and values at which it is lower, where derivatives do not tell of them.
-    fn lower(&self, fit: &Fit, weights: &[Weights]) -> Result<(Vec<Along>, Option<Vec<f64>>), FitError> {
-        let settings = &self.rig.settings().calibration;
-        let joint = self.joint(weights.to_vec(), &fit.theta, Loss::Huber { k: settings.huber_width })?;
-        let all = along(&joint, &fit.theta, &joint.covariance(&fit.theta)?);
-        let lower = lower(&joint, &fit.theta, &all, settings.lower_decrease);
-        Ok((all, lower))
     }
 
     /// One round from `theta`: the fit, what it was weighed with, and whether it stayed near.

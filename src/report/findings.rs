@@ -168,7 +168,7 @@ pub(super) fn in_place(rival: &RivalEffect) -> String {
 /// The command that leads further.
 pub(super) fn next(diagnosis: &Diagnosis, findings: &[Finding], written: Left<'_>) -> Option<String> {
     let (rig, record) = (argument(&diagnosis.rig), argument(&diagnosis.record));
-    if diagnosis.unfilled > 0 || !diagnosis.at_odds.is_empty() {
+    if diagnosis.unfilled > 0 || !diagnosis.at_odds.is_empty() || diagnosis.is_misread() {
         return Some(format!("borescope check {rig} {record}"));
     }
     if let Some(off) = &diagnosis.off_data_sheet {

@@ -285,7 +285,9 @@ impl Ledger {
 
     /// The names of the faults of the first row, where its name gives but their number.
     fn several_faults(&self) -> Option<String> {
-        (self.first_faults.len() > 1).then(|| format!("Faults of your model: {}.", self.first_faults.join(", ")))
+        let gone =
+            if self.faults.is_empty() && !self.effects.is_empty() { "; with what was added none is left" } else { "" };
+        (self.first_faults.len() > 1).then(|| format!("Faults of your model: {}{gone}.", self.first_faults.join(", ")))
     }
 
     /// What speaks against what was added, in the order in which it was.

@@ -37,9 +37,6 @@ settings! {
         /// Change of a parameter below which rounds are settled.
         settled_deviation: f64 = 0.3, "standard errors",
             "Numerical accuracy: 0.3 standard errors add 4 % to the width of an interval.";
-        /// Decrease of the cost one standard deviation away from which on settled rounds go on from there.
-        lower_decrease: f64 = 0.25, "chi-square",
-            "Numerical accuracy: moves an estimate by no more than half of its standard error.";
         /// Derivatives are taken again where a parameter has moved by more.
         moved_share: f64 = 0.25, "share of the uncertainty before",
             "Numerical accuracy: laws bend over such a distance by less than a hundredth, which moves the optimum by \
