@@ -67,11 +67,11 @@ pub(super) fn along(joint: &Joint<'_>, theta: &[f64], white: &DMatrix<f64>) -> V
 
 /// Some standard deviations of the data sheet along a direction, within the bounds.
 fn moved(joint: &Joint<'_>, theta: &[f64], direction: &DVector<f64>, by: f64) -> Vec<f64> {
-    let bounds = joint.bounds.iter().zip(&joint.prior.sigma);
-    let one = |((theta, along), ((low, high), sigma)): ((&f64, &f64), (&(f64, f64), &f64))| {
-        (theta + by * along * sigma).clamp(*low, *high)
+    let one = |(index, theta): (usize, &f64)| {
+        let (low, high) = joint.bounds[index];
+        (theta + by * direction[index] * joint.prior.sigma[index]).clamp(low, high)
     };
-    theta.iter().zip(direction.iter()).zip(bounds).map(one).collect()
+    theta.iter().enumerate().map(one).collect()
 }
 
 fn cost(joint: &Joint<'_>, theta: &[f64]) -> f64 {
