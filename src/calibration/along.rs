@@ -40,11 +40,14 @@ impl Along {
     }
 }
 
+/// A covariance (SI) in standard deviations of the data sheet.
+pub(super) fn per_sheet(covariance: &DMatrix<f64>, sheet: &[f64]) -> DMatrix<f64> {
+    covariance.map_with_location(|i, j, value| value / (sheet[i] * sheet[j]))
+}
+
 /// The principal directions of a covariance (SI) that is white, with what the cost does along them.
 pub(super) fn along(joint: &Joint<'_>, theta: &[f64], white: &DMatrix<f64>) -> Vec<Along> {
-    let sheet = DVector::from_column_slice(&joint.prior.sigma);
-    let per_sheet = DMatrix::from_fn(sheet.len(), sheet.len(), |i, j| white[(i, j)] / (sheet[i] * sheet[j]));
-    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(per_sheet);
+    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(per_sheet(white, &joint.prior.sigma));
     let middle = cost(joint, theta);
     let one = |(direction, &white): (nalgebra::DVectorView<'_, f64>, &f64)| {
         let direction = direction.into_owned();

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::along::Along;
+use super::along::{Along, per_sheet};
 use crate::estimation::LocalModel;
 
 /// What the covariance is made from, all in SI.
@@ -32,10 +32,7 @@ pub(super) struct Sources<'a> {
 /// clustered, and no more than the data sheet leaves open.
 pub(super) fn covariance(from: &Sources<'_>) -> DMatrix<f64> {
     let sheet = DVector::from_column_slice(from.sheet);
-    let per_sheet = |matrix: &DMatrix<f64>| {
-        DMatrix::from_fn(sheet.len(), sheet.len(), |i, j| matrix[(i, j)] / (sheet[i] * sheet[j]))
-    };
-    let clustered = per_sheet(from.clustered);
+    let clustered = per_sheet(from.clustered, from.sheet);
     let mut sum = DMatrix::zeros(sheet.len(), sheet.len());
     for one in from.along {
         let (direction, white) = (&one.direction, (one.white * one.flatness()).min(1.0));

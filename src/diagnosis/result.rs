@@ -95,12 +95,12 @@ fn identifiable<S: Serializer>(value: &Identifiable, serializer: S) -> Result<S:
 }
 
 /// Error of what is explained, times the noise, from which on it is said why it counts as explained.
-pub(crate) const ABOVE_NOISE: f64 = 1.5;
+pub(crate) const CLEARLY_ABOVE_NOISE: f64 = 1.5;
 
 impl ChannelReport {
     /// Whether it counts as explained although clearly more than noise is left.
     pub(crate) fn is_above_noise(&self) -> bool {
-        self.adequate && self.samples > 0 && self.times_noise > ABOVE_NOISE
+        self.adequate && self.samples > 0 && self.times_noise > CLEARLY_ABOVE_NOISE
     }
 }
 
@@ -367,7 +367,7 @@ impl Diagnosis {
 
     /// Whether the record is explained although clearly more than noise is left of it.
     pub(crate) fn is_above_noise(&self) -> bool {
-        self.is_explained() && self.times_noise > ABOVE_NOISE
+        self.is_explained() && self.times_noise > CLEARLY_ABOVE_NOISE
     }
 
     /// Whether a column reads as if it were in another unit: a mistake in the record, which neither parts nor physics should be fitted to.

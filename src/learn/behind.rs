@@ -3,7 +3,8 @@
 //! A model that lacks an effect is bent towards the record by whatever may move, faults first: friction that nobody wrote down
 //! becomes a narrow opening with an interval as small as if it were the truth. So where faults are found and yet do not explain
 //! the record, effects compete with them under the one criterion of [`suggest`], and the faults are isolated again beside the
-//! effect that wins. Where they do explain it, effects that would explain it as well are named beside them ([`super::rivals`]).
+//! effect that wins. Where they do explain it, effects that would explain it as well are named beside them ([`super::rivals`]); where one
+//! of these does better, or clearly more than noise is left, effects compete all the same.
 
 use super::evaluated::{Conclusion, EvaluatedModel};
 use super::fitted_model::FittedModel;

@@ -21,7 +21,7 @@ use crate::units::Unit;
 /// Sizes of the bend that are tried, in typical sizes of the curve.
 const BENDS: [f64; 7] = [1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3];
 
-/// How a curve without a formula is told.
+/// What a curve without a formula is called.
 #[derive(Debug)]
 pub(super) struct Told {
     effect: &'static str,

@@ -4,6 +4,7 @@ use super::brief::wrapped;
 use super::caveats::unsure_file;
 use super::learn::{ABOVE_NOISE, adequate, goes_with, multiple, named_fault, times};
 use super::table::{Head, aligned};
+use crate::diagnosis::CLEARLY_ABOVE_NOISE;
 use crate::finding::argument;
 use crate::learn::comparison::{ChannelComparison, Comparison, MisfitPlace, PresentFault, WithFaults};
 use crate::number::{rounded, text, with_unit};
@@ -158,7 +159,7 @@ pub(super) fn next(comparison: &Comparison) -> String {
     match &comparison.with_faults {
         _ if comparison.unfilled > 0 => format!("Next: borescope check {rig} {record}"),
         // What lies within the tolerance may be physics all the same.
-        _ if comparison.adequate && comparison.times_noise > crate::diagnosis::ABOVE_NOISE => {
+        _ if comparison.adequate && comparison.times_noise > CLEARLY_ABOVE_NOISE => {
             format!("Next: borescope suggest {rig} {record} --check ANOTHER_RECORD")
         }
         _ if comparison.adequate => format!("Next: borescope diagnose {rig} {record}"),
