@@ -7,7 +7,9 @@ use rayon::prelude::*;
 
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::{Estimated, away, root_mean_square};
-use crate::estimation::{Fit, FitError, Gaussian, Linearised, LocalModel, Loss, Options, Problem, fit_along};
+use crate::estimation::{
+    Fit, FitError, Gaussian, Linearised, LocalModel, Loss, Options, Part, Problem, Series, Shared, fit_along,
+};
 use crate::model::{InputSignals, Model, SimulationError};
 use crate::record::Record;
 
@@ -232,19 +234,6 @@ impl<'a> Joint<'a> {
         }
     }
 
-    /// The parts of the misfit vector that are time series: sensor by sensor, record by record.
-    pub fn series(&self) -> Vec<std::ops::Range<usize>> {
-        let mut series = Vec::new();
-        let mut first = 0;
-        for one in self.solutions.records {
-            for measured in &one.measured {
-                series.push(first..first + measured.len());
-                first += measured.len();
-            }
-        }
-        series
-    }
-
     /// Misfits of the records, without robust factors.
     fn weighted(&self, theta: &[f64]) -> Result<Vec<f64>, SimulationError> {
         let curves = self.solutions.curves(theta)?;
@@ -314,6 +303,29 @@ impl<'a> Joint<'a> {
         let local = self.local_model(theta)?;
         let scaled = local.information(self)?.covariance();
         Ok(DMatrix::from_fn(theta.len(), theta.len(), |i, j| scaled[(i, j)] * local.scale[i] * local.scale[j]))
+    }
+}
+
+/// Sensor by sensor, record by record.
+impl Series for Joint<'_> {
+    fn parts(&self) -> Vec<Part> {
+        let mut first = 0;
+        let one = |(shared, measured): (Shared, &&[f64])| {
+            let rows = first..first + measured.len();
+            first = rows.end;
+            Part { rows, shared }
+        };
+        let of_records = self.weights.iter().zip(self.solutions.records);
+        of_records.flat_map(|(weights, one)| weights.shared().into_iter().zip(&one.measured)).map(one).collect()
+    }
+
+    fn leave_own(&self, column: &mut [f64]) {
+        let mut rest = column;
+        for weights in &self.weights {
+            let (of_record, after) = rest.split_at_mut(weights.rows() * weights.sensors());
+            weights.leave_own(of_record);
+            rest = after;
+        }
     }
 }
 

@@ -7,12 +7,10 @@
 //! of the data sheet, along which estimates are independent. Where the cost rises by less than its derivatives say, the white variance is
 //! that of the cost ([`super::along`]).
 
-use std::ops::Range;
-
 use nalgebra::{DMatrix, DVector};
 
 use super::along::{Along, per_sheet};
-use crate::estimation::LocalModel;
+use crate::estimation::{LocalModel, Series};
 
 /// What the covariance is made from, all in SI.
 pub(super) struct Sources<'a> {
@@ -24,8 +22,8 @@ pub(super) struct Sources<'a> {
     pub sheet: &'a [f64],
     /// The misfits at the optimum and their derivatives.
     pub local: &'a LocalModel,
-    /// The parts of the misfits that are time series.
-    pub series: &'a [Range<usize>],
+    /// The misfits as time series.
+    pub series: &'a dyn Series,
 }
 
 /// Covariance of the parameters, SI: each principal direction with the largest of its variances, white, autocorrelated and

@@ -14,7 +14,7 @@ use super::report::{
 use super::rounds::{Rounds, Settled};
 use crate::diagnosis::problem::count_there;
 use crate::diagnosis::{adequate, tame_squares};
-use crate::estimation::{Fit, FitError, LocalModel, Loss};
+use crate::estimation::{Fit, FitError, LocalModel, Loss, Series};
 use crate::number::rounded;
 use crate::record::Record;
 use crate::rig::{Calibration, NEVER_KNOWN, Rig};
@@ -81,7 +81,7 @@ impl Rounds<'_> {
             clustered: &clustered,
             sheet: before,
             local: &local,
-            series: &joint.series(),
+            series: &joint,
         });
         for (i, before) in before.iter().enumerate() {
             covariance[(i, i)] += (NEVER_KNOWN * before).powi(2);
@@ -211,7 +211,7 @@ impl Rounds<'_> {
 
     fn records(&self, sheet: &Rig, fit: &Fit, joint: &Joint<'_>, warnings: &mut Vec<String>) -> Vec<RecordFit> {
         let plain = self.solutions.errors(&fit.theta).ok();
-        let mut series = joint.series().into_iter();
+        let mut series = joint.parts().into_iter().map(|part| part.rows);
         let mut records = Vec::new();
         for (record, one) in self.solutions.records.iter().enumerate() {
             let name = one.record.path.display().to_string();

@@ -44,6 +44,32 @@ pub struct Disturbed {
     pub healthy: Vec<f64>,
 }
 
+/// Standard deviation by which a parameter of a part strays at size 1, SI.
+fn stray(parameter: &Parameter) -> f64 {
+    if parameter.per_event {
+        return STRAY_ANEW * parameter.sigma;
+    }
+    let value = parameter.value;
+    let known = if parameter.spread > 0.0 { parameter.spread } else { parameter.sigma };
+    let most = if known >= LOOSE_FROM * value.abs() { STRAY_LOOSE } else { STRAY };
+    if value == 0.0 { known } else { known.min(most * value.abs()) }
+}
+
+/// The same rig file, its author knowing how far rigs stray at size 1.
+pub fn well_known(rig: &Rig) -> Rig {
+    let mut known = rig.clone();
+    for parameter in &mut known.parameters {
+        let most = stray(parameter);
+        (parameter.spread, parameter.sigma) = (parameter.spread.min(most), parameter.sigma.min(most));
+    }
+    for sensor in &rig.sensors {
+        let (offset, gain) = (sensor.first_parameter, sensor.first_parameter + 1);
+        known.parameters[offset].spread = OFFSET * sensor.noise;
+        known.parameters[gain].spread = GAIN * rig.parameters[gain].value;
+    }
+    known
+}
+
 /// Draws a rig near `rig`. All deviations are proportional to `size`; at 0 the rig comes back as it is.
 ///
 /// # Errors
@@ -53,16 +79,11 @@ pub fn disturb(rig: &Rig, size: f64, random: &mut Stream) -> Result<Disturbed, C
     let is_of_a_part = |own: &&mut Parameter| !matches!(own.role, Role::Instrument | Role::GasLaw);
     for parameter in disturbed.parameters.iter_mut().filter(is_of_a_part) {
         let value = parameter.value;
-        let stray = random.normal() * size;
+        let by = random.normal() * size;
         if parameter.role == Role::Smoothing {
-            parameter.value = value * (SMOOTHING * stray).exp();
-        } else if parameter.per_event {
-            parameter.value += STRAY_ANEW * parameter.sigma * stray;
+            parameter.value = value * (SMOOTHING * by).exp();
         } else {
-            let known = if parameter.spread > 0.0 { parameter.spread } else { parameter.sigma };
-            let most = if known >= LOOSE_FROM * value.abs() { STRAY_LOOSE } else { STRAY };
-            let sigma = if value == 0.0 { known } else { known.min(most * value.abs()) };
-            parameter.value += sigma * stray;
+            parameter.value += stray(parameter) * by;
         }
         let (low, high) = parameter.bounds;
         let least = if value > 0.0 { LEAST * value } else { low };

@@ -235,7 +235,7 @@ fn along(
     misfit: &[f64],
 ) -> Option<(DVector<f64>, f64)> {
     let direction = case.information(near, set).ok()?.direction(fault)?;
-    let inflation = near.inflation_along(&case.problem(set), &direction, misfit, &case.full.series());
+    let inflation = near.inflation_along(&case.problem(set), &direction, misfit, &case.full);
     Some((direction, inflation))
 }
 

@@ -21,7 +21,7 @@ mod directions;
 use std::ops::Range;
 
 use self::directions::random_directions;
-use crate::estimation::dot;
+use crate::estimation::{Shared, dot};
 use crate::model::{InputSignals, Late};
 use crate::record::{Record, Sampling};
 use crate::rig::{Hold, Rig};
@@ -224,6 +224,11 @@ impl Weights {
     pub fn apply(&self, column: &mut [f64]) {
         self.scale(column);
         self.level(column);
+        self.take_events(column);
+    }
+
+    /// Takes from each phase what events can explain.
+    fn take_events(&self, column: &mut [f64]) {
         for phase in &self.phases {
             let length = phase.rows.len();
             for (direction, taken) in phase.directions.iter().zip(&phase.taken) {
@@ -237,6 +242,30 @@ impl Weights {
                 }
             }
         }
+    }
+
+    /// Of weighted misfits: takes once more what samples of a phase have in common, so that what is left is their own. With weights
+    /// `W = S D^(-1/2)`, this is `S'`.
+    pub fn leave_own(&self, column: &mut [f64]) {
+        self.take_events(column);
+        self.level(column);
+    }
+
+    /// What the samples of each sensor may have in common.
+    pub fn shared(&self) -> Vec<Shared> {
+        let share = |taken: f64| 1.0 - (1.0 - taken).powi(2);
+        let mut shared = vec![Shared::default(); self.sensors()];
+        for phase in &self.phases {
+            for (shared, (_, taken)) in shared.iter_mut().zip(&phase.levels) {
+                taken.iter().for_each(|&taken| shared.add(share(taken), 1.0));
+            }
+            for (direction, &taken) in phase.directions.iter().zip(&phase.taken) {
+                for (shared, part) in shared.iter_mut().zip(direction.chunks_exact(phase.rows.len().max(1))) {
+                    shared.add(share(taken), dot(part, part));
+                }
+            }
+        }
+        shared
     }
 
     /// By how much the weighted misfits differ where the sensors read `with` and not `plain`, `[sensor][row]`, SI.

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 use super::noise::Weights;
 use crate::context::Interrupted;
-use crate::estimation::{FitError, Linearised, Problem};
+use crate::estimation::{FitError, Linearised, Part, Problem, Series};
 use crate::model::{InputSignals, Model, Onset, Sensitivities, SimulationError};
 
 /// A parameter that is fitted.
@@ -150,6 +150,17 @@ impl<'a> RecordProblem<'a> {
         let mut misfit = away(outputs, &self.measured);
         self.weights.apply(&mut misfit);
         misfit
+    }
+}
+
+/// One per sensor.
+impl Series for RecordProblem<'_> {
+    fn parts(&self) -> Vec<Part> {
+        self.series().into_iter().zip(self.weights.shared()).map(|(rows, shared)| Part { rows, shared }).collect()
+    }
+
+    fn leave_own(&self, column: &mut [f64]) {
+        self.weights.leave_own(column);
     }
 }
 

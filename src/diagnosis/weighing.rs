@@ -184,7 +184,6 @@ pub(super) fn inflation_between(set: FaultSet, centre: FaultSet, inflation: &[f6
 /// healthy value included. The misfits are those that the fault at its best would leave: what it explains is no noise, be it absent
 /// or on its way to where a fit will end.
 pub(super) fn inflations(case: &Case<'_>, local: &LocalModel, schur: &SchurComplement, set: FaultSet) -> Vec<f64> {
-    let series = case.full.series();
     let (before, known) = (case.prior(set), case.healthy_prior());
     let pulled = before.misfit(&local.theta);
     let scale = DVector::from_column_slice(&local.scale);
@@ -198,7 +197,7 @@ pub(super) fn inflations(case: &Case<'_>, local: &LocalModel, schur: &SchurCompl
         let slack = |bound: f64| (bound - local.theta[fault]) / local.scale[fault];
         let share = (-pull).clamp(slack(low), slack(high)) / along.variance;
         let left: Vec<f64> = local.misfit.iter().zip(influence.iter()).map(|(r, by)| r + share * by).collect();
-        local.inflation(&influence, &left, own, &series)
+        local.inflation(&influence, &left, own, &case.full)
     };
     (0..case.faults()).into_par_iter().map(one).collect()
 }

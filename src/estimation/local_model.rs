@@ -171,15 +171,25 @@ impl LocalModel {
     /// Variance inflation by autocorrelation of an estimate: the variance of its scores over that of white misfits, at least 1.
     ///
     /// `influence` is what the estimate's [direction](Information::direction) does to the misfits, `misfit` those that are
-    /// left, `series` the parts that are time series. What the prior adds to the scores, the square of `known` along the
-    /// direction, is no series and is not inflated: the variance of the estimate is `d' (v J'J + P) d` (sandwich).
-    pub fn inflation(&self, influence: &DVector<f64>, misfit: &[f64], known: f64, series: &[Range<usize>]) -> f64 {
+    /// left. What the prior adds to the scores, the square of `known` along the direction, is no series and is not inflated: the
+    /// variance of the estimate is `d' (v J'J + P) d` (sandwich). Nor is what the weights allow samples to share, unless it is exceeded:
+    /// with weights `W'W = (D + L)^-1`, `D` of samples on their own and `L` of what they share, the scores `g'W'W e` of errors that are
+    /// coloured by a factor `v` have the variance `a'(v D + L)a` with `a = W'W g`.
+    pub fn inflation(&self, influence: &DVector<f64>, misfit: &[f64], known: f64, series: &dyn Series) -> f64 {
         let (mut correlated, mut white) = (known, known);
-        for range in series {
-            let score = |row: usize| influence[row] * misfit[row] * self.loss.weight(misfit[row]);
-            let scores: Vec<f64> = range.clone().map(score).collect();
-            correlated += long_run_variance(scores);
-            white += range.clone().map(|row| influence[row].powi(2)).sum::<f64>();
+        let pull: Vec<f64> = misfit.iter().map(|&r| r * self.loss.weight(r)).collect();
+        let (mut own, mut noise) = (influence.as_slice().to_vec(), pull.clone());
+        series.leave_own(&mut own);
+        series.leave_own(&mut noise);
+        for Part { rows, shared } in series.parts() {
+            let square = |of: &[f64]| of[rows.clone()].iter().map(|value| value * value).sum::<f64>();
+            let (all, on_their_own) = (square(influence.as_slice()), square(&own));
+            let of_noise = long_run_variance(rows.clone().map(|row| own[row] * noise[row]).collect());
+            let of_shared = (all - on_their_own).max(0.0);
+            let colour = if on_their_own > 0.0 { of_noise / on_their_own } else { 1.0 };
+            let excess = shared.excess(square(&pull) - square(&noise), colour);
+            correlated += of_noise + of_shared * excess;
+            white += all;
         }
         if white > 0.0 { (correlated / white).max(1.0) } else { 1.0 }
     }
@@ -190,11 +200,52 @@ impl LocalModel {
         problem: &P,
         direction: &DVector<f64>,
         misfit: &[f64],
-        series: &[Range<usize>],
+        series: &dyn Series,
     ) -> f64 {
         let step = direction.component_mul(&DVector::from_column_slice(&self.scale));
         let known = problem.prior().map_or(0.0, |prior| prior.change(&step).norm_squared());
         self.inflation(&(&self.jacobian * direction), misfit, known, series)
+    }
+}
+
+/// Weighted misfits as time series.
+pub trait Series {
+    /// One after the other.
+    fn parts(&self) -> Vec<Part>;
+
+    /// Of weighted misfits, or of what a parameter does to them: leaves what samples have on their own, where weights that allow
+    /// them to share something have called misfits independent.
+    fn leave_own(&self, column: &mut [f64]);
+}
+
+/// One time series of weighted misfits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    pub rows: Range<usize>,
+    pub shared: Shared,
+}
+
+/// What the samples of a series may share: each way in which they may differ together has a variance, of which a share is not that of
+/// samples on their own.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Shared {
+    /// Sum of the shares over all ways.
+    pub sum: f64,
+    /// Sum of their squares.
+    pub squares: f64,
+}
+
+impl Shared {
+    /// One way more, weighed by how far it is one of this series.
+    pub fn add(&mut self, share: f64, weight: f64) {
+        self.sum += weight * share;
+        self.squares += weight * share * share;
+    }
+
+    /// By how much the variance of what is shared exceeds what is allowed, at least 1: from what [`Series::leave_own`] takes from the
+    /// sum of squares of misfits whose noise has long-run variance `colour`. A way with a share `s` has `s excess + (1 - s) colour`.
+    fn excess(&self, taken: f64, colour: f64) -> f64 {
+        if self.squares > 0.0 { ((taken - colour * (self.sum - self.squares)) / self.squares).max(1.0) } else { 1.0 }
     }
 }
 

@@ -45,7 +45,7 @@ pub use autocorrelation::long_run_variance;
 pub use descent::{fit, fit_along};
 pub use error::{FitError, NotFinite};
 pub use fit::{Bound, Fit};
-pub use local_model::LocalModel;
+pub use local_model::{LocalModel, Part, Series, Shared};
 pub use loss::Loss;
 pub use options::Options;
 pub use prior::Gaussian;

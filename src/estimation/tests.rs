@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use rand_distr::Distribution;
 
 use super::local_model::Evaluated;
 use super::*;
@@ -292,6 +293,17 @@ fn the_interval_of_a_gap_that_is_best_without_or_with_a_leak_is_that_of_its_cube
     }
 }
 
+/// So many samples that share nothing.
+struct White(usize);
+
+impl Series for White {
+    fn parts(&self) -> Vec<Part> {
+        vec![Part { rows: 0..self.0, shared: Shared::default() }]
+    }
+
+    fn leave_own(&self, _: &mut [f64]) {}
+}
+
 #[test]
 fn inflation_of_a_series_of_first_order_is_its_closed_form() {
     // The variance of the mean of an AR(1) series is (1 + rho) / (1 - rho) times that of white noise.
@@ -309,9 +321,71 @@ fn inflation_of_a_series_of_first_order_is_its_closed_form() {
     let fitted = fit(&mean, &[0.0], Loss::None, Options::default()).unwrap();
     let near = fitted.model.unwrap();
     let direction = near.information(&mean).unwrap().direction(0).unwrap();
-    let found = near.inflation_along(&mean, &direction, &near.misfit, std::slice::from_ref(&(0..n)));
+    let found = near.inflation_along(&mean, &direction, &near.misfit, &White(n));
     // The long-run variance of so many samples is known to about a tenth.
     approx::assert_relative_eq!(found, (1.0 + rho) / (1.0 - rho), max_relative = 0.1);
+}
+
+/// Series of phases of `rows` samples that share a level of `tolerance` standard deviations of a sample.
+struct Levelled {
+    rows: usize,
+    phases: usize,
+    tolerance: f64,
+}
+
+impl Series for Levelled {
+    fn parts(&self) -> Vec<Part> {
+        let mut shared = Shared::default();
+        shared.add(1.0 - (1.0 - self.taken()).powi(2), self.phases as f64);
+        vec![Part { rows: 0..self.rows * self.phases, shared }]
+    }
+
+    fn leave_own(&self, column: &mut [f64]) {
+        for phase in column.chunks_exact_mut(self.rows) {
+            let level = self.taken() * phase.iter().sum::<f64>() / self.rows as f64;
+            phase.iter_mut().for_each(|value| *value -= level);
+        }
+    }
+}
+
+impl Levelled {
+    fn taken(&self) -> f64 {
+        1.0 - (1.0 + self.rows as f64 * self.tolerance.powi(2)).sqrt().recip()
+    }
+}
+
+#[test]
+fn what_weights_allow_samples_to_share_is_not_inflated() {
+    let (rho, rows, phases, tolerance): (f64, usize, usize, f64) = (0.5, 100, 200, 0.15);
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let mut normal = || -> f64 { rand_distr::StandardNormal.sample(&mut random) };
+    let (mut noise, mut level) = (0.0, 0.0);
+    let n = rows * phases;
+    let mut errors = Vec::with_capacity(n);
+    for row in 0..n {
+        noise = rho * noise + (1.0 - rho * rho).sqrt() * normal();
+        if row % rows == 0 {
+            level = tolerance * normal();
+        }
+        errors.push(noise + level);
+    }
+    // The mean of all samples, weighed with (1 + t² 11')^(-1/2) in each phase, which is what `leave_own` does to a column.
+    let series = Levelled { rows, phases, tolerance };
+    let mut influence = vec![1.0; n];
+    series.leave_own(&mut influence);
+    series.leave_own(&mut errors);
+    let a = DMatrix::from_column_slice(n, 1, &influence);
+    let mean =
+        Line { a, y: DVector::zeros(n), bend: 0.0, bounds: vec![OPEN], scale: vec![1.0], prior: Gaussian::none() };
+    let near = LocalModel::at(&mean, &[0.0], Loss::None).unwrap();
+    let influence = DVector::from_vec(influence);
+    // A phase's mean has the variance t² + v/rows instead of t² + 1/rows.
+    let v = (1.0 + rho) / (1.0 - rho);
+    let of = |v: f64| tolerance.powi(2) + v / rows as f64;
+    let found = near.inflation(&influence, &errors, 0.0, &series);
+    approx::assert_relative_eq!(found, of(v) / of(1.0), max_relative = 0.1);
+    // Taken for samples on their own, they would be as uncertain as if none shared anything.
+    assert!(near.inflation(&influence, &errors, 0.0, &White(n)) > 1.3 * found);
 }
 
 #[test]
@@ -327,8 +401,7 @@ fn what_is_known_before_is_not_inflated() {
     approx::assert_relative_eq!(along.variance * 4.0, 1.0 / n as f64 + p * p, max_relative = 1e-6);
     let influence = near.jacobian() * &along.total;
     let own = mean.prior.change(&(along.known * 2.0)).norm_squared();
-    let whole = 0..n;
-    let series = std::slice::from_ref(&whole);
+    let series = &White(n);
     let of_record = near.inflation(&influence, &near.misfit, 0.0, series);
     assert!(of_record > 5.0, "{of_record}");
     let expected = (of_record / n as f64 + p * p) / (1.0 / n as f64 + p * p);

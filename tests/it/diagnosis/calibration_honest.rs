@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use borescope::Rig;
 use borescope::internals::calibration::{CalibrationOptions, calibrate_rig};
+use borescope::internals::campaign::disturb::well_known;
 use borescope::internals::campaign::random::Stream;
 use borescope::internals::campaign::{Campaign, CampaignOptions};
 use borescope::internals::rig::Parameter;
@@ -87,20 +88,23 @@ fn by_parameter(all: Vec<Vec<(String, f64)>>) -> BTreeMap<String, Vec<f64>> {
     by
 }
 
-/// Errors of all calibrated parameters of so many disturbed rigs, in standard errors, by the parameter.
+/// Errors of all calibrated parameters of so many disturbed rigs, in standard errors, by the parameter. What is expected of a data sheet
+/// is how far these rigs stray from it: a standard error that holds as often as it says can only be asked of a right expectation.
 fn errors(rigs: usize, seed: u64) -> BTreeMap<String, Vec<f64>> {
     let rig = Rig::read(RIG).unwrap();
+    let sheet = well_known(&rig);
     let options = CampaignOptions { seed, rigs, ..CampaignOptions::new(rigs) };
     let campaign = Campaign::new(rig, options).unwrap();
     let one = |number: usize| {
         let prepared = campaign.prepared(number).unwrap();
-        let (found, truth) = (&prepared.model.as_ref().unwrap().rig, &prepared.disturbed.rig);
+        let (found, _) = calibrate_rig(&sheet, &prepared.records, &CalibrationOptions::default()).unwrap();
+        let truth = &prepared.disturbed.rig;
         let calibrated = found.calibration.as_ref().unwrap().parameters.iter();
         let error = |&index: &usize| {
             let found = &found.parameters[index];
             // Margins have no truth: the disturbed rig has another law.
             let truth = &truth.parameters[truth.parameter(&found.id)?];
-            is_told(&campaign.rig, found).then(|| (found.id.clone(), (found.value - truth.value) / found.sigma))
+            is_told(&sheet, found).then(|| (found.id.clone(), (found.value - truth.value) / found.sigma))
         };
         calibrated.filter_map(error).collect::<Vec<_>>()
     };
