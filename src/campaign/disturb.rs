@@ -56,6 +56,7 @@ fn stray(parameter: &Parameter) -> f64 {
 }
 
 /// The same rig file, its author knowing how far rigs stray at size 1.
+#[cfg(feature = "internals")]
 pub fn well_known(rig: &Rig) -> Rig {
     let mut known = rig.clone();
     for parameter in &mut known.parameters {

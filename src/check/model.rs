@@ -36,6 +36,8 @@ const MOST: usize = 3;
 /// What units are mistaken for each other by: powers of ten, minutes for seconds, psi for bar, inches for millimetres, and the other
 /// way.
 const MISTAKEN: [f64; 6] = [10.0, 100.0, 1000.0, 60.0, 14.5038, 25.4];
+/// What units of a column are mistaken for each other by beside these: gallons for litres, m3/h for L/min.
+const MISTAKEN_COLUMN: [f64; 2] = [3.785_41, 1000.0 / 60.0];
 /// How many times as long a record is whose time is in another unit than stated: ms, min and h for s and the other way, and us taken
 /// for s.
 const LONGER: [f64; 7] = [1e3, 60.0, 3600.0, 1e-3, 1.0 / 60.0, 1.0 / 3600.0, 1e-6];
@@ -166,15 +168,25 @@ impl Beside<'_> {
     /// Sensors whose columns read several times what the model says, and the same in words.
     fn misread(&self, healthy: &[Vec<f64>]) -> Vec<(usize, String)> {
         let told = self.rig.sensors.iter().enumerate().filter_map(|(index, sensor)| {
-            let ratio = ratio_to_healthy(
-                &self.rig.settings().diagnosis,
-                &self.measured[index]?[..self.times.len()],
-                &healthy[index],
-            )?;
+            let measured = &self.measured[index]?[..self.times.len()];
+            let ratio = ratio_to_healthy(&self.rig.settings().diagnosis, measured, &healthy[index])
+                .or_else(|| self.ratio_of_units(&healthy[index], index, measured))?;
             let unit = self.rig.sensor_unit(sensor).symbol;
             Some((index, reads_otherwise(&format!("`{}`", sensor.column), ratio, &unit)))
         });
         told.collect()
+    }
+
+    /// By what a column that the model is far from reads otherwise, if that is the ratio of two units, with which the model follows it.
+    fn ratio_of_units(&self, healthy: &[f64], sensor: usize, measured: &[f64]) -> Option<f64> {
+        let before = self.missed(healthy, sensor).filter(|before| *before > MISSED)?;
+        let ratios = MISTAKEN.iter().chain(&MISTAKEN_COLUMN).flat_map(|factor| [*factor, 1.0 / factor]);
+        let left = |ratio: f64| {
+            let read: Vec<f64> = measured.iter().map(|value| value / ratio).collect();
+            Some((self.missed_by(healthy, sensor, &read)?, ratio))
+        };
+        let best = ratios.filter_map(left).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (best.0 < FOLLOWED * before).then_some(best.1)
     }
 
     /// Values of the rig file with one of which, read in another unit, the model follows a record that it is far from; or the time of

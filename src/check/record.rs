@@ -8,7 +8,7 @@ use crate::complaint::Complaint;
 use crate::diagnosis::doubtful::surveyed;
 use crate::diagnosis::weighed::measured;
 use crate::model::InputSignals;
-use crate::number::{in_unit, rounded};
+use crate::number::{difference_in_unit, in_unit, rounded};
 use crate::record::survey::{Finding, told};
 use crate::record::{Channel, Record};
 use crate::rig::{Proposal, Rig};
@@ -80,8 +80,27 @@ pub struct PhaseInput {
     pub from: f64,
     /// At the end.
     pub to: f64,
+    /// The least on the way, where that is not noise.
+    pub least: f64,
+    /// The most.
+    pub most: f64,
     /// As the rig file has it.
     pub unit: String,
+}
+
+/// Standard deviations of an input's noise by which it does not stray.
+const NOISE: f64 = 6.0;
+
+impl PhaseInput {
+    /// Has come to its end by way of where it was, noise aside.
+    fn reach(&mut self, noise: f64) {
+        if self.to < self.least - noise {
+            self.least = self.to;
+        }
+        if self.to > self.most + noise {
+            self.most = self.to;
+        }
+    }
 }
 
 /// The page, and what keeps a diagnosis from using the record.
@@ -167,6 +186,7 @@ fn phases(rig: &Rig, drive: &InputSignals) -> Vec<PhaseLine> {
                 phase.to_s = rounded(piece.end, 12);
                 for ((own, to), input) in phase.inputs.iter_mut().zip(&piece.to).zip(&rig.inputs) {
                     own.to = in_unit(*to, &input.unit);
+                    own.reach(difference_in_unit(NOISE * input.noise, &input.unit));
                 }
             }
             None => phases.push(PhaseLine {
@@ -176,11 +196,10 @@ fn phases(rig: &Rig, drive: &InputSignals) -> Vec<PhaseLine> {
                     .inputs
                     .iter()
                     .zip(piece.from.iter().zip(&piece.to))
-                    .map(|(input, (from, to))| PhaseInput {
-                        name: input.name.clone(),
-                        from: in_unit(*from, &input.unit),
-                        to: in_unit(*to, &input.unit),
-                        unit: input.unit.to_string(),
+                    .map(|(input, (from, to))| {
+                        let [from, to] = [from, to].map(|value| in_unit(*value, &input.unit));
+                        let (name, unit) = (input.name.clone(), input.unit.to_string());
+                        PhaseInput { name, from, to, least: from.min(to), most: from.max(to), unit }
                     })
                     .collect(),
             }),

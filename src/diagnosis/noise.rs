@@ -320,6 +320,17 @@ impl Weights {
         samples.sum::<f64>() + taken.map(|taken| (-taken).ln_1p()).sum::<f64>()
     }
 
+    /// Mean square of misfits of a sensor, SI, each by the share at which it counts: where a curve is steep, a small shift in time is a large
+    /// error, and a sample counts for little. `None` where none counts.
+    pub(crate) fn mean_square(&self, sensor: usize, misfit: impl Iterator<Item = f64>) -> Option<f64> {
+        let (mut squares, mut all) = (0.0, 0.0);
+        for (weight, misfit) in self.inverse.get(sensor)?.iter().zip(misfit).filter(|(weight, _)| **weight > 0.0) {
+            squares += (weight * misfit).powi(2);
+            all += weight * weight;
+        }
+        (all > 0.0).then(|| squares / all)
+    }
+
     /// How many samples of a sensor the record has.
     pub fn samples(&self, sensor: usize) -> usize {
         self.inverse.get(sensor).map_or(0, |inverse| inverse.iter().filter(|weight| **weight > 0.0).count())

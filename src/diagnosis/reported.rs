@@ -50,6 +50,10 @@ pub(super) fn reported(
     let samples = full.weights.all_samples().saturating_sub(rig.faults.len()).max(1) as f64;
     let id = |fault: usize| rig.fault_id(fault).to_owned();
     let measured = channels.iter().map(|channel| (channel.samples > 0).then_some(channel.times_noise));
+    let weighed = rig.sensors.iter().enumerate().map(|(index, sensor)| {
+        let misfit = outputs.get(index)?.iter().zip(full.measured[index]).map(|(model, measured)| model - measured);
+        Some(full.weights.mean_square(index, misfit)?.sqrt() / sensor.noise)
+    });
     let groups = hypotheses::ambiguity(isolation, case);
     let (parameters, correlation) = fitted::fitted(estimate);
     let diagnosis = Diagnosis {
@@ -64,6 +68,7 @@ pub(super) fn reported(
         dynamics: Vec::new(),
         rival_effects: Vec::new(),
         times_noise: rounded(over_sensors(measured), DIGITS),
+        times_noise_weighed: rounded(over_sensors(weighed), DIGITS),
         detected_at_s,
         onset_s: seen.onset.map(|time| rounded(time, DIGITS)),
         ambiguity: groups.into_iter().map(|group| group.into_iter().map(id).collect()).collect(),

@@ -322,6 +322,9 @@ pub struct Diagnosis {
     pub rival_effects: Vec<RivalEffect>,
     /// Root mean square of measured minus the model with the faults found, over the noise of the sensor, over all sensors.
     pub times_noise: f64,
+    /// The same, each sample by the share at which it counts: without the moments at which a curve is steep and a small shift in time
+    /// is a large error.
+    pub times_noise_weighed: f64,
     /// End of the window in which the first residual fired, s; where none did, when fitted and healthy model part.
     pub detected_at_s: Option<f64>,
     /// When the faults began, s; `None` where they are as old as the record, or absent.
@@ -365,9 +368,9 @@ impl Diagnosis {
         self.verdict != Verdict::ModelInadequate
     }
 
-    /// Whether the record is explained although clearly more than noise is left of it.
+    /// Whether the record is explained although clearly more than noise is left of it, and not where a valve switches alone.
     pub(crate) fn is_above_noise(&self) -> bool {
-        self.is_explained() && self.times_noise > CLEARLY_ABOVE_NOISE
+        self.is_explained() && self.times_noise_weighed > CLEARLY_ABOVE_NOISE
     }
 
     /// Whether a column reads as if it were in another unit: a mistake in the record, which neither parts nor physics should be fitted to.

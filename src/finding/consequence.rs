@@ -5,11 +5,11 @@ use std::ops::Range;
 use serde::Serialize;
 
 use crate::learn::phase::jumps;
-use crate::model::InputSignals;
+use crate::model::{InputSignals, input_columns};
 use crate::number::{before_unit, difference_in_unit, in_unit, rounded, with_unit, worth};
 use crate::record::Record;
 use crate::residual::settling;
-use crate::rig::{Quantity, Rig, Sensor};
+use crate::rig::{Input, Quantity, Rig, Sensor};
 
 /// Consequences of one fault that are reported.
 const MOST: usize = 3;
@@ -20,6 +20,8 @@ const END: f64 = 0.01;
 /// Share of the change that is sustained anywhere from which on that of a steady phase is named instead: by the larger half it says how
 /// large the consequence is, and a level is easier to check than a moment.
 const TELLING: f64 = 0.5;
+/// Standard deviations of the noise of an input that no two of its values differ by.
+const MOVED: f64 = 6.0;
 /// Digits of a reported number.
 const DIGITS: usize = 6;
 
@@ -110,9 +112,11 @@ impl Runs<'_> {
         &self.record.time[self.from..]
     }
 
-    /// Rows in which each position moves in both runs or rests in both: elsewhere the change is a delay, not a level.
+    /// Rows in which each position moves in both runs or rests in both: elsewhere the change is a delay, not a level. Without those in
+    /// which a machine at rest keeps what it began with.
     fn same_motion(&self) -> Vec<bool> {
         let mut same = vec![true; self.time().len()];
+        same[..self.kept()].fill(false);
         for index in self.positions() {
             let (sensor, [with, without]) = self.curves(index);
             let rests = [with, without].map(|curve| steady(self.time(), curve, sensor.noise, self.switching()));
@@ -152,6 +156,25 @@ impl Runs<'_> {
             same && at > begun && last.is_none_or(|last| at - last > self.switching())
         };
         time.iter().zip(same_motion).map(one).collect()
+    }
+
+    /// The first rows in which a machine at rest keeps what it began with, as a line does that is locked in: until an input leaves where it
+    /// began. None where something moves before that, where no position tells, and where no input ever does.
+    fn kept(&self) -> usize {
+        let columns = input_columns(self.rig, self.drive, self.time());
+        let inputs = columns.iter().zip(&self.rig.inputs);
+        let left = |(values, input): (&Vec<f64>, &Input)| {
+            let moved = MOVED * input.noise;
+            values.iter().position(|value| (value - values[0]).abs() > moved)
+        };
+        let Some(row) = inputs.filter_map(left).min() else { return 0 };
+        let rests = |index: usize| {
+            let (sensor, curves) = self.curves(index);
+            let steady = |curve: &[f64]| steady(&self.time()[..row], &curve[..row], sensor.noise, self.switching());
+            curves.into_iter().all(|curve| steady(curve).into_iter().all(|steady| steady))
+        };
+        let mut positions = self.positions().peekable();
+        if positions.peek().is_some() && positions.all(rests) { row } else { 0 }
     }
 
     /// The rows, as long as a switching, over which the least change is largest: one that is sustained, not a delay of what is fast; all of

@@ -207,8 +207,11 @@ fn phases(phases: &[PhaseLine]) -> Vec<Vec<String>> {
 
 /// How an input runs over a phase; four digits, as its noise leaves no more.
 fn course(input: &PhaseInput) -> String {
-    let (from, to) = (rounded(input.from, 4), rounded(input.to, 4));
-    if from == to {
+    let [from, to, least, most] = [input.from, input.to, input.least, input.most].map(|value| rounded(value, 4));
+    if least < from.min(to) || most > from.max(to) {
+        let between = format!("between {} and {}", text(least), with_unit(most, &input.unit));
+        format!("{} = {} to {}, {between}", input.name, text(from), with_unit(to, &input.unit))
+    } else if from == to {
         format!("{} = {}", input.name, with_unit(from, &input.unit))
     } else {
         format!("{} = {} to {}", input.name, text(from), with_unit(to, &input.unit))

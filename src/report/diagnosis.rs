@@ -131,6 +131,11 @@ pub(super) fn sized(fault: &FaultReport) -> String {
     before_unit(estimate(fault).value(), &fault.unit)
 }
 
+/// Its healthy value with its unit.
+pub(super) fn healthy(fault: &FaultReport) -> String {
+    before_unit(estimate(fault).beside(fault.healthy), &fault.unit)
+}
+
 /// An interval in words.
 pub(super) fn interval(fault: &FaultReport) -> String {
     estimate(fault).interval()
@@ -153,7 +158,7 @@ pub(super) fn fault_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
                 fault.id.clone(),
                 estimate(fault).value(),
                 interval(fault),
-                text(fault.healthy),
+                estimate(fault).beside(fault.healthy),
                 fault.unit.clone(),
                 if fault.present { "yes" } else { "no" }.to_owned(),
                 percent(fault.probability),

@@ -1,6 +1,7 @@
 //! An estimate and its interval with as many digits as the interval is worth: two of its width, up to four where the estimate
 //! would look like an end.
 
+use crate::number::text;
 pub use crate::number::worth;
 
 /// Digits beyond those of the width that may tell an estimate from an end next to it.
@@ -27,6 +28,13 @@ impl Estimate {
             [None, Some(high)] => format!("at most {}", self.number(high)),
             [None, None] => "open".to_owned(),
         }
+    }
+
+    /// Another value of the same, such as the healthy one: with no more digits than these, as stated where that has fewer.
+    pub fn beside(&self, other: f64) -> String {
+        let (worth, stated) = (self.number(other), text(other));
+        // Digits that the interval does not leave may be what tells the two apart.
+        if worth.len() >= stated.len() || worth == self.value() && other != self.value { stated } else { worth }
     }
 
     fn number(&self, value: f64) -> String {
@@ -59,6 +67,14 @@ mod tests {
     fn shown(value: f64, low: Option<f64>, high: Option<f64>) -> [String; 2] {
         let estimate = Estimate { value, ends: [low, high] };
         [estimate.value(), estimate.interval()]
+    }
+
+    #[test]
+    fn a_value_beside_it_has_no_more_digits() {
+        let estimate = Estimate { value: 0.082_43, ends: [Some(0.081_6), Some(0.083_3)] };
+        assert_eq!(estimate.beside(0.012_956_9), "0.0130");
+        assert_eq!(estimate.beside(0.05), "0.05");
+        assert_eq!(estimate.beside(0.082_432), "0.082432");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::addition::VERY_STRONG;
 use super::brief::wrapped;
 use super::caveats::{caveats, detected};
-use super::diagnosis::{headline, interval, percent, sized, sizes, tone};
+use super::diagnosis::{headline, healthy, interval, percent, sized, sizes, tone};
 use super::learn::{multiple, times};
 use super::style::Style;
 use crate::diagnosis::{Diagnosis, FaultReport, RivalEffect, Verdict};
@@ -118,12 +118,12 @@ fn found(diagnosis: &Diagnosis, findings: &[Finding]) -> Vec<String> {
 
 /// A finding: its size, its interval, how sure; what it is; its largest consequences.
 fn block(finding: &Finding, fault: &FaultReport, changes: usize) -> Vec<String> {
-    let healthy = with_unit(fault.healthy, &fault.unit);
     let size = format!(
-        "{} {} ({}), new {healthy}{}, {}",
+        "{} {} ({}), new {}{}, {}",
         fault.id,
         sized(fault),
         interval(fault),
+        healthy(fault),
         changed(fault),
         percent(fault.probability).replace(' ', "\u{a0}")
     );

@@ -217,7 +217,7 @@ pub(super) fn conclusion_in_short(suggestion: &SuggestionReport) -> String {
         ),
         (Conclusion::EffectFound, Some(best)) => {
             format!(
-                "EFFECT FOUND: the model lacks {}. It explains the misfit of {records}, and no other effect does.{}",
+                "EFFECT FOUND: the model lacks {}. It explains the misfit of {records}, and no other effect of the library does.{}",
                 best.effect,
                 at_bounds(&best.parameters)
             )

@@ -5,7 +5,7 @@ extern crate self as borescope;
 
 #[allow(dead_code, unused_imports)]
 #[path = "../../../src/numeric/mod.rs"]
-mod numeric;
+pub mod numeric;
 mod internals {
     pub use crate::numeric;
 }

@@ -173,7 +173,7 @@ fn card(rig: &Rig, finding: &Finding, fault: &FaultReport) -> Card {
         size: words::sized(fault),
         about: format!(
             "new {}; 95 % interval {}; probability {}",
-            with_unit(fault.healthy, &fault.unit),
+            words::healthy(fault),
             words::interval(fault),
             words::percent(fault.probability)
         ),

@@ -37,6 +37,7 @@ fn diagnosis(record: &str, value: f64, half: f64) -> Diagnosis {
         dynamics: Vec::new(),
         rival_effects: Vec::new(),
         times_noise: 1.0,
+        times_noise_weighed: 1.0,
         detected_at_s: Some(0.5),
         onset_s: None,
         ambiguity: Vec::new(),
