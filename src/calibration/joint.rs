@@ -84,6 +84,11 @@ impl<'a> Solutions<'a> {
         self.of_record.iter().filter(|record| record.is_none()).count()
     }
 
+    /// Estimated parameters that all records share and no sensor has alone.
+    pub fn of_machine(&self) -> impl Iterator<Item = usize> {
+        (0..self.shared()).filter(|&index| self.of_sensor[index].is_none())
+    }
+
     /// Parameters that each record has of its own, with the mean over the records.
     pub fn means_of_records(&self, theta: &[f64]) -> Vec<(usize, f64)> {
         let (shared, records) = (self.shared(), self.records.len());

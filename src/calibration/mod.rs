@@ -22,6 +22,7 @@ mod result;
 mod rounds;
 mod switching;
 mod tolerance;
+mod valleys;
 mod write;
 
 use nalgebra::{DMatrix, DVector};
@@ -126,7 +127,8 @@ fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Resul
     let prior = prior(&model.rig, &solutions.estimated);
     // The first fit starts here, so this costs no further simulation.
     let before = solutions.errors(&prior.mean).map_err(|error| failed(error.into()))?;
-    let (theta, cost) = first_fits(&solutions, &prior, &prior.mean, &FIRST).map_err(failed)?;
+    let first = first_fits(&solutions, &prior, &prior.mean, &FIRST).map_err(failed)?;
+    let (theta, cost) = valleys::lowest(&solutions, &prior, first).map_err(failed)?;
     let given = Given { margins, dynamics: Vec::new() };
     let mut begun = Begun { given, lags: Vec::new(), prior: &prior, before, most_rounds: options.rounds.max(1) };
     let other = lags::other_lags(&solutions, &prior, (&theta, cost));

@@ -14,7 +14,7 @@ use crate::rig::{Rig, Sensor};
 
 /// Least cost of other curves, in squares of the sensors' noise, with everything estimated following along its derivatives.
 pub(super) struct Profile<'s, 'a> {
-    solutions: &'s Solutions<'a>,
+    pub solutions: &'s Solutions<'a>,
     /// One per record: noise alone.
     weights: Vec<Weights>,
     /// One per record: weighted derivatives by what is estimated, in standard deviations of what was known before.
@@ -67,16 +67,49 @@ impl<'s, 'a> Profile<'s, 'a> {
     }
 
     pub fn of(&self, curves: &[Vec<Vec<f64>>]) -> f64 {
-        let mut squares = self.away.norm_squared();
-        let mut gradient = self.away.clone();
+        let (squares, gradient) = self.gradient(curves, self.away.clone());
+        squares - gradient.dot(&self.information.solve(&gradient))
+    }
+
+    /// What an estimated value changes of the curves by a standard deviation of what was known before, in those of the noise.
+    pub fn size(&self, index: usize) -> f64 {
+        self.columns.iter().map(|columns| columns.column(index).norm_squared()).sum::<f64>().sqrt()
+    }
+
+    /// Least cost with one value, SI, elsewhere, and where everything else goes with it; `None` where the model cannot be solved there.
+    pub fn with(&self, index: usize, value: f64, theta: &[f64], prior: &Gaussian) -> Option<(f64, Vec<f64>)> {
+        let mut moved = theta.to_vec();
+        moved[index] = value;
+        let mut away = self.away.clone();
+        away[index] = (value - prior.mean[index]) / prior.sigma[index];
+        let solve = |(record, one): (usize, &Healthy<'_>)| {
+            let parameters = self.solutions.parameters(&moved, record);
+            Some(self.solutions.model.solve(&parameters, &one.drive, &one.record.time).ok()?.values)
+        };
+        let curves: Vec<Vec<Vec<f64>>> = self.solutions.records.iter().enumerate().map(solve).collect::<Option<_>>()?;
+        let (squares, gradient) = self.gradient(&curves, away);
+        let held = self.information.l() * self.information.l().transpose();
+        let step = held.remove_row(index).remove_column(index).cholesky()?.solve(&gradient.clone().remove_row(index));
+        let cost = squares - gradient.remove_row(index).dot(&step);
+        for (other, step) in (0..theta.len()).filter(|&other| other != index).zip(step.iter()) {
+            let (low, high) = self.solutions.estimated[other].bounds;
+            moved[other] = (moved[other] - step * prior.sigma[other]).clamp(low, high);
+        }
+        Some((cost, moved))
+    }
+
+    /// Squares of curves whose values are so far away from what was known before, and half their gradient.
+    fn gradient(&self, curves: &[Vec<Vec<f64>>], away: DVector<f64>) -> (f64, DVector<f64>) {
+        let mut squares = away.norm_squared();
+        let mut gradient = away;
         for (record, (curves, one)) in curves.iter().zip(self.solutions.records).enumerate() {
-            let mut misfit = away(curves, &one.measured);
+            let mut misfit = self::away(curves, &one.measured);
             self.weights[record].apply(&mut misfit);
             let misfit = DVector::from_vec(misfit);
             squares += misfit.norm_squared();
             gradient += self.columns[record].tr_mul(&misfit);
         }
-        squares - gradient.dot(&self.information.solve(&gradient))
+        (squares, gradient)
     }
 }
 

@@ -92,14 +92,11 @@ pub struct PhaseInput {
 const NOISE: f64 = 6.0;
 
 impl PhaseInput {
-    /// Has come to its end by way of where it was, noise aside.
-    fn reach(&mut self, noise: f64) {
-        if self.to < self.least - noise {
-            self.least = self.to;
-        }
-        if self.to > self.most + noise {
-            self.most = self.to;
-        }
+    /// Takes for noise what its extremes differ by from its ends by so much, in `unit`.
+    fn without_noise(&mut self, noise: f64) {
+        let (low, high) = (self.from.min(self.to), self.from.max(self.to));
+        self.least = if self.least < low - noise { self.least } else { low };
+        self.most = if self.most > high + noise { self.most } else { high };
     }
 }
 
@@ -177,16 +174,16 @@ fn columns(rig: &Rig, record: &Record) -> Result<InputSignals, Complaint> {
     Ok(drive)
 }
 
-/// The pieces of the drive, joined up to the next jump.
+/// The pieces of the drive as commanded, joined up to the next jump.
 fn phases(rig: &Rig, drive: &InputSignals) -> Vec<PhaseLine> {
     let mut phases: Vec<PhaseLine> = Vec::new();
-    for piece in &drive.pieces {
+    for piece in drive.commanded.as_ref().unwrap_or(&drive.pieces) {
         match phases.last_mut().filter(|_| !piece.jump) {
             Some(phase) => {
                 phase.to_s = rounded(piece.end, 12);
                 for ((own, to), input) in phase.inputs.iter_mut().zip(&piece.to).zip(&rig.inputs) {
                     own.to = in_unit(*to, &input.unit);
-                    own.reach(difference_in_unit(NOISE * input.noise, &input.unit));
+                    (own.least, own.most) = (own.least.min(own.to), own.most.max(own.to));
                 }
             }
             None => phases.push(PhaseLine {
@@ -203,6 +200,11 @@ fn phases(rig: &Rig, drive: &InputSignals) -> Vec<PhaseLine> {
                     })
                     .collect(),
             }),
+        }
+    }
+    for phase in &mut phases {
+        for (own, input) in phase.inputs.iter_mut().zip(&rig.inputs) {
+            own.without_noise(difference_in_unit(NOISE * input.noise, &input.unit).abs());
         }
     }
     phases

@@ -34,7 +34,15 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
     match (diagnosis.verdict, &diagnosis.missing_effect) {
         (Verdict::Healthy, _) => {
             let off = if diagnosis.off_data_sheet.is_some() { ", with parts off their data sheets" } else { "" };
-            format!("HEALTHY{without}{condition}: the healthy model explains the record{off}.")
+            let only = if diagnosis.is_above_noise() {
+                format!(
+                    ", but {}x the noise is left, within what switching and tolerance allow",
+                    text(rounded(diagnosis.times_noise, 2))
+                )
+            } else {
+                String::new()
+            };
+            format!("HEALTHY{without}{condition}: the healthy model explains the record{off}{only}.")
         }
         (Verdict::Faulty, _) => format!("FAULTY{without}{condition}: {}.", present.join(", ")),
         (Verdict::ModelInadequate, Some(missing)) => {

@@ -640,3 +640,31 @@ fn mean_lags_are_asked_for_again_where_everything_else_is_found() {
         assert!((value - truth).abs() < within, "{lag}: {value}");
     }
 }
+
+/// A heavy load on a column of oil, lightly damped.
+const RINGING: &str = include_str!("scissor_lift.toml");
+
+#[test]
+fn a_stiffness_that_rings_at_another_frequency_is_found() {
+    let sheet = Rig::parse("ringing.toml", RINGING.to_owned()).unwrap();
+    let model = sheet.model();
+    // As far off as its standard uncertainty: the model is out of step long before the ringing has died.
+    for (seed, off) in [("11050 bar", "7.84 cc/rev"), ("15500 bar", "8.1 cc/rev")].into_iter().enumerate() {
+        let truth = [("fluid.bulk_modulus", off.0), ("pump.displacement", off.1)];
+        let run =
+            |number| Run::of(&model).with_quantities(&truth).seed(10 * seed as u64 + number).record("ringing.csv");
+        let (found, report) = calibrate_rig(&sheet, &[1, 2].map(run), &CalibrationOptions::default()).unwrap();
+        assert!(report.adequate, "{:?}", report.warnings);
+        for (id, text) in truth {
+            let (value, found) =
+                (borescope::Quantity::parse(text).unwrap().value, &found.parameters[found.parameter(id).unwrap()]);
+            assert!(
+                (found.value - value).abs() < 3.0 * found.sigma,
+                "{id}: {} +- {}, not {value}",
+                found.value,
+                found.sigma
+            );
+            assert_relative_eq!(found.value, value, max_relative = 0.02);
+        }
+    }
+}
