@@ -140,6 +140,7 @@ pub(super) fn sized(fault: &FaultReport) -> String {
 }
 
 /// Its healthy value with its unit.
+#[cfg(feature = "cli")]
 pub(super) fn healthy(fault: &FaultReport) -> String {
     before_unit(estimate(fault).beside(fault.healthy), &fault.unit)
 }
