@@ -132,16 +132,20 @@ impl<'a> Solutions<'a> {
         {
             return Ok(curves.clone());
         }
+        let curves = Arc::new(self.solved(theta)?);
+        known.simulations += self.records.len() as u64;
+        known.curves = Some((theta.to_vec(), curves.clone()));
+        Ok(curves)
+    }
+
+    /// The same, solved anew whatever is known.
+    pub fn solved(&self, theta: &[f64]) -> Result<Curves, SimulationError> {
         let solve = |(record, one): (usize, &Healthy<'_>)| {
             let parameters = self.parameters(theta, record);
             Ok(self.model.solve(&parameters, &one.drive, &one.record.time)?.values)
         };
         // Records are independent, so threads change nothing but the time.
-        let solved = self.records.par_iter().enumerate().map(solve);
-        let curves = Arc::new(solved.collect::<Result<Curves, SimulationError>>()?);
-        known.simulations += self.records.len() as u64;
-        known.curves = Some((theta.to_vec(), curves.clone()));
-        Ok(curves)
+        self.records.par_iter().enumerate().map(solve).collect()
     }
 
     /// Root mean square of model minus measurement: `[record][sensor]`, SI.
@@ -315,13 +319,13 @@ impl<'a> Joint<'a> {
 impl Series for Joint<'_> {
     fn parts(&self) -> Vec<Part> {
         let mut first = 0;
-        let one = |(shared, measured): (Shared, &&[f64])| {
+        let one = |(&shared, measured): (&Shared, &&[f64])| {
             let rows = first..first + measured.len();
             first = rows.end;
             Part { rows, shared }
         };
         let of_records = self.weights.iter().zip(self.solutions.records);
-        of_records.flat_map(|(weights, one)| weights.shared().into_iter().zip(&one.measured)).map(one).collect()
+        of_records.flat_map(|(weights, one)| weights.shared.iter().zip(&one.measured)).map(one).collect()
     }
 
     fn leave_own(&self, column: &mut [f64]) {

@@ -76,26 +76,23 @@ impl<'s, 'a> Profile<'s, 'a> {
         self.columns.iter().map(|columns| columns.column(index).norm_squared()).sum::<f64>().sqrt()
     }
 
-    /// Least cost with one value, SI, elsewhere, and where everything else goes with it; `None` where the model cannot be solved there.
-    pub fn with(&self, index: usize, value: f64, theta: &[f64], prior: &Gaussian) -> Option<(f64, Vec<f64>)> {
+    /// Least cost with one value, SI, held elsewhere, and what all values are there; `None` where the model cannot be solved.
+    pub fn held(&self, index: usize, value: f64, theta: &[f64], prior: &Gaussian) -> Option<(f64, Vec<f64>)> {
         let mut moved = theta.to_vec();
         moved[index] = value;
         let mut away = self.away.clone();
         away[index] = (value - prior.mean[index]) / prior.sigma[index];
-        let solve = |(record, one): (usize, &Healthy<'_>)| {
-            let parameters = self.solutions.parameters(&moved, record);
-            Some(self.solutions.model.solve(&parameters, &one.drive, &one.record.time).ok()?.values)
-        };
-        let curves: Vec<Vec<Vec<f64>>> = self.solutions.records.iter().enumerate().map(solve).collect::<Option<_>>()?;
-        let (squares, gradient) = self.gradient(&curves, away);
-        let held = self.information.l() * self.information.l().transpose();
-        let step = held.remove_row(index).remove_column(index).cholesky()?.solve(&gradient.clone().remove_row(index));
-        let cost = squares - gradient.remove_row(index).dot(&step);
-        for (other, step) in (0..theta.len()).filter(|&other| other != index).zip(step.iter()) {
+        let (squares, gradient) = self.gradient(&self.solutions.solved(&moved).ok()?, away);
+        // Of the step of all values so much is taken back along the held one's direction that it stays.
+        let mut own = DVector::zeros(theta.len());
+        own[index] = 1.0;
+        let (all, own) = (self.information.solve(&gradient), self.information.solve(&own));
+        let step = &all - &own * (all[index] / own[index]);
+        for other in (0..theta.len()).filter(|&other| other != index) {
             let (low, high) = self.solutions.estimated[other].bounds;
-            moved[other] = (moved[other] - step * prior.sigma[other]).clamp(low, high);
+            moved[other] = (moved[other] - step[other] * prior.sigma[other]).clamp(low, high);
         }
-        Some((cost, moved))
+        Some((squares - gradient.dot(&step), moved))
     }
 
     /// Squares of curves whose values are so far away from what was known before, and half their gradient.

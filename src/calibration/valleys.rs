@@ -27,16 +27,18 @@ pub(super) fn lowest(
     prior: &Gaussian,
     (mut theta, mut cost): (Vec<f64>, f64),
 ) -> Result<(Vec<f64>, f64), FitError> {
+    let mut here = Profile::at(solutions, prior, &theta)?;
     for _ in 0..MOST {
-        let Some(here) = Profile::at(solutions, prior, &theta)? else { break };
-        let Some(start) = start(&here, prior, &theta) else { break };
+        let Some((profile, start)) = here.as_ref().and_then(|here| Some((here, start(here, prior, &theta)?))) else {
+            break;
+        };
         // The widest boxes of the first fits: narrow ones hold what was known before.
         let (next, next_cost) = first_fits(solutions, prior, &start, &FIRST[FIRST.len() - 3..])?;
-        let Some(there) = Profile::at(solutions, prior, &next)? else { break };
-        if there.cost >= here.cost {
+        let there = Profile::at(solutions, prior, &next)?;
+        if there.as_ref().is_none_or(|there| there.cost >= profile.cost) {
             break;
         }
-        (theta, cost) = (next, next_cost);
+        (theta, cost, here) = (next, next_cost, there);
     }
     Ok((theta, cost))
 }
@@ -57,7 +59,7 @@ fn start(here: &Profile<'_, '_>, prior: &Gaussian, theta: &[f64]) -> Option<Vec<
         (-steps..=steps).map(one)
     };
     let tried: Vec<(usize, f64)> = here.solutions.of_machine().flat_map(values).collect();
-    let one = |(index, value)| here.with(index, value, theta, prior).filter(|(cost, _)| cost.is_finite());
+    let one = |(index, value)| here.held(index, value, theta, prior).filter(|(cost, _)| cost.is_finite());
     let found = tried.into_par_iter().filter_map(one).min_by(|a, b| a.0.total_cmp(&b.0));
     found.filter(|(cost, _)| bic(cost - here.cost, 1, here.samples) < 0.0).map(|(_, start)| start)
 }

@@ -157,6 +157,8 @@ pub struct Weights {
     /// `1/sigma` of each sample, `[sensor][row]`; 0 of those that the record does not have.
     inverse: Vec<Vec<f64>>,
     phases: Vec<Phase>,
+    /// What the samples of each sensor may have in common.
+    pub shared: Vec<Shared>,
     /// Whether what is asked of events can be judged.
     events_are_judged: bool,
 }
@@ -180,6 +182,7 @@ impl Weights {
             rows: variance.first().map_or(0, Vec::len),
             inverse: variance.iter().map(|row| row.iter().map(|variance| 1.0 / variance.sqrt()).collect()).collect(),
             phases: Vec::new(),
+            shared: Vec::new(),
             events_are_judged: true,
         };
         for rows in phases {
@@ -205,6 +208,7 @@ impl Weights {
             let effects: Vec<Vec<f64>> = weighted.iter().map(pick).collect();
             (phase.directions, phase.taken) = random_directions(&effects);
         }
+        weights.shared = weights.shared_by_sensor();
         weights
     }
 
@@ -251,8 +255,7 @@ impl Weights {
         self.level(column);
     }
 
-    /// What the samples of each sensor may have in common.
-    pub fn shared(&self) -> Vec<Shared> {
+    fn shared_by_sensor(&self) -> Vec<Shared> {
         let share = |taken: f64| 1.0 - (1.0 - taken).powi(2);
         let mut shared = vec![Shared::default(); self.sensors()];
         for phase in &self.phases {

@@ -156,7 +156,11 @@ impl<'a> RecordProblem<'a> {
 /// One per sensor.
 impl Series for RecordProblem<'_> {
     fn parts(&self) -> Vec<Part> {
-        self.series().into_iter().zip(self.weights.shared()).map(|(rows, shared)| Part { rows, shared }).collect()
+        self.series()
+            .into_iter()
+            .zip(self.weights.shared.iter().copied())
+            .map(|(rows, shared)| Part { rows, shared })
+            .collect()
     }
 
     fn leave_own(&self, column: &mut [f64]) {
