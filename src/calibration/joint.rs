@@ -262,9 +262,7 @@ impl<'a> Joint<'a> {
         let mut first = 0;
         for (record, weights) in self.weights.iter().enumerate() {
             let mut columns = self.solutions.columns(theta, record)?;
-            for mut column in columns.column_iter_mut() {
-                weights.apply(column.as_mut_slice());
-            }
+            weights.apply_to_columns(&mut columns);
             jacobian.rows_mut(first, columns.nrows()).copy_from(&columns);
             first += columns.nrows();
         }

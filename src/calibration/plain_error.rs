@@ -38,8 +38,8 @@ impl<'s, 'a> Profile<'s, 'a> {
             let mut of_record = solutions.columns(theta, record)?;
             for (mut column, sigma) in of_record.column_iter_mut().zip(sigma.iter()) {
                 column *= *sigma;
-                weights.apply(column.as_mut_slice());
             }
+            weights.apply_to_columns(&mut of_record);
             information += of_record.tr_mul(&of_record);
             columns.push(of_record);
         }

@@ -87,9 +87,7 @@ impl Evidence {
         let sensors = self.noise.len();
         let rows = misfit.len() / sensors.max(1);
         weights.apply(&mut misfit);
-        for mut column in columns.column_iter_mut() {
-            weights.apply(column.as_mut_slice());
-        }
+        weights.apply_to_columns(&mut columns);
         // Phases are weighed apart, so one column holds the levels of all of them.
         let mut levels = DMatrix::zeros(misfit.len(), 2 * sensors);
         for sensor in 0..sensors {
@@ -102,9 +100,7 @@ impl Evidence {
                 }
             }
         }
-        for mut column in levels.column_iter_mut() {
-            weights.apply(column.as_mut_slice());
-        }
+        weights.apply_to_columns(&mut levels);
         for phase in &phases {
             let picked: Vec<usize> = (0..sensors).flat_map(|s| s * rows + phase.start..s * rows + phase.end).collect();
             let (level, columns) = (levels.select_rows(&picked), columns.select_rows(&picked));

@@ -11,6 +11,7 @@ use super::hypotheses::Isolation;
 use super::unseen::gained;
 use super::weighing::Weighed;
 use crate::estimation::{Options, Problem, ScoreTest};
+use crate::numeric::dot;
 use crate::rig::FaultSet;
 
 /// Shares of the way to a bound at which it is asked what an absent fault does, and with which power that begins.
@@ -148,10 +149,6 @@ struct Alike {
 fn alike(first: f64, second: f64, product: f64, most: f64) -> Option<Alike> {
     let (factor, left) = (product / second, 1.0 - product * product / (first * second));
     (factor > 0.0 && left <= most).then_some(Alike { factor, left })
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// The combination at its best; `None` where the best one is the better by more than the local model may be wrong by.

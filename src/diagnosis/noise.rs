@@ -20,13 +20,21 @@ mod directions;
 
 use std::ops::Range;
 
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
 use self::directions::random_directions;
-use crate::estimation::{Shared, dot};
+use crate::estimation::Shared;
 use crate::model::{InputSignals, Late};
+use crate::numeric::{dot, take_along};
 use crate::record::{Record, Sampling};
 use crate::rig::{Hold, Rig};
 use crate::settings::DiagnosisSettings;
 use crate::units::Dimension;
+
+/// Columns that are weighed one after the other, phase by phase: enough that what a phase shares is fetched for many, few enough that
+/// threads have their share.
+const TOGETHER: usize = 8;
 
 /// One standard deviation of the moment at which held inputs acted, s: an edge that shows between two rows came anywhere between
 /// them. 0 where all inputs run straight from row to row.
@@ -108,16 +116,25 @@ fn sudden_slopes(curve: &[f64], stride: usize, steady: usize) -> Vec<f64> {
         (curve[late] - curve[early]) / (late - early).max(1) as f64
     };
     let slopes: Vec<f64> = (0..rows).map(slope).collect();
-    let mut around = Vec::new();
-    (0..rows)
-        .map(|row| {
-            let first = row.saturating_sub(steady);
-            around.clear();
-            around.extend(slopes[first..rows.min(row + steady + 1)].iter().step_by(stride));
-            let middle = around.len() / 2;
-            slopes[row] - *around.select_nth_unstable_by(middle, f64::total_cmp).1
-        })
-        .collect()
+    let mut sudden = slopes.clone();
+    for first in 0..stride.min(rows) {
+        // Every `stride`-th slope: those around a row are those around the one before, less one and one more.
+        let begin = (first..rows.min(first + steady)).step_by(stride);
+        let mut around: Vec<f64> = begin.map(|row| slopes[row]).collect();
+        around.sort_unstable_by(f64::total_cmp);
+        for row in (first..rows).step_by(stride) {
+            if let Some(next) = slopes.get(row + steady) {
+                let place = around.partition_point(|slope| slope.total_cmp(next).is_lt());
+                around.insert(place, *next);
+            }
+            sudden[row] -= around[around.len() / 2];
+            if let Some(last) = row.checked_sub(steady).and_then(|row| slopes.get(row)) {
+                let place = around.partition_point(|slope| slope.total_cmp(last).is_lt());
+                around.remove(place);
+            }
+        }
+    }
+    sudden
 }
 
 /// Rows between events: jumps of the inputs, and moments at which a curve bends by more than its sensor's noise.
@@ -228,21 +245,36 @@ impl Weights {
     pub fn apply(&self, column: &mut [f64]) {
         self.scale(column);
         self.level(column);
-        self.take_events(column);
+        self.take_events(&mut [column]);
     }
 
-    /// Takes from each phase what events can explain.
-    fn take_events(&self, column: &mut [f64]) {
-        for phase in &self.phases {
-            let length = phase.rows.len();
-            for (direction, taken) in phase.directions.iter().zip(&phase.taken) {
-                let blocks = || direction.chunks_exact(length.max(1)).enumerate();
-                let along: f64 =
-                    blocks().map(|(sensor, part)| dot(part, &column[sensor * self.rows..][phase.rows.clone()])).sum();
-                for (sensor, part) in blocks() {
-                    for (slot, direction) in column[sensor * self.rows..][phase.rows.clone()].iter_mut().zip(part) {
-                        *slot -= taken * along * direction;
-                    }
+    /// The same to each column of a matrix.
+    pub fn apply_to_columns(&self, matrix: &mut DMatrix<f64>) {
+        let rows = matrix.nrows().max(1);
+        matrix.as_mut_slice().par_chunks_mut(TOGETHER * rows).for_each(|some| {
+            let mut columns: Vec<&mut [f64]> = some.chunks_exact_mut(rows).collect();
+            for column in &mut columns {
+                self.scale(column);
+                self.level(column);
+            }
+            self.take_events(&mut columns);
+        });
+    }
+
+    /// Takes from each phase what events can explain. The directions of a phase stay in the cache for all columns.
+    fn take_events(&self, columns: &mut [&mut [f64]]) {
+        let mut together = Vec::new();
+        for phase in self.phases.iter().filter(|phase| !phase.directions.is_empty()) {
+            for column in &mut *columns {
+                together.clear();
+                for part in column.chunks_exact(self.rows).take(self.sensors()) {
+                    together.extend_from_slice(&part[phase.rows.clone()]);
+                }
+                for (direction, taken) in phase.directions.iter().zip(&phase.taken) {
+                    take_along(&mut together, direction, *taken);
+                }
+                for (part, own) in column.chunks_exact_mut(self.rows).zip(together.chunks_exact(phase.rows.len())) {
+                    part[phase.rows.clone()].copy_from_slice(own);
                 }
             }
         }
@@ -251,7 +283,7 @@ impl Weights {
     /// Of weighted misfits: takes once more what samples of a phase have in common, so that what is left is their own. With weights
     /// `W = S D^(-1/2)`, this is `S'`.
     pub fn leave_own(&self, column: &mut [f64]) {
-        self.take_events(column);
+        self.take_events(&mut [&mut *column]);
         self.level(column);
     }
 
@@ -373,10 +405,7 @@ impl Weights {
             for (sensor, (directions, taken)) in phase.levels.iter().enumerate() {
                 let block = &mut column[sensor * self.rows..][phase.rows.clone()];
                 for (direction, taken) in directions.iter().zip(taken) {
-                    let along = taken * dot(direction, block);
-                    for (slot, direction) in block.iter_mut().zip(direction) {
-                        *slot -= along * direction;
-                    }
+                    take_along(block, direction, *taken);
                 }
             }
         }

@@ -240,8 +240,8 @@ impl RecordProblem<'_> {
                 }
                 next += 1;
             }
-            self.weights.apply(column.as_mut_slice());
         }
+        self.weights.apply_to_columns(&mut jacobian);
         Linearised { misfit, jacobian }
     }
 

@@ -9,7 +9,7 @@ use nalgebra::DVector;
 
 #[cfg(feature = "internals")]
 use super::LocalModel;
-use super::dot;
+use crate::numeric::dot;
 
 /// Strongest first-order autocorrelation that is believed: beyond it the plug-in formulas explode (Andrews and Monahan, 1992).
 const STRONGEST: f64 = 0.97;

@@ -9,6 +9,7 @@ use super::prior::Gaussian;
 use super::problem::{Linearised, Problem, Space, scale};
 use super::triangle::Triangle;
 use super::{FitError, Loss, ScoreTest, long_run_variance};
+use crate::numeric::dot;
 
 /// Share of the largest influence that every parameter is given, so that a direction without influence stays where it is:
 /// the root of what double precision resolves in a sum of squares.
@@ -83,8 +84,14 @@ impl LocalModel {
 
     /// Half the derivative of the cost by the parameters, per scale, at other misfits, along the Jacobian from here.
     pub fn gradient(&self, misfit: &[f64]) -> DVector<f64> {
-        let pull = DVector::from_iterator(misfit.len(), misfit.iter().map(|&r| r * self.loss.weight(r)));
-        self.jacobian.tr_mul(&pull)
+        let pull: Vec<f64> = misfit.iter().map(|&r| r * self.loss.weight(r)).collect();
+        self.transposed_times(&pull)
+    }
+
+    /// The product of the transposed Jacobian with a series of misfits.
+    pub(super) fn transposed_times(&self, series: &[f64]) -> DVector<f64> {
+        let columns = self.jacobian.as_slice().chunks_exact(series.len().max(1));
+        DVector::from_iterator(self.count(), columns.map(|column| dot(column, series)))
     }
 
     /// The same of a problem, with what its prior says at `theta`.

@@ -54,6 +54,5 @@ pub use profile::{End, Identifiable, Interval, ProfilePoint, Side, interval, int
 pub use schur::SchurComplement;
 pub use score::{EstimatedAt, Score, ScoreTest};
 pub use stopped::StoppedBecause;
-pub(crate) use triangle::dot;
 #[cfg(feature = "internals")]
 pub use uncertainty::{Missing, Noise, Uncertainty, UncertaintyOptions};

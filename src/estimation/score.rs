@@ -5,6 +5,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::local_model::{Information, LocalModel};
+use crate::numeric::dot;
 
 /// What the misfits say of a further change that the model does not have.
 #[derive(Debug, Clone)]
@@ -88,26 +89,25 @@ impl<'a> ScoreTest<'a> {
         Self { model, information, gradient, weights, pull }
     }
 
-    fn weighted(&self, change: &[f64]) -> DVector<f64> {
-        DVector::from_iterator(change.len(), change.iter().zip(&self.weights).map(|(s, w)| s * w))
+    fn weighted(&self, change: &[f64]) -> Vec<f64> {
+        change.iter().zip(&self.weights).map(|(s, w)| s * w).collect()
     }
 
     /// Half the derivative of the cost by the factor on a change that takes along what follows it, which has a gradient of its own,
     /// that of the prior too.
     fn pull(&self, change: &[f64], follow: &DVector<f64>) -> f64 {
-        change.iter().zip(&self.pull).map(|(s, pull)| s * pull).sum::<f64>() - follow.dot(&self.gradient)
+        dot(change, &self.pull) - follow.dot(&self.gradient)
     }
 
     /// The most that the cost could fall with any sum of some `changes` of the misfits, each with a factor of its own, everything
     /// estimated following.
     pub fn most(&self, changes: &[Vec<f64>]) -> f64 {
-        let weighted: Vec<DVector<f64>> = changes.iter().map(|change| self.weighted(change)).collect();
-        let across = |weighted| self.information.of_free(&self.model.jacobian().tr_mul(weighted));
+        let weighted: Vec<Vec<f64>> = changes.iter().map(|change| self.weighted(change)).collect();
+        let across = |weighted: &[f64]| self.information.of_free(&self.model.transposed_times(weighted));
         let whitened: Vec<DVector<f64>> =
             weighted.iter().map(|weighted| self.information.whitened(&across(weighted))).collect();
         let information = DMatrix::from_fn(changes.len(), changes.len(), |i, j| {
-            let total: f64 = changes[i].iter().zip(weighted[j].iter()).map(|(s, weighted)| s * weighted).sum();
-            total - whitened[i].dot(&whitened[j])
+            dot(&changes[i], &weighted[j]) - whitened[i].dot(&whitened[j])
         });
         let pull = DVector::from_fn(changes.len(), |i, _| self.pull(&changes[i], &self.information.back(&whitened[i])));
         let spectrum = information.symmetric_eigen();
@@ -124,10 +124,10 @@ impl<'a> ScoreTest<'a> {
     /// The score of a `change` of the misfits, one per sample.
     pub fn of(&self, change: &[f64]) -> Score {
         let weighted = self.weighted(change);
-        let across = self.information.of_free(&self.model.jacobian().tr_mul(&weighted));
+        let across = self.information.of_free(&self.model.transposed_times(&weighted));
         let whitened = self.information.whitened(&across);
         let follow = self.information.back(&whitened);
-        let total: f64 = change.iter().zip(weighted.iter()).map(|(s, weighted)| s * weighted).sum();
+        let total = dot(change, &weighted);
         let information = (total - whitened.norm_squared()).max(0.0);
         let pull = self.pull(change, &follow);
         let taken = |a: usize| (follow[a] * across[a]).abs();

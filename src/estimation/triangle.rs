@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::loss::Loss;
+use crate::numeric::{sum_of_products, wide};
 
 /// Rows that are taken in at a time: a block of this size with some ten columns stays in the first-level cache.
 const BLOCK: usize = 128;
@@ -89,54 +90,38 @@ impl Triangle {
     }
 }
 
-/// Householder triangularisation, in place, of a matrix whose first `top` rows are an upper triangle already and whose
-/// `below` rows after those are full. Leaves the rows below untidy: they are overwritten by the next block.
-pub(super) fn triangularise(a: &mut DMatrix<f64>, top: usize, below: usize) {
-    let (rows, columns) = a.shape();
-    let data = a.as_mut_slice();
-    for j in 0..columns.min(top) {
-        let (head, tail) = data.split_at_mut((j + 1) * rows);
-        let column = &mut head[j * rows..];
-        let norm_below = column[top..top + below].iter().map(|v| v * v).sum::<f64>();
-        // What is smaller squares to nothing, and a reflection along it to no number: a saturated law has derivatives such as 1e-154.
-        if norm_below < f64::MIN_POSITIVE {
-            continue;
-        }
-        let pivot = column[j];
-        let norm = (pivot * pivot + norm_below).sqrt();
-        let diagonal = if pivot > 0.0 { -norm } else { norm };
-        let lead = pivot - diagonal;
-        let beta = -1.0 / (diagonal * lead);
-        column[j] = diagonal;
-        let vector = &column[top..top + below];
-        for other in tail.chunks_exact_mut(rows) {
-            let (upper, lower) = other.split_at_mut(top);
-            let lower = &mut lower[..below];
-            let dot = lead * upper[j] + dot(vector, lower);
-            let factor = beta * dot;
-            upper[j] -= factor * lead;
-            for (o, v) in lower.iter_mut().zip(vector) {
-                *o -= factor * v;
+wide! {
+    /// Householder triangularisation, in place, of a matrix whose first `top` rows are an upper triangle already and whose
+    /// `below` rows after those are full. Leaves the rows below untidy: they are overwritten by the next block.
+    pub(super) fn triangularise(a: &mut DMatrix<f64>, top: usize, below: usize) {
+        let (rows, columns) = a.shape();
+        let data = a.as_mut_slice();
+        for j in 0..columns.min(top) {
+            let (head, tail) = data.split_at_mut((j + 1) * rows);
+            let column = &mut head[j * rows..];
+            let norm_below = sum_of_products(&column[top..top + below], &column[top..top + below]);
+            // What is smaller squares to nothing, and a reflection along it to no number: a saturated law has derivatives such as 1e-154.
+            if norm_below < f64::MIN_POSITIVE {
+                continue;
+            }
+            let pivot = column[j];
+            let norm = (pivot * pivot + norm_below).sqrt();
+            let diagonal = if pivot > 0.0 { -norm } else { norm };
+            let lead = pivot - diagonal;
+            let beta = -1.0 / (diagonal * lead);
+            column[j] = diagonal;
+            let vector = &column[top..top + below];
+            for other in tail.chunks_exact_mut(rows) {
+                let (upper, lower) = other.split_at_mut(top);
+                let lower = &mut lower[..below];
+                let factor = beta * (lead * upper[j] + sum_of_products(vector, lower));
+                upper[j] -= factor * lead;
+                for (o, v) in lower.iter_mut().zip(vector) {
+                    *o -= factor * v;
+                }
             }
         }
     }
-}
-
-/// Running sums of a scalar product, so that the additions need not wait for each other.
-const SUMS: usize = 4;
-
-/// Scalar product of two series of one length.
-#[inline]
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; SUMS];
-    let (whole_a, whole_b) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
-    let rest: f64 = whole_a.remainder().iter().zip(whole_b.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in whole_a.zip(whole_b) {
-        for k in 0..SUMS {
-            sums[k] += x[k] * y[k];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }
 
 #[cfg(test)]

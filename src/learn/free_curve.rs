@@ -11,6 +11,7 @@ use super::run::Run;
 use crate::complaint::Complaint;
 use crate::diagnosis::{estimate, is_there, weighed};
 use crate::model::{InputSignals, Model};
+use crate::numeric::dot;
 use crate::physics::effect::InitialGuess;
 use crate::physics::effect::spline::{Curve, HEIGHTS};
 use crate::record::Record;
@@ -263,10 +264,6 @@ impl<'a> Fitted<'a> {
         let covariance = self.factor.inverse() * self.left;
         (step.rows(first, HEIGHTS).into(), covariance.view((first, first), (HEIGHTS, HEIGHTS)).into())
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Precision of the heights: their second differences are small, they themselves anything.

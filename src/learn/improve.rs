@@ -10,8 +10,7 @@ use super::suggest::{Suggestion, suggest, suggest_from};
 use super::verdict::{are_part, explained};
 use super::warning::Warning;
 use crate::complaint::Complaint;
-use crate::diagnosis::DynamicsReport;
-use crate::diagnosis::estimate;
+use crate::diagnosis::{CLEARLY_ABOVE_NOISE, DynamicsReport, estimate};
 use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::Rig;
@@ -135,6 +134,10 @@ fn add_while_asked(
         steps.push(next);
         let reached = &steps[steps.len() - 1];
         let is_explained = is_adequate(&reached.fit) && is_adequate(&reached.check);
+        if is_explained && reached.times_noise().iter().all(|&times| times <= CLEARLY_ABOVE_NOISE) {
+            last.conclusion = Conclusion::Adequate;
+            break;
+        }
         let model = Model::new(trial.rig.clone());
         let drive = InputSignals::from_record(&model.rig, fit)?;
         let theta = estimate::picked(&model.rig, &trial.values);
@@ -143,7 +146,8 @@ fn add_while_asked(
         let base_point = FittedModel::of(&again)?;
         let cost = base_point.cost;
         last = suggest_from(&again, base_point, Some(check))?;
-        // What both records bear is asked once more, as `suggest` would ask; only what it finds goes on.
+        // What both records bear only within what switching and tolerance allow is asked once more, as `suggest` would ask; only what it
+        // finds goes on.
         if is_explained && last.conclusion != Conclusion::EffectFound {
             last.conclusion = Conclusion::Adequate;
         }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::layout::{Layout, Raw};
 use super::piece::Piece;
-use super::slot::{Slot, Variable};
-use super::wiring::Wiring;
+use super::slot::Variable;
+use super::wiring::{Sources, Wiring};
 use crate::numeric::{Dual, Elimination, Real, Scalar, States, System};
 use crate::physics::component::AnyLaw;
 use crate::physics::fluid::{self, Fluid};
@@ -54,6 +54,17 @@ pub fn level_per_pressure<S: Real>(density: S) -> S {
     S::one() / (density * GRAVITY)
 }
 
+/// What a component sees: each of its variables that is a state has a direction of its own.
+fn seen_at_first<S: Scalar>(sources: &Sources, states: usize) -> PortVariables<Local<S>> {
+    let mut seen: PortVariables<Local<S>> = PortVariables::default();
+    for (direction, (value, &index)) in seen.z.iter_mut().zip(&sources.variables).enumerate().take(sources.used) {
+        if usize::from(index) < states {
+            value.eps[direction] = S::one();
+        }
+    }
+    seen
+}
+
 /// The equations of one rig for one set of parameters.
 pub struct Assembly<'a, S> {
     layout: &'a Layout,
@@ -66,7 +77,11 @@ pub struct Assembly<'a, S> {
     held: Vec<S>,
     /// Level per pressure, m/Pa.
     level_per_pressure: S,
+    /// What each component sees; values are written over.
+    seen: Vec<PortVariables<S>>,
     answers: Vec<PortFlows<S>>,
+    /// What each component sees with its own derivatives, which never change.
+    seen_locally: Vec<PortVariables<Local<S>>>,
     local: Vec<PortFlows<Local<S>>>,
     pub inputs: Inputs,
 }
@@ -95,32 +110,43 @@ impl<'a, S: Scalar> Assembly<'a, S> {
             local_laws: build(rig, &lifted),
             held,
             level_per_pressure: level_per_pressure(parameters[0]),
+            seen: vec![PortVariables::default(); rig.components.len()],
             answers: vec![PortFlows::default(); rig.components.len()],
+            seen_locally: wiring.sources.iter().map(|sources| seen_at_first(sources, layout.states)).collect(),
             local: vec![PortFlows::default(); rig.components.len()],
             inputs: Inputs::default(),
         }
     }
 
+    /// Evaluates a component at the gathered row.
     #[inline]
-    fn seen_locally(&self, slot: &Slot, fluidity: Local<S>, t: f64, y: &[S]) -> PortVariables<Local<S>> {
-        let mut seen = PortVariables { fluidity, ..PortVariables::default() };
-        for (index, (value, variable)) in seen.z.iter_mut().zip(&slot.variables).enumerate() {
-            match *variable {
-                Variable::Unused => break,
-                Variable::State(state) => {
-                    value.re = y[state];
-                    value.eps[index] = S::one();
-                }
-                Variable::Held(parameter) => value.re = self.held[parameter],
-            }
+    fn answer(&mut self, component: usize, fluidity: S) {
+        let (sources, seen) = (&self.wiring.sources[component], &mut self.seen[component]);
+        for (value, &index) in seen.z.iter_mut().zip(&sources.variables).take(sources.used) {
+            *value = self.row[usize::from(index)];
         }
-        for (value, input) in seen.u.iter_mut().zip(slot.inputs) {
-            if let Some(input) = input {
-                value.re = S::constant(self.inputs.at(input, t));
-                value.eps[TIME] = S::constant(self.inputs.slope[input]);
-            }
+        for (value, &index) in seen.u.iter_mut().zip(&sources.inputs).take(sources.driven) {
+            *value = self.row[usize::from(index)];
         }
-        seen
+        seen.fluidity = fluidity;
+        // A law answers the same entries every time, so what it leaves stays zero from the start.
+        self.laws[component].evaluate(seen, &mut self.answers[component]);
+    }
+
+    /// Evaluates a component with its own derivatives at the gathered row.
+    #[inline]
+    fn answer_locally(&mut self, component: usize, fluidity: Local<S>) {
+        let (sources, seen) = (&self.wiring.sources[component], &mut self.seen_locally[component]);
+        for (value, &index) in seen.z.iter_mut().zip(&sources.variables).take(sources.used) {
+            value.re = self.row[usize::from(index)];
+        }
+        for (value, &index) in seen.u.iter_mut().zip(&sources.inputs).take(sources.driven) {
+            let index = usize::from(index);
+            value.re = self.row[index];
+            value.eps[TIME] = S::constant(self.inputs.slope[index - self.wiring.first_input]);
+        }
+        seen.fluidity = fluidity;
+        self.local_laws[component].evaluate(seen, &mut self.local[component]);
     }
 
     fn fluidity(&self, t: f64) -> S {
@@ -149,11 +175,7 @@ impl<'a, S: Scalar> Assembly<'a, S> {
     fn evaluate(&mut self, t: f64, y: &[S]) {
         let fluidity = self.fluidity(t);
         self.gather(t, y);
-        let (row, laws) = (&self.row[..], self.laws.iter());
-        for ((sources, law), answers) in self.wiring.sources.iter().zip(laws).zip(&mut self.answers) {
-            // A law answers the same entries every time, so what it leaves stays zero from the start.
-            law.evaluate(&sources.seen(row, fluidity), answers);
-        }
+        (0..self.laws.len()).for_each(|component| self.answer(component, fluidity));
     }
 
     /// The same for the components of which sensors without a lag read a flow.
@@ -161,17 +183,14 @@ impl<'a, S: Scalar> Assembly<'a, S> {
         let fluidity = self.fluidity(t);
         self.gather(t, y);
         for &component in &self.layout.shown {
-            let seen = self.wiring.sources[component].seen(&self.row, fluidity);
-            self.laws[component].evaluate(&seen, &mut self.answers[component]);
+            self.answer(component, fluidity);
         }
     }
 
     fn evaluate_locally(&mut self, t: f64, y: &[S]) {
         let fluidity = self.fluidity_locally(t);
-        for (index, (slot, law)) in self.layout.slots.iter().zip(&self.local_laws).enumerate() {
-            let seen = self.seen_locally(slot, fluidity, t, y);
-            law.evaluate(&seen, &mut self.local[index]);
-        }
+        self.gather(t, y);
+        (0..self.local_laws.len()).for_each(|component| self.answer_locally(component, fluidity));
     }
 
     /// Sum of through and of capacity at a balance.
@@ -202,11 +221,10 @@ impl<'a, S: Scalar> Assembly<'a, S> {
 
     /// Rate of a component's state and its slope by that state, for the search of a state that rests.
     pub fn own_rate(&mut self, component: usize, state: usize, t: f64, y: &[S]) -> (S, S) {
-        let slot = &self.layout.slots[component];
-        let seen = self.seen_locally(slot, self.fluidity_locally(t), t, y);
-        let mut answers = PortFlows::default();
-        self.local_laws[component].evaluate(&seen, &mut answers);
-        let rate = answers.rate[state];
+        let (slot, fluidity) = (&self.layout.slots[component], self.fluidity_locally(t));
+        self.gather(t, y);
+        self.answer_locally(component, fluidity);
+        let rate = self.local[component].rate[state];
         let own = slot.variables.iter().position(|v| *v == Variable::State(slot.first_state + state)).unwrap_or(0);
         (rate.re, rate.eps[own])
     }

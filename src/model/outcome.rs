@@ -91,7 +91,7 @@ impl fmt::Display for SimulationError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Integration { error, state, formula } => {
-                write!(f, "{error} (worst: {state})")?;
+                f.write_str(&error.told(state))?;
                 match formula {
                     Some(formula) => write!(f, "; there acts the formula {formula}"),
                     None => Ok(()),

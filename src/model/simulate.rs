@@ -8,15 +8,17 @@ use super::assembly::{Assembly, Inputs};
 use super::drive::{Before, InputSignals};
 use super::layout::Layout;
 use super::outcome::{Outputs, Sensitivities, SimulationError, SolverEffort, Tolerance};
+use super::slopes::LANES;
 use super::start;
 
 use crate::numeric::{Options, Rosenbrock, Step};
 use crate::physics::effect::{self, Form};
 use crate::rig::{InstalledEffect, Location, NodeKind, Rig};
 
-/// Parameters whose sensitivities are carried along with one integration: what they share is then worth sharing, and
-/// threads have something to do where there are many.
+/// Most parameters whose sensitivities are carried along with one integration.
 const GROUP: usize = 32;
+/// Fewest parameters for which a second integration pays: then another thread leads half of them.
+const SHARED: usize = 2 * LANES;
 
 /// Steps that a run may take besides those of its rows, and for each row: half a period, the fastest that a record shows, takes
 /// about 20.
@@ -129,7 +131,11 @@ impl Model {
         times: &[f64],
     ) -> Result<Sensitivities, SimulationError> {
         self.rig.context().solved(true);
-        let groups: Vec<&[usize]> = by.chunks(GROUP).collect();
+        let least = if by.len() > SHARED { 2 } else { 1 };
+        let groups = by.len().div_ceil(GROUP).max(least);
+        // Whole registers in each, and as many in one as in another.
+        let length = by.len().div_ceil(groups * LANES).max(1) * LANES;
+        let groups: Vec<&[usize]> = by.chunks(length).collect();
         let solve =
             |group: &[usize]| with_states!(self.layout.states, N => self.group::<N>(parameters, group, drive, times));
         // Groups are independent, so threads change nothing but the time.

@@ -1,26 +1,17 @@
 //! The layout as indices into one row of numbers, so that the innermost loop asks nothing.
 
 use super::slot::{Slot, Variable};
-use crate::numeric::Real;
-use crate::physics::ports::{INPUTS, PortVariables, VARIABLES};
+use crate::physics::ports::{INPUTS, VARIABLES};
 
 /// Where a component's values stand in the row: its variables, then its inputs.
 #[derive(Debug, Clone, Copy)]
 pub struct Sources {
     pub variables: [u16; VARIABLES],
     pub inputs: [u16; INPUTS],
-}
-
-impl Sources {
-    /// What the component sees in a row.
-    #[inline]
-    pub fn seen<T: Real>(&self, row: &[T], fluidity: T) -> PortVariables<T> {
-        PortVariables {
-            z: self.variables.map(|index| row[usize::from(index)]),
-            u: self.inputs.map(|index| row[usize::from(index)]),
-            fluidity,
-        }
-    }
+    /// How many of the variables it has, from the first on.
+    pub used: usize,
+    /// The same of the inputs.
+    pub driven: usize,
 }
 
 /// An answer of a component that a sum or a state takes.
@@ -66,6 +57,8 @@ impl Wiring {
         let sources = |slot: &Slot| Sources {
             variables: slot.variables.map(|one| variable(one) as u16),
             inputs: slot.inputs.map(|input| input.map_or(zero, |input| first_input + input) as u16),
+            used: slot.variables.iter().take_while(|variable| **variable != Variable::Unused).count(),
+            driven: slot.inputs.iter().take_while(|input| input.is_some()).count(),
         };
         let sources = slots.iter().map(sources).collect();
         let (mut flows, mut rates) = (Vec::new(), Vec::new());

@@ -3,6 +3,7 @@
 //! - [`Real`]: the number type that laws are written over; [`f64`] or a dual number.
 //! - [`Dual`]: values with derivatives, nestable; [`jacobian`] differentiates one function on the spot.
 //! - [`Rosenbrock`]: the stiff integrator Rodas5P over `f64`, or over `Dual<f64, P>` for sensitivities to `P` parameters.
+//! - [`dot`]: sums over long series, as least squares and weights need them.
 //! - [`Tangents`]: the same sensitivities for many parameters, led along a plain run.
 //!
 //! Nothing here knows a unit: times are called seconds throughout, states are what the caller makes them.
@@ -10,6 +11,7 @@
 mod dual;
 mod real;
 mod rosenbrock;
+mod series;
 mod wide;
 
 /// Most states that the integrator is compiled for.
@@ -31,5 +33,7 @@ pub use real::Real;
 pub use rosenbrock::{
     Curved, Elimination, Entry, IntegrationError, Options, Rosenbrock, Scalar, States, Step, System, Tangents,
 };
+pub(crate) use series::{dot, sum_of_products, take_along};
+pub(crate) use wide::wide;
 #[cfg(feature = "internals")]
 pub use rosenbrock::{Inverse, Stats};

@@ -1,22 +1,22 @@
 //! Code for wide registers where the processor has them.
 
-/// A function of array length `N`, compiled once for every processor and once for those with AVX2, chosen at run time. Both
+/// A function, perhaps of array length `N`, compiled once for every processor and once for those with AVX2, chosen at run time. Both
 /// do the same operations in the same order, so results are equal bit for bit.
 macro_rules! wide {
     (
         $(#[$meta:meta])*
-        $visible:vis fn $name:ident<const $n:ident: usize>($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block
+        $visible:vis fn $name:ident $(<const $n:ident: usize>)? ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block
     ) => {
         $(#[$meta])*
         #[inline]
-        $visible fn $name<const $n: usize>($($argument: $type),*) $(-> $result)? {
+        $visible fn $name $(<const $n: usize>)? ($($argument: $type),*) $(-> $result)? {
             #[inline(always)]
-            fn any<const $n: usize>($($argument: $type),*) $(-> $result)? $body
+            fn any $(<const $n: usize>)? ($($argument: $type),*) $(-> $result)? $body
 
             #[cfg(target_arch = "x86_64")]
             {
                 #[target_feature(enable = "avx2")]
-                fn avx2<const $n: usize>($($argument: $type),*) $(-> $result)? {
+                fn avx2 $(<const $n: usize>)? ($($argument: $type),*) $(-> $result)? {
                     any($($argument),*)
                 }
 
@@ -30,4 +30,4 @@ macro_rules! wide {
     };
 }
 
-pub(super) use wide;
+pub(crate) use wide;

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Dyn, SymmetricEigen};
 
-use crate::estimation::dot;
+use crate::numeric::dot;
 
 /// Square of a size that shows nowhere: it takes away half a millionth of a misfit.
 const UNSEEN: f64 = 1e-6;

@@ -62,27 +62,32 @@ impl IntegrationError {
     }
 }
 
-impl fmt::Display for IntegrationError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::StepTooSmall { t, h, worst_state } => write!(
-                f,
-                "at t = {t} s the step fell to {h:e} s without reaching the accuracy; state {worst_state} is the worst"
-            ),
-            Self::TooManySteps { t, steps, worst_state } => {
-                write!(f, "{steps} steps reached only t = {t} s; state {worst_state} held the step down last")
+impl IntegrationError {
+    /// What went wrong, the worst state by a name of the caller's.
+    pub fn told(&self, state: &dyn fmt::Display) -> String {
+        match *self {
+            Self::StepTooSmall { t, h, .. } => {
+                format!("at t = {t} s the step fell to {h:e} s without reaching the accuracy; {state} is the worst")
             }
-            Self::TooManyRejected { t, rejected, worst_state } => write!(
-                f,
-                "{rejected} steps had to be taken back up to t = {t} s; state {worst_state} jumps or bends again and again"
-            ),
-            Self::NotFinite { t, worst_state } => {
-                write!(f, "at t = {t} s the derivative of state {worst_state}, or its Jacobian row, is not finite")
+            Self::TooManySteps { t, steps, .. } => {
+                format!("{steps} steps reached only t = {t} s; {state} held the step down last")
+            }
+            Self::TooManyRejected { t, rejected, .. } => {
+                format!("{rejected} steps had to be taken back up to t = {t} s; {state} jumps or bends again and again")
+            }
+            Self::NotFinite { t, .. } => {
+                format!("at t = {t} s the derivative of {state}, or its Jacobian row, is not finite")
             }
             Self::NoInterval { t0, t1 } => {
-                write!(f, "cannot integrate from t = {t0} s to t = {t1} s: time must run forward")
+                format!("cannot integrate from t = {t0} s to t = {t1} s: time must run forward")
             }
         }
+    }
+}
+
+impl fmt::Display for IntegrationError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.told(&format_args!("state {}", self.worst_state().unwrap_or_default())))
     }
 }
 

@@ -305,8 +305,8 @@ fn a_formula_that_jumps_again_and_again_is_named() {
     ] {
         let ran = borescope(&arguments);
         assert_eq!(ran.status, Some(2), "{arguments:?}: {}{}", ran.out, ran.err);
-        let cause =
-            "(worst: pressure of A); there acts the formula `flow = G * A.p * sign(sin([10000 1/s] * t))` of `chatter";
+        let cause = "pressure of A jumps or bends again and again; there acts the formula \
+                     `flow = G * A.p * sign(sin([10000 1/s] * t))` of `chatter";
         assert!(
             ran.err.contains("steps had to be taken back") && ran.err.contains(cause),
             "{arguments:?}: {}",
