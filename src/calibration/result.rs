@@ -119,6 +119,12 @@ impl Rounds<'_> {
         rig.calibration = Some(Calibration { records: names, margins, dynamics, parameters, correlation });
         let mut report = self.report(sheet, &rig, &fit, &joint);
         (report.rounds, report.settled) = (rounds, settled);
+        if !settled {
+            let still = format!(
+                "noise, tolerance or values still moved after {rounds} rounds: the records may say too little of them"
+            );
+            report.warnings.push(still);
+        }
         Ok((rig, report))
     }
 

@@ -44,7 +44,7 @@ pub use hypotheses::Hypothesis;
 pub(crate) use missed::{adequate, is_there, missed, tame_squares};
 use reported::{Seen, reported};
 #[cfg(feature = "cli")]
-pub(crate) use result::CLEARLY_ABOVE_NOISE;
+pub(crate) use result::{CLEARLY_ABOVE_NOISE, FAR_OFF};
 pub use result::{
     ChannelReport, CommonCause, Diagnosis, DynamicsReport, FaultReport, FitReport, FittedReport, MissingEffect,
     OffDataSheet, OffSheetValue, ProfileReport, RivalEffect, SCHEMA, UncertainReport, Verdict,

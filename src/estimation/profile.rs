@@ -27,6 +27,8 @@ pub const QUANTILE: f64 = 1.959_964;
 /// Most values that are tried for one end: four times as far each time, then a bracket halved at worst, ends a thousand
 /// expected widths away are found to a percent.
 const MOST_VALUES: usize = 16;
+/// So many times as far as it has been found does a profile go on as found at most: a rise of rounding alone is a straight line too.
+const FARTHER: f64 = 4.0;
 /// Error of an end, as a share of its distance: a hundredth.
 const EXACT: f64 = 0.01;
 /// A cost lower than the best by this share of the threshold is another optimum.
@@ -242,7 +244,7 @@ impl<'a, P: Problem> Search<'a, P> {
                 return Side { end: None, why: End::BoundReached, rise };
             }
             let parabola = Parabola::through(slope, below, (at, root));
-            if parabola.error(target) < EXACT {
+            if target <= FARTHER * root && parabola.error(target) < EXACT {
                 let end = self.value_at(way, parabola.crossing(target).min(last));
                 return Side { end: Some(end), why: End::Crossed, rise };
             }
@@ -262,7 +264,7 @@ impl<'a, P: Problem> Search<'a, P> {
                     let share = if turns > 1 { 0.5 } else { chord.clamp(0.1, 0.9) };
                     below.0 + share * (above.0 - below.0)
                 }
-                None => (below.0 * (target / below.1).min(4.0)).min(last),
+                None => (below.0 * (target / below.1).min(FARTHER)).min(last),
             };
             at = at.min(below.0 + stride);
         }

@@ -11,7 +11,7 @@ use super::run::{Run, times_noise};
 use super::with_faults::{Explained, with_faults};
 use crate::complaint::Complaint;
 use crate::diagnosis::problem::root_mean_square;
-use crate::diagnosis::{estimate, missed, weighed};
+use crate::diagnosis::{FAR_OFF, estimate, missed, weighed};
 use crate::model::{InputSignals, Model};
 use crate::number::{rounded, text};
 use crate::record::Record;
@@ -70,15 +70,21 @@ fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     let mut comparison = Comparison::of(&model, record, &run)?;
     comparison.as_stated = as_stated(&model, record, &drive);
     let estimated = estimate::estimated_parameters(rig).into_iter();
-    comparison.fitted = estimated.filter(|&index| !rig.is_fault(index)).map(fitted(rig, &values)).collect();
+    let known = estimated.filter(|&index| rig.parameters[index].is_uncertain());
+    comparison.fitted = known.map(fitted(rig, &values)).collect();
     let mut found = None;
     rig.context().first_look(|| misses(comparison.times_noise));
     // Faults with which the error does not fall explain nothing, whatever their weights make of it.
     let shown = |times_noise: f64| rounded(times_noise, SHOWN);
-    if !comparison.adequate
+    // The healthy value of a fault that is known to within an uncertainty may have followed the fault.
+    let far: Vec<&str> = comparison.fitted.iter().filter(|one| one.deviations() > FAR_OFF).map(|one| &*one.id).collect();
+    let is_far = |id: &str| far.contains(&id) && rig.faults.iter().any(|fault| rig.parameters[fault.parameter].id == id);
+    if (!comparison.adequate || far.iter().any(|id| is_far(id)))
         && let Some(Explained { with_faults, outputs }) = with_faults(&model, record)?
         && (with_faults.adequate || shown(with_faults.times_noise) < shown(comparison.times_noise))
+        && (!comparison.adequate || with_faults.faults.iter().any(|fault| is_far(&fault.id)))
     {
+        comparison.adequate = false;
         comparison.with_faults = Some(with_faults);
         found = Some(outputs);
     }
@@ -114,19 +120,33 @@ pub fn healthy_values(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint>
 
 /// All parameters (SI) of the healthy model as it follows a record best, and its run, weighed by the lack of fit that it leaves itself.
 fn followed(rig: &Rig, record: &Record, drive: &InputSignals) -> Result<(Vec<f64>, Run), Complaint> {
-    let (mut weighed, mut values, mut weighings) = (rig.clone(), rig.healthy(), 1);
+    let (mut weighed, mut values, mut weighings) = (within_known(rig), rig.healthy(), 1);
     loop {
         let model = Model::new(weighed.clone());
         (values, _) =
             refit::fitted(&model, record, drive, &values, (FaultSet::EMPTY, rig.settings().learn.linearisations))?;
         let run = run_with(&model, record, drive, &values)?;
-        let lacking = with_lack_of_fit(rig, &run);
+        let lacking = with_lack_of_fit(&within_known(rig), &run);
         // Events stand where the fit has them only once it has been weighed there, as a diagnosis does.
         if weighings > rig.settings().learn.weighings || (weighings > 1 && is_alike(&lacking, &weighed)) {
             return Ok((values, run));
         }
         (weighed, weighings) = (lacking, weighings + 1);
     }
+}
+
+/// The rig with its faults searched no farther from healthy than other uncertain values are.
+fn within_known(rig: &Rig) -> Rig {
+    let mut within = rig.clone();
+    for fault in &mut within.faults {
+        let known = &rig.parameters[fault.parameter];
+        if known.is_uncertain() {
+            let reach = rig.settings().diagnosis.search_reach * known.sigma;
+            fault.bounds.0 = fault.bounds.0.max(fault.healthy - reach);
+            fault.bounds.1 = fault.bounds.1.min(fault.healthy + reach);
+        }
+    }
+    within
 }
 
 fn fitted(rig: &Rig, values: &[f64]) -> impl Fn(usize) -> FittedParameter {

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::diagnosis::FAR_OFF;
+
 /// Name and version of the JSON schema.
 pub const SCHEMA: &str = "borescope.comparison/1";
 
@@ -107,6 +109,13 @@ pub struct FittedParameter {
     pub sigma_before: f64,
 }
 
+impl FittedParameter {
+    /// How far it is from what the rig file has, in its uncertainty; 0 where that has none.
+    pub(crate) fn deviations(&self) -> f64 {
+        if self.sigma_before > 0.0 { ((self.value - self.nominal) / self.sigma_before).abs() } else { 0.0 }
+    }
+}
+
 /// A fault that is present, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PresentFault {
@@ -146,7 +155,7 @@ pub struct Comparison {
     pub rig: String,
     /// The record, as the user named it.
     pub record: String,
-    /// Whether the model explains every sensor within noise and tolerance.
+    /// Whether the model explains every sensor within noise and tolerance, and no fault explains what is then far from healthy.
     pub adequate: bool,
     /// Root mean square of measured minus model over the noise of the sensor, over all sensors.
     pub times_noise: f64,
@@ -181,6 +190,14 @@ pub struct Earlier {
     pub times_noise: f64,
     pub channels: Vec<ChannelComparison>,
     pub with_faults: Option<WithFaults>,
+}
+
+impl Comparison {
+    /// The fitted value that is farthest from what the rig file has, where that is farther than chance puts one.
+    pub(crate) fn far_off(&self) -> Option<&FittedParameter> {
+        let farthest = self.fitted.iter().max_by(|a, b| a.deviations().total_cmp(&b.deviations()));
+        farthest.filter(|one| one.deviations() > FAR_OFF)
+    }
 }
 
 #[cfg(feature = "cli")]

@@ -33,7 +33,7 @@ pub use real::Real;
 pub use rosenbrock::{
     Curved, Elimination, Entry, IntegrationError, Options, Rosenbrock, Scalar, States, Step, System, Tangents,
 };
-pub(crate) use series::{dot, sum_of_products, take_along};
-pub(crate) use wide::wide;
 #[cfg(feature = "internals")]
 pub use rosenbrock::{Inverse, Stats};
+pub(crate) use series::{dot, sum_of_products, take_along};
+pub(crate) use wide::wide;

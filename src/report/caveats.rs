@@ -2,7 +2,7 @@
 
 use crate::diagnosis::summary::reads_otherwise;
 use crate::diagnosis::{
-    ChannelReport, Diagnosis, DynamicsReport, OffDataSheet, OffSheetValue, UncertainReport, Verdict,
+    ChannelReport, Diagnosis, DynamicsReport, FAR_OFF, OffDataSheet, OffSheetValue, UncertainReport, Verdict,
 };
 use crate::estimation::Identifiable;
 use crate::number::{rounded, text, with_unit};
@@ -174,21 +174,20 @@ fn how_many_exact(count: usize) -> Option<String> {
 /// So many exact values are named.
 const EXACT_NAMED: usize = 3;
 
-/// Standard deviations from the rig file beyond which a parameter is asked about: of 40 that are right, one is as far off in a quarter of
-/// a per cent of records.
-const FAR_OFF: f64 = 4.0;
-/// So many of them are named.
+/// So many values that are far from those of the rig file are named.
 const FAR_NAMED: usize = 3;
+
+/// A value beside that of the rig file.
+pub(super) fn far_from_stated(id: &str, [value, nominal]: [f64; 2], unit: &str, deviations: f64) -> String {
+    let [value, nominal] = [value, nominal].map(|value| with_unit(rounded(value, 4), unit));
+    format!("{id} at {value}, {deviations:.1} standard deviations from {nominal}")
+}
 
 /// Uncertain parameters that are not believed where an explanation has them.
 fn far_off(uncertain: &[UncertainReport]) -> Option<String> {
     let deviations = |one: &UncertainReport| ((one.value - one.nominal) / one.sigma_before).abs();
     let far = |one: &&UncertainReport| one.sigma_before > 0.0 && deviations(one) > FAR_OFF;
-    let one = |one: &UncertainReport| {
-        let unit = &one.unit;
-        let [value, nominal] = [one.value, one.nominal].map(|value| with_unit(rounded(value, 4), unit));
-        format!("{} at {value}, {:.1} standard deviations from {nominal}", one.id, deviations(one))
-    };
+    let one = |one: &UncertainReport| far_from_stated(&one.id, [one.value, one.nominal], &one.unit, deviations(one));
     let mut far: Vec<&UncertainReport> = uncertain.iter().filter(far).collect();
     far.sort_by(|a, b| deviations(b).total_cmp(&deviations(a)));
     let mut told: Vec<String> = far.iter().take(FAR_NAMED).map(|far| one(far)).collect();

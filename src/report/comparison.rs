@@ -1,7 +1,7 @@
 //! The comparison of a model with a record in a few lines: the verdict first, the next command last.
 
 use super::brief::wrapped;
-use super::caveats::unsure_file;
+use super::caveats::{far_from_stated, unsure_file};
 use super::learn::{ABOVE_NOISE, adequate, goes_with, multiple, named_fault, times};
 use super::table::{Head, aligned};
 use crate::diagnosis::CLEARLY_ABOVE_NOISE;
@@ -29,6 +29,7 @@ pub fn brief(comparison: &Comparison) -> String {
         lines.extend(wrapped(&format!("Before ({}): {}{with}.", before.rig, times(before.times_noise)), "  "));
     }
     lines.extend(stated(comparison).iter().flat_map(|words| wrapped(words, "  ")));
+    lines.extend(far(comparison).iter().flat_map(|words| wrapped(words, "  ")));
     lines.extend(of_the_file(comparison).iter().flat_map(|words| wrapped(words, "  ")));
     lines.push(String::new());
     let (heads, rows) = table(comparison);
@@ -58,6 +59,13 @@ pub(super) fn stated(comparison: &Comparison) -> Option<String> {
             multiple(stated)
         )
     })
+}
+
+/// What the healthy model has otherwise than stated, farther than chance.
+pub(super) fn far(comparison: &Comparison) -> Option<String> {
+    let far = comparison.far_off()?;
+    let told = far_from_stated(&far.id, [far.value, far.nominal], &far.unit, far.deviations());
+    Some(format!("Your model has {told}: that value, or the model, is other than stated."))
 }
 
 /// What the rig file leaves open, where a misfit may be its doing.

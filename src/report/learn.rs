@@ -102,10 +102,12 @@ pub(super) fn adequate(comparison: &Comparison) -> String {
 
 /// The comparison in one line: the faults that explain a record, or where its misfit is.
 pub(crate) fn comparison_headline(comparison: &Comparison) -> String {
-    let Some(place) = &comparison.place else { return adequate(comparison) };
+    if comparison.adequate {
+        return adequate(comparison);
+    }
     let misfit = format!("MISFIT: your model does not explain the record, {}", times(comparison.times_noise));
     match comparison.with_faults.as_ref().filter(|with| with.adequate) {
-        None => format!("{misfit}. {}", sits(place)),
+        None => comparison.place.as_ref().map_or(format!("{misfit}."), |place| format!("{misfit}. {}", sits(place))),
         Some(with) => {
             let faults: Vec<String> = with.faults.iter().map(named_fault).collect();
             format!("{misfit}; with {} it does, {}.", faults.join(", "), times(with.times_noise))

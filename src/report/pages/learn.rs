@@ -47,6 +47,9 @@ pub fn comparison(rig: &Rig, record: &Record, compared: &Compared) -> Result<Str
     if let Some(stated) = brief::stated(comparison) {
         verdict.paragraph(stated);
     }
+    if let Some(far) = brief::far(comparison) {
+        verdict.paragraph(far);
+    }
     let (heads, rows) = brief::table(comparison);
     verdict.table(Table::of(
         "Error of each sensor, times its noise; `explained` is judged within noise and tolerance",

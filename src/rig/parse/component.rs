@@ -59,7 +59,7 @@ pub(super) fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &T
 
 /// How far a part may be from its data sheet: as far as parts of its kind are, or as the file states if that is more. What it states as
 /// exact is not calibrated.
-pub(super) fn spread(of_kind: f64, stated: Option<f64>) -> f64 {
+fn spread(of_kind: f64, stated: Option<f64>) -> f64 {
     stated.map_or(of_kind, |stated| if stated == 0.0 { 0.0 } else { stated.max(of_kind) })
 }
 

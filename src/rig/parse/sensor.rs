@@ -1,6 +1,5 @@
 //! Sensors: quantity, place, noise.
 
-use super::component::spread;
 use super::{card_unit, difference, named};
 use crate::complaint::{Complaint, Kind, help_with_names};
 use crate::physics::card::PortKind;
@@ -83,7 +82,8 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
             sigma: sigma.unwrap_or(sigma_unstated),
             per_event: false,
             role: Role::Plain,
-            spread: spread(of_kind, sigma),
+            // A sensor has its class, or its certificate: what the file states of it is what is known of this one.
+            spread: sigma.unwrap_or(of_kind),
             meaning: meaning.to_owned(),
             place: place.clone(),
         })

@@ -216,7 +216,8 @@ fn the_misfit_that_is_drawn_is_measured_minus_model_over_the_noise() {
             let samples: Vec<(f64, f64)> =
                 rows.iter().map(|row| (row[0], (row[measured] - row[model]) / noise)).collect();
             let ([x, y], points) = curve(&html, &format!("misfit of {sensor}"), drawn);
-            assert!(points.len() > 400, "{sensor}: {} points", points.len());
+            // Drawn as finely as the chart is, and thinned where it runs straight.
+            assert!(points.len() > 100, "{sensor}: {} points", points.len());
             // A place of the grid to each side.
             let grid = (1.01e-4 * (x.1 - x.0), 2.02e-4 * (y.1 - y.0));
             for (time, misfit) in points {

@@ -19,7 +19,7 @@ fn the_fit_from_the_published_starts_takes_its_pinned_effort() {
         assert!(is_optimum(fitted.cost, &fitted.theta), "{start:?}: {} at {:?}", fitted.cost, fitted.theta);
         (fitted.misfit_evaluations, fitted.linearisations)
     });
-    assert_eq!(effort, [(25, 21), (43, 32), (6, 6)]);
+    assert_eq!(effort, [(41, 32), (45, 34), (6, 6)]);
 }
 
 #[test]
@@ -29,5 +29,5 @@ fn all_of_64_starts_reach_the_optimum() {
     let reached = fits.iter().filter(|fitted| is_optimum(fitted.cost, &fitted.theta)).count();
     let evaluations: u64 = fits.iter().map(|fitted| fitted.misfit_evaluations).sum();
     let linearisations: u64 = fits.iter().map(|fitted| fitted.linearisations).sum();
-    assert_eq!((reached, evaluations, linearisations), (64, 1616, 1267));
+    assert_eq!((reached, evaluations, linearisations), (64, 1614, 1251));
 }
