@@ -50,7 +50,7 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
     }
     match diagnosis.verdict {
         Verdict::ModelInadequate => told.extend(taken_as_exact(&diagnosis.taken_as_exact)),
-        _ => told.extend(how_many_exact(diagnosis.taken_as_exact.len())),
+        _ => told.extend(which_are_exact(&diagnosis.taken_as_exact)),
     }
     told.extend(longest_gap(diagnosis).map(|gap| {
         let [from, to] = [gap.from_s, gap.to_s].map(|time| text(rounded(time, 9)));
@@ -163,11 +163,12 @@ fn taken_as_exact(ids: &[String]) -> Option<String> {
 }
 
 /// The same beside faults that explain the record, in a line.
-fn how_many_exact(count: usize) -> Option<String> {
-    match count {
-        0 => None,
-        1 => Some("Intervals take one data-sheet value as exact: give it `+-`, or calibrate.".to_owned()),
-        several => Some(format!("Intervals take {several} data-sheet values as exact: give them `+-`, or calibrate.")),
+fn which_are_exact(ids: &[String]) -> Option<String> {
+    match ids {
+        [] => None,
+        [one] => Some(format!("Intervals take {one} as exact: give it `+-`, or calibrate.")),
+        [one, other] => Some(format!("Intervals take {one} and {other} as exact: give them `+-`, or calibrate.")),
+        all => Some(format!("Intervals take {} data-sheet values as exact: give them `+-`, or calibrate.", all.len())),
     }
 }
 
