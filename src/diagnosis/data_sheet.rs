@@ -7,7 +7,7 @@
 
 use super::doubtful::set_aside;
 use super::estimate::{Estimate, picked};
-use super::result::{OffDataSheet, OffSheetValue};
+use super::result::{FaultReport, OffDataSheet, OffSheetValue};
 use super::weighed::unweighed;
 use super::weighing::{Around, inflations};
 use super::{DIGITS, Diagnosed, FittedReport};
@@ -15,7 +15,7 @@ use crate::estimation::profile::QUANTILE;
 use crate::model::{InputSignals, Model};
 use crate::number::rounded;
 use crate::record::Record;
-use crate::rig::{FaultSet, Rig};
+use crate::rig::{Fault, FaultSet, Rig};
 
 /// The rig with parts that deviate, where a record should be diagnosed with it once more: what was found with every value as stated does
 /// not explain it, or has a fault that could go.
@@ -103,6 +103,16 @@ fn replaces_a_fault(model: &Model, record: &Record, stated: &Diagnosed) -> bool 
     let fewer = set.iter().filter_map(|fault| score(set.without(fault)));
     let best = fewer.fold(f64::NEG_INFINITY, f64::max);
     score(set).is_none_or(|all| best > all)
+}
+
+/// Present faults that are no further off than parts of their kind are when they are new: what a data sheet is not exact enough to tell.
+pub(super) fn as_new(rig: &Rig, faults: &[FaultReport]) -> Vec<String> {
+    let is_new = |(own, fault): (&Fault, &FaultReport)| {
+        let parameter = &rig.parameters[own.parameter];
+        let away = (parameter.unit.to_si(fault.value) - own.healthy).abs();
+        (fault.present && away <= QUANTILE * parameter.spread).then(|| fault.id.clone())
+    };
+    if rig.calibration.is_some() { Vec::new() } else { rig.faults.iter().zip(faults).filter_map(is_new).collect() }
 }
 
 /// All that was fitted and is no fault: its index in the rig, and how far off it is, in standard deviations before the record.

@@ -43,7 +43,6 @@ use estimate::Estimate;
 pub use hypotheses::Hypothesis;
 pub(crate) use missed::{adequate, is_there, missed, tame_squares};
 use reported::{Seen, reported};
-#[cfg(feature = "cli")]
 pub(crate) use result::{CLEARLY_ABOVE_NOISE, FAR_OFF};
 pub use result::{
     ChannelReport, CommonCause, Diagnosis, DynamicsReport, FaultReport, FitReport, FittedReport, MissingEffect,

@@ -1,5 +1,6 @@
 //! From an explanation and its intervals to the diagnosis of a record.
 
+use super::data_sheet;
 use super::estimate::Estimate;
 use super::problem::over_sensors;
 use super::result::{Diagnosis, FitReport, Verdict};
@@ -87,6 +88,7 @@ pub(super) fn reported(
         channels,
         uncertain: summary::uncertain(estimate),
         taken_as_exact: rig.exact_by_sheet().into_iter().map(|index| rig.parameters[index].id.clone()).collect(),
+        as_new: data_sheet::as_new(rig, &faults),
         below_vacuum: full.model.below_vacuum(&full.parameters(&isolation.best.theta), full.drive, full.times),
         at_odds: Vec::new(),
         unfilled: rig.unfilled.len(),

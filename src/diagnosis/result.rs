@@ -350,6 +350,10 @@ pub struct Diagnosis {
     /// Parameters that the rig file states without an uncertainty, although parts deviate from data sheets: an error in one of them shows
     /// as a fault. None of a calibrated rig.
     pub taken_as_exact: Vec<String>,
+    /// Faults that are present and no further from healthy than new parts of their kind are from their data sheets (95 %); none of a
+    /// calibrated rig.
+    #[serde(skip)]
+    pub as_new: Vec<String>,
     /// Where the explanation has its lowest pressure, if that is below vacuum; `None` where it is nowhere.
     pub below_vacuum: Option<BelowVacuum>,
     /// What record and rig file say differently, in words, where the record is not explained.

@@ -29,7 +29,16 @@ pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> R
 
 /// The same on the threads of the caller.
 fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
-    let mut given = diagnosis::diagnose(model, record, options)?;
+    beside_physics(model, record, options, diagnosis::diagnose(model, record, options)?)
+}
+
+/// A diagnosis with the physics that its faults compete with.
+pub(super) fn beside_physics(
+    model: &Model,
+    record: &Record,
+    options: &DiagnosisOptions,
+    mut given: Diagnosed,
+) -> Result<Diagnosed, Complaint> {
     // A fault that began within the record is told from an effect by its beginning.
     if given.diagnosis.verdict == Verdict::Faulty && given.diagnosis.onset_s.is_none() {
         let record = given.record(record);

@@ -7,13 +7,13 @@ use super::fitted_model::run_with;
 use super::lack_of_fit::{is_alike, with_lack_of_fit};
 use super::phase::{Stretch, stretches};
 use super::refit;
-use super::run::{Run, times_noise};
+use super::run::{Run, misses, times_noise};
 use super::with_faults::{Explained, with_faults};
 use crate::complaint::Complaint;
 use crate::diagnosis::problem::root_mean_square;
 use crate::diagnosis::{FAR_OFF, estimate, missed, weighed};
 use crate::model::{InputSignals, Model};
-use crate::number::{rounded, text};
+use crate::number::rounded;
 use crate::record::Record;
 use crate::rig::FaultSet;
 use crate::rig::{Quantity, Rig, Sensor, Target};
@@ -55,11 +55,6 @@ pub fn compared(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     rig.context().run(|| compared_here(rig, record))
 }
 
-/// An error in times the sensor noise, as a first look tells it.
-pub(super) fn misses(times_noise: f64) -> String {
-    format!("your model misses the record by {} times the sensor noise", text(rounded(times_noise, 2)))
-}
-
 fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     let commanded = rig.as_commanded([record]);
     let rig = commanded.as_ref().unwrap_or(rig);
@@ -77,8 +72,10 @@ fn compared_here(rig: &Rig, record: &Record) -> Result<Compared, Complaint> {
     // Faults with which the error does not fall explain nothing, whatever their weights make of it.
     let shown = |times_noise: f64| rounded(times_noise, SHOWN);
     // The healthy value of a fault that is known to within an uncertainty may have followed the fault.
-    let far: Vec<&str> = comparison.fitted.iter().filter(|one| one.deviations() > FAR_OFF).map(|one| &*one.id).collect();
-    let is_far = |id: &str| far.contains(&id) && rig.faults.iter().any(|fault| rig.parameters[fault.parameter].id == id);
+    let far: Vec<&str> =
+        comparison.fitted.iter().filter(|one| one.deviations() > FAR_OFF).map(|one| &*one.id).collect();
+    let is_far =
+        |id: &str| far.contains(&id) && rig.faults.iter().any(|fault| rig.parameters[fault.parameter].id == id);
     if (!comparison.adequate || far.iter().any(|id| is_far(id)))
         && let Some(Explained { with_faults, outputs }) = with_faults(&model, record)?
         && (with_faults.adequate || shown(with_faults.times_noise) < shown(comparison.times_noise))

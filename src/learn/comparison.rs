@@ -4,8 +4,6 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::diagnosis::FAR_OFF;
-
 /// Name and version of the JSON schema.
 pub const SCHEMA: &str = "borescope.comparison/1";
 
@@ -192,11 +190,12 @@ pub struct Earlier {
     pub with_faults: Option<WithFaults>,
 }
 
+#[cfg(feature = "cli")]
 impl Comparison {
     /// The fitted value that is farthest from what the rig file has, where that is farther than chance puts one.
     pub(crate) fn far_off(&self) -> Option<&FittedParameter> {
         let farthest = self.fitted.iter().max_by(|a, b| a.deviations().total_cmp(&b.deviations()));
-        farthest.filter(|one| one.deviations() > FAR_OFF)
+        farthest.filter(|one| one.deviations() > crate::diagnosis::FAR_OFF)
     }
 }
 

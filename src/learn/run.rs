@@ -4,6 +4,7 @@ use crate::complaint::Complaint;
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::{away, over_sensors, root_mean_square};
 use crate::diagnosis::{self, is_there, weighed};
+use crate::number::{rounded, text};
 use crate::record::Record;
 use crate::rig::Rig;
 use crate::settings::Settings;
@@ -31,6 +32,11 @@ pub struct Run {
 /// Root mean square misfits of the sensors, SI, as one error, times the sensor noise.
 pub(super) fn times_noise(rig: &Rig, missed: &[Option<f64>]) -> f64 {
     over_sensors(missed.iter().zip(&rig.sensors).map(|(rms, sensor)| rms.map(|rms| rms / sensor.stated_noise)))
+}
+
+/// An error in times the sensor noise, as a first look tells it.
+pub(super) fn misses(times_noise: f64) -> String {
+    format!("your model misses the record by {} times the sensor noise", text(rounded(times_noise, 2)))
 }
 
 /// A run whose outputs are known.

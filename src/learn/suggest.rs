@@ -1,14 +1,13 @@
 //! Which effect is missing: candidates by score, joint refits of the best, one verdict.
 
 use super::candidate::{Candidate, empirical};
-use super::compare::misses;
 use super::evaluated::{Conclusion, EvaluatedModel, is_adequate};
 use super::fitted_model::FittedModel;
 use super::form::{is_refuted, refute};
 use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
 use super::opened::opened;
 use super::refit::{BasePoint, charged, quick, refitted};
-use super::run::Run;
+use super::run::{Run, misses};
 use super::scoring::{candidates, tolerated, worth};
 use super::screening::{Screening, promised};
 use super::separate::{Experiment, separating};

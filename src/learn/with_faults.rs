@@ -1,5 +1,6 @@
 //! What is left of a misfit once the faults that explain the record are in the model.
 
+use super::behind::beside_physics;
 use super::comparison::{Comparison, PresentFault, WithFaults};
 use super::run::run_of;
 use crate::complaint::Complaint;
@@ -18,7 +19,8 @@ pub(super) struct Explained {
     pub outputs: Vec<Vec<f64>>,
 }
 
-/// The faults that a diagnosis of the record finds, with how the model follows it then; `None` where it finds none.
+/// The faults that a diagnosis of the record finds, with how the model follows it then; `None` where it finds none, or physics in their
+/// place. Faults that do not explain the record are what they are: physics beside them is sought by [`suggest`](super::suggest).
 ///
 /// # Errors
 /// As [`diagnose`].
@@ -26,7 +28,14 @@ pub(super) fn with_faults(model: &Model, record: &Record) -> Result<Option<Expla
     if model.rig.faults.is_empty() {
         return Ok(None);
     }
-    let diagnosed = diagnose(model, record, &DiagnosisOptions::default())?;
+    let options = DiagnosisOptions::default();
+    let mut diagnosed = diagnose(model, record, &options)?;
+    if diagnosed.diagnosis.is_explained() {
+        diagnosed = beside_physics(model, record, &options, diagnosed)?;
+    }
+    if diagnosed.diagnosis.missing_effect.is_some() {
+        return Ok(None);
+    }
     let present = diagnosed.diagnosis.present().map(|fault| PresentFault {
         id: fault.id.clone(),
         meaning: fault.meaning.clone(),

@@ -50,6 +50,7 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
     }
     match diagnosis.verdict {
         Verdict::ModelInadequate => told.extend(taken_as_exact(&diagnosis.taken_as_exact)),
+        _ if !diagnosis.as_new.is_empty() => told.push(no_further_off(&diagnosis.as_new)),
         _ => told.extend(which_are_exact(&diagnosis.taken_as_exact)),
     }
     told.extend(longest_gap(diagnosis).map(|gap| {
@@ -160,6 +161,16 @@ fn taken_as_exact(ids: &[String]) -> Option<String> {
              Calibrate on healthy records, or state `+-`; `borescope check` lists them."
         )
     })
+}
+
+/// Faults as small as what new parts deviate by.
+fn no_further_off(ids: &[String]) -> String {
+    let (is, its, it) = if ids.len() == 1 { ("is", "its", "it") } else { ("are", "their", "them") };
+    format!(
+        "{} {is} no further off than new parts of {its} kind: before you believe {it}, calibrate on healthy records, or state `+-` at the \
+         component.",
+        ids.join(", ")
+    )
 }
 
 /// The same beside faults that explain the record, in a line.

@@ -177,6 +177,9 @@ pub(super) fn next(diagnosis: &Diagnosis, findings: &[Finding], written: Left<'_
         }
         return Some(format!("borescope calibrate {rig} HEALTHY_RECORD -o calibrated.toml"));
     }
+    if diagnosis.verdict == Verdict::Faulty && diagnosis.present().all(|fault| diagnosis.as_new.contains(&fault.id)) {
+        return Some(format!("borescope calibrate {rig} HEALTHY_RECORD -o calibrated.toml"));
+    }
     match diagnosis.verdict {
         // What lies within the tolerance may be physics all the same.
         _ if diagnosis.is_above_noise() => Some(format!("borescope suggest {rig} {record} --check ANOTHER_RECORD")),

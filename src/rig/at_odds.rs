@@ -13,6 +13,8 @@ use crate::units::Quantity as Amount;
 const ELSEWHERE: f64 = 6.0;
 /// Share of its range by which an input may leave it: an amplifier may overdrive its valve.
 const BEYOND: f64 = 0.5;
+/// Times the most of the rig's own cycle that an input reaches: another machine's command is not ten times as large, per cent are a hundred.
+const BEYOND_CYCLE: f64 = 10.0;
 /// Relative difference of two values that are the same in two units.
 const ROUNDING: f64 = 1e-12;
 /// Lines of a draft that are named.
@@ -40,7 +42,8 @@ impl Rig {
                 said(start.given)
             )
         });
-        starts.chain(self.commands(record)).chain(self.another_clock(record)).chain(self.coldness(record)).collect()
+        let commands = self.commands(record).into_iter().chain(self.beyond_the_cycle(record));
+        starts.chain(commands).chain(self.another_clock(record)).chain(self.coldness(record)).collect()
     }
 
     /// Nodes of which the rig file leaves to a record where they start, where there is none; `help` says what to write.
@@ -187,6 +190,25 @@ impl Rig {
             })
         };
         used.filter_map(beyond).collect()
+    }
+
+    /// Inputs that go so far beyond what the rig's own cycle has of them that they may be in another unit, such as per cent.
+    fn beyond_the_cycle(&self, record: &Record) -> impl Iterator<Item = String> {
+        let phases = self.cycle.as_ref().map_or(&[][..], |cycle| &cycle.phases);
+        self.inputs.iter().enumerate().filter_map(|(input, own)| {
+            let ends = phases.iter().flat_map(|phase| [phase.inputs[input].from, phase.inputs[input].to]);
+            let most = ends.fold(0.0, |most: f64, end| most.max(end.abs()));
+            let channel = self.input_column(record, own).ok()?;
+            let (least, greatest) = channel.range()?;
+            let goes_to = if -least > greatest { least } else { greatest };
+            (most > 0.0 && goes_to.abs() > BEYOND_CYCLE * most).then(|| {
+                let [goes_to, most] = [goes_to, most].map(|si| text(rounded(in_unit(si, &channel.unit), 4)));
+                format!(
+                    "`{}` goes to {goes_to}, where the rig file's cycle has {most} at most: is it in another unit? Its line takes a `scale`",
+                    channel.name
+                )
+            })
+        })
     }
 
     /// A record whose rows are a thousand times as far apart as those of the rig's own cycle, or as near.

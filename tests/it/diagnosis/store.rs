@@ -72,6 +72,7 @@ fn diagnosis(record: &str, value: f64, half: f64) -> Diagnosis {
         channels: Vec::new(),
         uncertain: Vec::new(),
         taken_as_exact: Vec::new(),
+        as_new: Vec::new(),
         below_vacuum: None,
         at_odds: Vec::new(),
         unfilled: 0,
