@@ -338,8 +338,10 @@ impl Weights {
                 }
             }
         }
+        // Shares of whole ways add up to their number but for rounding.
+        let are_few = |ways: f64| ways * (1.0 + 1e-9) < settings.event_directions;
         let mean = |(sum, ways): (f64, f64)| {
-            if ways < settings.event_directions { (0.0, 0.0) } else { (sum / ways, ways.min(most as f64)) }
+            if are_few(ways) { (0.0, 0.0) } else { (sum / ways, ways.min(most as f64)) }
         };
         asked.into_iter().map(mean).collect()
     }
