@@ -138,7 +138,7 @@ impl<'a> Solutions<'a> {
         Ok(curves)
     }
 
-    /// The same, solved anew whatever is known.
+    /// The same, solved again whatever is known.
     pub fn solved(&self, theta: &[f64]) -> Result<Curves, SimulationError> {
         let solve = |(record, one): (usize, &Healthy<'_>)| {
             let parameters = self.parameters(theta, record);

@@ -117,13 +117,14 @@ pub fn healthy_values(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint>
 
 /// All parameters (SI) of the healthy model as it follows a record best, and its run, weighed by the lack of fit that it leaves itself.
 fn followed(rig: &Rig, record: &Record, drive: &InputSignals) -> Result<(Vec<f64>, Run), Complaint> {
-    let (mut weighed, mut values, mut weighings) = (within_known(rig), rig.healthy(), 1);
+    let known = within_known(rig);
+    let (mut weighed, mut values, mut weighings) = (known.clone(), rig.healthy(), 1);
     loop {
         let model = Model::new(weighed.clone());
         (values, _) =
             refit::fitted(&model, record, drive, &values, (FaultSet::EMPTY, rig.settings().learn.linearisations))?;
         let run = run_with(&model, record, drive, &values)?;
-        let lacking = with_lack_of_fit(&within_known(rig), &run);
+        let lacking = with_lack_of_fit(&known, &run);
         // Events stand where the fit has them only once it has been weighed there, as a diagnosis does.
         if weighings > rig.settings().learn.weighings || (weighings > 1 && is_alike(&lacking, &weighed)) {
             return Ok((values, run));

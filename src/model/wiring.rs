@@ -10,7 +10,7 @@ pub struct Sources {
     pub inputs: [u16; INPUTS],
     /// How many of the variables it has, from the first on.
     pub used: usize,
-    /// The same of the inputs.
+    /// How many inputs it has.
     pub driven: usize,
 }
 
