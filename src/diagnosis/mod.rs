@@ -17,6 +17,7 @@ pub mod hypotheses;
 mod instead;
 pub mod interval;
 mod missed;
+mod misstated;
 pub mod noise;
 pub mod onset;
 pub(crate) mod preliminary;
@@ -120,6 +121,9 @@ fn believed(model: &Model, record: &Record, options: &DiagnosisOptions) -> Resul
     if !stated.diagnosis.is_explained() && model.rig.begins_within_a_run(record) {
         return Ok(stated);
     }
+    if !stated.diagnosis.undeclared.is_empty() {
+        return Ok(stated);
+    }
     if let Some(found) = undeclared::preferred(model, record, &stated, options)? {
         return Ok(found);
     }
@@ -153,7 +157,11 @@ fn or_by_data_sheet(
 
 /// The same with every value as the rig file has it.
 fn diagnose_as_stated(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
-    let plain = diagnose_from(model, record, (&[], None), options)?;
+    let first = Attempt { asks_exact: true, ..Attempt::default() };
+    let plain = diagnose_again(model, record, (&[], None), options, first)?.ok_or_else(|| no_explanation(record))?;
+    if !plain.diagnosis.undeclared.is_empty() {
+        return Ok(plain);
+    }
     let Some((corrected, cause)) = common_cause::instead(model, record, &plain) else { return Ok(plain) };
     let mut diagnosed = diagnose_from(model, &corrected, (&[], None), options)?;
     // A cause that leaves the record unexplained explains nothing, and one that takes more faults than the record as it stands is no
@@ -209,6 +217,8 @@ struct Attempt<'a> {
     is_wanted: Option<&'a dyn Fn(&Estimate<'_>) -> bool>,
     /// Values of the rig's parameters, SI, and faults that are near already.
     near: Option<(&'a [f64], FaultSet)>,
+    /// Whether a value that the file takes as exact may be another, where its faults miss the record.
+    asks_exact: bool,
 }
 
 /// The same as one of several attempts; `None` where that is given up.
@@ -251,7 +261,14 @@ fn diagnose_again(
     let before_roughly = search::roughly(&before);
     let near = attempt.near.map(|(values, set)| (picked_of(rig, values), set));
     let guess = near.as_ref().map(|(theta, set)| (&theta[..], *set));
-    let (first, begun) = first_explained((&roughly, &before_roughly), record, &drive, guess)?;
+    let first = estimate::from_start(&roughly, record, &drive, guess)?;
+    if attempt.asks_exact
+        && first.missed()
+        && let Some(found) = misstated::instead(model, record, options)?
+    {
+        return Ok(Some(found));
+    }
+    let (first, begun) = best_explained(first, &before_roughly, guess.is_some());
     let (exact, estimate) = match &begun {
         Some(begun) => {
             let guess = Some((&begun.theta[..], begun.set));
@@ -266,7 +283,7 @@ fn diagnose_again(
         let Some(dynamics) = doubtful.then(|| switching::found(estimate)).flatten() else { return Ok(None) };
         let other = Model::new(switching::applied(rig, &dynamics)).with_tolerance(model.tolerance);
         let explains = |estimate: &Estimate<'_>| estimate.explains();
-        let next = Attempt { found: attempt.found + 1, is_wanted: Some(&explains), near: None };
+        let next = Attempt { found: attempt.found + 1, is_wanted: Some(&explains), ..Attempt::default() };
         let again = diagnose_again(&other, record, start, options, next)?;
         Ok(again.map(|mut again| {
             let found = again.other_rig.get_or_insert(other.rig);
@@ -292,35 +309,30 @@ fn diagnose_again(
     Ok(Some(reported(model, &estimate, intervals, seen)))
 }
 
-/// The explanation by faults as old as the record, by a model and the same with values before a beginning, and the beginning within the
-/// record, if there is one, that explains it better.
-fn first_explained<'a>(
-    (model, before): (&'a Model, &Model),
-    record: &'a Record,
-    drive: &'a InputSignals,
-    guess: Option<(&[f64], FaultSet)>,
-) -> Result<(Estimate<'a>, Option<onset::Begun>), Complaint> {
-    let settings = &model.rig.settings().diagnosis;
+/// The explanation by faults as old as the record, which a first one may miss, and the beginning within the record, if there is one, that
+/// explains it better by a model with values before a beginning. What `is_near` already has been looked for from everywhere.
+fn best_explained<'a>(mut first: Estimate<'a>, before: &Model, is_near: bool) -> (Estimate<'a>, Option<onset::Begun>) {
+    let (record, drive) = (first.case.record, first.case.full.drive);
+    let settings = first.case.settings();
     let begun = |first: &Estimate<'_>| onset::find(before, record, drive, first);
-    let mut first = estimate::from_start(model, record, drive, guess)?;
     let mut was_asked = false;
-    // What is near already has been looked for from everywhere.
     let is_doubtful = !first.explains() || first.isolation.set().len() >= settings.several_faults;
-    if guess.is_none() && (first.missed() || is_doubtful) {
+    if !is_near && (first.missed() || is_doubtful) {
         let places = first.places();
         // Faults as old as the record that leave nothing need no beginning.
         if first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case)) {
             if let Some(begun) = begun(&first) {
-                return Ok((first, Some(begun)));
+                return (first, Some(begun));
             }
             was_asked = true;
         }
-        first = first.best_from_places(&places, settings.isolation_rounds);
+        let rounds = settings.isolation_rounds;
+        first = first.best_from_places(&places, rounds);
     }
     // A better explanation that is not believed either begins where the first one was asked for.
     let is_asked = !first.missed() && (!was_asked || onset::is_believed(&first));
     let begun = if is_asked { begun(&first) } else { None };
-    Ok((first, begun))
+    (first, begun)
 }
 
 /// What is estimated, of values of a rig's parameters; what a command opens for its own record comes last and may be left out.

@@ -316,8 +316,8 @@ pub struct Diagnosis {
     /// Parts that are not as their data sheets have them, where the record is explained only so; all else is said of the model with
     /// every value as uncertain as parts deviate.
     pub off_data_sheet: Option<OffDataSheet>,
-    /// Ids of present faults that the rig file does not declare: calibrated values that have changed. They stand behind those that it
-    /// does among `faults`.
+    /// Ids of present faults that the rig file does not declare: values that it takes as exact or that its calibration has found, and
+    /// that are others in this record. They stand behind those that it does among `faults`.
     pub undeclared: Vec<String>,
     /// How spools follow their commands, where the record asks for other than the rig file has; all else is said of the model with
     /// it.

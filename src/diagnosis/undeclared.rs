@@ -31,7 +31,7 @@ pub(super) fn preferred(
     options: &DiagnosisOptions,
 ) -> Result<Option<Diagnosed>, Complaint> {
     let (given, seen) = (declared.rig(&model.rig), declared.record(record));
-    let candidates: Vec<usize> = candidates(given).collect();
+    let candidates: Vec<usize> = calibrated(given).collect();
     let moved = moved(given, &candidates, declared);
     if moved.is_empty() || declared.diagnosis.is_misread() {
         return Ok(None);
@@ -71,7 +71,13 @@ pub(super) fn preferred(
         };
         let Some(names) = undeclared(&wider.rig, known, &found) else { return Ok(None) };
         let is_preferred = !names.is_empty() && found.explains_better_than(declared, given, seen, odds(names.len()));
-        return Ok(is_preferred.then(|| told(declared, (wider.rig, found), names)));
+        return Ok(is_preferred.then(|| {
+            let mut found = told(known, (wider.rig, found), names);
+            found.corrected.clone_from(&declared.corrected);
+            found.diagnosis.common_cause.clone_from(&declared.diagnosis.common_cause);
+            found.diagnosis.dynamics.splice(0..0, declared.diagnosis.dynamics.iter().cloned());
+            found
+        }));
     }
     Ok(None)
 }
@@ -83,7 +89,7 @@ fn is_off(rig: &Rig, values: &[f64], fault: usize) -> bool {
 }
 
 /// Parameters whose values a calibration has found, of parts and sensors, that are no faults and may be one.
-fn candidates(rig: &Rig) -> impl Iterator<Item = usize> + '_ {
+pub(super) fn calibrated(rig: &Rig) -> impl Iterator<Item = usize> + '_ {
     let calibrated = rig.calibration.iter().flat_map(|known| known.parameters.iter().copied());
     calibrated.filter(|&parameter| {
         let of_a_part = rig.parts().any(|(_, part)| part.owns(parameter)) && !rig.is_of_effect(parameter);
@@ -115,7 +121,7 @@ fn pull(fitted: &UncertainReport) -> f64 {
 
 /// A fault of a parameter of which nobody has said how far it may go: to a tenth of its value and to ten times as much, as far as the
 /// physics allows; of one that is nothing, as far as uncertain values are searched.
-fn fault(rig: &Rig, index: usize) -> Fault {
+pub(super) fn fault(rig: &Rig, index: usize) -> Fault {
     let (parameter, settings) = (&rig.parameters[index], &rig.settings().diagnosis);
     let value = parameter.value;
     let (low, high) = match value.abs() {
@@ -131,14 +137,14 @@ fn fault(rig: &Rig, index: usize) -> Fault {
 
 /// Whether a fault at a value, SI, is further from healthy than new parts differ (95 %): one that is not is no wear, but a law that is not
 /// quite the part's and has calibrated values move with the point of work.
-fn has_changed(rig: &Rig, fault: usize, value: f64) -> bool {
+pub(super) fn has_changed(rig: &Rig, fault: usize, value: f64) -> bool {
     let Fault { parameter, healthy, .. } = rig.faults[fault];
     (value - healthy).abs() > QUANTILE * rig.parameters[parameter].spread
 }
 
 /// Ids of the faults behind the `declared` ones that are present; `None` where one has not changed. The end of a search is the value of no
 /// part either.
-fn undeclared(rig: &Rig, declared: usize, found: &Diagnosed) -> Option<Vec<String>> {
+pub(super) fn undeclared(rig: &Rig, declared: usize, found: &Diagnosed) -> Option<Vec<String>> {
     let behind = found.diagnosis.faults.iter().enumerate().skip(declared);
     let one = |(fault, report): (usize, &FaultReport)| {
         let (parameter, (low, high)) = (rig.faults[fault].parameter, rig.faults[fault].bounds);
@@ -150,9 +156,9 @@ fn undeclared(rig: &Rig, declared: usize, found: &Diagnosed) -> Option<Vec<Strin
     behind.filter(|(_, report)| report.present).map(one).collect()
 }
 
-/// The diagnosis with the undeclared faults of these names; others that were asked about are as if they had not been.
-fn told(declared: &Diagnosed, (wider, mut found): (Rig, Diagnosed), names: Vec<String>) -> Diagnosed {
-    let known = declared.diagnosis.faults.len();
+/// The diagnosis with the undeclared faults of these names behind the `known` ones; others that were asked about are as if they had not
+/// been.
+pub(super) fn told(known: usize, (wider, mut found): (Rig, Diagnosed), names: Vec<String>) -> Diagnosed {
     let keep: Vec<bool> =
         found.diagnosis.faults.iter().enumerate().map(|(at, fault)| at < known || names.contains(&fault.id)).collect();
     let mut rig = found.other_rig.take().unwrap_or(wider);
@@ -161,9 +167,6 @@ fn told(declared: &Diagnosed, (wider, mut found): (Rig, Diagnosed), names: Vec<S
     found.diagnosis.faults.retain(|_| of_report.next().unwrap_or(true));
     found.intervals.retain(|_| of_intervals.next().unwrap_or(true));
     found.other_rig = Some(rig);
-    found.corrected.clone_from(&declared.corrected);
-    found.diagnosis.common_cause.clone_from(&declared.diagnosis.common_cause);
-    found.diagnosis.dynamics.splice(0..0, declared.diagnosis.dynamics.iter().cloned());
     found.diagnosis.undeclared = names;
     found
 }

@@ -125,7 +125,8 @@ fn undeclared(ids: &[String]) -> Option<String> {
         _ => ("are no declared faults", "their values have", "them"),
     };
     Some(format!(
-        "{} {is} of the rig file: {its} changed since calibration. Declare {it} under `[faults]` to have every record searched for {it}.",
+        "{} {is} of the rig file: {its} changed, or the file has {it} wrong. Declare {it} under `[faults]` to have every record searched for {it}, \
+         or correct the file.",
         ids.join(", ")
     ))
 }

@@ -61,9 +61,10 @@ pub(super) fn stated(comparison: &Comparison) -> Option<String> {
     })
 }
 
-/// What the healthy model has otherwise than stated, farther than chance.
+/// What the healthy model has otherwise than stated, farther than chance, where it explains the record: one that does not is bent in its
+/// values for what is missing elsewhere.
 pub(super) fn far(comparison: &Comparison) -> Option<String> {
-    let far = comparison.far_off()?;
+    let far = comparison.far_off().filter(|_| comparison.adequate)?;
     let told = far_from_stated(&far.id, [far.value, far.nominal], &far.unit, far.deviations());
     Some(format!("Your model has {told}: that value, or the model, is other than stated."))
 }

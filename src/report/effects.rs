@@ -109,7 +109,7 @@ impl EffectReport {
             At::Fluid(_) => ("the fluid".to_owned(), ""),
             At::Warmth(_) => ("the fluid, where `temperature` in `[fluid]` names its column".to_owned(), ""),
             At::Node => ("a node with a volume".to_owned(), "@NODE"),
-            At::Actuator => ("a node with a cylinder".to_owned(), "@NODE"),
+            At::Actuator => ("a node with a cylinder or a motor".to_owned(), "@NODE"),
             At::Return => ("a node into which a directional valve drains".to_owned(), "@NODE"),
             At::Component { card, named } => (format!("a `{}`", card.kind), if named { "@COMPONENT" } else { "" }),
             At::Like { symbol, named } => (symbol.words().to_owned(), if named { "@COMPONENT" } else { "" }),

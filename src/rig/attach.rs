@@ -68,6 +68,8 @@ impl Rig {
                 let drains = matches!(placed.effect.at, At::Return);
                 let moved: Vec<(usize, usize)> =
                     if drains { self.draining(node).collect() } else { self.actuators(node).collect() };
+                // A chamber has its oil; a motor has none, nor has what drains.
+                let has_oil = moved.iter().any(|(component, _)| self.components[*component].moves_a_body());
                 let own = self.nodes[node].clone();
                 self.nodes.push(Node { name: format!("{} beyond {id}", own.name), ..own.clone() });
                 for (component, port) in moved {
@@ -80,7 +82,7 @@ impl Rig {
                 }
                 let first = self.parameters.len();
                 let values: Vec<(&str, f64)> = given.iter().map(|given| (given.name.as_str(), given.value)).collect();
-                let ends = if drains { [beyond, node] } else { [node, beyond] };
+                let ends = if has_oil { [node, beyond] } else { [beyond, node] };
                 self.join(id, card, &ends, &values)?;
                 free_indices(card, placed.effect, first)
             }

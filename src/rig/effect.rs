@@ -155,9 +155,9 @@ impl Rig {
         EFFECTS.iter().chain(&self.own_effects).copied()
     }
 
-    /// Components that move a body and have a port at this node, with the port.
+    /// Components that move a body or turn a shaft and have a port at this node, with the port.
     pub(super) fn actuators(&self, node: usize) -> impl Iterator<Item = (usize, usize)> {
-        let moves = |component: &&Component| component.card.ports.iter().any(|port| port.kind == PortKind::Mechanical);
+        let moves = |component: &&Component| component.moves_a_body() || facts(component.card).symbol == Symbol::Motor;
         self.components.iter().enumerate().filter(move |(_, component)| moves(component)).flat_map(
             move |(index, component)| {
                 let here = component.ports.iter().enumerate().filter(move |(_, at)| **at == node);
@@ -328,7 +328,7 @@ fn needs(at: At) -> String {
         At::Fluid(_) => "a fluid".to_owned(),
         At::Warmth(_) => "the column of a temperature: `temperature` in `[fluid]`".to_owned(),
         At::Node => "a node with a volume".to_owned(),
-        At::Actuator => "a node with a cylinder".to_owned(),
+        At::Actuator => "a node with a cylinder or a motor".to_owned(),
         At::Return => "a node into which a directional valve drains".to_owned(),
         At::Component { card, .. } => format!("a `{}`", card.kind),
         At::Like { symbol, .. } => format!("{} with the ports and parameters that it needs", symbol.words()),

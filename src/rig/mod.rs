@@ -25,8 +25,8 @@ use std::path::{Path, PathBuf};
 use crate::complaint::{Complaint, Place, did_you_mean, help_with_names};
 use crate::context::Context;
 use crate::numeric::Real;
-use crate::physics::card::Card;
 use crate::physics::card::Role;
+use crate::physics::card::{Card, PortKind};
 use crate::physics::component::AnyLaw;
 use crate::physics::drop::Dropped;
 use crate::physics::effect::Effect;
@@ -190,6 +190,11 @@ impl Component {
         let lost =
             self.drop.map_or(0..0, |drop| drop.first_parameter..drop.first_parameter + drop.card.parameters.len());
         (self.first_parameter..self.first_parameter + self.card.parameters.len()).chain(lost)
+    }
+
+    /// Whether it has a port that meets a body.
+    pub fn moves_a_body(&self) -> bool {
+        self.card.ports.iter().any(|port| port.kind == PortKind::Mechanical)
     }
 
     /// Whether a parameter of the rig is one of them.

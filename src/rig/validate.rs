@@ -33,7 +33,7 @@ pub fn validate(rig: &Rig) -> Result<(), Complaint> {
                 format!("node `{}` has no `initial` pressure and no pressure sensor to take it from", node.name),
             )
             .at(node.place.clone())
-            .help("add `initial = \"0 bar\"` or the pressure that it starts with"));
+            .help("add the pressure that it starts with, such as `initial = \"5 bar\"`"));
         }
         let follows = |sensor: &Sensor| sensor.target == Target::Node(index) && sensor.quantity == Quantity::Position;
         if matches!(node.kind, NodeKind::Body { position: None, .. }) && !rig.sensors.iter().any(follows) {

@@ -95,7 +95,7 @@ pub(crate) fn drive(rig: &Rig, source: Option<&Record>) -> Result<(InputSignals,
             .help("add `[cycle]` with `interval` and `phases`, or give commands and loads with `--input RECORD`"));
     };
     let from_record = |kind: &NodeKind| *kind == NodeKind::Volume { initial: InitialPressure::Record };
-    let help = "add `initial = \"0 bar\"` or the pressure that it starts with, or give `--input RECORD`";
+    let help = "add the pressure that it starts with, such as `initial = \"5 bar\"`, or give `--input RECORD`";
     if let Some(unknown) = rig.starts_unknown(from_record, help) {
         return Err(unknown);
     }

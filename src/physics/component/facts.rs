@@ -68,6 +68,7 @@ impl Symbol {
     pub fn words(self) -> &'static str {
         match self {
             Self::Cylinder => "a cylinder",
+            Self::Motor => "a motor",
             Self::ReliefValve => "a relief valve",
             _ => "a component",
         }

@@ -1,4 +1,4 @@
-//! Resistance of the line between a valve and its cylinder.
+//! Resistance of the line between a valve and its cylinder or motor.
 
 use super::{At, Effect, Form, FreeParameter, InitialGuess};
 use crate::numeric::Real;
@@ -29,19 +29,22 @@ pub const EFFECT: Effect = Effect {
 
 pub const CARD: Card = Card {
     kind: "line-resistance",
-    meaning: "Pressure drop of the line between a node and its cylinder; sensors stay on the near side.",
-    law: "dp = (R + R_0) q + K q |q|;  C = V/beta at the near side",
+    meaning: "Pressure drop of the line between a node and its cylinder or motor; sensors stay where they are.",
+    law: "dp = (R + R_0) q + K q |q|;  C = V/beta at the near side, of a motor at the motor",
     source: "Hagen-Poiseuille and Darcy-Weisbach; Merritt (1967), section 3-2",
     validity: "No inertia of the oil in the line; R_0 = 0.01 bar/(L/min) keeps a line without resistance solvable.",
     parameters: &[
         Parameter::required("turbulent", "K", "bar.min2/L2", "pressure drop per square of the flow").or(0.0),
         Parameter::required("laminar", "R", "bar.min/L", "pressure drop per flow").or(0.0),
-        Parameter::required("volume", "V", "cm3", "oil on the near side of the line")
+        Parameter::required("volume", "V", "cm3", "oil at the end of the line that has none: the near one, of a motor the motor itself")
             .is(Role::Volume)
             .positive()
             .or(5.0),
     ],
-    ports: &[Port::hydraulic("near", "where valves and sensors are"), Port::hydraulic("far", "where the cylinder is")],
+    ports: &[
+        Port::hydraulic("near", "where valves and sensors are; of a motor the motor"),
+        Port::hydraulic("far", "where the cylinder is; of a motor valves and sensors"),
+    ],
     worked: &[Worked {
         text: "0.04 bar/(L/min)2 and 0.09 bar/(L/min) with R_0 take 0.04 25 + 0.1 5 = 1.5 bar for 5 L/min",
         parameters: &[("turbulent", 0.04), ("laminar", 0.09)],

@@ -246,6 +246,7 @@ effects! {
         compensator_lag,
         dead_voltage,
         entrained_air,
+        motor_orifice_leakage,
         pump_droop,
         pump_leakage,
         relief_knee,

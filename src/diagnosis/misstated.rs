@@ -1,0 +1,58 @@
+//! One value of the rig file that is another, declared as a fault or not.
+//!
+//! A load that nobody weighed, a spring of another batch, a part that nobody thought would wear: no declared fault explains such a
+//! record, uncertain values cannot follow it, and a search for several faults, for a beginning, or for physics takes minutes to end in
+//! nonsense. So a record that the faults of the rig miss is first diagnosed once more with a fault of every value that is exact or
+//! that a calibration has found. One of them alone is believed, with no more declared faults beside it than a record has.
+
+use super::estimate::Estimate;
+use super::undeclared::{calibrated, fault, has_changed, told, undeclared};
+use super::{Attempt, Diagnosed, DiagnosisOptions, diagnose_again};
+use crate::complaint::Complaint;
+use crate::model::Model;
+use crate::record::Record;
+use crate::rig::{FaultSet, Rig};
+
+/// What was found with a fault of one such value as the diagnosis of a record that the declared ones miss; `None` where that does not
+/// explain it.
+///
+/// # Errors
+/// As [`super::diagnose`].
+pub(super) fn instead(
+    model: &Model,
+    record: &Record,
+    options: &DiagnosisOptions,
+) -> Result<Option<Diagnosed>, Complaint> {
+    let declared = model.rig.faults.len();
+    let mut rig = model.rig.clone();
+    let values = exact(&model.rig).chain(calibrated(&model.rig));
+    rig.faults.extend(values.take(FaultSet::CAPACITY - declared).map(|value| fault(&model.rig, value)));
+    if rig.faults.len() == declared {
+        return Ok(None);
+    }
+    let healthy = rig.healthy();
+    let wider = Model::new(rig).with_tolerance(model.tolerance);
+    let is_one = |estimate: &Estimate<'_>| {
+        let set = estimate.isolation.set();
+        let mut others = set.iter().filter(|fault| *fault >= declared);
+        let one = others.next().filter(|_| others.next().is_none());
+        let few = set.len() < wider.rig.settings().diagnosis.several_faults;
+        let changed = one.is_some_and(|one| has_changed(&wider.rig, one, estimate.isolation.best.theta[one]));
+        few && changed && estimate.explains()
+    };
+    let attempt = Attempt { is_wanted: Some(&is_one), near: Some((&healthy, FaultSet::EMPTY)), ..Attempt::default() };
+    let found = diagnose_again(&wider, record, (&[], None), options, attempt)?;
+    let Some(found) = found.filter(|found| found.diagnosis.is_explained()) else { return Ok(None) };
+    let names = undeclared(&wider.rig, declared, &found).filter(|names| names.len() == 1);
+    Ok(names.map(|names| told(declared, (wider.rig, found), names)))
+}
+
+/// Values of parts and sensors that the file takes as exact, and that are no faults. Of what is nothing nobody knows how far it could go.
+fn exact(rig: &Rig) -> impl Iterator<Item = usize> + '_ {
+    (0..rig.parameters.len()).filter(|&index| {
+        let parameter = &rig.parameters[index];
+        let of_a_part = rig.parts().any(|(_, part)| part.owns(index)) && !rig.is_of_effect(index);
+        let is_open = !rig.is_fault(index) && !parameter.role.is_of_the_drive();
+        (of_a_part || rig.is_of_sensor(index)) && is_open && parameter.sigma == 0.0 && parameter.value != 0.0
+    })
+}
