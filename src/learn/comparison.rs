@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::diagnosis::OffDataSheet;
+
 /// Name and version of the JSON schema.
 pub const SCHEMA: &str = "borescope.comparison/1";
 
@@ -131,11 +133,13 @@ pub struct PresentFault {
     pub ci95: [Option<f64>; 2],
 }
 
-/// The model with the faults that explain a record, beside that record.
+/// The model with the faults that explain a record, or with parts off their data sheets, beside that record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WithFaults {
     /// Those that are present.
     pub faults: Vec<PresentFault>,
+    /// Parts that are not as their data sheets have them, where the record is explained only so.
+    pub off_data_sheet: Option<OffDataSheet>,
     /// Root mean square of measured minus model over the noise of the sensor, over all sensors.
     pub times_noise: f64,
     /// Whether the model with these faults explains every sensor within noise and tolerance.

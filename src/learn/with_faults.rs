@@ -1,4 +1,4 @@
-//! What is left of a misfit once the faults that explain the record are in the model.
+//! What is left of a misfit once the faults that explain the record, or parts that are off their data sheets, are in the model.
 
 use super::behind::beside_physics;
 use super::comparison::{Comparison, PresentFault, WithFaults};
@@ -19,7 +19,7 @@ pub(super) struct Explained {
     pub outputs: Vec<Vec<f64>>,
 }
 
-/// The faults that a diagnosis of the record finds, with how the model follows it then; `None` where it finds none, or physics in their
+/// The faults that a diagnosis of the record finds, with how the model follows it then; `None` where it finds none and parts as stated, or physics in their
 /// place. Faults that do not explain the record are what they are: physics beside them is sought by [`suggest`](super::suggest).
 ///
 /// # Errors
@@ -47,11 +47,12 @@ pub(super) fn with_faults(model: &Model, record: &Record) -> Result<Option<Expla
     // What differs from new by less than is shown would be told as a fault of a part as good as new.
     let differs = |fault: &PresentFault| rounded(fault.value, NAMED) != rounded(fault.healthy, NAMED);
     let faults: Vec<PresentFault> = present.filter(differs).collect();
-    if faults.is_empty() {
+    let off_data_sheet = diagnosed.diagnosis.off_data_sheet;
+    if faults.is_empty() && off_data_sheet.is_none() {
         return Ok(None);
     }
     let run = run_of(&model.rig, record, diagnosed.model, diagnosed.weights)?;
     let Comparison { times_noise, adequate, channels, .. } = Comparison::of(model, record, &run)?;
-    let with_faults = WithFaults { faults, times_noise, adequate, channels };
+    let with_faults = WithFaults { faults, off_data_sheet, times_noise, adequate, channels };
     Ok(Some(Explained { with_faults, outputs: run.outputs }))
 }

@@ -84,15 +84,17 @@ pub(super) fn unsure_file(unfilled: usize, taken_as_exact: usize, explained: boo
 }
 
 /// Values off their data sheets that are named.
-const OFF_NAMED: usize = 3;
+pub(super) const OFF_NAMED: usize = 3;
+
+/// A value with what the rig file states.
+pub(super) fn off_sheet(off: &OffSheetValue) -> String {
+    let value = with_unit(rounded(off.value, 4), &off.unit);
+    format!("{} {value} (stated {})", off.id, text(rounded(off.nominal, 4)))
+}
 
 /// What the record takes otherwise than the rig file states it.
 fn off_data_sheet(off: &OffDataSheet) -> String {
-    let one = |one: &OffSheetValue| {
-        let value = with_unit(rounded(one.value, 4), &one.unit);
-        format!("{} {value} (stated {})", one.id, text(rounded(one.nominal, 4)))
-    };
-    let named: Vec<String> = off.values.iter().take(OFF_NAMED).map(one).collect();
+    let named: Vec<String> = off.values.iter().take(OFF_NAMED).map(off_sheet).collect();
     let more = match off.values.len().saturating_sub(OFF_NAMED) {
         0 => String::new(),
         more => format!(" and {more} more"),

@@ -1,7 +1,7 @@
 //! The comparison of a model with a record in a few lines: the verdict first, the next command last.
 
 use super::brief::wrapped;
-use super::caveats::{far_from_stated, unsure_file};
+use super::caveats::{OFF_NAMED, far_from_stated, off_sheet, unsure_file};
 use super::learn::{ABOVE_NOISE, adequate, goes_with, multiple, named_fault, times};
 use super::table::{Head, aligned};
 use crate::diagnosis::CLEARLY_ABOVE_NOISE;
@@ -99,7 +99,12 @@ fn headline(comparison: &Comparison) -> Vec<String> {
     let line = match &comparison.with_faults {
         _ if comparison.adequate => adequate(comparison),
         Some(with) if with.adequate => {
-            format!("MISFIT: your model does not explain the record, {error}; with the faults below it does.")
+            let what = match (with.faults.as_slice(), &with.off_data_sheet) {
+                ([], _) => "parts as far off their data sheets as parts are",
+                (_, None) => "the faults below",
+                (_, Some(_)) => "the faults below, and parts as far off their data sheets as parts are,",
+            };
+            format!("MISFIT: your model does not explain the record, {error}; with {what} it does.")
         }
         _ => format!("MISFIT: your model does not explain the record, {error}."),
     };
@@ -121,12 +126,22 @@ fn located(place: &MisfitPlace) -> Vec<String> {
 /// What the faults that explain a record best leave, and each of them with its size.
 pub(super) fn explained_by(with_faults: &WithFaults) -> (String, Vec<String>) {
     let enough = if with_faults.adequate { "" } else { "; not enough" };
-    let heading = format!("With the faults that explain it best, {}{enough}:", times(with_faults.times_noise));
-    (heading, with_faults.faults.iter().map(fault).collect())
+    let left = times(with_faults.times_noise);
+    let heading = match with_faults.faults.as_slice() {
+        [] => format!("With parts off their data sheets, {left}{enough}; the furthest:"),
+        _ => format!("With the faults that explain it best, {left}{enough}:"),
+    };
+    let furthest = with_faults.off_data_sheet.iter().flat_map(|off| off.values.iter().take(OFF_NAMED).map(off_sheet));
+    (heading, with_faults.faults.iter().map(fault).chain(furthest).collect())
 }
 
 fn fault(fault: &PresentFault) -> String {
     format!("{} (new: {})", named_fault(fault), with_unit(rounded(fault.healthy, 4), &fault.unit))
+}
+
+/// What the model with faults, or with parts off their data sheets, is in a column.
+fn of_the_other(with_faults: &WithFaults) -> &'static str {
+    if with_faults.faults.is_empty() { "off data sheets" } else { "with faults" }
 }
 
 /// Sensor by sensor: your model, with faults, and the same of an older rig file.
@@ -135,7 +150,7 @@ pub(super) fn table(comparison: &Comparison) -> (Vec<Head>, Vec<Vec<String>>) {
     let before = comparison.before.as_ref();
     let before_with = before.and_then(|before| before.with_faults.as_ref());
     let mut heads: Vec<Head> = vec![("sensor", false), ("rms misfit", true), ("unit", false), ("x noise", true)];
-    heads.extend(with_faults.map(|_| ("with faults", true)));
+    heads.extend(with_faults.map(|with| (of_the_other(with), true)));
     heads.extend(before.map(|_| ("before", true)));
     heads.extend(before_with.map(|_| ("before, with faults", true)));
     heads.push(("explained", false));
@@ -150,7 +165,7 @@ pub(super) fn table(comparison: &Comparison) -> (Vec<Head>, Vec<Vec<String>>) {
         row.extend(before_with.map(|with_faults| of(&with_faults.channels)));
         let with = with_faults.and_then(|with_faults| same(&with_faults.channels));
         row.push(match with {
-            Some(with) if with.adequate && !channel.adequate => "with faults".to_owned(),
+            Some(with) if with.adequate && !channel.adequate => with_faults.map_or("", of_the_other).to_owned(),
             _ => super::diagnosis::explained(channel.adequate, channel.samples, channel.within_noise).to_owned(),
         });
         row
@@ -172,7 +187,10 @@ pub(super) fn next(comparison: &Comparison) -> String {
             format!("Next: borescope suggest {rig} {record} --check ANOTHER_RECORD")
         }
         _ if comparison.adequate => format!("Next: borescope diagnose {rig} {record}"),
-        Some(with_faults) if with_faults.adequate => format!("Next: borescope diagnose {rig} {record}"),
+        Some(with) if with.adequate && with.faults.is_empty() => {
+            format!("Next: borescope calibrate {rig} HEALTHY_RECORD... -o calibrated.toml")
+        }
+        Some(with) if with.adequate => format!("Next: borescope diagnose {rig} {record}"),
         _ => format!("Next: borescope suggest {rig} {record} --check ANOTHER_RECORD"),
     }
 }
@@ -230,8 +248,13 @@ mod tests {
             healthy: 0.0,
             ci95: [Some(0.199), Some(0.201)],
         };
-        let with_faults =
-            WithFaults { faults: vec![fault], times_noise: 1.02, adequate: true, channels: vec![channel("p_A", 1.02)] };
+        let with_faults = WithFaults {
+            faults: vec![fault],
+            off_data_sheet: None,
+            times_noise: 1.02,
+            adequate: true,
+            channels: vec![channel("p_A", 1.02)],
+        };
         let before = Some(Earlier::of(&comparison(51.2)));
         let page = brief(&Comparison { with_faults: Some(with_faults), before, ..comparison(44.7) });
         let lines: Vec<&str> = page.lines().collect();

@@ -110,7 +110,8 @@ pub(crate) fn comparison_headline(comparison: &Comparison) -> String {
         None => comparison.place.as_ref().map_or(format!("{misfit}."), |place| format!("{misfit}. {}", sits(place))),
         Some(with) => {
             let faults: Vec<String> = with.faults.iter().map(named_fault).collect();
-            format!("{misfit}; with {} it does, {}.", faults.join(", "), times(with.times_noise))
+            let what = if faults.is_empty() { "parts off their data sheets".to_owned() } else { faults.join(", ") };
+            format!("{misfit}; with {what} it does, {}.", times(with.times_noise))
         }
     }
 }

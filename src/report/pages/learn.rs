@@ -98,7 +98,10 @@ pub fn comparison(rig: &Rig, record: &Record, compared: &Compared) -> Result<Str
 /// The errors of a comparison, of an older rig file first.
 fn errors(comparison: &Comparison) -> Vec<ErrorRow> {
     let row = |name: String, fit: f64| ErrorRow { name, fit, check: None };
-    let faults = |with: &WithFaults| faults(&with.faults.iter().map(|fault| fault.id.as_str()).collect::<Vec<_>>());
+    let faults = |with: &WithFaults| match with.faults.as_slice() {
+        [] => "parts off their data sheets".to_owned(),
+        present => faults(&present.iter().map(|fault| fault.id.as_str()).collect::<Vec<_>>()),
+    };
     let mut rows = Vec::new();
     if let Some(before) = &comparison.before {
         rows.push(row(format!("before: {}", before.rig), before.times_noise));
