@@ -69,8 +69,14 @@ pub(super) fn explained(before: &Run, after: &Run) -> f64 {
     1.0 - ((after.chi2 - 1.0).max(0.0) / (before.chi2 - 1.0).max(1e-9))
 }
 
-/// Share of what the model misses that an explanation takes away, on the fit record and on the check record.
+/// Share of what the model misses that an explanation takes away, on the fit record and on the check record. One with which the plain
+/// error rises on both, and stays above noise and tolerance, buys moments at which curves are steep with all others: it takes nothing.
 fn shares(judged: &EvaluatedModel, base: &FittedModel, base_check: &Option<Run>) -> (f64, f64) {
+    let rises = |before: &Run, after: &Run| after.normalised > before.normalised && !is_adequate(after);
+    let on_check = base_check.as_ref().zip(judged.check.as_ref());
+    if rises(&base.fit, &judged.trial.fit) && on_check.is_none_or(|(before, after)| rises(before, after)) {
+        return (0.0, 0.0);
+    }
     let on_check = match (base_check, &judged.check) {
         (Some(before), Some(after)) => explained(before, after),
         (None, _) => 1.0,

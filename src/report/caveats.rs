@@ -28,7 +28,11 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
     told.extend(diagnosis.off_data_sheet.as_ref().map(off_data_sheet));
     told.extend(undeclared(&diagnosis.undeclared));
     told.extend(diagnosis.below_vacuum.as_ref().map(|below| format!("By the explanation {below}.")));
-    told.extend(weighed_down(&diagnosis.channels));
+    let explained = diagnosis.missing_effect.as_ref().is_some_and(|missing| missing.explained);
+    // Where a sensor is missed, what the others leave is no wonder.
+    if diagnosis.is_explained() || explained {
+        told.extend(weighed_down(&diagnosis.channels));
+    }
     told.extend(followed_otherwise(&diagnosis.dynamics));
     told.extend(far_off(&diagnosis.uncertain));
     if !open.is_empty() {
@@ -42,7 +46,6 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
             told.push(reads_otherwise(&channel.name, ratio, &channel.unit));
         }
     }
-    let explained = diagnosis.missing_effect.as_ref().is_some_and(|missing| missing.explained);
     if !diagnosis.is_explained() && !explained {
         let asks =
             "`borescope check` asks whether columns are exchanged, or a value of the rig file is in another unit.";

@@ -2,7 +2,7 @@
 
 use super::brief::wrapped;
 use super::caveats::{OFF_NAMED, far_from_stated, off_sheet, unsure_file};
-use super::learn::{ABOVE_NOISE, adequate, goes_with, multiple, named_fault, times};
+use super::learn::{adequate, goes_with, multiple, named_fault, times};
 use super::table::{Head, aligned};
 use crate::diagnosis::CLEARLY_ABOVE_NOISE;
 use crate::finding::argument;
@@ -34,9 +34,12 @@ pub fn brief(comparison: &Comparison) -> String {
     lines.push(String::new());
     let (heads, rows) = table(comparison);
     lines.extend(aligned(&heads, &rows));
-    let within = |channel: &ChannelComparison| channel.adequate && channel.times_noise > ABOVE_NOISE;
-    if !comparison.adequate && comparison.channels.iter().any(within) {
-        lines.push("Explained: nothing left beyond noise, tolerance and the moment of switching.".to_owned());
+    let within = |channel: &ChannelComparison| {
+        channel.adequate && channel.samples > 0 && channel.times_noise > CLEARLY_ABOVE_NOISE
+    };
+    if comparison.channels.iter().any(within) {
+        let told = "in tolerance: more than noise is left, but no more than the rig file allows of sensors and where valves switch.";
+        lines.extend(wrapped(told, "  "));
     }
     lines.extend(beyond_events(comparison));
     lines.push(String::new());
@@ -166,7 +169,12 @@ pub(super) fn table(comparison: &Comparison) -> (Vec<Head>, Vec<Vec<String>>) {
         let with = with_faults.and_then(|with_faults| same(&with_faults.channels));
         row.push(match with {
             Some(with) if with.adequate && !channel.adequate => with_faults.map_or("", of_the_other).to_owned(),
-            _ => super::diagnosis::explained(channel.adequate, channel.samples, channel.within_noise).to_owned(),
+            _ => super::diagnosis::explained(
+                channel.adequate,
+                (channel.samples, channel.times_noise),
+                channel.within_noise,
+            )
+            .to_owned(),
         });
         row
     });

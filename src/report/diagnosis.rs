@@ -9,9 +9,9 @@ use super::style::{Style, Tone};
 #[cfg(feature = "cli")]
 use super::style::{bars, scale};
 use super::table::{Head, aligned, fitted as lines_fitted, within};
+use crate::diagnosis::{CLEARLY_ABOVE_NOISE, Diagnosis, FaultReport, MissingEffect, UncertainReport, Verdict};
 #[cfg(feature = "cli")]
 use crate::diagnosis::{Diagnosed, is_there};
-use crate::diagnosis::{Diagnosis, FaultReport, MissingEffect, UncertainReport, Verdict};
 use crate::number::{before_unit, rounded, text, with_unit};
 use crate::record::survey::Doubt;
 #[cfg(feature = "cli")]
@@ -202,10 +202,12 @@ pub(super) const CHANNEL_HEADS: [Head; 6] = [
     ("explained", false),
 ];
 
-/// Whether the model explains a sensor of so many samples, and whether it would if nothing were asked of events.
-pub(super) fn explained(adequate: bool, samples: usize, within_noise: bool) -> &'static str {
+/// Whether the model explains a sensor of so many samples with so much error over its noise, and whether it would if nothing were asked of
+/// events.
+pub(super) fn explained(adequate: bool, (samples, times_noise): (usize, f64), within_noise: bool) -> &'static str {
     match (adequate, samples) {
         (_, 0) => "no samples",
+        (true, _) if times_noise > CLEARLY_ABOVE_NOISE => "in tolerance",
         (true, _) => "yes",
         (false, _) if within_noise => "NO (events)",
         (false, _) => "NO",
@@ -225,7 +227,7 @@ pub(super) fn channel_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
             text(rounded(channel.noise_sigma, 3)),
             channel.unit.clone(),
             of_samples(channel.samples, format!("{:.2}", channel.chi2_reduced)),
-            explained(channel.adequate, channel.samples, channel.within_noise).to_owned(),
+            explained(channel.adequate, (channel.samples, channel.times_noise), channel.within_noise).to_owned(),
         ]
     };
     diagnosis.channels.iter().map(row).collect()

@@ -40,7 +40,7 @@ fn channel_row(channel: &ChannelComparison) -> Vec<String> {
         of_samples(channel.samples, format!("{:.2}", channel.chi2_reduced)),
         of_samples(channel.samples, format!("{:.2}", channel.autocorrelation)),
         goes.map_or("-".to_owned(), |goes| format!("{} ({:+.2})", goes.signal, goes.coefficient)),
-        explained(channel.adequate, channel.samples, channel.within_noise).to_owned(),
+        explained(channel.adequate, (channel.samples, channel.times_noise), channel.within_noise).to_owned(),
     ]
 }
 
@@ -86,7 +86,7 @@ pub(crate) fn times(times_noise: f64) -> String {
 }
 
 /// Error from which on a model that is adequate owes a word, times the sensor noise.
-pub(super) const ABOVE_NOISE: f64 = 1.2;
+const ABOVE_NOISE: f64 = 1.2;
 
 /// What is said of a model that is adequate.
 pub(super) fn adequate(comparison: &Comparison) -> String {

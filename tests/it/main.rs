@@ -108,6 +108,7 @@ mod fit {
 }
 
 mod learn {
+    mod motors;
     mod open_rigs;
     mod pairs;
     mod rates;

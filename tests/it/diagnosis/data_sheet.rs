@@ -153,3 +153,24 @@ fn a_declared_fault_is_no_deviation_of_a_part() {
     let (_, found) = diagnosed(&all);
     assert_eq!((found.verdict, present(&found)), (Verdict::Faulty, vec!["relief.set_pressure"]), "{found:?}");
 }
+
+/// A flywheel of three quarters of the stated inertia: no declared fault is like it, and what is exact cannot follow.
+#[test]
+fn a_value_that_the_file_has_wrong_is_found_although_it_is_exact_and_no_fault() {
+    let model = Model::new(Rig::read("fixtures/hydrostatic_drive/rig.toml").unwrap());
+    let found = |seed, values: &[(&str, &str)]| {
+        let record = Run::of(&model).with_quantities(values).seed(seed).record("drive");
+        diagnose(&model, &record, &DiagnosisOptions::default()).unwrap().diagnosis
+    };
+    let light = [("motor.inertia", "2.4 kg.m2")];
+    let alone = found(1, &light);
+    assert_eq!((alone.verdict, &alone.undeclared), (Verdict::Faulty, &vec!["motor.inertia".to_owned()]));
+    assert_eq!(present(&alone), ["motor.inertia"]);
+    let inertia = alone.present().next().unwrap();
+    let [low, high] = inertia.ci95.map(|end| end.unwrap());
+    assert!(low < 2.4 && 2.4 < high && high - low < 0.05, "{inertia:?}");
+    // Beside a fault that the file declares.
+    let beside = found(2, &[light[0], ("motor.internal_leakage", "0.04 L/min/bar")]);
+    assert_eq!(present(&beside), ["motor.internal_leakage", "motor.inertia"]);
+    assert_eq!(beside.undeclared, ["motor.inertia"]);
+}
