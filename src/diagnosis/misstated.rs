@@ -5,22 +5,22 @@
 //! nonsense. So a record that the faults of the rig miss is first diagnosed once more with a fault of every value that is exact or
 //! that a calibration has found. One of them alone is believed, with no more declared faults beside it than a record has.
 
-use super::estimate::Estimate;
+use super::estimate::{self, Estimate};
+use super::search;
 use super::undeclared::{calibrated, fault, has_changed, told, undeclared};
 use super::{Attempt, Diagnosed, DiagnosisOptions, diagnose_again};
 use crate::complaint::Complaint;
 use crate::model::Model;
-use crate::record::Record;
 use crate::rig::{FaultSet, Rig};
 
-/// What was found with a fault of one such value as the diagnosis of a record that the declared ones miss; `None` where that does not
-/// explain it.
+/// What was found with a fault of one such value as the diagnosis of a record that the declared ones, in a `first` explanation, miss;
+/// `None` where that does not explain it.
 ///
 /// # Errors
 /// As [`super::diagnose`].
 pub(super) fn instead(
     model: &Model,
-    record: &Record,
+    first: &Estimate<'_>,
     options: &DiagnosisOptions,
 ) -> Result<Option<Diagnosed>, Complaint> {
     let declared = model.rig.faults.len();
@@ -30,17 +30,29 @@ pub(super) fn instead(
     if rig.faults.len() == declared {
         return Ok(None);
     }
-    let healthy = rig.healthy();
     let wider = Model::new(rig).with_tolerance(model.tolerance);
+    let settings = &wider.rig.settings().diagnosis;
     let is_one = |estimate: &Estimate<'_>| {
         let set = estimate.isolation.set();
         let mut others = set.iter().filter(|fault| *fault >= declared);
         let one = others.next().filter(|_| others.next().is_none());
-        let few = set.len() < wider.rig.settings().diagnosis.several_faults;
+        let few = set.len() < settings.several_faults;
         let changed = one.is_some_and(|one| has_changed(&wider.rig, one, estimate.isolation.best.theta[one]));
-        few && changed && estimate.explains()
+        few && changed
     };
-    let attempt = Attempt { is_wanted: Some(&is_one), near: Some((&healthy, FaultSet::EMPTY)), ..Attempt::default() };
+    // Few rounds tell whether one does, or takes away most of what is missed: physics that is missing is no value of the file.
+    let (roughly, healthy) = (search::roughly(&wider), estimate::picked(&wider.rig, &wider.rig.healthy()));
+    let guess = Some((&healthy[..], FaultSet::EMPTY));
+    let (record, drive) = (first.case.record, first.case.full.drive);
+    let Ok(found) = estimate::near(&roughly, record, drive, guess, settings.healthy_rounds) else { return Ok(None) };
+    let left = found.isolation.best.cost / first.isolation.best.cost;
+    let goes_on = if found.missed() { left < 1.0 - wider.rig.settings().learn.explained_share } else { is_one(&found) };
+    if !goes_on {
+        return Ok(None);
+    }
+    let near = (&found.case.full.parameters(&found.isolation.best.theta)[..], found.isolation.set());
+    let is_wanted = |estimate: &Estimate<'_>| is_one(estimate) && estimate.explains();
+    let attempt = Attempt { is_wanted: Some(&is_wanted), near: Some(near), ..Attempt::default() };
     let found = diagnose_again(&wider, record, (&[], None), options, attempt)?;
     let Some(found) = found.filter(|found| found.diagnosis.is_explained()) else { return Ok(None) };
     let names = undeclared(&wider.rig, declared, &found).filter(|names| names.len() == 1);

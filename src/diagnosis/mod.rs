@@ -264,7 +264,7 @@ fn diagnose_again(
     let first = estimate::from_start(&roughly, record, &drive, guess)?;
     if attempt.asks_exact
         && first.missed()
-        && let Some(found) = misstated::instead(model, record, options)?
+        && let Some(found) = misstated::instead(model, &first, options)?
     {
         return Ok(Some(found));
     }
@@ -293,6 +293,10 @@ fn diagnose_again(
     };
     if let Some(again) = with_other_spools(&estimate)? {
         return Ok(Some(again));
+    }
+    // What misses by more than noise is not wanted, however exactly it is solved.
+    if attempt.is_wanted.is_some() && estimate.missed() {
+        return Ok(None);
     }
     let estimate = estimate.with_model(exact)?;
     let without_faults = estimate.isolation.set().is_empty();

@@ -5,6 +5,7 @@ use super::evaluated::{Conclusion, EvaluatedModel, is_adequate};
 use super::fitted_model::FittedModel;
 use super::run::Run;
 use super::warning::Warning;
+use crate::diagnosis::CLEARLY_ABOVE_NOISE;
 use crate::rig::InstalledEffect;
 use crate::settings::LearningSettings;
 
@@ -70,9 +71,9 @@ pub(super) fn explained(before: &Run, after: &Run) -> f64 {
 }
 
 /// Share of what the model misses that an explanation takes away, on the fit record and on the check record. One with which the plain
-/// error rises on both, and stays above noise and tolerance, buys moments at which curves are steep with all others: it takes nothing.
+/// error rises on both, and stays clearly above the noise, buys moments at which curves are steep with all others: it takes nothing.
 fn shares(judged: &EvaluatedModel, base: &FittedModel, base_check: &Option<Run>) -> (f64, f64) {
-    let rises = |before: &Run, after: &Run| after.normalised > before.normalised && !is_adequate(after);
+    let rises = |before: &Run, after: &Run| after.normalised > before.normalised.max(CLEARLY_ABOVE_NOISE);
     let on_check = base_check.as_ref().zip(judged.check.as_ref());
     if rises(&base.fit, &judged.trial.fit) && on_check.is_none_or(|(before, after)| rises(before, after)) {
         return (0.0, 0.0);

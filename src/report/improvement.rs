@@ -228,7 +228,9 @@ impl Ledger {
                 format!("PARTLY EXPLAINED: the added effects explain much of the misfit{with}; {rest}.{ends}")
             }
             (Conclusion::UnknownEffect, _) => {
-                format!("UNKNOWN EFFECT: no effect of the library explains the whole misfit{with}.{ends}")
+                let added =
+                    if self.effects.is_empty() { "" } else { " What was added may stand in for what is missing." };
+                format!("UNKNOWN EFFECT: no effect of the library explains the whole misfit{with}.{ends}{added}")
             }
         }
     }
