@@ -40,14 +40,12 @@ pub(super) fn instead(
         let changed = one.is_some_and(|one| has_changed(&wider.rig, one, estimate.isolation.best.theta[one]));
         few && changed
     };
-    // Few rounds tell whether one does, or takes away most of what is missed: physics that is missing is no value of the file.
+    // Told roughly: physics that is missing is no value of the file, and need not be missed exactly.
     let (roughly, healthy) = (search::roughly(&wider), estimate::picked(&wider.rig, &wider.rig.healthy()));
     let guess = Some((&healthy[..], FaultSet::EMPTY));
     let (record, drive) = (first.case.record, first.case.full.drive);
-    let Ok(found) = estimate::near(&roughly, record, drive, guess, settings.healthy_rounds) else { return Ok(None) };
-    let left = found.isolation.best.cost / first.isolation.best.cost;
-    let goes_on = if found.missed() { left < 1.0 - wider.rig.settings().learn.explained_share } else { is_one(&found) };
-    if !goes_on {
+    let Ok(found) = estimate::near(&roughly, record, drive, guess, settings.isolation_rounds) else { return Ok(None) };
+    if found.missed() || !is_one(&found) {
         return Ok(None);
     }
     let near = (&found.case.full.parameters(&found.isolation.best.theta)[..], found.isolation.set());

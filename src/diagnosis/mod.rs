@@ -262,13 +262,13 @@ fn diagnose_again(
     let near = attempt.near.map(|(values, set)| (picked_of(rig, values), set));
     let guess = near.as_ref().map(|(theta, set)| (&theta[..], *set));
     let first = estimate::from_start(&roughly, record, &drive, guess)?;
-    if attempt.asks_exact
-        && first.missed()
-        && let Some(found) = misstated::instead(model, &first, options)?
-    {
-        return Ok(Some(found));
-    }
-    let (first, begun) = best_explained(first, &before_roughly, guess.is_some());
+    let misstated = |first: &Estimate<'_>| {
+        if attempt.asks_exact { misstated::instead(model, first, options) } else { Ok(None) }
+    };
+    let (first, begun) = match best_explained(first, &before_roughly, guess.is_some(), misstated)? {
+        Explained::Declared(first, begun) => (*first, begun),
+        Explained::Misstated(found) => return Ok(Some(*found)),
+    };
     let (exact, estimate) = match &begun {
         Some(begun) => {
             let guess = Some((&begun.theta[..], begun.set));
@@ -313,9 +313,23 @@ fn diagnose_again(
     Ok(Some(reported(model, &estimate, intervals, seen)))
 }
 
+/// What explains a record.
+enum Explained<'a> {
+    /// Faults of the rig, as old as the record or since a beginning within it.
+    Declared(Box<Estimate<'a>>, Option<onset::Begun>),
+    /// A value that is no declared fault.
+    Misstated(Box<Diagnosed>),
+}
+
 /// The explanation by faults as old as the record, which a first one may miss, and the beginning within the record, if there is one, that
-/// explains it better by a model with values before a beginning. What `is_near` already has been looked for from everywhere.
-fn best_explained<'a>(mut first: Estimate<'a>, before: &Model, is_near: bool) -> (Estimate<'a>, Option<onset::Begun>) {
+/// explains it better by a model with values before a beginning; or a value that is no declared fault, which is asked for first where no
+/// place leaves nothing. What `is_near` already has been looked for from everywhere.
+fn best_explained<'a>(
+    mut first: Estimate<'a>,
+    before: &Model,
+    is_near: bool,
+    misstated: impl FnOnce(&Estimate<'_>) -> Result<Option<Diagnosed>, Complaint>,
+) -> Result<Explained<'a>, Complaint> {
     let (record, drive) = (first.case.record, first.case.full.drive);
     let settings = first.case.settings();
     let begun = |first: &Estimate<'_>| onset::find(before, record, drive, first);
@@ -325,8 +339,11 @@ fn best_explained<'a>(mut first: Estimate<'a>, before: &Model, is_near: bool) ->
         let places = first.places();
         // Faults as old as the record that leave nothing need no beginning.
         if first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case)) {
+            if let Some(found) = misstated(&first)? {
+                return Ok(Explained::Misstated(Box::new(found)));
+            }
             if let Some(begun) = begun(&first) {
-                return (first, Some(begun));
+                return Ok(Explained::Declared(Box::new(first), Some(begun)));
             }
             was_asked = true;
         }
@@ -336,7 +353,7 @@ fn best_explained<'a>(mut first: Estimate<'a>, before: &Model, is_near: bool) ->
     // A better explanation that is not believed either begins where the first one was asked for.
     let is_asked = !first.missed() && (!was_asked || onset::is_believed(&first));
     let begun = if is_asked { begun(&first) } else { None };
-    (first, begun)
+    Ok(Explained::Declared(Box::new(first), begun))
 }
 
 /// What is estimated, of values of a rig's parameters; what a command opens for its own record comes last and may be left out.

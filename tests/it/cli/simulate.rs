@@ -180,8 +180,7 @@ fn a_rig_without_cycle_needs_a_record_and_one_without_start_too() {
     assert!(both.contains("nodes `upper`, `lower` start at what their sensors show first"), "{both}");
     assert_eq!(
         told(&startless),
-        "error: RIG:14: node `lower` starts at what its sensor shows first, but there is no record\n  help: add `initial = \
-         \"0 bar\"` or the pressure that it starts with, or give `--input RECORD`\n"
+        "error: RIG:14: node `lower` starts at what its sensor shows first, but there is no record\n  help: add the pressure that it starts with, such as `initial = \"5 bar\"`, or give `--input RECORD`\n"
     );
     // From a record the lower tank starts at its first level.
     fs::write(folder.path().join("in.csv"), "time [s],u [V],level_2 [mm]\n0,1,150\n1,1,150\n2,1,150\n").unwrap();
