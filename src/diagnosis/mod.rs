@@ -266,7 +266,7 @@ fn diagnose_again(
         if attempt.asks_exact { misstated::instead(model, first, options) } else { Ok(None) }
     };
     let (first, begun) = match best_explained(first, &before_roughly, guess.is_some(), misstated)? {
-        Explained::Declared(first, begun) => (*first, begun),
+        Explained::Declared(declared) => *declared,
         Explained::Misstated(found) => return Ok(Some(*found)),
     };
     let (exact, estimate) = match &begun {
@@ -316,7 +316,7 @@ fn diagnose_again(
 /// What explains a record.
 enum Explained<'a> {
     /// Faults of the rig, as old as the record or since a beginning within it.
-    Declared(Box<Estimate<'a>>, Option<onset::Begun>),
+    Declared(Box<(Estimate<'a>, Option<onset::Begun>)>),
     /// A value that is no declared fault.
     Misstated(Box<Diagnosed>),
 }
@@ -343,7 +343,7 @@ fn best_explained<'a>(
                 return Ok(Explained::Misstated(Box::new(found)));
             }
             if let Some(begun) = begun(&first) {
-                return Ok(Explained::Declared(Box::new(first), Some(begun)));
+                return Ok(Explained::Declared(Box::new((first, Some(begun)))));
             }
             was_asked = true;
         }
@@ -353,7 +353,7 @@ fn best_explained<'a>(
     // A better explanation that is not believed either begins where the first one was asked for.
     let is_asked = !first.missed() && (!was_asked || onset::is_believed(&first));
     let begun = if is_asked { begun(&first) } else { None };
-    Ok(Explained::Declared(Box::new(first), begun))
+    Ok(Explained::Declared(Box::new((first, begun))))
 }
 
 /// What is estimated, of values of a rig's parameters; what a command opens for its own record comes last and may be left out.
