@@ -36,7 +36,7 @@ pub const CARD: Card = Card {
     parameters: &[
         Parameter::required("turbulent", "K", "bar.min2/L2", "pressure drop per square of the flow").or(0.0),
         Parameter::required("laminar", "R", "bar.min/L", "pressure drop per flow").or(0.0),
-        Parameter::required("volume", "V", "cm3", "oil at the end of the line that has none: the near one, of a motor the motor itself")
+        Parameter::required("volume", "V", "cm3", "oil at the near end of the line; of a motor at the motor")
             .is(Role::Volume)
             .positive()
             .or(5.0),
