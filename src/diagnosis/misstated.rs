@@ -7,7 +7,7 @@
 
 use super::estimate::{self, Estimate};
 use super::search;
-use super::undeclared::{calibrated, fault, has_changed, told, undeclared};
+use super::undeclared::{calibrated, fault, has_changed, may_be_a_fault, told, undeclared};
 use super::{Attempt, Diagnosed, DiagnosisOptions, diagnose_again};
 use crate::complaint::Complaint;
 use crate::model::Model;
@@ -61,8 +61,6 @@ pub(super) fn instead(
 fn exact(rig: &Rig) -> impl Iterator<Item = usize> + '_ {
     (0..rig.parameters.len()).filter(|&index| {
         let parameter = &rig.parameters[index];
-        let of_a_part = rig.parts().any(|(_, part)| part.owns(index)) && !rig.is_of_effect(index);
-        let is_open = !rig.is_fault(index) && !parameter.role.is_of_the_drive();
-        (of_a_part || rig.is_of_sensor(index)) && is_open && parameter.sigma == 0.0 && parameter.value != 0.0
+        parameter.sigma == 0.0 && parameter.value != 0.0 && may_be_a_fault(rig, index)
     })
 }

@@ -159,9 +159,6 @@ fn or_by_data_sheet(
 fn diagnose_as_stated(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
     let first = Attempt { asks_exact: true, ..Attempt::default() };
     let plain = diagnose_again(model, record, (&[], None), options, first)?.ok_or_else(|| no_explanation(record))?;
-    if !plain.diagnosis.undeclared.is_empty() {
-        return Ok(plain);
-    }
     let Some((corrected, cause)) = common_cause::instead(model, record, &plain) else { return Ok(plain) };
     let mut diagnosed = diagnose_from(model, &corrected, (&[], None), options)?;
     // A cause that leaves the record unexplained explains nothing, and one that takes more faults than the record as it stands is no

@@ -91,11 +91,14 @@ fn is_off(rig: &Rig, values: &[f64], fault: usize) -> bool {
 /// Parameters whose values a calibration has found, of parts and sensors, that are no faults and may be one.
 pub(super) fn calibrated(rig: &Rig) -> impl Iterator<Item = usize> + '_ {
     let calibrated = rig.calibration.iter().flat_map(|known| known.parameters.iter().copied());
-    calibrated.filter(|&parameter| {
-        let of_a_part = rig.parts().any(|(_, part)| part.owns(parameter)) && !rig.is_of_effect(parameter);
-        let may_be = !rig.is_fault(parameter) && !rig.parameters[parameter].role.is_of_the_drive();
-        (of_a_part || rig.is_of_sensor(parameter)) && may_be
-    })
+    calibrated.filter(|&parameter| may_be_a_fault(rig, parameter))
+}
+
+/// Whether a value is of a part or a sensor, is no fault, and may be one.
+pub(super) fn may_be_a_fault(rig: &Rig, parameter: usize) -> bool {
+    let of_a_part = rig.parts().any(|(_, part)| part.owns(parameter)) && !rig.is_of_effect(parameter);
+    let may_be = !rig.is_fault(parameter) && !rig.parameters[parameter].role.is_of_the_drive();
+    (of_a_part || rig.is_of_sensor(parameter)) && may_be
 }
 
 /// Those of them that the record pulls far from where calibration has them.
