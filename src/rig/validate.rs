@@ -1,9 +1,9 @@
 //! What can be wrong with a rig whose every line is right.
 
-use super::{FaultSet, InitialPressure, NodeKind, Parameter, Quantity, Rig, Sensor, Target};
+use super::{Component, FaultSet, InitialPressure, NodeKind, Parameter, Quantity, Rig, Sensor, Target};
 use crate::complaint::{Complaint, Kind};
 use crate::numeric::MOST_STATES;
-use crate::physics::card::{PortKind, Role};
+use crate::physics::card::Role;
 use crate::units::Quantity as Amount;
 
 pub fn validate(rig: &Rig) -> Result<(), Complaint> {
@@ -129,5 +129,5 @@ fn measured(rig: &Rig, node: usize) -> bool {
 /// Whether a component joins the node to a body, so that forces on the body set its pressure at rest.
 fn moves_a_body(rig: &Rig, node: usize) -> bool {
     let mut joined = rig.components.iter().filter(|component| component.ports.contains(&node));
-    joined.any(|component| component.card.ports.iter().any(|port| port.kind == PortKind::Mechanical))
+    joined.any(Component::moves_a_body)
 }
