@@ -1,8 +1,9 @@
 //! Mean lags of parts that follow pressures, as healthy records together show them: of relief valves, of the regulators of pumps.
 //!
 //! Such a lag may be another in each switching, and weights forgive that within each phase. What a mean lag other than stated does to a
-//! body lasts beyond its phase: the zero and gain of its position sensor would take up the error. Where the rounds have ended they are asked
-//! for again.
+//! body lasts beyond its phase: the zero and gain of its position sensor would take up the error, and what it leaves in a closed line the
+//! volume of that line. They are asked for behind the first fits, and again where the rounds have ended: until then values that are still
+//! off hide what lags do.
 
 use super::first_fits::{FIRST, first_fits};
 use super::joint::Solutions;
@@ -13,6 +14,12 @@ use crate::estimation::Gaussian;
 use crate::estimation::criteria::bic;
 use crate::estimation::pattern::pattern_search;
 use crate::rig::Rig;
+
+/// What may have another mean lag: by index, with the values that a rig has, SI.
+pub(super) fn of(rig: &Rig) -> Vec<(usize, f64)> {
+    let own = (0..rig.parameters.len()).filter(|&parameter| rig.is_own_lag(parameter));
+    own.map(|lag| (lag, rig.parameters[lag].value)).collect()
+}
 
 /// Other mean lags.
 pub(super) struct Found {
@@ -26,7 +33,7 @@ pub(super) struct Found {
 /// them is better by more than their number.
 pub(super) fn other_lags(solutions: &Solutions<'_>, prior: &Gaussian, (theta, cost): (&[f64], f64)) -> Option<Found> {
     let rig = &solutions.model.rig;
-    let lags: Vec<usize> = (0..rig.parameters.len()).filter(|&parameter| rig.is_own_lag(parameter)).collect();
+    let lags: Vec<usize> = of(rig).into_iter().map(|(lag, _)| lag).collect();
     if lags.is_empty() {
         return None;
     }
@@ -53,7 +60,8 @@ pub(super) struct Asked {
     pub better: Option<Vec<(usize, f64)>>,
 }
 
-/// Asks for them by the plain error, everything estimated following. `stated`: by index, with the values of the data sheet, SI.
+/// Asks for them by the plain error, everything estimated following. `stated`: by index, with the values of the data sheet, SI. Where all
+/// are as stated one of them has to be worth it, as behind the first fits.
 ///
 /// The weights of the first fits have nothing left of what a lag does behind a jump, and values that are still off bend it to serve them.
 pub(super) fn again(
@@ -63,7 +71,14 @@ pub(super) fn again(
     stated: &[(usize, f64)],
 ) -> Option<Asked> {
     let rig = &solutions.model.rig;
+    if stated.is_empty() {
+        return None;
+    }
     rig.context().stage("mean lags");
+    let at_hand: Vec<(usize, f64)> = stated.iter().map(|&(lag, _)| (lag, rig.parameters[lag].value)).collect();
+    if at_hand == stated {
+        is_worth_it(solutions, prior, theta, &stated.iter().map(|&(lag, _)| lag).collect::<Vec<_>>())?;
+    }
     let profile = Profile::at(solutions, prior, theta).ok()??;
     let cost = |lags: &[(usize, f64)]| {
         let pairs = lags.iter().zip(stated);
@@ -71,7 +86,6 @@ pub(super) fn again(
         let cost = profile.of(&profile.curves(&applied(rig, lags), theta)?) + away.sum::<f64>();
         cost.is_finite().then_some(cost)
     };
-    let at_hand: Vec<(usize, f64)> = stated.iter().map(|&(lag, _)| (lag, rig.parameters[lag].value)).collect();
     let as_fitted = cost(&at_hand)?;
     let (best, least) = searched(rig, stated, (at_hand, as_fitted), &cost);
     let is_better = bic(least - as_fitted, stated.len(), profile.samples) < 0.0;

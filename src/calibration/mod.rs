@@ -130,12 +130,11 @@ fn fit_all(rig: &Rig, records: &[Record], options: &CalibrationOptions) -> Resul
     let first = first_fits(&solutions, &prior, &prior.mean, &FIRST).map_err(failed)?;
     let (theta, cost) = valleys::lowest(&solutions, &prior, first).map_err(failed)?;
     let given = Given { margins, dynamics: Vec::new() };
-    let mut begun = Begun { given, lags: Vec::new(), prior: &prior, before, most_rounds: options.rounds.max(1) };
+    let lags = lags::of(&model.rig);
+    let begun = Begun { given, lags, prior: &prior, before, most_rounds: options.rounds.max(1) };
     let other = lags::other_lags(&solutions, &prior, (&theta, cost));
     rig.context().check()?;
     let Some(lags::Found { lags, theta }) = other else { return begun.with_spools(&sheet, records, solutions, theta) };
-    begun.given.dynamics = lags.iter().map(|&(own, _)| own).collect();
-    begun.lags = lags.iter().map(|&(own, _)| (own, model.rig.parameters[own].value)).collect();
     let (sheet, model) = (spools::applied(&sheet, &lags), Model::new(spools::applied(&model.rig, &lags)));
     let taken = self::taken(&model.rig, records)?;
     let solutions = Solutions::new(&model, &taken, open(&model.rig));
@@ -174,7 +173,7 @@ struct Given {
 /// What a calibration has begun with.
 struct Begun<'a> {
     given: Given,
-    /// Mean lags that are found otherwise, with what the data sheet has, SI.
+    /// What may have another mean lag, with what the data sheet has, SI.
     lags: Vec<(usize, f64)>,
     prior: &'a Gaussian,
     /// Errors of the model as stated, root mean squares `[record][sensor]`, SI.
@@ -232,7 +231,7 @@ impl Begun<'_> {
         let mut rounds = Rounds::new(solutions, self.prior, self.before.clone());
         let settled = rounds.settle(theta, self.most_rounds)?;
         let (solutions, theta) = (&rounds.solutions, &settled.fit.theta);
-        let asked = if self.lags.is_empty() { None } else { lags::again(solutions, self.prior, theta, &self.lags) };
+        let asked = lags::again(solutions, self.prior, theta, &self.lags);
         let cost = asked.as_ref().map_or(f64::INFINITY, |asked| asked.cost);
         if limit.is_finite() && cost >= limit {
             return Ok(None);
@@ -243,7 +242,10 @@ impl Begun<'_> {
                 return Ok(further);
             }
         }
-        rounds.finish((sheet, self.given.clone()), records, settled).map(Some)
+        let moved = self.lags.iter().filter(|&&(lag, stated)| sheet.parameters[lag].value != stated);
+        let mut given = self.given.clone();
+        given.dynamics.splice(0..0, moved.map(|&(lag, _)| lag));
+        rounds.finish((sheet, given), records, settled).map(Some)
     }
 
     /// The same from a fit with other mean lags; `None` also where the model cannot be solved with them.

@@ -1,5 +1,5 @@
 //! One mistake in how a record was taken, instead of several faults: a clock that runs fast, absolute pressures taken for gauge,
-//! columns that are swapped, a sensor that counts the other way.
+//! columns that are swapped, a sensor that counts the other way, a command that is recorded after it has acted.
 //!
 //! Each is a transformation of the record that can be taken back. The corrected record is explained by the same search as any
 //! other, so a common cause competes with fault combinations by the same evidence: it counts as one fault. A clock has a
@@ -7,7 +7,6 @@
 
 use rayon::prelude::*;
 
-use super::Diagnosed;
 use super::case::robust;
 use super::estimate::{self, Estimate};
 use super::noise::Weights;
@@ -15,7 +14,10 @@ use super::problem::away;
 use super::result::CommonCause;
 use super::weighed;
 use super::weighing::prior_odds;
+use super::{Attempt, Diagnosed, DiagnosisOptions, diagnose_again};
+use crate::complaint::Complaint;
 use crate::estimation::Score;
+use crate::estimation::pattern::{Patience, least, pattern_search};
 use crate::model::{InputSignals, Model};
 use crate::number::{rounded, text};
 use crate::record::{Channel, Record};
@@ -35,7 +37,44 @@ enum Cause {
     Swapped([usize; 2]),
     /// A sensor counts the other way.
     Turned(usize),
+    /// Inputs are recorded so many rows after they have acted. That they act after they are recorded is no mistake, but dead time.
+    Late(Inputs, usize),
 }
+
+/// Inputs that come by the same way into a record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Inputs {
+    One(usize),
+    Commands,
+    All,
+}
+
+impl Inputs {
+    /// By their indices.
+    fn of(self, rig: &Rig) -> Vec<usize> {
+        let takes = |&input: &usize| match self {
+            Self::One(one) => input == one,
+            Self::Commands => rig.inputs[input].noise == 0.0,
+            Self::All => true,
+        };
+        (0..rig.inputs.len()).filter(takes).collect()
+    }
+
+    /// Each alone, all commands and all inputs, as far as these are others.
+    fn groups(rig: &Rig) -> Vec<Self> {
+        let mut groups: Vec<Self> = (0..rig.inputs.len()).map(Self::One).collect();
+        let several = [Self::Commands, Self::All].into_iter().filter(|group| group.of(rig).len() > 1);
+        for group in several {
+            if groups.iter().all(|other| other.of(rig) != group.of(rig)) {
+                groups.push(group);
+            }
+        }
+        groups
+    }
+}
+
+/// How late inputs are recorded at most, s: buffers of a bus and of a logger hold tenths of a second.
+const LATEST: f64 = 0.5;
 
 impl Cause {
     /// The record as it would have been without the mistake.
@@ -49,6 +88,17 @@ impl Cause {
                 }
             }
             Self::Turned(sensor) => change(&mut corrected, &rig.sensors[sensor].column, |value| -value),
+            Self::Late(inputs, rows) => {
+                for input in inputs.of(rig) {
+                    let column = &rig.inputs[input].column;
+                    let channel = corrected.channels.iter_mut().find(|channel| &channel.name == column);
+                    let Some(values) = channel.map(|channel| &mut channel.values) else { continue };
+                    if let Some(&last) = values.last() {
+                        values.drain(..rows.min(values.len()));
+                        values.resize(record.time.len(), last);
+                    }
+                }
+            }
             Self::Swapped(pair) => {
                 let place =
                     |sensor: usize| corrected.channels.iter().position(|c| c.name == rig.sensors[sensor].column);
@@ -61,7 +111,8 @@ impl Cause {
         corrected
     }
 
-    fn report(self, rig: &Rig, instead_of: Vec<String>) -> CommonCause {
+    fn report(self, rig: &Rig, record: &Record, instead_of: Vec<String>) -> CommonCause {
+        let late = |rows: usize| record.sampling().map(|sampling| rounded(rows as f64 * sampling.interval, 4));
         let column = |sensor: usize| rig.sensors[sensor].column.clone();
         let (kind, columns, clause) = match self {
             Self::FastClock(rate) => {
@@ -82,8 +133,23 @@ impl Cause {
                 let clause = format!("`{}` counts the other way", column(sensor));
                 ("turned-sign", vec![column(sensor)], clause)
             }
+            Self::Late(inputs, rows) => {
+                let columns: Vec<String> =
+                    inputs.of(rig).into_iter().map(|input| rig.inputs[input].column.clone()).collect();
+                let named: Vec<String> = columns.iter().map(|column| format!("`{column}`")).collect();
+                let by = text(1e3 * late(rows).unwrap_or(0.0));
+                let clause = match named.as_slice() {
+                    [one] => format!("{one} is recorded {by} ms after it acts"),
+                    several => format!("{} are recorded {by} ms after they act", several.join(" and ")),
+                };
+                ("late-inputs", columns, clause)
+            }
         };
-        let value = if let Self::FastClock(rate) = self { Some(rounded(rate, 4)) } else { None };
+        let value = match self {
+            Self::FastClock(rate) => Some(rounded(rate, 4)),
+            Self::Late(_, rows) => late(rows),
+            Self::AbsolutePressures | Self::Swapped(_) | Self::Turned(_) => None,
+        };
         CommonCause { kind, columns, value, clause, instead_of }
     }
 
@@ -139,7 +205,31 @@ pub(super) fn instead(model: &Model, record: &Record, plain: &Diagnosed) -> Opti
     let explains = explained.into_iter().filter(|one| !one.missed);
     let margin = |one: &Explained| one.evidence - plain.evidence_under(&one.weights, rig, record);
     let (margin, best) = explains.map(|one| (margin(&one), one)).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (missed || margin > 0.0).then(|| (best.record, best.cause.report(rig, all)))
+    (missed || margin > 0.0).then(|| (best.record, best.cause.report(rig, record, all)))
+}
+
+/// The diagnosis of a record without the one mistake that leaves the healthy model less than half; `None` where that does not explain it
+/// with one fault at most.
+///
+/// # Errors
+/// As [`super::diagnose`].
+pub(super) fn at_once(
+    model: &Model,
+    record: &Record,
+    options: &DiagnosisOptions,
+) -> Result<Option<Diagnosed>, Complaint> {
+    let rig = &model.rig;
+    let Some(Costs { plain, causes }) = costs(model, record) else { return Ok(None) };
+    let Some(&(_, cause)) = causes.first().filter(|(cost, _)| *cost < 0.5 * plain) else { return Ok(None) };
+    let corrected = cause.corrected(rig, record);
+    let is_wanted = |estimate: &Estimate<'_>| estimate.explains() && estimate.isolation.set().len() <= 1;
+    let attempt = Attempt { is_wanted: Some(&is_wanted), ..Attempt::default() };
+    let found = diagnose_again(model, &corrected, (&[], None), options, attempt)?;
+    Ok(found.filter(|found| found.diagnosis.is_explained()).map(|mut found| {
+        found.diagnosis.common_cause = Some(cause.report(rig, record, Vec::new()));
+        found.corrected = Some(corrected);
+        found
+    }))
 }
 
 impl Diagnosed {
@@ -153,26 +243,65 @@ impl Diagnosed {
     }
 }
 
-/// Causes without a size that leave the healthy model less to explain than the record as it stands does, the best first.
+/// Causes that leave the healthy model less to explain than the record as it stands does, the best first, as many as are explained.
 fn promising(model: &Model, record: &Record) -> Vec<Cause> {
+    let causes = costs(model, record).map_or_else(Vec::new, |costs| costs.causes);
+    causes.into_iter().take(model.rig.settings().diagnosis.causes_explained).map(|(_, cause)| cause).collect()
+}
+
+/// What the healthy model leaves of a record.
+struct Costs {
+    /// As it stands.
+    plain: f64,
+    /// Without the causes that leave less, the best first.
+    causes: Vec<(f64, Cause)>,
+}
+
+/// No weights by events: they would have to be made for every cause, and only the order counts. `None` where the healthy model cannot be
+/// solved.
+fn costs(model: &Model, record: &Record) -> Option<Costs> {
     let rig = &model.rig;
-    let Ok(drive) = InputSignals::from_record(rig, record) else { return Vec::new() };
-    let Ok(outputs) = model.solve(&rig.healthy(), &drive, &record.time) else { return Vec::new() };
-    // No weights by events: they would have to be made for every cause, and only the order counts.
-    let cost = |record: &Record| -> Option<f64> {
-        let mut misfit = away(&outputs.values, &weighed::measured(rig, record).ok()?);
+    let outputs = |record: &Record| {
+        let drive = InputSignals::from_record(rig, record).ok()?;
+        Some(model.solve(&rig.healthy(), &drive, &record.time).ok()?.values)
+    };
+    let cost = |outputs: &[Vec<f64>], record: &Record| -> Option<f64> {
+        let mut misfit = away(outputs, &weighed::measured(rig, record).ok()?);
         for (misfit, sensor) in misfit.chunks_mut(record.time.len().max(1)).zip(&rig.sensors) {
             misfit.iter_mut().for_each(|value| *value = if value.is_nan() { 0.0 } else { *value / sensor.noise });
         }
         Some(robust(rig).cost(&misfit))
     };
-    let Some(plain) = cost(record) else { return Vec::new() };
-    let causes = Cause::discrete(rig).into_iter();
-    let mut costs: Vec<(f64, Cause)> =
-        causes.filter_map(|cause| Some((cost(&cause.corrected(rig, record))?, cause))).collect();
-    costs.retain(|(cost, _)| *cost < plain);
-    costs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    costs.into_iter().take(model.rig.settings().diagnosis.causes_explained).map(|(_, cause)| cause).collect()
+    let as_it_stands = outputs(record)?;
+    let plain = cost(&as_it_stands, record)?;
+    let discrete = Cause::discrete(rig).into_iter();
+    let mut causes: Vec<(f64, Cause)> =
+        discrete.filter_map(|cause| Some((cost(&as_it_stands, &cause.corrected(rig, record))?, cause))).collect();
+    let of_cause = |cause: Cause| {
+        let corrected = cause.corrected(rig, record);
+        cost(&outputs(&corrected)?, &corrected)
+    };
+    causes.extend(Inputs::groups(rig).into_iter().filter_map(|inputs| {
+        let (rows, cost) = late(record, |rows| of_cause(Cause::Late(inputs, rows)))?;
+        Some((cost, Cause::Late(inputs, rows)))
+    }));
+    causes.retain(|(cost, _)| *cost < plain);
+    causes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Some(Costs { plain, causes })
+}
+
+/// Rows by which inputs are recorded late, with the least cost: the best of doubled ones, and from there by halved steps.
+fn late(record: &Record, cost: impl Fn(usize) -> Option<f64> + Sync) -> Option<(usize, f64)> {
+    let most = (LATEST / record.sampling()?.interval) as usize;
+    let doubled = std::iter::successors(Some(1_usize), |rows| rows.checked_mul(2)).take_while(|&rows| rows <= most);
+    let cost = |&rows: &usize| cost(rows);
+    let first = least(doubled.collect(), &cost)?;
+    let halvings = first.0.ilog2() as usize;
+    let around = |&rows: &usize, share: f64| {
+        let step = ((0.5 * share * first.0 as f64) as usize).max(1);
+        [rows.checked_sub(step), Some(rows + step)].into_iter().flatten().filter(|&rows| rows > 0).collect()
+    };
+    Some(pattern_search(first, Patience { moves: 2 * halvings + 2, halvings }, around, cost))
 }
 
 /// The clock with the rate at which the model without faults explains the record best.
@@ -224,7 +353,7 @@ fn explain(model: &Model, record: &Record, cause: Cause) -> Option<Explained> {
         let near = estimate::near(model, &record, &drive, None, model.rig.settings().diagnosis.healthy_rounds).ok()?;
         let size = match cause {
             Cause::FastClock(_) => occam_of_rate(&near).unwrap_or(0.0),
-            Cause::AbsolutePressures | Cause::Swapped(_) | Cause::Turned(_) => 0.0,
+            Cause::AbsolutePressures | Cause::Swapped(_) | Cause::Turned(_) | Cause::Late(..) => 0.0,
         };
         let evidence = near.isolation.evidence(&near.case) + prior_odds(&near.case) + size;
         (evidence, near.case.full.weights.clone(), near.missed())

@@ -81,8 +81,9 @@ fn steps(case: &Case<'_>) -> Options {
     Options::steps(case.settings().interval_steps, case.settings().exact_decrease)
 }
 
-/// The intervals of all faults, and the estimate that they are drawn around: where a profile leads to a better one, that.
-pub fn settled(mut estimate: Estimate<'_>) -> (Estimate<'_>, Vec<Option<Interval>>) {
+/// The intervals of faults, and the estimate that they are drawn around: where a profile leads to a better one, that. Faults behind the
+/// first `told` ones have one only where they are present.
+pub fn settled(mut estimate: Estimate<'_>, told: usize) -> (Estimate<'_>, Vec<Option<Interval>>) {
     let mut restarts = estimate.case.settings().interval_restarts;
     let mut may_change = true;
     loop {
@@ -97,20 +98,20 @@ pub fn settled(mut estimate: Estimate<'_>) -> (Estimate<'_>, Vec<Option<Interval
             let intervals = widened(case, isolation, (0..case.faults()).map(of).collect());
             return (estimate, intervals);
         }
-        if let Some(drawn) = drawn_or_led_on(&mut estimate, &mut restarts) {
+        if let Some(drawn) = drawn_or_led_on(&mut estimate, &mut restarts, told) {
             let intervals = widened(&estimate.case, &estimate.isolation, drawn);
             return (estimate, intervals);
         }
     }
 }
 
-/// The intervals of all faults around an estimate; `None` where a profile leads to a better one, which the estimate then is, as long as
+/// The intervals of faults around an estimate; `None` where a profile leads to a better one, which the estimate then is, as long as
 /// restarts are left.
-fn drawn_or_led_on(estimate: &mut Estimate<'_>, restarts: &mut usize) -> Option<Vec<Option<Interval>>> {
+fn drawn_or_led_on(estimate: &mut Estimate<'_>, restarts: &mut usize, told: usize) -> Option<Vec<Option<Interval>>> {
     let set = estimate.isolation.set();
     // Those of present faults first: where one of them leads elsewhere, the others need not be drawn here.
-    let (present, absent): (Vec<usize>, Vec<usize>) =
-        (0..estimate.case.faults()).partition(|&fault| set.contains(fault));
+    let faults = (0..estimate.case.faults()).filter(|&fault| fault < told || set.contains(fault));
+    let (present, absent): (Vec<usize>, Vec<usize>) = faults.partition(|&fault| set.contains(fault));
     let mut drawn: Vec<Option<Interval>> = vec![None; estimate.case.faults()];
     for faults in [present, absent] {
         for (fault, interval) in faults.iter().zip(each(&estimate.case, &estimate.isolation, &faults)) {

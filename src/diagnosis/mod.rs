@@ -157,13 +157,26 @@ fn or_by_data_sheet(
 
 /// The same with every value as the rig file has it.
 fn diagnose_as_stated(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
-    let first = Attempt { asks_exact: true, ..Attempt::default() };
+    let first = Attempt { asks_otherwise: true, ..Attempt::default() };
     let plain = diagnose_again(model, record, (&[], None), options, first)?.ok_or_else(|| no_explanation(record))?;
+    if plain.diagnosis.common_cause.is_some() {
+        return Ok(plain);
+    }
+    let faults = |one: &Diagnosed| one.diagnosis.present().count();
+    // Events excuse much of what a mistake does to a record: one that leaves clearly less without it is believed.
+    if plain.diagnosis.is_explained() && plain.diagnosis.times_noise > CLEARLY_ABOVE_NOISE {
+        let clearly = |found: &Diagnosed| {
+            CLEARLY_ABOVE_NOISE * found.diagnosis.times_noise.max(1.0) < plain.diagnosis.times_noise
+        };
+        let found = common_cause::at_once(model, record, options)?;
+        if let Some(found) = found.filter(|found| clearly(found) && faults(found) <= faults(&plain)) {
+            return Ok(found);
+        }
+    }
     let Some((corrected, cause)) = common_cause::instead(model, record, &plain) else { return Ok(plain) };
     let mut diagnosed = diagnose_from(model, &corrected, (&[], None), options)?;
     // A cause that leaves the record unexplained explains nothing, and one that takes more faults than the record as it stands is no
     // simpler story.
-    let faults = |one: &Diagnosed| one.diagnosis.present().count();
     if !diagnosed.diagnosis.is_explained() || faults(&diagnosed) > faults(&plain).max(1) {
         return Ok(plain);
     }
@@ -214,8 +227,10 @@ struct Attempt<'a> {
     is_wanted: Option<&'a dyn Fn(&Estimate<'_>) -> bool>,
     /// Values of the rig's parameters, SI, and faults that are near already.
     near: Option<(&'a [f64], FaultSet)>,
-    /// Whether a value that the file takes as exact may be another, where its faults miss the record.
-    asks_exact: bool,
+    /// Whether one mistake in taking the record, or one value that the file takes as exact, may be it where its faults miss the record.
+    asks_otherwise: bool,
+    /// How many of the first faults are told of even where they are absent, if not all.
+    told: Option<usize>,
 }
 
 /// The same as one of several attempts; `None` where that is given up.
@@ -259,12 +274,18 @@ fn diagnose_again(
     let near = attempt.near.map(|(values, set)| (picked_of(rig, values), set));
     let guess = near.as_ref().map(|(theta, set)| (&theta[..], *set));
     let first = estimate::from_start(&roughly, record, &drive, guess)?;
-    let misstated = |first: &Estimate<'_>| {
-        if attempt.asks_exact { misstated::instead(model, first, options) } else { Ok(None) }
+    let otherwise = |first: &Estimate<'_>| {
+        if !attempt.asks_otherwise {
+            return Ok(None);
+        }
+        match common_cause::at_once(model, first.case.record, options)? {
+            None => misstated::instead(model, first, options),
+            found => Ok(found),
+        }
     };
-    let (first, begun) = match best_explained(first, &before_roughly, guess.is_some(), misstated)? {
+    let (first, begun) = match best_explained(first, &before_roughly, guess.is_some(), otherwise)? {
         Explained::Declared(declared) => *declared,
-        Explained::Misstated(found) => return Ok(Some(*found)),
+        Explained::Otherwise(found) => return Ok(Some(*found)),
     };
     let (exact, estimate) = match &begun {
         Some(begun) => {
@@ -280,7 +301,8 @@ fn diagnose_again(
         let Some(dynamics) = doubtful.then(|| switching::found(estimate)).flatten() else { return Ok(None) };
         let other = Model::new(switching::applied(rig, &dynamics)).with_tolerance(model.tolerance);
         let explains = |estimate: &Estimate<'_>| estimate.explains();
-        let next = Attempt { found: attempt.found + 1, is_wanted: Some(&explains), ..Attempt::default() };
+        let next =
+            Attempt { found: attempt.found + 1, is_wanted: Some(&explains), told: attempt.told, ..Attempt::default() };
         let again = diagnose_again(&other, record, start, options, next)?;
         Ok(again.map(|mut again| {
             let found = again.other_rig.get_or_insert(other.rig);
@@ -300,7 +322,7 @@ fn diagnose_again(
     if attempt.is_wanted.is_some_and(|is_wanted| !is_wanted(&estimate)) {
         return Ok(None);
     }
-    let (estimate, intervals) = interval::settled(estimate);
+    let (estimate, intervals) = interval::settled(estimate, attempt.told.unwrap_or(rig.faults.len()));
     // A profile may have led to faults where there were none.
     if without_faults && let Some(again) = with_other_spools(&estimate)? {
         return Ok(Some(again));
@@ -314,18 +336,18 @@ fn diagnose_again(
 enum Explained<'a> {
     /// Faults of the rig, as old as the record or since a beginning within it.
     Declared(Box<(Estimate<'a>, Option<onset::Begun>)>),
-    /// A value that is no declared fault.
-    Misstated(Box<Diagnosed>),
+    /// A mistake in taking the record, or a value that is no declared fault.
+    Otherwise(Box<Diagnosed>),
 }
 
 /// The explanation by faults as old as the record, which a first one may miss, and the beginning within the record, if there is one, that
-/// explains it better by a model with values before a beginning; or a value that is no declared fault, which is asked for first where no
-/// place leaves nothing. What `is_near` already has been looked for from everywhere.
+/// explains it better by a model with values before a beginning; or something else than declared faults, which is asked for first where
+/// no place leaves nothing. What `is_near` already has been looked for from everywhere.
 fn best_explained<'a>(
     mut first: Estimate<'a>,
     before: &Model,
     is_near: bool,
-    misstated: impl FnOnce(&Estimate<'_>) -> Result<Option<Diagnosed>, Complaint>,
+    otherwise: impl FnOnce(&Estimate<'_>) -> Result<Option<Diagnosed>, Complaint>,
 ) -> Result<Explained<'a>, Complaint> {
     let (record, drive) = (first.case.record, first.case.full.drive);
     let settings = first.case.settings();
@@ -336,8 +358,8 @@ fn best_explained<'a>(
         let places = first.places();
         // Faults as old as the record that leave nothing need no beginning.
         if first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case)) {
-            if let Some(found) = misstated(&first)? {
-                return Ok(Explained::Misstated(Box::new(found)));
+            if let Some(found) = otherwise(&first)? {
+                return Ok(Explained::Otherwise(Box::new(found)));
             }
             if let Some(begun) = begun(&first) {
                 return Ok(Explained::Declared(Box::new((first, Some(begun)))));

@@ -25,7 +25,7 @@ use rayon::prelude::*;
 
 use self::directions::random_directions;
 use crate::estimation::Shared;
-use crate::model::{InputSignals, Late};
+use crate::model::{InputSignals, Late, is_measured_to_jump};
 use crate::numeric::{dot, take_along};
 use crate::record::{Record, Sampling};
 use crate::rig::{Hold, Rig};
@@ -36,14 +36,24 @@ use crate::units::Dimension;
 /// threads have their share.
 const TOGETHER: usize = 8;
 
-/// One standard deviation of the moment at which held inputs acted, s: an edge that shows between two rows came anywhere between
-/// them. 0 where all inputs run straight from row to row.
+/// One standard deviation of the moment at which inputs acted, s: an edge that shows between two rows came anywhere between them. From
+/// the row at which a held input shows it that is interval/sqrt(3), from the middle, where one that runs straight has it,
+/// interval/sqrt(12); 0 of those that run straight and do not jump.
 pub fn input_timing(rig: &Rig, record: &Record) -> Late {
     let slowest = |is_measured: bool| {
-        let held = rig.inputs.iter().filter(|input| input.hold != Hold::Linear && (input.noise > 0.0) == is_measured);
-        let channels = held.filter_map(|input| record.channel(&input.column));
-        let slowest = channels.map(|channel| own_interval(record, &present(&channel.values))).fold(0.0, f64::max);
-        slowest / 3.0_f64.sqrt()
+        let inputs = rig.inputs.iter().filter(|input| (input.noise > 0.0) == is_measured);
+        let timing = inputs.filter_map(|input| {
+            let channel = record.channel(&input.column)?;
+            let rows = present(&channel.values);
+            let values: Vec<f64> = rows.iter().map(|&row| channel.values[row]).collect();
+            let share: f64 = match input.hold {
+                Hold::Before | Hold::After => 1.0 / 3.0,
+                Hold::Linear if is_measured_to_jump(input, &values) => 1.0 / 12.0,
+                Hold::Linear => return None,
+            };
+            Some(share.sqrt() * own_interval(record, &rows))
+        });
+        timing.fold(0.0, f64::max)
     };
     Late { measured: slowest(true), commanded: slowest(false) }
 }

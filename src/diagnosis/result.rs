@@ -202,11 +202,11 @@ pub struct FitReport {
 /// What one mistake in taking the record explains.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CommonCause {
-    /// `fast-clock`, `absolute-pressures`, `swapped-columns` or `turned-sign`.
+    /// `fast-clock`, `absolute-pressures`, `swapped-columns`, `turned-sign` or `late-inputs`.
     pub kind: &'static str,
     /// The columns that it concerns.
     pub columns: Vec<String>,
-    /// Relative rate of a clock; `None` for what has no size.
+    /// Relative rate of a clock, or the time by which inputs are recorded late, s; `None` for what has no size.
     pub value: Option<f64>,
     /// As a clause: `the clock of the logger is 1 % fast`.
     pub clause: String,

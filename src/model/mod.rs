@@ -32,4 +32,5 @@ pub(crate) use reshaped::Following;
 pub use rows::cycle_times;
 pub use run::{Reading, Simulation};
 pub use simulate::Model;
+pub(crate) use stretch::is_measured_to_jump;
 pub use vacuum::BelowVacuum;

@@ -101,9 +101,11 @@ pub(super) fn through(points: impl Iterator<Item = (f64, f64)>) -> Vec<Stretch> 
     line
 }
 
-/// A noisy input as broken lines between its jumps, with no more knots than the noise can tell from fewer.
+/// A noisy input as broken lines between its jumps, with no more knots than the noise can tell from fewer. Where it runs straight from
+/// row to row, a jump does so too.
 fn smooth(input: &Input, time: &[f64], values: &[f64], holds: impl Fn(usize) -> (f64, f64)) -> Vec<Stretch> {
-    let mut line = Vec::new();
+    let is_straight = input.hold == Hold::Linear;
+    let mut line: Vec<Stretch> = Vec::new();
     let mut first = 0;
     for row in 1..=values.len() {
         if row < values.len() && !jumps(values, row, input.noise) {
@@ -113,16 +115,28 @@ fn smooth(input: &Input, time: &[f64], values: &[f64], holds: impl Fn(usize) -> 
         // A held value stands for the middle of its interval.
         let middle: Vec<f64> = rows
             .clone()
-            .map(|row| match input.hold {
-                Hold::Linear => time[row],
-                Hold::Before | Hold::After => f64::midpoint(holds(row).0, holds(row).1),
-            })
+            .map(|row| if is_straight { time[row] } else { f64::midpoint(holds(row).0, holds(row).1) })
             .collect();
-        let (start, end) = (holds(first).0, holds(row - 1).1);
-        line.extend(fit_line(&middle, &values[rows], start, end, input.noise));
+        let is_last = row == values.len();
+        let (start, end) = (holds(first).0, if is_straight && !is_last { time[row - 1] } else { holds(row - 1).1 });
+        let between = if end > start {
+            fit_line(&middle, &values[rows], start, end, input.noise)
+        } else {
+            vec![Stretch { start, end, from: values[first], to: values[first], may_jump: true }]
+        };
+        if is_straight && let (Some(before), Some(behind)) = (line.last(), between.first()) {
+            line.push(Stretch { start: before.end, end: start, from: before.to, to: behind.from, may_jump: true });
+        }
+        line.extend(between);
         first = row;
     }
+    line.retain(|stretch| stretch.end > stretch.start);
     line
+}
+
+/// Whether an input that is measured jumps anywhere between its rows.
+pub(crate) fn is_measured_to_jump(input: &Input, values: &[f64]) -> bool {
+    input.noise > 0.0 && (1..values.len()).any(|row| jumps(values, row, input.noise))
 }
 
 /// Whether the value leaves the row before by more than noise and the ramp around it explain.
@@ -213,6 +227,34 @@ mod tests {
         let time: Vec<f64> = (0..values.len()).map(|row| row as f64).collect();
         let line = broken_line(&input, &time, values, 1.0);
         line.iter().skip(1).filter(|stretch| stretch.may_jump).map(|stretch| stretch.start).collect()
+    }
+
+    /// A load that is measured at 0 s to 5 s and runs straight from row to row: what the model gets of it at each half second.
+    fn straight(values: [f64; 6]) -> Vec<f64> {
+        let rig = crate::rig::Rig::read("fixtures/regeneration/rig.toml").unwrap();
+        let load = rig.inputs.iter().find(|input| input.hold == Hold::Linear && input.noise > 0.0).unwrap();
+        let line = broken_line(load, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0], &values, 1.0);
+        let at = |t: f64| {
+            let stretch = line.iter().find(|stretch| t <= stretch.end).unwrap();
+            stretch.from + (t - stretch.start) / (stretch.end - stretch.start) * (stretch.to - stretch.from)
+        };
+        (1..10).map(|half| at(0.5 * f64::from(half))).collect()
+    }
+
+    #[test]
+    fn a_measured_load_that_runs_straight_jumps_between_its_rows() {
+        let near = |found: Vec<f64>, wanted: [f64; 9]| {
+            found
+                .iter()
+                .zip(wanted)
+                .for_each(|(found, wanted)| approx::assert_abs_diff_eq!(*found, wanted, epsilon = 1e-3));
+        };
+        let (a, b, m) = (1000.0, 9000.0, 5000.0);
+        near(straight([a, a, a, b, b, b]), [a, a, a, a, m, b, b, b, b]);
+        // At the first row, at the last one, and by a single one.
+        near(straight([a, b, b, b, b, b]), [m, b, b, b, b, b, b, b, b]);
+        near(straight([a, a, a, a, a, b]), [a, a, a, a, a, a, a, a, m]);
+        near(straight([a, a, b, a, a, a]), [a, a, m, b, m, a, a, a, a]);
     }
 
     #[test]

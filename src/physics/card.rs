@@ -15,15 +15,15 @@ pub struct Parameter {
     pub default: Option<f64>,
     /// Physical limits, in `unit`.
     pub bounds: (f64, f64),
-    /// Standard uncertainty where the rig file states none, relative, or in `unit` where the value is 0; 0 for a data-sheet
-    /// value taken as exact.
+    /// Standard uncertainty where the rig file states none, relative, or in `unit` where the value is 0, as its default is; 0 for a
+    /// data-sheet value taken as exact.
     pub tolerance: f64,
     /// Whether the value may be another in each switching: it matters only while something moves, and what stands for it
     /// here (a lag of first order, say) is a simplification.
     pub per_event: bool,
     /// What it is to the rest of the program.
     pub role: Role,
-    /// Standard deviation between a data sheet and the part at hand, relative, or in `unit` where the value is 0; what
+    /// Standard deviation between a data sheet and the part at hand, relative, or in `unit` where the value is 0, as its default is; what
     /// calibration on healthy records starts from. 0 for what calibration leaves alone.
     pub spread: f64,
     /// Name of the parameter of the same card that it may not exceed.

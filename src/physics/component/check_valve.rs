@@ -20,8 +20,10 @@ pub const CARD: Card = Card {
     source: "static line of a data sheet",
     validity: "No poppet dynamics, no leakage when shut.",
     parameters: &[
-        Parameter::required("cracking_pressure", "p_c", "bar", "pressure drop at which it opens").or(0.3),
-        Parameter::required("gradient", "G", "L/min/bar", "flow per pressure drop above cracking"),
+        Parameter::required("cracking_pressure", "p_c", "bar", "pressure drop at which it opens")
+            .or(0.3)
+            .calibrated(0.2),
+        Parameter::required("gradient", "G", "L/min/bar", "flow per pressure drop above cracking").calibrated(0.2),
     ],
     ports: &[Port::hydraulic("in", "inlet"), Port::hydraulic("out", "outlet")],
     worked: &[Worked {

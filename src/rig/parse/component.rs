@@ -39,7 +39,8 @@ pub(super) fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &T
                 return Err(table.lacks(parameter.name, asked, &help));
             }
         };
-        let of = if value == 0.0 { unit.factor } else { value.abs() };
+        let is_switched_off = value == 0.0 && parameter.default.is_some_and(|default| default != 0.0);
+        let of = if value != 0.0 || is_switched_off { value.abs() } else { unit.factor };
         rig.parameters.push(Parameter {
             id,
             unit: written,

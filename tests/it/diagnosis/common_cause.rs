@@ -68,6 +68,26 @@ fn a_fast_clock_is_not_three_gains() {
     approx::assert_abs_diff_eq!(rate.unwrap(), 0.01, epsilon = 3e-4);
 }
 
+/// A record whose column shows so many rows late what acted.
+fn delayed(record: &mut Record, column: &str, rows: usize) {
+    let values = values(record, column);
+    values.rotate_right(rows);
+    let first = values[rows];
+    values[..rows].fill(first);
+}
+
+#[test]
+fn a_command_that_is_recorded_late_is_asked_about() {
+    // Seven rows of 8 ms: three time constants of the valve.
+    let late = diagnosed(CYLINDER, &[], |record| delayed(record, "valve_command", 7));
+    assert_eq!(healthy_if(&late), ("late-inputs", vec!["valve_command"], Some(0.056)));
+    // What a fault does besides stays a fault.
+    let faulty = diagnosed(CYLINDER, &[("sensor.x.offset", "1.5 mm")], |record| delayed(record, "valve_command", 7));
+    assert_eq!(faulty.common_cause.as_ref().map(|cause| (cause.kind, cause.value)), Some(("late-inputs", Some(0.056))));
+    let present: Vec<&str> = faulty.present().map(|fault| fault.id.as_str()).collect();
+    assert_eq!(present, ["sensor.x.offset"]);
+}
+
 #[test]
 fn faults_of_two_sensors_stay_faults() {
     let faulty = diagnosed(CYLINDER, &[("sensor.p_A.offset", "1 bar"), ("sensor.q_B.gain", "1.03")], |_| {});
