@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::FAR_OFF;
 use super::noise::Weights;
 use super::problem::{Estimated, RecordProblem};
 use crate::estimation::local_model::Information;
@@ -94,6 +95,14 @@ impl<'a> Case<'a> {
     /// Whether parameter `index` is a fault outside `set` whose healthy value is exact.
     pub fn is_held(&self, set: FaultSet, index: usize) -> bool {
         index < self.faults() && !set.contains(index) && !self.known.contains(&index)
+    }
+
+    /// Whether what is uncertain beside the faults has to be further off than chance puts one value of a right model.
+    pub fn is_strained(&self, theta: &[f64]) -> bool {
+        let beside = self.known.iter().enumerate().filter(|(_, index)| **index >= self.faults());
+        let mut squares =
+            beside.map(|(place, &index)| (theta[index] - self.mean[index]).powi(2) / self.covariance[(place, place)]);
+        squares.any(|square| square > FAR_OFF * FAR_OFF)
     }
 
     /// What is known while the faults of `set` are present: of a present fault, nothing.

@@ -29,10 +29,12 @@ pub struct Begun {
     pub set: FaultSet,
 }
 
-/// Whether an explanation by faults as old as the record says since when it parts from the healthy rig. Several faults, or what does not
-/// explain the record, may all stand in for one that is not there.
+/// Whether an explanation by faults as old as the record says since when it parts from the healthy rig. Several faults, values far from
+/// where they are expected, or what does not explain the record, may all stand in for one that is not there.
 pub fn is_believed(first: &Estimate<'_>) -> bool {
-    !first.missed() && first.isolation.set().len() < first.case.settings().several_faults && first.explains()
+    let (case, best) = (&first.case, &first.isolation.best);
+    let few = first.isolation.set().len() < case.settings().several_faults;
+    !first.missed() && few && !case.is_strained(&best.theta) && first.explains()
 }
 
 /// Looks for a beginning of the faults within the record; `first` is an explanation by faults as old as the record, good or
