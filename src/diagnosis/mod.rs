@@ -40,11 +40,12 @@ use crate::model::{InputSignals, Model, Shown};
 use crate::record::Record;
 use crate::residual::{self, Detection};
 use crate::rig::{FaultSet, Rig, Target};
+pub(crate) use case::FAR_OFF;
 use estimate::Estimate;
 pub use hypotheses::Hypothesis;
 pub(crate) use missed::{adequate, is_there, missed, tame_squares};
 use reported::{Seen, reported};
-pub(crate) use result::{CLEARLY_ABOVE_NOISE, FAR_OFF};
+pub(crate) use result::CLEARLY_ABOVE_NOISE;
 pub use result::{
     ChannelReport, CommonCause, Diagnosis, DynamicsReport, FaultReport, FitReport, FittedReport, MissingEffect,
     OffDataSheet, OffSheetValue, ProfileReport, RivalEffect, SCHEMA, UncertainReport, Verdict,
@@ -278,6 +279,7 @@ fn diagnose_again(
         if !attempt.asks_otherwise {
             return Ok(None);
         }
+        rig.context().first_look(|| summary::first_look(first));
         match common_cause::at_once(model, first.case.record, options)? {
             None => misstated::instead(model, first, options),
             found => Ok(found),

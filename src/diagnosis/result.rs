@@ -97,10 +97,6 @@ fn identifiable<S: Serializer>(value: &Identifiable, serializer: S) -> Result<S:
 /// Error of what is explained, times the noise, from which on it is said why it counts as explained.
 pub(crate) const CLEARLY_ABOVE_NOISE: f64 = 1.5;
 
-/// Standard deviations from the rig file beyond which a value is asked about: of 40 that are right, one is as far off in a quarter of
-/// a per cent of records.
-pub(crate) const FAR_OFF: f64 = 4.0;
-
 impl ChannelReport {
     /// Whether it counts as explained although clearly more than noise is left.
     pub(crate) fn is_above_noise(&self) -> bool {

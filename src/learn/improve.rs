@@ -116,6 +116,8 @@ fn add_while_asked(
     let mut steps = vec![step(None, &trial, Vec::new(), Vec::new())?];
     told(&steps[0]);
     let (mut found, mut declined) = (Conclusion::UnknownEffect, None);
+    // The last step before a curve without a formula.
+    let mut by_laws = 0;
     let (mut rivals, mut experiment) = last.judged.first().map_or_else(Default::default, |best| alike(&last, best));
     while steps.len() <= rig.settings().learn.additions && last.conclusion != Conclusion::Adequate {
         let before = &steps[steps.len() - 1];
@@ -132,6 +134,9 @@ fn add_while_asked(
         let next = step(Some(chosen.id()), &trial, chosen.warnings.clone(), refused)?;
         told(&next);
         steps.push(next);
+        if !has_curve(&trial) {
+            by_laws = steps.len() - 1;
+        }
         let reached = &steps[steps.len() - 1];
         let is_explained = is_adequate(&reached.fit) && is_adequate(&reached.check);
         if is_explained && reached.times_noise().iter().all(|&times| times <= CLEARLY_ABOVE_NOISE) {
@@ -163,12 +168,10 @@ fn add_while_asked(
         // Adequate as given, or nothing to add.
         (1, conclusion) => conclusion,
         (_, Conclusion::Adequate) if found == Conclusion::Confounded => Conclusion::Confounded,
-        _ if trial.rig.effects.iter().any(|effect| effect.placed.effect.empirical) => Conclusion::UnknownEffect,
-        (_, Conclusion::Adequate) => Conclusion::EffectFound,
-        (_, Conclusion::Confounded) => Conclusion::Confounded,
-        (last, _) if are_part(&rig.settings().learn, explained_by(&steps[0], &steps[last - 1])) => {
-            Conclusion::PartlyExplained
-        }
+        (_, Conclusion::Adequate) if !has_curve(&trial) => Conclusion::EffectFound,
+        (_, Conclusion::Confounded) if !has_curve(&trial) => Conclusion::Confounded,
+        // What a curve takes away is of an unknown effect; laws before it may be a part nevertheless.
+        _ if are_part(&rig.settings().learn, explained_by(&steps[0], &steps[by_laws])) => Conclusion::PartlyExplained,
         _ => Conclusion::UnknownEffect,
     };
     let rest = if last.conclusion == Conclusion::Adequate {
@@ -185,6 +188,11 @@ fn add_while_asked(
         (rivals, experiment) = Default::default();
     }
     Ok(Improvement { conclusion, steps, given, trial, declined, rest, alike: rivals, experiment, dynamics })
+}
+
+/// Whether a curve without a formula has been added.
+fn has_curve(trial: &FittedModel) -> bool {
+    trial.rig.effects.iter().any(|effect| effect.placed.effect.empirical)
 }
 
 /// The best explanation of a suggestion of which nothing was worth to be added.
