@@ -401,10 +401,10 @@ fn drawn_rigs_are_calibrated_to_models_that_explain_them() {
     }
 }
 
-/// Cases of the campaign of 600 on the press, seed 1: their faults are found, and no others.
-fn are_isolated(cases: &[usize]) {
+/// Cases of the campaigns of 600 on the press: their faults are found, and no others.
+fn are_isolated(seed: u64, cases: &[usize]) {
     let rig = Rig::read("fixtures/press/rig.toml").unwrap();
-    let campaign = Campaign::new(rig, CampaignOptions { seed: 1, rigs: 24, ..CampaignOptions::new(600) }).unwrap();
+    let campaign = Campaign::new(rig, CampaignOptions { seed, rigs: 24, ..CampaignOptions::new(600) }).unwrap();
     let mut rows = Vec::new();
     campaign
         .run(cases, 2, |row| {
@@ -422,7 +422,7 @@ fn are_isolated(cases: &[usize]) {
 
 #[test]
 fn a_clearance_is_found_beside_two_faults_that_a_fit_is_stuck_with() {
-    are_isolated(&[47]);
+    are_isolated(1, &[47]);
 }
 
 mod studies {
@@ -433,6 +433,14 @@ mod studies {
     #[test]
     #[ignore = "half a minute"]
     fn beginnings_are_dated_where_they_are() {
-        are_isolated(&[7, 263, 409]);
+        are_isolated(1, &[7, 263, 409]);
+    }
+
+    /// A throttle clogs or is washed out while the press works; a transition pressure six standard deviations off explains it as well as
+    /// nothing at all.
+    #[test]
+    #[ignore = "half a minute"]
+    fn a_value_far_off_does_not_stand_for_a_beginning() {
+        are_isolated(7, &[30, 246]);
     }
 }
