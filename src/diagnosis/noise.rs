@@ -46,12 +46,12 @@ pub fn input_timing(rig: &Rig, record: &Record) -> Late {
             let channel = record.channel(&input.column)?;
             let rows = present(&channel.values);
             let values: Vec<f64> = rows.iter().map(|&row| channel.values[row]).collect();
-            let share: f64 = match input.hold {
-                Hold::Before | Hold::After => 1.0 / 3.0,
-                Hold::Linear if is_measured_to_jump(input, &values) => 1.0 / 12.0,
+            let part: f64 = match input.hold {
+                Hold::Before | Hold::After => 3.0,
+                Hold::Linear if is_measured_to_jump(input, &values) => 12.0,
                 Hold::Linear => return None,
             };
-            Some(share.sqrt() * own_interval(record, &rows))
+            Some(own_interval(record, &rows) / part.sqrt())
         });
         timing.fold(0.0, f64::max)
     };
