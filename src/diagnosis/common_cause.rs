@@ -60,6 +60,13 @@ impl Inputs {
         (0..rig.inputs.len()).filter(takes).collect()
     }
 
+    /// Longest time that a part follows one of them behind, as stated, s.
+    fn followed_within(self, rig: &Rig) -> f64 {
+        let inputs = self.of(rig);
+        let followers = rig.followers().filter(|follower| inputs.contains(&follower.input));
+        followers.map(|follower| rig.parameters[follower.lag].value).fold(0.0, f64::max)
+    }
+
     /// Each alone, all commands and all inputs, as far as these are others.
     fn groups(rig: &Rig) -> Vec<Self> {
         let mut groups: Vec<Self> = (0..rig.inputs.len()).map(Self::One).collect();
@@ -281,9 +288,11 @@ fn costs(model: &Model, record: &Record) -> Option<Costs> {
         let corrected = cause.corrected(rig, record);
         cost(&outputs(&corrected)?, &corrected)
     };
+    let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
     causes.extend(Inputs::groups(rig).into_iter().filter_map(|inputs| {
-        let (rows, cost) = late(record, |rows| of_cause(Cause::Late(inputs, rows)))?;
-        Some((cost, Cause::Late(inputs, rows)))
+        let (rows, cost) = late(interval, |rows| of_cause(Cause::Late(inputs, rows)))?;
+        // By no more than what follows lags behind, that may be as much faster.
+        (rows as f64 * interval >= inputs.followed_within(rig)).then_some((cost, Cause::Late(inputs, rows)))
     }));
     causes.retain(|(cost, _)| *cost < plain);
     causes.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -291,8 +300,8 @@ fn costs(model: &Model, record: &Record) -> Option<Costs> {
 }
 
 /// Rows by which inputs are recorded late, with the least cost: the best of doubled ones, and from there by halved steps.
-fn late(record: &Record, cost: impl Fn(usize) -> Option<f64> + Sync) -> Option<(usize, f64)> {
-    let most = (LATEST / record.sampling()?.interval) as usize;
+fn late(interval: f64, cost: impl Fn(usize) -> Option<f64> + Sync) -> Option<(usize, f64)> {
+    let most = if interval > 0.0 { (LATEST / interval) as usize } else { 0 };
     let doubled = std::iter::successors(Some(1_usize), |rows| rows.checked_mul(2)).take_while(|&rows| rows <= most);
     let cost = |&rows: &usize| cost(rows);
     let first = least(doubled.collect(), &cost)?;

@@ -17,7 +17,7 @@ fn a_diagnosis_takes_its_pinned_effort() {
 
 #[test]
 fn a_calibration_takes_its_pinned_effort() {
-    is_as_pinned(telescopic::calibrated().effort, [235, 15]);
+    is_as_pinned(telescopic::calibrated().effort, [193, 10]);
 }
 
 mod studies {
