@@ -38,12 +38,15 @@ pub(super) fn other_lags(solutions: &Solutions<'_>, prior: &Gaussian, (theta, co
         return None;
     }
     rig.context().stage("mean lags");
-    let samples = is_worth_it(solutions, prior, theta, &lags)?;
+    let profile = Profile::at(solutions, prior, theta).ok()??;
+    if !is_worth_it(&profile, theta, &lags) {
+        return None;
+    }
     let with_lags = Solutions::new(solutions.model, solutions.records, estimated(rig, &lags));
     // From the data sheet: wrong lags may have led the first fits into another valley.
     let own = self::prior(rig, &with_lags.estimated);
     let (found, reached) = first_fits(&with_lags, &own, &own.mean, &FIRST).ok()?;
-    if bic(reached, lags.len(), samples) >= cost {
+    if bic(reached, lags.len(), profile.samples) >= cost {
         return None;
     }
     let pairs = || with_lags.estimated.iter().zip(&found);
@@ -76,10 +79,11 @@ pub(super) fn again(
     }
     rig.context().stage("mean lags");
     let at_hand: Vec<(usize, f64)> = stated.iter().map(|&(lag, _)| (lag, rig.parameters[lag].value)).collect();
-    if at_hand == stated {
-        is_worth_it(solutions, prior, theta, &stated.iter().map(|&(lag, _)| lag).collect::<Vec<_>>())?;
-    }
     let profile = Profile::at(solutions, prior, theta).ok()??;
+    let lags: Vec<usize> = stated.iter().map(|&(lag, _)| lag).collect();
+    if at_hand == stated && !is_worth_it(&profile, theta, &lags) {
+        return None;
+    }
     let cost = |lags: &[(usize, f64)]| {
         let pairs = lags.iter().zip(stated);
         let away = pairs.map(|(&(lag, value), &(_, mean))| ((value - mean) / rig.parameters[lag].sigma).powi(2));
@@ -117,10 +121,9 @@ fn searched(
 }
 
 /// Whether any of the lags by itself takes a share of what is beyond noise, by the parabola through the costs at one standard deviation
-/// to both sides; the number of samples.
-fn is_worth_it(solutions: &Solutions<'_>, prior: &Gaussian, theta: &[f64], lags: &[usize]) -> Option<f64> {
-    let rig = &solutions.model.rig;
-    let profile = Profile::at(solutions, prior, theta).ok()??;
+/// to both sides.
+fn is_worth_it(profile: &Profile<'_, '_>, theta: &[f64], lags: &[usize]) -> bool {
+    let rig = &profile.solutions.model.rig;
     let rise = |lag: usize, factor: f64| {
         let value = rig.parameters[lag].value + factor * rig.parameters[lag].sigma;
         Some(profile.of(&profile.curves(&applied(rig, &[(lag, value)]), theta)?) - profile.cost)
@@ -132,5 +135,5 @@ fn is_worth_it(solutions: &Solutions<'_>, prior: &Gaussian, theta: &[f64], lags:
     };
     let most = lags.iter().filter_map(fall).filter(|fall| fall.is_finite()).fold(f64::NEG_INFINITY, f64::max);
     let share = rig.settings().diagnosis.dynamics_gain_share * (profile.cost - profile.samples);
-    (most > share && bic(-most, lags.len(), profile.samples) < 0.0).then_some(profile.samples)
+    most > share && bic(-most, lags.len(), profile.samples) < 0.0
 }

@@ -82,8 +82,8 @@ fn steps(case: &Case<'_>) -> Options {
 }
 
 /// The intervals of faults, and the estimate that they are drawn around: where a profile leads to a better one, that. Faults behind the
-/// first `told` ones have one only where they are present.
-pub fn settled(mut estimate: Estimate<'_>, told: usize) -> (Estimate<'_>, Vec<Option<Interval>>) {
+/// first `reported` ones have one only where they are present.
+pub fn settled(mut estimate: Estimate<'_>, reported: usize) -> (Estimate<'_>, Vec<Option<Interval>>) {
     let mut restarts = estimate.case.settings().interval_restarts;
     let mut may_change = true;
     loop {
@@ -98,7 +98,7 @@ pub fn settled(mut estimate: Estimate<'_>, told: usize) -> (Estimate<'_>, Vec<Op
             let intervals = widened(case, isolation, (0..case.faults()).map(of).collect());
             return (estimate, intervals);
         }
-        if let Some(drawn) = drawn_or_led_on(&mut estimate, &mut restarts, told) {
+        if let Some(drawn) = drawn_or_led_on(&mut estimate, &mut restarts, reported) {
             let intervals = widened(&estimate.case, &estimate.isolation, drawn);
             return (estimate, intervals);
         }
@@ -107,10 +107,14 @@ pub fn settled(mut estimate: Estimate<'_>, told: usize) -> (Estimate<'_>, Vec<Op
 
 /// The intervals of faults around an estimate; `None` where a profile leads to a better one, which the estimate then is, as long as
 /// restarts are left.
-fn drawn_or_led_on(estimate: &mut Estimate<'_>, restarts: &mut usize, told: usize) -> Option<Vec<Option<Interval>>> {
+fn drawn_or_led_on(
+    estimate: &mut Estimate<'_>,
+    restarts: &mut usize,
+    reported: usize,
+) -> Option<Vec<Option<Interval>>> {
     let set = estimate.isolation.set();
     // Those of present faults first: where one of them leads elsewhere, the others need not be drawn here.
-    let faults = (0..estimate.case.faults()).filter(|&fault| fault < told || set.contains(fault));
+    let faults = (0..estimate.case.faults()).filter(|&fault| fault < reported || set.contains(fault));
     let (present, absent): (Vec<usize>, Vec<usize>) = faults.partition(|&fault| set.contains(fault));
     let mut drawn: Vec<Option<Interval>> = vec![None; estimate.case.faults()];
     for faults in [present, absent] {

@@ -50,7 +50,8 @@ pub(super) fn instead(
     }
     let near = (&found.case.full.parameters(&found.isolation.best.theta)[..], found.isolation.set());
     let is_wanted = |estimate: &Estimate<'_>| is_one(estimate) && estimate.explains();
-    let attempt = Attempt { is_wanted: Some(&is_wanted), near: Some(near), told: Some(declared), ..Attempt::default() };
+    let attempt =
+        Attempt { is_wanted: Some(&is_wanted), near: Some(near), reported: Some(declared), ..Attempt::default() };
     let found = diagnose_again(&wider, record, (&[], None), options, attempt)?;
     let Some(found) = found.filter(|found| found.diagnosis.is_explained()) else { return Ok(None) };
     let names = undeclared(&wider.rig, declared, &found).filter(|names| names.len() == 1);

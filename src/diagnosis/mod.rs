@@ -230,8 +230,8 @@ struct Attempt<'a> {
     near: Option<(&'a [f64], FaultSet)>,
     /// Whether one mistake in taking the record, or one value that the file takes as exact, may be it where its faults miss the record.
     asks_otherwise: bool,
-    /// How many of the first faults are told of even where they are absent, if not all.
-    told: Option<usize>,
+    /// How many of the first faults are reported even where they are absent, if not all.
+    reported: Option<usize>,
 }
 
 /// The same as one of several attempts; `None` where that is given up.
@@ -303,8 +303,12 @@ fn diagnose_again(
         let Some(dynamics) = doubtful.then(|| switching::found(estimate)).flatten() else { return Ok(None) };
         let other = Model::new(switching::applied(rig, &dynamics)).with_tolerance(model.tolerance);
         let explains = |estimate: &Estimate<'_>| estimate.explains();
-        let next =
-            Attempt { found: attempt.found + 1, is_wanted: Some(&explains), told: attempt.told, ..Attempt::default() };
+        let next = Attempt {
+            found: attempt.found + 1,
+            is_wanted: Some(&explains),
+            reported: attempt.reported,
+            ..Attempt::default()
+        };
         let again = diagnose_again(&other, record, start, options, next)?;
         Ok(again.map(|mut again| {
             let found = again.other_rig.get_or_insert(other.rig);
@@ -324,7 +328,7 @@ fn diagnose_again(
     if attempt.is_wanted.is_some_and(|is_wanted| !is_wanted(&estimate)) {
         return Ok(None);
     }
-    let (estimate, intervals) = interval::settled(estimate, attempt.told.unwrap_or(rig.faults.len()));
+    let (estimate, intervals) = interval::settled(estimate, attempt.reported.unwrap_or(rig.faults.len()));
     // A profile may have led to faults where there were none.
     if without_faults && let Some(again) = with_other_spools(&estimate)? {
         return Ok(Some(again));

@@ -57,7 +57,7 @@ pub(super) fn preferred(
             is_one && declared.is_outdone_by(estimate, given, seen, odds(undeclared.len()))
         };
         let near = Some((&values[..], set));
-        let attempt = Attempt { is_wanted: Some(&is_better), near, told: Some(known), ..Attempt::default() };
+        let attempt = Attempt { is_wanted: Some(&is_better), near, reported: Some(known), ..Attempt::default() };
         let found = diagnose_again(&wider, seen, (&[], None), options, attempt)?;
         let Some(found) = found else {
             // Asked once more without those that differ as new parts do: they are no faults, and stood beside one or in its place.
