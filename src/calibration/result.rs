@@ -86,6 +86,12 @@ impl Rounds<'_> {
         for (i, before) in before.iter().enumerate() {
             covariance[(i, i)] += (NEVER_KNOWN * before).powi(2);
         }
+        // Oil is as warm as it is: what the records say of its viscosity says little of that in the next one.
+        for (i, one) in joint.solutions.estimated[..joint.solutions.shared()].iter().enumerate() {
+            if sheet.is_viscosity(one.parameter) {
+                covariance[(i, i)] += before[i].powi(2);
+            }
+        }
         fit.misfit = local.misfit;
         if self.rig.sensors.iter().any(|sensor| sensor.lack_of_fit > 0.0) {
             fit.misfit = self.judged(&fit.theta)?;

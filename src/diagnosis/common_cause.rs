@@ -1,13 +1,15 @@
 //! One mistake in how a record was taken, instead of several faults: a clock that runs fast, absolute pressures taken for gauge,
-//! columns that are swapped, a sensor that counts the other way, a command that is recorded after it has acted.
+//! columns that are swapped, a sensor that counts the other way, a command that is recorded after it has acted; or oil that is warmer than
+//! that of the rig file, which moves everything viscous at once.
 //!
-//! Each is a transformation of the record that can be taken back. The corrected record is explained by the same search as any
-//! other, so a common cause competes with fault combinations by the same evidence: it counts as one fault. A clock has a
-//! rate besides, whose Occam factor is that of its range.
+//! Each is a transformation of the record, or of the rig, that can be taken back. The corrected record is explained by the same search as any
+//! other, so a common cause competes with fault combinations by the same evidence: it counts as one fault. A clock and an oil have a
+//! size besides, whose Occam factor is that of its range.
 
 use rayon::prelude::*;
 
 use super::case::robust;
+use super::cause::{Cause, Inputs};
 use super::estimate::{self, Estimate};
 use super::noise::Weights;
 use super::problem::away;
@@ -19,167 +21,23 @@ use crate::complaint::Complaint;
 use crate::estimation::Score;
 use crate::estimation::pattern::{Patience, least, pattern_search};
 use crate::model::{InputSignals, Model};
-use crate::number::{rounded, text};
-use crate::record::{Channel, Record};
-use crate::rig::{Quantity, Rig};
-
-/// Standard atmosphere, Pa (ISO 2533): what an absolute pressure sensor shows above a gauge one.
-const ATMOSPHERE: f64 = 101_325.0;
-
-/// A mistake in how a record was taken.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Cause {
-    /// The logger's clock runs fast by this share.
-    FastClock(f64),
-    /// Pressures are absolute where the rig file takes them as gauge.
-    AbsolutePressures,
-    /// The columns of two sensors stand in each other's place.
-    Swapped([usize; 2]),
-    /// A sensor counts the other way.
-    Turned(usize),
-    /// Inputs are recorded so many rows after they have acted. That they act after they are recorded is no mistake, but dead time.
-    Late(Inputs, usize),
-}
-
-/// Inputs that come by the same way into a record.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Inputs {
-    One(usize),
-    Commands,
-    All,
-}
-
-impl Inputs {
-    /// By their indices.
-    fn of(self, rig: &Rig) -> Vec<usize> {
-        let takes = |&input: &usize| match self {
-            Self::One(one) => input == one,
-            Self::Commands => rig.inputs[input].noise == 0.0,
-            Self::All => true,
-        };
-        (0..rig.inputs.len()).filter(takes).collect()
-    }
-
-    /// Longest time that a part follows one of them behind, as stated, s.
-    fn followed_within(self, rig: &Rig) -> f64 {
-        let inputs = self.of(rig);
-        let followers = rig.followers().filter(|follower| inputs.contains(&follower.input));
-        followers.map(|follower| rig.parameters[follower.lag].value).fold(0.0, f64::max)
-    }
-
-    /// Each alone, all commands and all inputs, as far as these are others.
-    fn groups(rig: &Rig) -> Vec<Self> {
-        let mut groups: Vec<Self> = (0..rig.inputs.len()).map(Self::One).collect();
-        let several = [Self::Commands, Self::All].into_iter().filter(|group| group.of(rig).len() > 1);
-        for group in several {
-            if groups.iter().all(|other| other.of(rig) != group.of(rig)) {
-                groups.push(group);
-            }
-        }
-        groups
-    }
-}
+use crate::record::Record;
+use crate::rig::Rig;
 
 /// How late inputs are recorded at most, s: buffers of a bus and of a logger hold tenths of a second.
 const LATEST: f64 = 0.5;
 
-impl Cause {
-    /// The record as it would have been without the mistake.
-    fn corrected(self, rig: &Rig, record: &Record) -> Record {
-        let mut corrected = record.clone();
-        match self {
-            Self::FastClock(rate) => corrected.time.iter_mut().for_each(|time| *time /= 1.0 + rate),
-            Self::AbsolutePressures => {
-                for sensor in rig.sensors.iter().filter(|sensor| sensor.quantity == Quantity::Pressure) {
-                    change(&mut corrected, &sensor.column, |value| value - ATMOSPHERE);
-                }
-            }
-            Self::Turned(sensor) => change(&mut corrected, &rig.sensors[sensor].column, |value| -value),
-            Self::Late(inputs, rows) => {
-                for input in inputs.of(rig) {
-                    let column = &rig.inputs[input].column;
-                    let channel = corrected.channels.iter_mut().find(|channel| &channel.name == column);
-                    let Some(values) = channel.map(|channel| &mut channel.values) else { continue };
-                    if let Some(&last) = values.last() {
-                        values.drain(..rows.min(values.len()));
-                        values.resize(record.time.len(), last);
-                    }
-                }
-            }
-            Self::Swapped(pair) => {
-                let place =
-                    |sensor: usize| corrected.channels.iter().position(|c| c.name == rig.sensors[sensor].column);
-                if let [Some(a), Some(b)] = pair.map(place) {
-                    let of_a = std::mem::take(&mut corrected.channels[a].values);
-                    corrected.channels[a].values = std::mem::replace(&mut corrected.channels[b].values, of_a);
-                }
-            }
-        }
-        corrected
-    }
+/// Share of what a simpler story leaves that a cause has to go below to be asked before everything else.
+const CLEARLY_LESS: f64 = 0.5;
+/// First steps of the search for another viscosity, as a logarithm; they are halved down to 2 %.
+const OIL_STEP: f64 = 0.35;
+const OIL_HALVINGS: usize = 4;
 
-    fn report(self, rig: &Rig, record: &Record, instead_of: Vec<String>) -> CommonCause {
-        let late = |rows: usize| record.sampling().map(|sampling| rounded(rows as f64 * sampling.interval, 4));
-        let column = |sensor: usize| rig.sensors[sensor].column.clone();
-        let (kind, columns, clause) = match self {
-            Self::FastClock(rate) => {
-                let way = if rate < 0.0 { "slow" } else { "fast" };
-                let percent = text(rounded(100.0 * rate.abs(), 3));
-                ("fast-clock", vec!["time".to_owned()], format!("the clock of the logger is {percent} % {way}"))
-            }
-            Self::AbsolutePressures => {
-                let pressures = rig.sensors.iter().filter(|sensor| sensor.quantity == Quantity::Pressure);
-                let clause = "the pressures are absolute, where the rig file takes them as gauge".to_owned();
-                ("absolute-pressures", pressures.map(|sensor| sensor.column.clone()).collect(), clause)
-            }
-            Self::Swapped([a, b]) => {
-                let clause = format!("the columns `{}` and `{}` are swapped", column(a), column(b));
-                ("swapped-columns", vec![column(a), column(b)], clause)
-            }
-            Self::Turned(sensor) => {
-                let clause = format!("`{}` counts the other way", column(sensor));
-                ("turned-sign", vec![column(sensor)], clause)
-            }
-            Self::Late(inputs, rows) => {
-                let columns: Vec<String> =
-                    inputs.of(rig).into_iter().map(|input| rig.inputs[input].column.clone()).collect();
-                let named: Vec<String> = columns.iter().map(|column| format!("`{column}`")).collect();
-                let by = text(1e3 * late(rows).unwrap_or(0.0));
-                let clause = match named.as_slice() {
-                    [one] => format!("{one} is recorded {by} ms after it acts"),
-                    several => format!("{} are recorded {by} ms after they act", several.join(" and ")),
-                };
-                ("late-inputs", columns, clause)
-            }
-        };
-        let value = match self {
-            Self::FastClock(rate) => Some(rounded(rate, 4)),
-            Self::Late(_, rows) => late(rows),
-            Self::AbsolutePressures | Self::Swapped(_) | Self::Turned(_) => None,
-        };
-        CommonCause { kind, columns, value, clause, instead_of }
-    }
-
-    /// What has no size and could concern this rig.
-    fn discrete(rig: &Rig) -> Vec<Self> {
-        let pressures = rig.sensors.iter().filter(|sensor| sensor.quantity == Quantity::Pressure).count();
-        let mut causes = Vec::new();
-        // One pressure alone is an offset of its sensor.
-        causes.extend((pressures > 1).then_some(Self::AbsolutePressures));
-        for (a, sensor) in rig.sensors.iter().enumerate() {
-            causes.push(Self::Turned(a));
-            let alike = |b: &usize| rig.sensors[*b].quantity == sensor.quantity;
-            causes.extend((0..a).filter(alike).map(|b| Self::Swapped([b, a])));
-        }
-        causes
-    }
-}
-
-fn change(record: &mut Record, column: &str, to: impl Fn(f64) -> f64) {
-    let channel = record.channels.iter_mut().find(|channel: &&mut Channel| channel.name == column);
-    if let Some(channel) = channel {
-        channel.values.iter_mut().for_each(|value| *value = to(*value));
-    }
+/// A record without a mistake in taking it, and the rig, both as they were in truth.
+pub(super) struct Corrected {
+    pub model: Model,
+    pub record: Record,
+    pub cause: CommonCause,
 }
 
 /// A corrected record with how well faults explain it.
@@ -195,7 +53,7 @@ struct Explained {
 
 /// The corrected record and its common cause, where that explains a record better than the fault combination of `plain` does.
 /// Asked only of what such causes look like: a record that no fault explains, or one that takes faults of several sensors.
-pub(super) fn instead(model: &Model, record: &Record, plain: &Diagnosed) -> Option<(Record, CommonCause)> {
+pub(super) fn instead(model: &Model, record: &Record, plain: &Diagnosed) -> Option<Corrected> {
     let rig = &model.rig;
     let faults = plain.diagnosis.faults.iter().zip(&rig.faults).filter(|(report, _)| report.present);
     let (of_sensors, all) = faults.fold((0, Vec::new()), |(count, mut all), (report, fault)| {
@@ -207,12 +65,16 @@ pub(super) fn instead(model: &Model, record: &Record, plain: &Diagnosed) -> Opti
         return None;
     }
     let mut causes = promising(model, record);
-    causes.extend(clock(model, record));
+    causes.extend(fitted(model, record, Cause::FastClock, 0.0));
     let explained: Vec<Explained> = causes.into_par_iter().filter_map(|cause| explain(model, record, cause)).collect();
     let explains = explained.into_iter().filter(|one| !one.missed);
     let margin = |one: &Explained| one.evidence - plain.evidence_under(&one.weights, rig, record);
     let (margin, best) = explains.map(|one| (margin(&one), one)).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (missed || margin > 0.0).then(|| (best.record, best.cause.report(rig, record, all)))
+    (missed || margin > 0.0).then(|| Corrected {
+        model: best.cause.model(model),
+        record: best.record,
+        cause: best.cause.report(rig, record, all),
+    })
 }
 
 /// The diagnosis of a record without the one mistake that leaves the healthy model less than half; `None` where that does not explain it
@@ -227,19 +89,36 @@ pub(super) fn at_once(
 ) -> Result<Option<Diagnosed>, Complaint> {
     let rig = &model.rig;
     let Some(Costs { plain, causes }) = costs(model, record) else { return Ok(None) };
-    let Some(&(_, cause)) = causes.first().filter(|(cost, _)| *cost < 0.5 * plain) else { return Ok(None) };
-    let corrected = cause.corrected(rig, record);
+    let Some(&(_, cause)) = causes.first().filter(|(cost, _)| *cost < CLEARLY_LESS * plain) else { return Ok(None) };
+    let Some(cause) = at_best(model, record, cause) else { return Ok(None) };
+    let corrected = Corrected {
+        model: cause.model(model),
+        record: cause.corrected(rig, record),
+        cause: cause.report(rig, record, Vec::new()),
+    };
     let is_wanted = |estimate: &Estimate<'_>| estimate.explains() && estimate.isolation.set().len() <= 1;
     let attempt = Attempt { is_wanted: Some(&is_wanted), ..Attempt::default() };
-    let found = diagnose_again(model, &corrected, (&[], None), options, attempt)?;
-    Ok(found.filter(|found| found.diagnosis.is_explained()).map(|mut found| {
-        found.diagnosis.common_cause = Some(cause.report(rig, record, Vec::new()));
-        found.corrected = Some(corrected);
-        found
-    }))
+    let found = diagnose_again(&corrected.model, &corrected.record, (&[], None), options, attempt)?;
+    Ok(found.filter(|found| found.diagnosis.is_explained()).map(|found| found.of(corrected)))
+}
+
+/// A cause at the size at which everything uncertain follows it best; as it is where it has none that can be fitted.
+fn at_best(model: &Model, record: &Record, cause: Cause) -> Option<Cause> {
+    match cause {
+        Cause::OtherOil(share) => fitted(model, record, Cause::OtherOil, share),
+        _ => Some(cause),
+    }
 }
 
 impl Diagnosed {
+    /// The same as the diagnosis of the record as it stands.
+    pub(super) fn of(mut self, Corrected { model, record, cause }: Corrected) -> Self {
+        self.diagnosis.common_cause = Some(cause);
+        self.corrected = Some(record);
+        self.other_rig.get_or_insert(model.rig);
+        self
+    }
+
     /// Logarithm of the evidence, had the record been weighed otherwise: costs compare under common weights only.
     pub(super) fn evidence_under(&self, weights: &Weights, rig: &Rig, record: &Record) -> f64 {
         let Ok(measured) = weighed::measured(rig, record) else { return f64::NEG_INFINITY };
@@ -253,7 +132,8 @@ impl Diagnosed {
 /// Causes that leave the healthy model less to explain than the record as it stands does, the best first, as many as are explained.
 fn promising(model: &Model, record: &Record) -> Vec<Cause> {
     let causes = costs(model, record).map_or_else(Vec::new, |costs| costs.causes);
-    causes.into_iter().take(model.rig.settings().diagnosis.causes_explained).map(|(_, cause)| cause).collect()
+    let best = causes.into_iter().take(model.rig.settings().diagnosis.causes_explained);
+    best.filter_map(|(_, cause)| at_best(model, record, cause)).collect()
 }
 
 /// What the healthy model leaves of a record.
@@ -268,9 +148,10 @@ struct Costs {
 /// solved.
 fn costs(model: &Model, record: &Record) -> Option<Costs> {
     let rig = &model.rig;
-    let outputs = |record: &Record| {
+    let healthy = rig.healthy();
+    let outputs = |values: &[f64], record: &Record| {
         let drive = InputSignals::from_record(rig, record).ok()?;
-        Some(model.solve(&rig.healthy(), &drive, &record.time).ok()?.values)
+        Some(model.solve(values, &drive, &record.time).ok()?.values)
     };
     let cost = |outputs: &[Vec<f64>], record: &Record| -> Option<f64> {
         let mut misfit = away(outputs, &weighed::measured(rig, record).ok()?);
@@ -279,14 +160,14 @@ fn costs(model: &Model, record: &Record) -> Option<Costs> {
         }
         Some(robust(rig).cost(&misfit))
     };
-    let as_it_stands = outputs(record)?;
+    let as_it_stands = outputs(&healthy, record)?;
     let plain = cost(&as_it_stands, record)?;
     let discrete = Cause::discrete(rig).into_iter();
     let mut causes: Vec<(f64, Cause)> =
         discrete.filter_map(|cause| Some((cost(&as_it_stands, &cause.corrected(rig, record))?, cause))).collect();
     let of_cause = |cause: Cause| {
         let corrected = cause.corrected(rig, record);
-        cost(&outputs(&corrected)?, &corrected)
+        cost(&outputs(&cause.values(rig, &healthy), &corrected)?, &corrected)
     };
     let interval = record.sampling().map_or(0.0, |sampling| sampling.interval);
     causes.extend(Inputs::groups(rig).into_iter().filter_map(|inputs| {
@@ -294,6 +175,23 @@ fn costs(model: &Model, record: &Record) -> Option<Costs> {
         // By no more than what follows lags behind, that may be as much faster.
         (rows as f64 * interval >= inputs.followed_within(rig)).then_some((cost, Cause::Late(inputs, rows)))
     }));
+    // A temperature that is recorded says what the viscosity is.
+    if !rig.viscosity_varies() {
+        let (thinner, all) = other_oil(plain, |thinner| of_cause(Cause::OtherOil(thinner.exp() - 1.0)));
+        let by_one = |parameter: usize| {
+            let values = |thinner: f64| {
+                let mut values = healthy.clone();
+                values[parameter] = rig.in_oil(thinner.exp(), &healthy)[parameter];
+                values
+            };
+            other_oil(plain, |thinner| cost(&outputs(&values(thinner), record)?, record)).1
+        };
+        // One value that is another is a fault, and no oil.
+        let mut viscous = rig.viscous().filter(|&parameter| healthy[parameter] != 0.0);
+        if all < CLEARLY_LESS * plain && viscous.all(|parameter| all < CLEARLY_LESS * by_one(parameter)) {
+            causes.push((all, Cause::OtherOil(thinner.exp() - 1.0)));
+        }
+    }
     causes.retain(|(cost, _)| *cost < plain);
     causes.sort_by(|a, b| a.0.total_cmp(&b.0));
     Some(Costs { plain, causes })
@@ -313,55 +211,66 @@ fn late(interval: f64, cost: impl Fn(usize) -> Option<f64> + Sync) -> Option<(us
     Some(pattern_search(first, Patience { moves: 2 * halvings + 2, halvings }, around, cost))
 }
 
-/// The clock with the rate at which the model without faults explains the record best.
-fn clock(model: &Model, record: &Record) -> Option<Cause> {
-    let (mut rate, mut best) = (0.0, (f64::INFINITY, 0.0));
-    for _ in 0..model.rig.settings().diagnosis.clock_improvements {
-        let corrected = Cause::FastClock(rate).corrected(&model.rig, record);
-        let drive = InputSignals::from_record(&model.rig, &corrected).ok()?;
-        let near = estimate::near(model, &corrected, &drive, None, 1).ok()?;
-        let healthy = near.without_faults(model.rig.settings().diagnosis.clock_linearisations).ok()?;
-        // Where a clock is what is wrong, each step leaves less.
+/// How much more easily the oil flows, as a logarithm, with the least cost; `plain` is that of the oil as stated.
+fn other_oil(plain: f64, cost: impl Fn(f64) -> Option<f64> + Sync) -> (f64, f64) {
+    let around = |&at: &f64, share: f64| vec![at - share * OIL_STEP, at + share * OIL_STEP];
+    pattern_search((0.0, plain), Patience { moves: 4 * OIL_HALVINGS, halvings: OIL_HALVINGS }, around, |&at| cost(at))
+}
+
+/// A cause of a size, from a first one, with that at which the model without faults explains the record best; `None` beyond what is searched.
+fn fitted(model: &Model, record: &Record, of: fn(f64) -> Cause, mut share: f64) -> Option<Cause> {
+    let settings = &model.rig.settings().diagnosis;
+    let mut best = (f64::INFINITY, share);
+    for _ in 0..settings.clock_improvements {
+        let cause = of(share);
+        let (with, corrected) = (cause.model(model), cause.corrected(&model.rig, record));
+        let drive = InputSignals::from_record(&with.rig, &corrected).ok()?;
+        let near = estimate::near(&with, &corrected, &drive, None, 1).ok()?;
+        let healthy = near.without_faults(settings.clock_linearisations).ok()?;
+        // Where a size is what is wrong, each step leaves less.
         if healthy.isolation.best.cost >= best.0 {
-            rate = best.1;
+            share = best.1;
             break;
         }
-        best = (healthy.isolation.best.cost, rate);
-        let score = score_of_rate(&healthy)?;
-        // What is left of the first rate r by a further one s: (1 + r)(1 + s) - 1.
-        rate = (1.0 + rate).mul_add(1.0 + model.rig.settings().diagnosis.clock_rate_tried * score.factor, -1.0);
-        if rate.abs() > model.rig.settings().diagnosis.clock_rate_most {
+        best = (healthy.isolation.best.cost, share);
+        let score = score_of_size(&healthy, of)?;
+        // What is left of the first size r by a further one s: (1 + r)(1 + s) - 1.
+        share = (1.0 + share).mul_add(1.0 + cause.tried(settings) * score.factor, -1.0);
+        // Not a number where oil would have to flow backwards.
+        if !(share.ln_1p().abs() <= cause.most(settings)) {
             return None;
         }
-        // Less than a standard error further: the rate stands.
+        // Less than a standard error further: the size stands.
         if score.factor * score.factor * score.information < 1.0 {
             break;
         }
     }
-    Some(Cause::FastClock(rate))
+    Some(of(share))
 }
 
-/// What the misfits say of the rate of the clock, in units of the rate that is tried first, everything uncertain following.
-fn score_of_rate(near: &Estimate<'_>) -> Option<Score> {
+/// What the misfits say of a further size, in units of that which is tried, everything uncertain following.
+fn score_of_size(near: &Estimate<'_>, of: fn(f64) -> Cause) -> Option<Score> {
     let (case, isolation) = (&near.case, &near.isolation);
     let (full, best) = (&case.full, &isolation.best);
     let values = full.parameters(&best.theta);
-    let record = Cause::FastClock(case.settings().clock_rate_tried).corrected(case.rig(), case.record);
+    let cause = of(of(0.0).tried(case.settings()));
+    let record = cause.corrected(case.rig(), case.record);
     let drive = InputSignals::from_record(case.rig(), &record).ok()?;
     let plain = full.model.solve(&values, full.drive, full.times).ok()?.values;
-    let with = full.model.solve(&values, &drive, &record.time).ok()?.values;
+    let with = full.model.solve(&cause.values(case.rig(), &values), &drive, &record.time).ok()?.values;
     let test = isolation.local.score_test(&case.problem(isolation.set()), &best.theta, &best.misfit).ok()?;
     Some(test.of(&full.weights.change(&with, &plain)))
 }
 
 /// A cause taken back, and the record then explained like any other.
 fn explain(model: &Model, record: &Record, cause: Cause) -> Option<Explained> {
-    let record = cause.corrected(&model.rig, record);
+    let (with, record) = (cause.model(model), cause.corrected(&model.rig, record));
     let (evidence, weights, missed) = {
         let drive = InputSignals::from_record(&model.rig, &record).ok()?;
-        let near = estimate::near(model, &record, &drive, None, model.rig.settings().diagnosis.healthy_rounds).ok()?;
+        let near = estimate::near(&with, &record, &drive, None, model.rig.settings().diagnosis.healthy_rounds).ok()?;
         let size = match cause {
-            Cause::FastClock(_) => occam_of_rate(&near).unwrap_or(0.0),
+            Cause::FastClock(_) => occam_of_size(&near, Cause::FastClock).unwrap_or(0.0),
+            Cause::OtherOil(_) => occam_of_size(&near, Cause::OtherOil).unwrap_or(0.0),
             Cause::AbsolutePressures | Cause::Swapped(_) | Cause::Turned(_) | Cause::Late(..) => 0.0,
         };
         let evidence = near.isolation.evidence(&near.case) + prior_odds(&near.case) + size;
@@ -370,9 +279,9 @@ fn explain(model: &Model, record: &Record, cause: Cause) -> Option<Explained> {
     Some(Explained { cause, record, evidence, weights, missed })
 }
 
-/// Logarithm of the share of its range that the record leaves the rate of a clock (Laplace's approximation).
-fn occam_of_rate(near: &Estimate<'_>) -> Option<f64> {
-    let settings = near.case.settings();
-    let sigma = settings.clock_rate_tried / score_of_rate(near)?.information.sqrt();
-    Some(((2.0 * std::f64::consts::PI).sqrt() * sigma / (2.0 * settings.clock_rate_most)).ln().min(0.0))
+/// Logarithm of the share of its range that the record leaves the size of a cause (Laplace's approximation).
+fn occam_of_size(near: &Estimate<'_>, of: fn(f64) -> Cause) -> Option<f64> {
+    let (settings, cause) = (near.case.settings(), of(0.0));
+    let sigma = cause.tried(settings) / score_of_size(near, of)?.information.sqrt();
+    Some(((2.0 * std::f64::consts::PI).sqrt() * sigma / (2.0 * cause.most(settings))).ln().min(0.0))
 }

@@ -8,6 +8,7 @@ use super::hypotheses::{Isolation, Stopped, held, isolate, isolate_from};
 use super::instead::instead;
 use super::noise::{self, Weights};
 use super::preliminary::quick;
+use super::problem::{over_sensors, root_mean_square};
 use super::search::{self, roughly};
 use super::unseen::{in_step, simpler, unseen};
 use super::weighed::{case_at, measured, renewed, unsolvable, unweighed};
@@ -17,8 +18,7 @@ use crate::estimation::criteria::bic;
 use crate::estimation::{FitError, Options};
 use crate::model::{InputSignals, Model};
 use crate::record::Record;
-use crate::rig::FaultSet;
-use crate::rig::Rig;
+use crate::rig::{FaultSet, Rig, Sensor};
 
 /// The explanation of a record.
 pub struct Estimate<'a> {
@@ -325,6 +325,16 @@ impl<'a> Estimate<'a> {
     /// Logarithm of the share of what was open before that the record leaves of all that is uncertain.
     pub(super) fn occam(&self) -> f64 {
         self.isolation.local.occam(&self.case.prior(self.isolation.set()))
+    }
+
+    /// Root mean square of what is left of the record, over the noise of each sensor; of a model that cannot be solved there is none.
+    pub(super) fn times_noise(&self) -> f64 {
+        let full = &self.case.full;
+        let Ok(outputs) = full.outputs(&full.parameters(&self.isolation.best.theta), full.drive) else { return 0.0 };
+        let of = |((model, measured), sensor): ((&Vec<f64>, &&[f64]), &Sensor)| {
+            root_mean_square(model, measured).map(|rms| rms / sensor.noise)
+        };
+        over_sensors(outputs.iter().zip(&full.measured).zip(&full.model.rig.sensors).map(of))
     }
 
     /// Whether the model explains every sensor within noise and tolerance.

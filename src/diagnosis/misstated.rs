@@ -3,24 +3,25 @@
 //! A load that nobody weighed, a spring of another batch, a part that nobody thought would wear: no declared fault explains such a
 //! record, uncertain values cannot follow it, and a search for several faults, for a beginning, or for physics takes minutes to end in
 //! nonsense. So a record that the faults of the rig miss is first diagnosed once more with a fault of every value that is exact or
-//! that a calibration has found. One of them alone is believed, with no more declared faults beside it than a record has.
+//! that a calibration has found. One of them alone is believed, with no more declared faults beside it than a record has: it is looked for
+//! from the healthy rig, and from the place that declared faults explain best, since what a gap leaks is not seen from where it is shut.
 
 use super::estimate::{self, Estimate};
-use super::search;
+use super::search::{self, Place};
 use super::undeclared::{calibrated, fault, has_changed, may_be_a_fault, told, undeclared};
 use super::{Attempt, Diagnosed, DiagnosisOptions, diagnose_again};
 use crate::complaint::Complaint;
 use crate::model::Model;
 use crate::rig::{FaultSet, Rig};
 
-/// What was found with a fault of one such value as the diagnosis of a record that the declared ones, in a `first` explanation, miss;
-/// `None` where that does not explain it.
+/// What was found with a fault of one such value as the diagnosis of a record that the declared ones, in a `first` explanation, miss, and of
+/// which `places` leave something too, the best first; `None` where that does not explain it.
 ///
 /// # Errors
 /// As [`super::diagnose`].
 pub(super) fn instead(
     model: &Model,
-    first: &Estimate<'_>,
+    (first, places): (&Estimate<'_>, &[Place]),
     options: &DiagnosisOptions,
 ) -> Result<Option<Diagnosed>, Complaint> {
     let declared = model.rig.faults.len();
@@ -41,20 +42,27 @@ pub(super) fn instead(
         few && changed
     };
     // Told roughly: physics that is missing is no value of the file, and need not be missed exactly.
-    let (roughly, healthy) = (search::roughly(&wider), estimate::picked(&wider.rig, &wider.rig.healthy()));
-    let guess = Some((&healthy[..], FaultSet::EMPTY));
+    let (roughly, healthy) = (search::roughly(&wider), wider.rig.healthy());
     let (record, drive) = (first.case.record, first.case.full.drive);
-    let Ok(found) = estimate::near(&roughly, record, drive, guess, settings.isolation_rounds) else { return Ok(None) };
-    if found.missed() || !is_one(&found) {
-        return Ok(None);
-    }
+    let from = |values: &[f64], set: FaultSet| {
+        let start = estimate::picked(&wider.rig, values);
+        let found = estimate::near(&roughly, record, drive, Some((&start, set)), settings.isolation_rounds).ok()?;
+        (!found.missed() && is_one(&found)).then_some(found)
+    };
+    let from_place = || {
+        let place = places.first()?;
+        let mut values = healthy.clone();
+        place.faults.iter().for_each(|&(fault, value)| values[wider.rig.faults[fault].parameter] = value);
+        from(&values, place.set())
+    };
+    let Some(found) = from(&healthy, FaultSet::EMPTY).or_else(from_place) else { return Ok(None) };
     let near = (&found.case.full.parameters(&found.isolation.best.theta)[..], found.isolation.set());
     let is_wanted = |estimate: &Estimate<'_>| is_one(estimate) && estimate.explains();
     let attempt =
         Attempt { is_wanted: Some(&is_wanted), near: Some(near), reported: Some(declared), ..Attempt::default() };
     let found = diagnose_again(&wider, record, (&[], None), options, attempt)?;
     let Some(found) = found.filter(|found| found.diagnosis.is_explained()) else { return Ok(None) };
-    let names = undeclared(&wider.rig, declared, &found).filter(|names| names.len() == 1);
+    let names = undeclared(&wider.rig, declared, &found, false).filter(|names| names.len() == 1);
     Ok(names.map(|names| told(declared, (wider.rig, found), names)))
 }
 

@@ -6,6 +6,7 @@
 
 pub(crate) mod candidates;
 pub mod case;
+mod cause;
 mod common_cause;
 mod data_sheet;
 pub(crate) mod doubtful;
@@ -45,7 +46,7 @@ use estimate::Estimate;
 pub use hypotheses::Hypothesis;
 pub(crate) use missed::{adequate, is_there, missed, tame_squares};
 use reported::{Seen, reported};
-pub(crate) use result::CLEARLY_ABOVE_NOISE;
+pub(crate) use result::{CLEARLY_ABOVE_NOISE, OTHER_OIL};
 pub use result::{
     ChannelReport, CommonCause, Diagnosis, DynamicsReport, FaultReport, FitReport, FittedReport, MissingEffect,
     OffDataSheet, OffSheetValue, ProfileReport, RivalEffect, SCHEMA, UncertainReport, Verdict,
@@ -142,7 +143,8 @@ fn or_by_data_sheet(
     let is_better = |estimate: &Estimate<'_>| stated.is_outdone_by(estimate, &model.rig, record, 0.0);
     loop {
         let deviating = Model::new(freed).with_tolerance(model.tolerance);
-        let attempt = Attempt { is_wanted: Some(&is_better), ..Attempt::default() };
+        let is_as_old = stated.diagnosis.onset_s.is_none();
+        let attempt = Attempt { is_wanted: Some(&is_better), is_as_old, ..Attempt::default() };
         let found = diagnose_again(&deviating, record, (&[], None), options, attempt)?;
         freed = deviating.rig;
         let Some(found) = found.filter(|found| found.diagnosis.is_explained()) else { return Ok(stated) };
@@ -164,26 +166,14 @@ fn diagnose_as_stated(model: &Model, record: &Record, options: &DiagnosisOptions
         return Ok(plain);
     }
     let faults = |one: &Diagnosed| one.diagnosis.present().count();
-    // Events excuse much of what a mistake does to a record: one that leaves clearly less without it is believed.
-    if plain.diagnosis.is_explained() && plain.diagnosis.times_noise > CLEARLY_ABOVE_NOISE {
-        let clearly = |found: &Diagnosed| {
-            CLEARLY_ABOVE_NOISE * found.diagnosis.times_noise.max(1.0) < plain.diagnosis.times_noise
-        };
-        let found = common_cause::at_once(model, record, options)?;
-        if let Some(found) = found.filter(|found| clearly(found) && faults(found) <= faults(&plain)) {
-            return Ok(found);
-        }
-    }
-    let Some((corrected, cause)) = common_cause::instead(model, record, &plain) else { return Ok(plain) };
-    let mut diagnosed = diagnose_from(model, &corrected, (&[], None), options)?;
+    let Some(corrected) = common_cause::instead(model, record, &plain) else { return Ok(plain) };
+    let diagnosed = diagnose_from(&corrected.model, &corrected.record, (&[], None), options)?;
     // A cause that leaves the record unexplained explains nothing, and one that takes more faults than the record as it stands is no
     // simpler story.
     if !diagnosed.diagnosis.is_explained() || faults(&diagnosed) > faults(&plain).max(1) {
         return Ok(plain);
     }
-    diagnosed.diagnosis.common_cause = Some(cause);
-    diagnosed.corrected = Some(corrected);
-    Ok(diagnosed)
+    Ok(diagnosed.of(corrected))
 }
 
 /// The same for a record that begins in the middle of a run, with what sensors show of their nodes there.
@@ -232,6 +222,8 @@ struct Attempt<'a> {
     asks_otherwise: bool,
     /// How many of the first faults are reported even where they are absent, if not all.
     reported: Option<usize>,
+    /// Whether no beginning within the record was found with other values open: asked for again only where these do not explain it.
+    is_as_old: bool,
 }
 
 /// The same as one of several attempts; `None` where that is given up.
@@ -275,17 +267,21 @@ fn diagnose_again(
     let near = attempt.near.map(|(values, set)| (picked_of(rig, values), set));
     let guess = near.as_ref().map(|(theta, set)| (&theta[..], *set));
     let first = estimate::from_start(&roughly, record, &drive, guess)?;
-    let otherwise = |first: &Estimate<'_>| {
+    let otherwise = |first: &Estimate<'_>, places: &[search::Place]| {
         if !attempt.asks_otherwise {
             return Ok(None);
         }
-        rig.context().first_look(|| summary::first_look(first));
+        let is_missed = !places.is_empty();
+        if is_missed {
+            rig.context().first_look(|| summary::first_look(first));
+        }
         match common_cause::at_once(model, first.case.record, options)? {
-            None => misstated::instead(model, first, options),
+            None if is_missed => misstated::instead(model, (first, places), options),
             found => Ok(found),
         }
     };
-    let (first, begun) = match best_explained(first, &before_roughly, guess.is_some(), otherwise)? {
+    let known = Known { is_near: guess.is_some(), is_as_old: attempt.is_as_old };
+    let (first, begun) = match best_explained(first, &before_roughly, known, otherwise)? {
         Explained::Declared(declared) => *declared,
         Explained::Otherwise(found) => return Ok(Some(*found)),
     };
@@ -346,25 +342,34 @@ enum Explained<'a> {
     Otherwise(Box<Diagnosed>),
 }
 
+/// What other attempts have found of a record.
+#[derive(Clone, Copy)]
+struct Known {
+    /// An explanation that has been looked for from everywhere is near.
+    is_near: bool,
+    /// [`Attempt::is_as_old`].
+    is_as_old: bool,
+}
+
 /// The explanation by faults as old as the record, which a first one may miss, and the beginning within the record, if there is one, that
-/// explains it better by a model with values before a beginning; or something else than declared faults, which is asked for first where
-/// no place leaves nothing. What `is_near` already has been looked for from everywhere.
+/// explains it better by a model with values before a beginning; or something else than declared faults, which is asked for first: where
+/// no place leaves nothing, and where more than noise is left.
 fn best_explained<'a>(
     mut first: Estimate<'a>,
     before: &Model,
-    is_near: bool,
-    otherwise: impl FnOnce(&Estimate<'_>) -> Result<Option<Diagnosed>, Complaint>,
+    known: Known,
+    otherwise: impl Fn(&Estimate<'_>, &[search::Place]) -> Result<Option<Diagnosed>, Complaint>,
 ) -> Result<Explained<'a>, Complaint> {
     let (record, drive) = (first.case.record, first.case.full.drive);
     let settings = first.case.settings();
     let begun = |first: &Estimate<'_>| onset::find(before, record, drive, first);
     let mut was_asked = false;
     let is_doubtful = !first.explains() || first.isolation.set().len() >= settings.several_faults;
-    if !is_near && (first.missed() || is_doubtful) {
+    if !known.is_near && (first.missed() || is_doubtful) {
         let places = first.places();
         // Faults as old as the record that leave nothing need no beginning.
         if first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case)) {
-            if let Some(found) = otherwise(&first)? {
+            if let Some(found) = otherwise(&first, &places)? {
                 return Ok(Explained::Otherwise(Box::new(found)));
             }
             if let Some(begun) = begun(&first) {
@@ -376,7 +381,21 @@ fn best_explained<'a>(
         first = first.best_from_places(&places, rounds);
     }
     // A better explanation that is not believed either begins where the first one was asked for.
+    let was_asked = was_asked || known.is_as_old && first.explains();
     let is_asked = !first.missed() && (!was_asked || onset::is_believed(&first));
+    // Events, and values far from where they are expected, excuse much of what a mistake does to a record: one that leaves clearly less
+    // without it, or needs no such values, is believed.
+    let (left, is_strained) = (first.times_noise(), first.case.is_strained(&first.isolation.best.theta));
+    if !first.missed() && (left > CLEARLY_ABOVE_NOISE || is_strained) {
+        let is_better = |found: &Diagnosed| {
+            let leaves_less = CLEARLY_ABOVE_NOISE * found.diagnosis.times_noise.max(1.0) < left;
+            let is_plainer = is_strained && !found.diagnosis.is_strained() && found.diagnosis.times_noise <= left;
+            (leaves_less || is_plainer) && found.diagnosis.present().count() <= first.isolation.set().len()
+        };
+        if let Some(found) = otherwise(&first, &[])?.filter(is_better) {
+            return Ok(Explained::Otherwise(Box::new(found)));
+        }
+    }
     let begun = if is_asked { begun(&first) } else { None };
     Ok(Explained::Declared(Box::new((first, begun))))
 }

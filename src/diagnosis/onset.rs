@@ -49,6 +49,7 @@ pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estima
     let row = row.filter(|&row| old.iter().all(|old| (record.time[row] - old).abs() > settings.onset_clearance))?;
     let mut time = record.time[row];
     let mut found: Option<(Begun, f64, f64)> = None;
+    let is_worth_it = |cost: f64| 0.5 * (first.isolation.best.cost - cost) > worth;
     // The last round is to see whether the moment that it was given is a better one.
     for _ in 0..=settings.onset_rounds {
         let drive = begun(model, plain, time);
@@ -69,12 +70,13 @@ pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estima
             return None;
         }
         found = Some((Begun { drive, time, theta, set }, cost, here));
-        if is_stuck {
+        // The moment alone brings this much, and everything that follows it about as much again.
+        if is_stuck || better == time || !is_worth_it(cost - 2.0 * (here - there)) {
             break;
         }
         time = better;
     }
-    let (begun, cost, by_record) = found?;
+    let (begun, cost, by_record) = found.filter(|(_, cost, _)| is_worth_it(*cost))?;
     // Do the same faults, as old as the record, explain it as well?
     let theta = &begun.theta[..first.case.count()];
     let old =

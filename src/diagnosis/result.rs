@@ -2,6 +2,7 @@
 
 use serde::{Serialize, Serializer};
 
+use super::case::FAR_OFF;
 use super::hypotheses::Hypothesis;
 use crate::estimation::Identifiable;
 use crate::estimation::profile::QUANTILE;
@@ -150,6 +151,13 @@ pub struct UncertainReport {
     pub sigma_after: Option<f64>,
 }
 
+impl UncertainReport {
+    /// How far it is from where the rig file has it, in standard deviations before the record; 0 of what was exact.
+    pub(crate) fn deviations(&self) -> f64 {
+        if self.sigma_before > 0.0 { ((self.value - self.nominal) / self.sigma_before).abs() } else { 0.0 }
+    }
+}
+
 /// A parameter that was fitted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FittedReport {
@@ -195,14 +203,18 @@ pub struct FitReport {
     pub profiles: Vec<ProfileReport>,
 }
 
-/// What one mistake in taking the record explains.
+/// [`CommonCause::kind`] of an oil whose viscosity is not that of the rig file.
+pub(crate) const OTHER_OIL: &str = "other-oil";
+
+/// What one mistake in taking the record, or another oil, explains.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CommonCause {
-    /// `fast-clock`, `absolute-pressures`, `swapped-columns`, `turned-sign` or `late-inputs`.
+    /// `fast-clock`, `absolute-pressures`, `swapped-columns`, `turned-sign`, `late-inputs` or `other-oil`.
     pub kind: &'static str,
     /// The columns that it concerns.
     pub columns: Vec<String>,
-    /// Relative rate of a clock, or the time by which inputs are recorded late, s; `None` for what has no size.
+    /// Relative rate of a clock, the time by which inputs are recorded late, s, or the viscosity of another oil, Pa·s; `None` for what has no
+    /// size.
     pub value: Option<f64>,
     /// As a clause: `the clock of the logger is 1 % fast`.
     pub clause: String,
@@ -365,6 +377,11 @@ impl Diagnosis {
     /// The faults that are present.
     pub fn present(&self) -> impl Iterator<Item = &FaultReport> {
         self.faults.iter().filter(|fault| fault.present)
+    }
+
+    /// Whether a value that is uncertain is further from where the rig file has it than chance puts one of a right model.
+    pub(crate) fn is_strained(&self) -> bool {
+        self.uncertain.iter().any(|one| one.deviations() > FAR_OFF)
     }
 
     /// Whether faults, or none, explain the record.

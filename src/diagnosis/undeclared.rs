@@ -42,7 +42,7 @@ pub(super) fn preferred(
     // What has moved is where it explains most already.
     let values = declared.diagnosis.found(given);
     let odds = |undeclared: usize| -(undeclared as f64) * (candidates.len() as f64).ln();
-    let known = given.faults.len();
+    let (known, takes_several) = (given.faults.len(), declared.diagnosis.present().count() > 1);
     while rig.faults.len() > known {
         let set = (0..rig.faults.len()).filter(|&fault| is_off(&rig, &values, fault)).collect();
         let wider = Model::new(rig).with_tolerance(model.tolerance);
@@ -52,12 +52,16 @@ pub(super) fn preferred(
             let theta = &estimate.isolation.best.theta;
             let has_changed = |&fault: &usize| has_changed(&wider.rig, fault, theta[fault]);
             let new: FaultSet = undeclared.iter().filter(|fault| !has_changed(fault)).collect();
-            let is_one = !undeclared.is_empty() && new.is_empty();
+            // One value that explains by itself what takes several declared faults is believed, however little it has changed.
+            let is_alone = takes_several && estimate.isolation.set().len() == 1;
+            let is_one = !undeclared.is_empty() && (new.is_empty() || is_alone);
             as_new.replace(if estimate.explains() { new } else { FaultSet::EMPTY });
             is_one && declared.is_outdone_by(estimate, given, seen, odds(undeclared.len()))
         };
         let near = Some((&values[..], set));
-        let attempt = Attempt { is_wanted: Some(&is_better), near, reported: Some(known), ..Attempt::default() };
+        let is_as_old = declared.diagnosis.onset_s.is_none();
+        let attempt =
+            Attempt { is_wanted: Some(&is_better), near, reported: Some(known), is_as_old, ..Attempt::default() };
         let found = diagnose_again(&wider, seen, (&[], None), options, attempt)?;
         let Some(found) = found else {
             // Asked once more without those that differ as new parts do: they are no faults, and stood beside one or in its place.
@@ -70,7 +74,8 @@ pub(super) fn preferred(
             rig.faults.retain(|_| fault.next().is_none_or(|fault| !as_new.contains(fault)));
             continue;
         };
-        let Some(names) = undeclared(&wider.rig, known, &found) else { return Ok(None) };
+        let is_alone = takes_several && found.diagnosis.present().count() == 1;
+        let Some(names) = undeclared(&wider.rig, known, &found, is_alone) else { return Ok(None) };
         let is_preferred = !names.is_empty() && found.explains_better_than(declared, given, seen, odds(names.len()));
         return Ok(is_preferred.then(|| {
             let mut found = told(known, (wider.rig, found), names);
@@ -146,16 +151,16 @@ pub(super) fn has_changed(rig: &Rig, fault: usize, value: f64) -> bool {
     (value - healthy).abs() > QUANTILE * rig.parameters[parameter].spread
 }
 
-/// Ids of the faults behind the `declared` ones that are present; `None` where one has not changed. The end of a search is the value of no
-/// part either.
-pub(super) fn undeclared(rig: &Rig, declared: usize, found: &Diagnosed) -> Option<Vec<String>> {
+/// Ids of the faults behind the `declared` ones that are present; `None` where one has not changed, unless it may be as new parts are. The
+/// end of a search is the value of no part either.
+pub(super) fn undeclared(rig: &Rig, declared: usize, found: &Diagnosed, may_be_as_new: bool) -> Option<Vec<String>> {
     let behind = found.diagnosis.faults.iter().enumerate().skip(declared);
     let one = |(fault, report): (usize, &FaultReport)| {
         let (parameter, (low, high)) = (rig.faults[fault].parameter, rig.faults[fault].bounds);
         let value = rig.parameters[parameter].unit.to_si(report.value);
         // As far as the digits of a report go.
         let is_inside = (value - low).min(high - value) > 1e-6 * (high - low);
-        (has_changed(rig, fault, value) && is_inside).then(|| report.id.clone())
+        ((may_be_as_new || has_changed(rig, fault, value)) && is_inside).then(|| report.id.clone())
     };
     behind.filter(|(_, report)| report.present).map(one).collect()
 }

@@ -131,6 +131,12 @@ pub enum Role {
     Volume,
     /// A gap through which port 0 leaks to port 1.
     Clearance,
+    /// The viscosity of the fluid.
+    Viscosity,
+    /// A force per speed, or a torque, by sheared oil: goes with the viscosity.
+    Viscous,
+    /// A flow per pressure through a gap or a mesh: goes with one over the viscosity.
+    Laminar,
     /// How a gas is compressed, by the heat that it exchanges: no property of a part, so that no two rigs of a kind differ in it.
     GasLaw,
     /// What the instrument of the component's input shows per true value; known where the input is exact.

@@ -16,6 +16,7 @@ pub const CARD: Card = Card {
             .usually(600.0, 2000.0)
             .or(870.0),
         Parameter::required("viscosity", "mu", "mPa.s", "dynamic viscosity at working temperature")
+            .is(Role::Viscosity)
             .positive()
             // Hot water, and the cold oil with which pumps no longer start.
             .usually(0.3, 5000.0)

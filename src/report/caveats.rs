@@ -1,5 +1,6 @@
 //! What one has to know with a verdict: what the record does not say, and what else the verdict may come from.
 
+use crate::diagnosis::OTHER_OIL;
 use crate::diagnosis::summary::reads_otherwise;
 use crate::diagnosis::{
     ChannelReport, Diagnosis, DynamicsReport, FAR_OFF, OffDataSheet, OffSheetValue, UncertainReport, Verdict,
@@ -23,7 +24,8 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
             [] => "no faults of this rig explain the record".to_owned(),
             some => format!("it would take {}", some.join(", ")),
         };
-        told.push(format!("Check how the record was taken: if it is not so that {}, {without}.", cause.clause));
+        let check = if cause.kind == OTHER_OIL { "which oil it is and how warm" } else { "how the record was taken" };
+        told.push(format!("Check {check}: if it is not so that {}, {without}.", cause.clause));
     }
     told.extend(diagnosis.off_data_sheet.as_ref().map(off_data_sheet));
     told.extend(undeclared(&diagnosis.undeclared));
@@ -203,11 +205,12 @@ pub(super) fn far_from_stated(id: &str, [value, nominal]: [f64; 2], unit: &str, 
 
 /// Uncertain parameters that are not believed where an explanation has them.
 fn far_off(uncertain: &[UncertainReport]) -> Option<String> {
-    let deviations = |one: &UncertainReport| ((one.value - one.nominal) / one.sigma_before).abs();
-    let far = |one: &&UncertainReport| one.sigma_before > 0.0 && deviations(one) > FAR_OFF;
-    let one = |one: &UncertainReport| far_from_stated(&one.id, [one.value, one.nominal], &one.unit, deviations(one));
-    let mut far: Vec<&UncertainReport> = uncertain.iter().filter(far).collect();
-    far.sort_by(|a, b| deviations(b).total_cmp(&deviations(a)));
+    let one = |one: &UncertainReport| {
+        let told = far_from_stated(&one.id, [one.value, one.nominal], &one.unit, one.deviations());
+        if one.sigma_after.is_none() { format!("{told} (the end of its search)") } else { told }
+    };
+    let mut far: Vec<&UncertainReport> = uncertain.iter().filter(|one| one.deviations() > FAR_OFF).collect();
+    far.sort_by(|a, b| b.deviations().total_cmp(&a.deviations()));
     let mut told: Vec<String> = far.iter().take(FAR_NAMED).map(|far| one(far)).collect();
     if far.len() > FAR_NAMED {
         told.push(format!("and {} more as far off", far.len() - FAR_NAMED));
@@ -338,7 +341,7 @@ mod tests {
         let told = far_off(&[one("fluid.viscosity", 21.798), one("other", 31.0)]).unwrap();
         assert!(
             told.starts_with(
-                "This explanation has fluid.viscosity at 21.8 mPa.s, 6.0 standard deviations from 31.14 mPa.s:"
+                "This explanation has fluid.viscosity at 21.8 mPa.s, 6.0 standard deviations from 31.14 mPa.s (the end of its search):"
             ),
             "{told}"
         );

@@ -109,8 +109,8 @@ fn found(diagnosis: &Diagnosis, findings: &[Finding]) -> Vec<String> {
     }
     let rivals = findings.iter().enumerate().filter_map(|(place, finding)| {
         let rival = finding.rivals.first()?;
-        // Physics that the rig file lacks counts for every finding, other faults for the first one: they are the same for all.
-        (place == 0 || rival.effect.is_some()).then(|| instead(rival, finding))
+        // What a fault cannot be told from, and physics that the rig file lacks, is its own; combinations are the same for all.
+        (place == 0 || rival.probability.is_none()).then(|| instead(rival, finding))
     });
     lines.extend(rivals.take(RIVALS).flat_map(|words| wrapped(&words, "  ")));
     lines

@@ -13,6 +13,7 @@ mod fault_set;
 mod join;
 mod mapping;
 mod margin;
+mod oil;
 mod parse;
 mod scaling;
 mod sensor;

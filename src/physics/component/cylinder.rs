@@ -37,7 +37,10 @@ pub const CARD: Card = Card {
             .uncertain_per_event(0.05)
             .calibrated(0.1),
         Parameter::required("mass", "m", "kg", "moving mass").is(Role::Mass).positive().calibrated(0.05),
-        Parameter::required("viscous_friction", "b", "N.s/m", "friction force per speed").or(0.0).calibrated(0.5),
+        Parameter::required("viscous_friction", "b", "N.s/m", "friction force per speed")
+            .is(Role::Viscous)
+            .or(0.0)
+            .calibrated(0.5),
         Parameter::required("clearance", "c", "mm", "diametral clearance of the piston")
             .is(Role::Clearance)
             .or(0.0)

@@ -18,7 +18,7 @@ const fn progression(name: &'static str, symbol: &'static str, meaning: &'static
 }
 
 const fn leak(name: &'static str, symbol: &'static str, meaning: &'static str) -> Parameter {
-    Parameter::required(name, symbol, "L/min/bar", meaning).or(0.0)
+    Parameter::required(name, symbol, "L/min/bar", meaning).is(Role::Laminar).or(0.0)
 }
 
 pub const FACTS: Facts = Facts {

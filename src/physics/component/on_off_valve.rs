@@ -21,7 +21,7 @@ pub const CARD: Card = Card {
         Parameter::required("rated_flow", "q_r", "L/min", "flow at the rated drop, fully open"),
         Parameter::required("rated_drop", "dp_r", "bar", "rated pressure drop").positive().calibrated(0.1),
         Parameter::required("opening", "alpha", "-", "share of the rated area that opens").or(1.0).within(0.0, 1.5),
-        Parameter::required("leakage", "G", "L/min/bar", "flow per pressure when shut").or(0.0),
+        Parameter::required("leakage", "G", "L/min/bar", "flow per pressure when shut").is(Role::Laminar).or(0.0),
         Parameter::required("lag", "tau", "ms", "time constant with which the spool follows the command")
             .is(Role::Lag)
             .positive()

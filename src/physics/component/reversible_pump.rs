@@ -2,7 +2,7 @@
 
 use super::facts::{Balance, Facts, Residuals, Settles, Symbol};
 use crate::numeric::Real;
-use crate::physics::card::{ANY, Answer, Card, Input, Parameter, Port, Worked};
+use crate::physics::card::{ANY, Answer, Card, Input, Parameter, Port, Role, Worked};
 use crate::physics::fluid::Fluid;
 use crate::physics::ports::{Law, PortFlows, PortVariables};
 
@@ -21,7 +21,9 @@ pub const CARD: Card = Card {
     validity: "Slip laminar and independent of the speed; no leakage to a case, no ripple, no cavitation.",
     parameters: &[
         Parameter::required("displacement", "D", "cc/rev", "volume per revolution").calibrated(0.1),
-        Parameter::required("leakage", "G", "L/min/bar", "slip from the port of higher pressure to the other").or(0.0),
+        Parameter::required("leakage", "G", "L/min/bar", "slip from the port of higher pressure to the other")
+            .is(Role::Laminar)
+            .or(0.0),
         Parameter::required(
             "reverse",
             "k",

@@ -2,7 +2,7 @@
 
 use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::card::{Answer, Card, Parameter, Port, Role, Worked};
 use crate::physics::fluid::Fluid;
 use crate::physics::ports::{Law, PortFlows, PortVariables};
 
@@ -30,7 +30,7 @@ pub const CARD: Card = Card {
     law: "q = G (p - p_T)",
     source: "Merritt (1967), eq. 2-53: laminar flow is proportional to the pressure drop",
     validity: "Laminar; no threshold below which a seal holds.",
-    parameters: &[Parameter::required("conductance", "G", "L/min/bar", "flow per pressure").or(0.0)],
+    parameters: &[Parameter::required("conductance", "G", "L/min/bar", "flow per pressure").is(Role::Laminar).or(0.0)],
     ports: &[Port::hydraulic("P", "what leaks"), Port::hydraulic("T", "tank")],
     worked: &[Worked {
         text: "0.006 L/min/bar under 50 bar leak 0.3 L/min",

@@ -2,7 +2,7 @@
 
 use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::card::{Answer, Card, Parameter, Port, Role, Worked};
 use crate::physics::component::facts::Symbol;
 use crate::physics::fluid::Fluid;
 use crate::physics::ports::{Law, PortFlows, PortVariables};
@@ -37,6 +37,7 @@ pub const CARD: Card = Card {
     validity: "Laminar; straight over the stroke; a negative value is wear at the other end on top of a clearance.",
     parameters: &[
         Parameter::required("conductance", "G", "L/min/bar", "flow per pressure at the far end")
+            .is(Role::Laminar)
             .or(0.0)
             .within(-1.0, 1.0),
         Parameter::required("stroke", "s", "mm", "way between the end stops").positive().or(100.0),

@@ -2,7 +2,7 @@
 
 use super::{At, Effect, Form, FreeParameter, InitialGuess, Joint};
 use crate::numeric::Real;
-use crate::physics::card::{Answer, Card, Parameter, Port, Worked};
+use crate::physics::card::{Answer, Card, Parameter, Port, Role, Worked};
 use crate::physics::component::pump;
 use crate::physics::fluid::Fluid;
 use crate::physics::ports::{Law, PortFlows, PortVariables};
@@ -31,7 +31,7 @@ pub const CARD: Card = Card {
     law: "q = G (p_P - p_T)",
     source: "Wilson (1948); laminar slip of a displacement pump",
     validity: "Laminar; speed and viscosity constant.",
-    parameters: &[Parameter::required("conductance", "G", "L/min/bar", "flow per pressure").or(0.0)],
+    parameters: &[Parameter::required("conductance", "G", "L/min/bar", "flow per pressure").is(Role::Laminar).or(0.0)],
     ports: &[Port::hydraulic("P", "outlet"), Port::hydraulic("T", "inlet")],
     worked: &[Worked {
         text: "0.003 L/min/bar under 100 bar slip 0.3 L/min",

@@ -674,7 +674,7 @@ mod studies {
 
     /// Masses, lags and rated drops are off the data sheets by what data sheets are, the spool has mass, and the load is let go as the valve
     /// closes (`fixtures/independent/clamp_and_feed.py`): what the records determine is within two and a half standard deviations
-    /// of the machine, a third record is healthy, and a command that is logged late is no fault.
+    /// of the machine, a third record is healthy, and neither a command that is logged late nor oil that has become warm is a fault.
     #[test]
     #[ignore = "a minute"]
     fn a_machine_off_its_data_sheets_is_calibrated_to_what_it_is() {
@@ -712,5 +712,11 @@ mod studies {
         let cause = found.common_cause.as_ref().map(|cause| (cause.kind, cause.columns.join(","), cause.value));
         assert_eq!(cause, Some(("late-inputs", "u".to_owned(), Some(0.06))));
         assert_eq!((found.verdict, found.present().count()), (Verdict::Healthy, 0));
+
+        let warm = diagnosed(&Record::read("fixtures/clamp_and_feed/warm.csv").unwrap());
+        assert_eq!((warm.verdict, warm.present().count()), (Verdict::Healthy, 0), "{warm:?}");
+        let cause = warm.common_cause.unwrap();
+        assert_eq!(cause.kind, "other-oil");
+        assert_relative_eq!(cause.value.unwrap(), 0.55 * 0.04, max_relative = 0.03);
     }
 }

@@ -12,7 +12,11 @@ const TANKS: &str = "fixtures/two_tanks/rig.toml";
 
 /// Diagnoses a cycle as a logger of half the rate would have spoilt it.
 fn diagnosed(rig: &str, faults: &[(&str, &str)], spoil: impl Fn(&mut Record)) -> Diagnosis {
-    let model = Model::new(Rig::read(rig).unwrap());
+    diagnosed_by(Rig::read(rig).unwrap(), faults, spoil)
+}
+
+fn diagnosed_by(rig: Rig, faults: &[(&str, &str)], spoil: impl Fn(&mut Record)) -> Diagnosis {
+    let model = Model::new(rig);
     let mut cycle = model.rig.cycle.clone().unwrap();
     cycle.interval *= 2.0;
     let mut record = Run::of(&model).through(cycle).with_quantities(faults).seed(7).record("cycle");
@@ -86,6 +90,29 @@ fn a_command_that_is_recorded_late_is_asked_about() {
     assert_eq!(faulty.common_cause.as_ref().map(|cause| (cause.kind, cause.value)), Some(("late-inputs", Some(0.056))));
     let present: Vec<&str> = faulty.present().map(|fault| fault.id.as_str()).collect();
     assert_eq!(present, ["sensor.x.offset"]);
+}
+
+#[test]
+fn warm_oil_is_no_fault_and_a_part_that_runs_easily_no_oil() {
+    // A gap and much friction: both go with the viscosity.
+    let text = std::fs::read_to_string(CYLINDER).unwrap();
+    let text = text.replace("clearance = \"0 mm\"", "clearance = \"0.12 mm\"");
+    let text = text
+        .replace("\"cylinder.clearance\" = { healthy = \"0 mm\"", "\"cylinder.clearance\" = { healthy = \"0.12 mm\"");
+    let text = text.replace("viscous_friction = \"800 N.s/m\"", "viscous_friction = \"4 kN.s/m\"");
+    let rig = || Rig::parse("worn.toml", text.clone()).unwrap();
+    let warm =
+        diagnosed_by(rig(), &[("fluid.viscosity", "25 mPa.s"), ("cylinder.viscous_friction", "2198 N.s/m")], |_| {});
+    let (kind, columns, viscosity) = healthy_if(&warm);
+    assert_eq!((kind, columns.len()), ("other-oil", 0));
+    approx::assert_relative_eq!(viscosity.unwrap(), 0.025, max_relative = 0.01);
+
+    let easily = diagnosed_by(rig(), &[("cylinder.viscous_friction", "2198 N.s/m")], |_| {});
+    assert_eq!((easily.verdict, &easily.common_cause), (Verdict::Healthy, &None));
+    // Half as much friction is no more than data sheets leave open.
+    let off = easily.off_data_sheet.unwrap();
+    let friction = off.values.iter().find(|value| value.id == "cylinder.viscous_friction").unwrap();
+    approx::assert_relative_eq!(friction.value, 2.198, max_relative = 0.05);
 }
 
 #[test]

@@ -109,8 +109,14 @@ pub(super) fn parameters(table: &Table<'_>) -> Result<(Vec<Parameter>, Vec<Belon
 }
 
 fn parameter(name: &str, value: &Value<'_>) -> Result<(Parameter, Option<Belongs>), Complaint> {
-    const ROLES: &[(&str, Role)] =
-        &[("lag", Role::Lag), ("smoothing", Role::Smoothing), ("mass", Role::Mass), ("volume", Role::Volume)];
+    const ROLES: &[(&str, Role)] = &[
+        ("lag", Role::Lag),
+        ("smoothing", Role::Smoothing),
+        ("mass", Role::Mass),
+        ("volume", Role::Volume),
+        ("viscous", Role::Viscous),
+        ("laminar", Role::Laminar),
+    ];
     let line = value.table(format!("parameter `{name}`"))?;
     let unit = unit(&line)?;
     let default = line.get("default").map(|value| value.stated(unit.dimension)).transpose()?;
