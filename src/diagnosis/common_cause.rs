@@ -237,7 +237,8 @@ fn fitted(model: &Model, record: &Record, of: fn(f64) -> Cause, mut share: f64) 
         // What is left of the first size r by a further one s: (1 + r)(1 + s) - 1.
         share = (1.0 + share).mul_add(1.0 + cause.tried(settings) * score.factor, -1.0);
         // Not a number where oil would have to flow backwards.
-        if !(share.ln_1p().abs() <= cause.most(settings)) {
+        let is_possible = share.ln_1p().abs() <= cause.most(settings);
+        if !is_possible {
             return None;
         }
         // Less than a standard error further: the size stands.
