@@ -267,17 +267,16 @@ fn diagnose_again(
     let near = attempt.near.map(|(values, set)| (picked_of(rig, values), set));
     let guess = near.as_ref().map(|(theta, set)| (&theta[..], *set));
     let first = estimate::from_start(&roughly, record, &drive, guess)?;
-    let otherwise = |first: &Estimate<'_>, places: &[search::Place]| {
+    let otherwise = |first: &Estimate<'_>, places: Option<&[search::Place]>| {
         if !attempt.asks_otherwise {
             return Ok(None);
         }
-        let is_missed = !places.is_empty();
-        if is_missed {
+        if places.is_some() {
             rig.context().first_look(|| summary::first_look(first));
         }
-        match common_cause::at_once(model, first.case.record, options)? {
-            None if is_missed => misstated::instead(model, (first, places), options),
-            found => Ok(found),
+        match (common_cause::at_once(model, first.case.record, options)?, places) {
+            (None, Some(places)) => misstated::instead(model, (first, places), options),
+            (found, _) => Ok(found),
         }
     };
     let known = Known { is_near: guess.is_some(), is_as_old: attempt.is_as_old };
@@ -358,7 +357,7 @@ fn best_explained<'a>(
     mut first: Estimate<'a>,
     before: &Model,
     known: Known,
-    otherwise: impl Fn(&Estimate<'_>, &[search::Place]) -> Result<Option<Diagnosed>, Complaint>,
+    otherwise: impl Fn(&Estimate<'_>, Option<&[search::Place]>) -> Result<Option<Diagnosed>, Complaint>,
 ) -> Result<Explained<'a>, Complaint> {
     let (record, drive) = (first.case.record, first.case.full.drive);
     let settings = first.case.settings();
@@ -369,7 +368,7 @@ fn best_explained<'a>(
         let places = first.places();
         // Faults as old as the record that leave nothing need no beginning.
         if first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case)) {
-            if let Some(found) = otherwise(&first, &places)? {
+            if let Some(found) = otherwise(&first, Some(&places))? {
                 return Ok(Explained::Otherwise(Box::new(found)));
             }
             if let Some(begun) = begun(&first) {
@@ -392,7 +391,7 @@ fn best_explained<'a>(
             let is_plainer = is_strained && !found.diagnosis.is_strained() && found.diagnosis.times_noise <= left;
             (leaves_less || is_plainer) && found.diagnosis.present().count() <= first.isolation.set().len()
         };
-        if let Some(found) = otherwise(&first, &[])?.filter(is_better) {
+        if let Some(found) = otherwise(&first, None)?.filter(is_better) {
             return Ok(Explained::Otherwise(Box::new(found)));
         }
     }
