@@ -221,12 +221,12 @@ fn other_oil(plain: f64, cost: impl Fn(f64) -> Option<f64> + Sync) -> (f64, f64)
 fn fitted(model: &Model, record: &Record, of: fn(f64) -> Cause, mut share: f64) -> Option<Cause> {
     let settings = &model.rig.settings().diagnosis;
     let mut best = (f64::INFINITY, share);
-    for _ in 0..settings.clock_improvements {
+    for _ in 0..settings.cause_improvements {
         let cause = of(share);
         let (with, corrected) = (cause.model(model), cause.corrected(&model.rig, record));
         let drive = InputSignals::from_record(&with.rig, &corrected).ok()?;
         let near = estimate::near(&with, &corrected, &drive, None, 1).ok()?;
-        let healthy = near.without_faults(settings.clock_linearisations).ok()?;
+        let healthy = near.without_faults(settings.cause_linearisations).ok()?;
         // Where a size is what is wrong, each step leaves less.
         if healthy.isolation.best.cost >= best.0 {
             share = best.1;

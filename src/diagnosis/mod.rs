@@ -268,9 +268,6 @@ fn diagnose_again(
     let guess = near.as_ref().map(|(theta, set)| (&theta[..], *set));
     let first = estimate::from_start(&roughly, record, &drive, guess)?;
     let otherwise = |first: &Estimate<'_>, places: Option<&[search::Place]>| {
-        if !attempt.asks_otherwise {
-            return Ok(None);
-        }
         if places.is_some() {
             rig.context().first_look(|| summary::first_look(first));
         }
@@ -279,8 +276,12 @@ fn diagnose_again(
             (found, _) => Ok(found),
         }
     };
-    let known = Known { is_near: guess.is_some(), is_as_old: attempt.is_as_old };
-    let (first, begun) = match best_explained(first, &before_roughly, known, otherwise)? {
+    let asked = Asked {
+        from_everywhere: guess.is_none(),
+        otherwise: attempt.asks_otherwise,
+        begun: !attempt.is_as_old,
+    };
+    let (first, begun) = match best_explained(first, &before_roughly, asked, otherwise)? {
         Explained::Declared(declared) => *declared,
         Explained::Otherwise(found) => return Ok(Some(*found)),
     };
@@ -341,13 +342,15 @@ enum Explained<'a> {
     Otherwise(Box<Diagnosed>),
 }
 
-/// What other attempts have found of a record.
+/// What an attempt asks of a record.
 #[derive(Clone, Copy)]
-struct Known {
-    /// An explanation that has been looked for from everywhere is near.
-    is_near: bool,
-    /// [`Attempt::is_as_old`].
-    is_as_old: bool,
+struct Asked {
+    /// Whether explanations are looked for everywhere: not where one that was is near.
+    from_everywhere: bool,
+    /// [`Attempt::asks_otherwise`].
+    otherwise: bool,
+    /// Whether a beginning is asked for again where the record is explained: the opposite of [`Attempt::is_as_old`].
+    begun: bool,
 }
 
 /// The explanation by faults as old as the record, which a first one may miss, and the beginning within the record, if there is one, that
@@ -356,7 +359,7 @@ struct Known {
 fn best_explained<'a>(
     mut first: Estimate<'a>,
     before: &Model,
-    known: Known,
+    asked: Asked,
     otherwise: impl Fn(&Estimate<'_>, Option<&[search::Place]>) -> Result<Option<Diagnosed>, Complaint>,
 ) -> Result<Explained<'a>, Complaint> {
     let (record, drive) = (first.case.record, first.case.full.drive);
@@ -364,11 +367,13 @@ fn best_explained<'a>(
     let begun = |first: &Estimate<'_>| onset::find(before, record, drive, first);
     let mut was_asked = false;
     let is_doubtful = !first.explains() || first.isolation.set().len() >= settings.several_faults;
-    if !known.is_near && (first.missed() || is_doubtful) {
+    if asked.from_everywhere && (first.missed() || is_doubtful) {
         let places = first.places();
         // Faults as old as the record that leave nothing need no beginning.
         if first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case)) {
-            if let Some(found) = otherwise(&first, Some(&places))? {
+            if asked.otherwise
+                && let Some(found) = otherwise(&first, Some(&places))?
+            {
                 return Ok(Explained::Otherwise(Box::new(found)));
             }
             if let Some(begun) = begun(&first) {
@@ -380,18 +385,20 @@ fn best_explained<'a>(
         first = first.best_from_places(&places, rounds);
     }
     // A better explanation that is not believed either begins where the first one was asked for.
-    let was_asked = was_asked || known.is_as_old && first.explains();
+    let was_asked = was_asked || (!asked.begun && first.explains());
     let is_asked = !first.missed() && (!was_asked || onset::is_believed(&first));
     // Events, and values far from where they are expected, excuse much of what a mistake does to a record: one that leaves clearly less
     // without it, or needs no such values, is believed.
-    let (left, is_strained) = (first.times_noise(), first.case.is_strained(&first.isolation.best.theta));
-    if !first.missed() && (left > CLEARLY_ABOVE_NOISE || is_strained) {
+    if asked.otherwise && !first.missed() {
+        let (left, is_strained) = (first.times_noise(), first.case.is_strained(&first.isolation.best.theta));
         let is_better = |found: &Diagnosed| {
             let leaves_less = CLEARLY_ABOVE_NOISE * found.diagnosis.times_noise.max(1.0) < left;
             let is_plainer = is_strained && !found.diagnosis.is_strained() && found.diagnosis.times_noise <= left;
             (leaves_less || is_plainer) && found.diagnosis.present().count() <= first.isolation.set().len()
         };
-        if let Some(found) = otherwise(&first, None)?.filter(is_better) {
+        if (left > CLEARLY_ABOVE_NOISE || is_strained)
+            && let Some(found) = otherwise(&first, None)?.filter(is_better)
+        {
             return Ok(Explained::Otherwise(Box::new(found)));
         }
     }

@@ -12,7 +12,7 @@ use super::rivals::rival_effects;
 use super::spools;
 use super::suggest::suggest;
 use crate::complaint::Complaint;
-use crate::diagnosis::{self, Diagnosed, Diagnosis, DiagnosisOptions, DynamicsReport, MissingEffect, Verdict};
+use crate::diagnosis::{self, Diagnosed, Diagnosis, DiagnosisOptions, DynamicsReport, MissingEffect, RivalEffect, Verdict};
 use crate::model::Model;
 use crate::record::Record;
 use crate::rig::{Location, Rig};
@@ -44,7 +44,7 @@ pub(super) fn beside_physics(
         let record = given.record(record);
         let rivals = rival_effects(given.rig(&model.rig), record, &given.diagnosis)?;
         given.diagnosis.rival_effects = rivals;
-        if !is_outdone(&model.rig, &given.diagnosis) && !given.diagnosis.is_above_noise() {
+        if !is_doubtful(&model.rig, &given.diagnosis) && !given.diagnosis.is_above_noise() {
             return Ok(given);
         }
     }
@@ -85,13 +85,15 @@ pub(super) fn beside_physics(
     Ok(joined)
 }
 
-/// Whether an effect in place of a fault explains a record better than the faults do that explain it within what the rig file allows, and
-/// there is clearly more than noise for it to explain. One of a sensor takes up what a rig file has wrong elsewhere.
-fn is_outdone(rig: &Rig, diagnosis: &Diagnosis) -> bool {
+/// Whether an effect may explain a record better than the faults do that explain it within what the rig file allows: there is clearly more
+/// than noise for it to explain, and one in place of a fault does, or there are faults that nobody declared, which may bend the model
+/// together as no rival is asked to. One of a sensor takes up what a rig file has wrong elsewhere.
+fn is_doubtful(rig: &Rig, diagnosis: &Diagnosis) -> bool {
     let settings = &rig.settings().learn;
     let of_sensor = |effect: &str| rig.placed(effect).is_ok_and(|placed| matches!(placed.spot, Location::Sensor(_)));
+    let is_outdone = |one: &RivalEffect| one.delta_bic > settings.rival_bic && !of_sensor(&one.effect);
     diagnosis.times_noise * (1.0 - settings.clear_share) > 1.0
-        && diagnosis.rival_effects.iter().any(|one| one.delta_bic > settings.rival_bic && !of_sensor(&one.effect))
+        && (!diagnosis.undeclared.is_empty() || diagnosis.rival_effects.iter().any(is_outdone))
 }
 
 impl Model {

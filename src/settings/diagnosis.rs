@@ -270,12 +270,12 @@ settings! {
         clock_rate_most: f64 = 0.05, "relative rate",
             "Physics: quartz errs by 1e-4; beyond this the sampling interval itself is mistaken, which `check` asks \
              about.";
-        /// Most times that the rate is improved.
-        clock_improvements: usize = 8, "improvements",
-            "Cost only: misfits far beyond the noise pull with constant force, so a large rate is reached in several \
+        /// Most times that the size of a common cause, a clock's rate or an oil's viscosity, is improved.
+        cause_improvements: usize = 8, "improvements",
+            "Cost only: misfits far beyond the noise pull with constant force, so a large size is reached in several \
              steps.";
-        /// Linearisations of the fit without faults from which the rate is estimated.
-        clock_linearisations: usize = 3, "linearisations",
+        /// Linearisations of the fit without faults from which such a size is estimated.
+        cause_linearisations: usize = 3, "linearisations",
             "Cost only.";
         /// Mistakes in taking a record that are explained in full, those that leave least to the healthy model.
         causes_explained: usize = 2, "mistakes",
