@@ -276,11 +276,8 @@ fn diagnose_again(
             (found, _) => Ok(found),
         }
     };
-    let asked = Asked {
-        from_everywhere: guess.is_none(),
-        otherwise: attempt.asks_otherwise,
-        begun: !attempt.is_as_old,
-    };
+    let asked =
+        Asked { from_everywhere: guess.is_none(), otherwise: attempt.asks_otherwise, begun: !attempt.is_as_old };
     let (first, begun) = match best_explained(first, &before_roughly, asked, otherwise)? {
         Explained::Declared(declared) => *declared,
         Explained::Otherwise(found) => return Ok(Some(*found)),

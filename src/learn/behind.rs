@@ -12,7 +12,9 @@ use super::rivals::rival_effects;
 use super::spools;
 use super::suggest::suggest;
 use crate::complaint::Complaint;
-use crate::diagnosis::{self, Diagnosed, Diagnosis, DiagnosisOptions, DynamicsReport, MissingEffect, RivalEffect, Verdict};
+use crate::diagnosis::{
+    self, Diagnosed, Diagnosis, DiagnosisOptions, DynamicsReport, MissingEffect, RivalEffect, Verdict,
+};
 use crate::model::Model;
 use crate::record::Record;
 use crate::rig::{Location, Rig};

@@ -36,7 +36,9 @@ pub const CARD: Card = Card {
     kind: "directional-valve",
     meaning: "4/3 directional control valve, closed centre, with both internal leaks.",
     law: "q_edge = alpha alpha_edge |s|^n_edge q_r/sqrt(dp_r) root(dp);  s > 0: P-A, B-T;  s < 0: P-B, A-T;\n\
-          leaks G_AT (p_A - p_T), G_PB (p_P - p_B);  T² s'' + tau s' + s = u(t - t_d);\n\
+          leaks G_AT (p_A - p_T), G_PB (p_P - p_B), and of every edge G_0 dp/(1 + s_c/w), s_c = max(-s, 0) of P-A and B-T, max(s, 0) of the \
+          others;\n\
+          T² s'' + tau s' + s = u(t - t_d);\n\
           with hysteresis tau s' = e - min(max(e, -h/2), h/2),  e = u - s",
     source: "paper, equations (11) to (19); (13) with the bracket under the root",
     validity: "Zero lap, equal edges; leaks laminar. The opening coefficient is common or per path.",
@@ -68,6 +70,10 @@ pub const CARD: Card = Card {
         Parameter::required("hysteresis", "h", "-", "width of the command within which the spool does not follow it")
             .or(0.0)
             .within(0.0, 0.5),
+        leak("null_leakage", "G_0", "leakage of one edge at spool position 0; with A and B shut that of the valve from P to T"),
+        Parameter::required("null_width", "w", "-", "share of its way by which the spool closes an edge further until it leaks half")
+            .or(0.1)
+            .within(0.005, 2.0),
     ],
     ports: &[
         Port::hydraulic("P", "pressure"),
@@ -100,6 +106,22 @@ pub const CARD: Card = Card {
             answer: Answer::Through(2),
             expect: 0.5e-3 / 60.0,
         },
+        Worked {
+            text: "A and B shut at half of 100 bar in the middle, 0.008 L/min/bar: both lands of P leak, 0.8 L/min from P to T",
+            parameters: &[("rated_flow", 8.0), ("rated_drop", 18.5), ("null_leakage", 0.008)],
+            at: &[101e5, 1e5, 51e5, 51e5, 0.0],
+            inputs: &[0.0],
+            answer: Answer::Through(0),
+            expect: 0.8e-3 / 60.0,
+        },
+        Worked {
+            text: "open to A, the land of P to B closed by 0.4, four widths, leaks a fifth of 0.8 L/min",
+            parameters: &[("rated_flow", 8.0), ("rated_drop", 18.5), ("opening", 0.0), ("null_leakage", 0.008)],
+            at: &[101e5, 1e5, 101e5, 1e5, 0.4],
+            inputs: &[0.4],
+            answer: Answer::Through(0),
+            expect: 0.16e-3 / 60.0,
+        },
     ],
     ..Card::EMPTY
 };
@@ -118,6 +140,8 @@ pub struct DirectionalValve<T> {
     progression: [T; 4],
     dead_band: T,
     hysteresis: T,
+    null_leakage: T,
+    null_width: T,
 }
 
 /// Spool position below which an edge opens straight, a billionth of a molecule: a spool that lags never quite arrives, and the
@@ -150,6 +174,8 @@ impl<T: Real> Law<T> for DirectionalValve<T> {
             progression: [p[11], p[12], p[13], p[14]],
             dead_band: p[15],
             hysteresis: p[18],
+            null_leakage: p[19],
+            null_width: p[20],
         }
     }
 
@@ -177,6 +203,15 @@ impl<T: Real> Law<T> for DirectionalValve<T> {
             into_a += at;
             into_t -= at;
         }
+        if !self.null_leakage.is_zero() {
+            let (of_first, of_second) = (self.land(-position), self.land(position));
+            let (pa, bt) = (of_first * (p_p - p_a), of_first * (p_b - p_t));
+            let (pb, at) = (of_second * (p_p - p_b), of_second * (p_a - p_t));
+            into_p += pa + pb;
+            into_t -= at + bt;
+            into_a += at - pa;
+            into_b += bt - pb;
+        }
         answers.through = [into_p, into_t, into_a, into_b];
         answers.rate[0] = self.past_hysteresis(seen.u[0] - position) / self.lag;
     }
@@ -202,6 +237,12 @@ impl<T: Real> DirectionalValve<T> {
         }
         let open = (position.abs() - self.dead_band).max(T::zero()) / (T::one() - self.dead_band);
         if position.re() < 0.0 { -open } else { open }
+    }
+
+    /// What an edge leaks per pressure, closed by a way of the spool; as much as in the middle where it is open.
+    #[inline]
+    fn land(&self, closed: T) -> T {
+        self.null_leakage / (closed.max(T::zero()) / self.null_width + T::one())
     }
 
     /// Flow in m³/s through the path from P to A, fully switched, between two pressures (Pa).

@@ -256,6 +256,7 @@ effects! {
         spool_flow_force,
         spool_hysteresis,
         spool_lag,
+        spool_leakage,
         viscosity_drift,
         viscosity_temperature,
         viscous_friction,

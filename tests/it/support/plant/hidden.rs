@@ -125,6 +125,7 @@ pub const HIDDEN: &[Hidden] = &[
     sensor("sensor-offset@p_A", 1.5, |plant, size| plant.readings[2].offset = size * 1e5),
     hidden("spool-dead-band", 0.2, |plant, size| plant.dead_band = size),
     throttled_heavy("spool-flow-force", 0.36, |plant, size| plant.flow_force = size),
+    hidden("spool-leakage", 0.006, |plant, size| plant.null_leak = size * PER_BAR),
     hidden("spool-lag", 30.0, |plant, size| plant.spool_lags = [0.8e-3 * size, 0.2e-3 * size]),
     hidden("viscous-friction@cylinder", 4000.0, |plant, size| plant.viscous = size),
     sensor("sensor-delay@x", 12.0, |plant, size| plant.readings[7].delay = size * 1e-3),

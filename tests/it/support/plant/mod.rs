@@ -89,6 +89,8 @@ pub struct Plant {
     pub weeping_from: f64,
     pub knee: f64,
     pub dead_band: f64,
+    /// Leakage of an edge of the valve per pressure in the middle, m3/s/Pa.
+    pub null_leak: f64,
     pub flow_force: f64,
     /// Effects that no library has: a dent in the bore (N at 100 mm), and a leak that opens under pressure at A (m³/s/Pa above
     /// 30 bar, with hysteresis left out).
@@ -147,6 +149,7 @@ impl Default for Plant {
             weeping_from: 80e5,
             knee: 0.0,
             dead_band: 0.0,
+            null_leak: 0.0,
             flow_force: 0.0,
             dent: 0.0,
             backlash: 0.0,
@@ -272,6 +275,10 @@ impl Plant {
         let drained = |edge: f64| edge / (1.0 + self.return_line * edge * edge).sqrt();
         let (q_pa, q_bt) = (out * root(p_valve - at_a), drained(out) * root(at_b));
         let (q_pb, q_at) = (back * root(p_valve - at_b), drained(back) * root(at_a));
+        // Lands overlap ever more behind worn edges.
+        let land = |closed: f64| self.null_leak * (-(closed.max(0.0) / 0.1)).exp();
+        let (q_pa, q_bt) = (q_pa + land(-spool) * (p_valve - at_a), q_bt + land(-spool) * at_b);
+        let (q_pb, q_at) = (q_pb + land(spool) * (p_valve - at_b), q_at + land(spool) * at_a);
         let (q_p, q_a, q_b) = (q_pa + q_pb, q_pa - q_at, q_bt - q_pb);
         // Nodes.
         let leak = |node: usize, p: f64| {
