@@ -4,7 +4,8 @@
 //! becomes a narrow opening with an interval as small as if it were the truth. So where faults are found and yet do not explain
 //! the record, effects compete with them under the one criterion of [`suggest`], and the faults are isolated again beside the
 //! effect that wins. Where they do explain it, effects that would explain it as well are named beside them ([`super::rivals`]); where one
-//! of these does better, or clearly more than noise is left, effects compete all the same.
+//! of these does better, or clearly more than noise is left, effects compete all the same, also where no fault is present: what
+//! tolerances of switching forgive need not be a matter of switching.
 
 use super::evaluated::{Conclusion, EvaluatedModel};
 use super::fitted_model::FittedModel;
@@ -51,8 +52,9 @@ pub(super) fn beside_physics(
         }
     }
     let (explained, noise) = (given.diagnosis.is_explained(), given.diagnosis.times_noise);
-    let bent = given.diagnosis.present().next().is_some();
-    if !bent || (explained && given.diagnosis.onset_s.is_some()) || given.diagnosis.is_misread() {
+    // What no fault bends may be forgiven as a matter of switching.
+    let is_bent = given.diagnosis.present().next().is_some() || given.diagnosis.is_above_noise();
+    if !is_bent || (explained && given.diagnosis.onset_s.is_some()) || given.diagnosis.is_misread() {
         return Ok(given);
     }
     let seen = given.record(record);

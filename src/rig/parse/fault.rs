@@ -2,7 +2,7 @@
 
 use crate::complaint::{Complaint, Kind};
 use crate::rig::source::Value;
-use crate::rig::{Fault, Rig, range};
+use crate::rig::{Fault, Parameter, Rig, range};
 use crate::units::Quantity;
 
 pub(super) fn read_fault(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<(), Complaint> {
@@ -57,8 +57,18 @@ pub(super) fn read_fault(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<(
         Some(limit) => Some(read_limit(rig, id, &limit, parameter, healthy, (low, high))?),
     };
     table.finish()?;
+    throughout(&mut rig.parameters[parameter]);
     rig.faults.push(Fault { parameter, healthy, bounds: (low, high), limit, place: value.place() });
     Ok(())
+}
+
+/// A fault is one value throughout: what may be another in each switching is as uncertain in a healthy rig as the file states, and where
+/// it states nothing exact but for a calibration.
+fn throughout(parameter: &mut Parameter) {
+    if parameter.varies() && parameter.spread == 0.0 {
+        (parameter.spread, parameter.sigma) = (parameter.sigma, 0.0);
+    }
+    parameter.per_event = false;
 }
 
 /// The value from which the part no longer serves: reached on the way from the healthy value to a bound of the search.
