@@ -36,8 +36,8 @@ pub const CARD: Card = Card {
     kind: "directional-valve",
     meaning: "4/3 directional control valve, closed centre, with both internal leaks.",
     law: "q_edge = alpha alpha_edge |s|^n_edge q_r/sqrt(dp_r) root(dp);  s > 0: P-A, B-T;  s < 0: P-B, A-T;\n\
-          leaks G_AT (p_A - p_T), G_PB (p_P - p_B), and of every edge G_0 dp/(1 + s_c/w), s_c = max(-s, 0) of P-A and B-T, max(s, 0) of the \
-          others;\n\
+          leaks G_AT (p_A - p_T), G_PB (p_P - p_B), and of every edge G_0 dp r/(r + s_c (1 - r)), s_c = max(-s, 0) of P-A and B-T, \
+          max(s, 0) of the others;\n\
           T² s'' + tau s' + s = u(t - t_d);\n\
           with hysteresis tau s' = e - min(max(e, -h/2), h/2),  e = u - s",
     source: "paper, equations (11) to (19); (13) with the bracket under the root",
@@ -71,9 +71,9 @@ pub const CARD: Card = Card {
             .or(0.0)
             .within(0.0, 0.5),
         leak("null_leakage", "G_0", "leakage of one edge at spool position 0; with A and B shut that of the valve from P to T"),
-        Parameter::required("null_width", "w", "-", "share of its way by which the spool closes an edge further until it leaks half")
+        Parameter::required("closed_share", "r", "-", "share of its leakage that an edge has left once the spool has closed it fully")
             .or(0.1)
-            .within(0.005, 2.0),
+            .within(0.001, 1.0),
     ],
     ports: &[
         Port::hydraulic("P", "pressure"),
@@ -115,12 +115,18 @@ pub const CARD: Card = Card {
             expect: 0.8e-3 / 60.0,
         },
         Worked {
-            text: "open to A, the land of P to B closed by 0.4, four widths, leaks a fifth of 0.8 L/min",
-            parameters: &[("rated_flow", 8.0), ("rated_drop", 18.5), ("opening", 0.0), ("null_leakage", 0.008)],
-            at: &[101e5, 1e5, 101e5, 1e5, 0.4],
-            inputs: &[0.4],
+            text: "half open to A, a fifth left where fully closed: P to B under 100 bar leaks 0.2/(0.2 + 0.5 0.8) of 0.9 L/min",
+            parameters: &[
+                ("rated_flow", 8.0),
+                ("rated_drop", 18.5),
+                ("opening", 0.0),
+                ("null_leakage", 0.009),
+                ("closed_share", 0.2),
+            ],
+            at: &[101e5, 1e5, 101e5, 1e5, 0.5],
+            inputs: &[0.5],
             answer: Answer::Through(0),
-            expect: 0.16e-3 / 60.0,
+            expect: 0.3e-3 / 60.0,
         },
     ],
     ..Card::EMPTY
@@ -141,7 +147,7 @@ pub struct DirectionalValve<T> {
     dead_band: T,
     hysteresis: T,
     null_leakage: T,
-    null_width: T,
+    closed_share: T,
 }
 
 /// Spool position below which an edge opens straight, a billionth of a molecule: a spool that lags never quite arrives, and the
@@ -175,7 +181,7 @@ impl<T: Real> Law<T> for DirectionalValve<T> {
             dead_band: p[15],
             hysteresis: p[18],
             null_leakage: p[19],
-            null_width: p[20],
+            closed_share: p[20],
         }
     }
 
@@ -242,7 +248,8 @@ impl<T: Real> DirectionalValve<T> {
     /// What an edge leaks per pressure, closed by a way of the spool; as much as in the middle where it is open.
     #[inline]
     fn land(&self, closed: T) -> T {
-        self.null_leakage / (closed.max(T::zero()) / self.null_width + T::one())
+        let share = self.closed_share;
+        self.null_leakage * share / (share + closed.max(T::zero()) * (T::one() - share))
     }
 
     /// Flow in m³/s through the path from P to A, fully switched, between two pressures (Pa).

@@ -6,7 +6,7 @@ use crate::physics::component::directional_valve;
 pub const EFFECT: Effect = Effect {
     name: "spool-leakage",
     meaning: "Leakage past the lands of the spool, most of it around the middle: their radial clearance and worn edges.",
-    law: "q = G_0 dp/(1 + s_c/w) of every edge;  s_c how far the spool has closed it",
+    law: "q = G_0 dp r/(r + s_c (1 - r)) of every edge;  s_c how far the spool has closed it",
     source: "Merritt (1967), chapter 5: laminar flow through a gap as long as the lands overlap",
     validity: "The same for all edges; laminar. An edge that opens goes on leaking as in the middle, which is little beside its flow.",
     empirical: false,
@@ -20,6 +20,6 @@ pub const EFFECT: Effect = Effect {
             first: InitialGuess::Value(0.002),
             plausible: (0.0, 0.5),
         },
-        FreeParameter { name: "null_width", neutral: None, first: InitialGuess::Value(0.1), plausible: (0.005, 2.0) },
+        FreeParameter { name: "closed_share", neutral: None, first: InitialGuess::Value(0.3), plausible: (0.001, 1.0) },
     ],
 };
