@@ -163,21 +163,28 @@ pub(super) fn refitted_alone(
     record: &Record,
     candidate: Option<Candidate>,
 ) -> Result<(FittedModel, f64), Complaint> {
-    let given = BasePoint { values: base.values.clone(), set: base.set, cost: f64::INFINITY };
-    let base_points = [given, BasePoint::healthy(&base.rig)];
-    // It was scored at the first; the other is tried too.
-    let from = |start: Candidate| refitted(base, &base_points, &[], record, &[start]);
+    let given = || BasePoint { values: base.values.clone(), set: base.set, cost: f64::INFINITY };
+    let (samples, settings) = (base.fit.weights.all_samples() as f64, &base.rig.settings().learn);
+    // It was scored at the first; from the other a fit may end elsewhere. Only where both have ended does it show which is better.
+    let from = |start: &Candidate| {
+        let ended = [given(), BasePoint::healthy(&base.rig)].into_iter().filter_map(|base_point| {
+            let rough = refitted(base, &[base_point], &[], record, std::slice::from_ref(start))?;
+            let further = (rough.set, settings.linearisations);
+            quick(&rough.rig, record, &rough.values, further, Some(search::ROUGH)).or(Some(rough))
+        });
+        ended.min_by(|a, b| a.priced(samples).total_cmp(&b.priced(samples)))
+    };
     let rough = candidate.and_then(|candidate| {
         let typical = candidate.as_typical(&base.rig);
-        let scored = (candidate.score > 0.0).then(|| from(Candidate { base_point: None, ..candidate }));
-        scored.flatten().or_else(|| from(typical))
+        let scored = (candidate.score > 0.0).then(|| from(&Candidate { base_point: None, ..candidate }));
+        scored.flatten().or_else(|| from(&typical))
     });
     let Some(rough) = rough else {
         return Err(Complaint::new(Kind::Computation, "the model cannot be solved with this effect")
             .at(Place::file(&base.rig.path))
             .at(Place::file(&record.path)));
     };
-    let screened = rough.priced(base.fit.weights.all_samples() as f64);
+    let screened = rough.priced(samples);
     Ok((
         FittedModel::fitted(&rough.rig, record, &rough.values, rough.set, base.rig.settings().learn.isolation_rounds)?,
         screened,
