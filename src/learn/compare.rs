@@ -8,6 +8,7 @@ use super::lack_of_fit::{is_alike, with_lack_of_fit};
 use super::phase::{Stretch, stretches};
 use super::refit;
 use super::run::{Run, misses, times_noise};
+use super::warning::ends_its_search;
 use super::with_faults::{Explained, with_faults};
 use crate::complaint::Complaint;
 use crate::diagnosis::problem::root_mean_square;
@@ -150,12 +151,14 @@ fn within_known(rig: &Rig) -> Rig {
 fn fitted(rig: &Rig, values: &[f64]) -> impl Fn(usize) -> FittedParameter {
     move |index| {
         let parameter = &rig.parameters[index];
+        let far = ((values[index] - parameter.value) / parameter.sigma).abs();
         FittedParameter {
             id: parameter.id.clone(),
             value: rounded(parameter.unit.from_si(values[index]), DIGITS),
             unit: parameter.unit.symbol.clone(),
             nominal: rounded(parameter.unit.from_si(parameter.value), DIGITS),
             sigma_before: rounded(parameter.unit.difference_from_si(parameter.sigma), DIGITS),
+            is_at_end: ends_its_search(far, rig),
         }
     }
 }

@@ -107,6 +107,9 @@ pub struct FittedParameter {
     pub nominal: f64,
     /// Standard uncertainty before the record.
     pub sigma_before: f64,
+    /// Whether it stands at an end of its search: the record may ask for more.
+    #[serde(skip)]
+    pub is_at_end: bool,
 }
 
 impl FittedParameter {

@@ -10,6 +10,7 @@ use super::run::Run;
 use super::separate::Experiment;
 use super::suggest::Suggestion;
 use super::trial_steps::distance;
+use super::verdict::warnings;
 use super::warning::Warning;
 use crate::complaint::Complaint;
 use crate::diagnosis::DynamicsReport;
@@ -129,6 +130,9 @@ pub struct SuggestionReport {
     pub not_fitted: Vec<ScoredReport>,
     /// What would tell the best from its first rival; `None` where it has none, or where the rig has no cycle.
     pub experiment: Option<Experiment>,
+    /// What speaks against the model as given where it is fitted: values far from where they were known to be.
+    #[serde(skip)]
+    pub moved: Vec<Warning>,
     /// Values of the rig file that are still those of a draft.
     #[serde(skip)]
     pub unfilled: usize,
@@ -164,6 +168,7 @@ impl SuggestionReport {
         }
         Ok(Self {
             schema: SCHEMA,
+            moved: warnings(base, base),
             unfilled: base.rig.unfilled.len(),
             taken_as_exact: base.rig.exact_by_sheet().len(),
             calibrated: base.rig.calibration.is_some(),

@@ -4,7 +4,7 @@ use super::candidate::Candidate;
 use super::evaluated::{Conclusion, EvaluatedModel, is_adequate};
 use super::fitted_model::FittedModel;
 use super::run::Run;
-use super::warning::Warning;
+use super::warning::{Warning, ends_its_search};
 use crate::diagnosis::CLEARLY_ABOVE_NOISE;
 use crate::rig::InstalledEffect;
 use crate::settings::LearningSettings;
@@ -43,7 +43,7 @@ pub(super) fn warnings(trial: &FittedModel, base: &FittedModel) -> Vec<Warning> 
             && !trial.rig.is_of_effect(index)
         {
             let far = moved / parameter.sigma;
-            let at_end = far > 0.999 * trial.rig.settings().diagnosis.search_reach;
+            let at_end = ends_its_search(far, &trial.rig);
             warnings.push(Warning::Moved { id: parameter.id.clone(), deviations: far, at_end });
         }
     }
@@ -169,8 +169,10 @@ pub(super) fn conclude_near(
         let tolerance = if leans && stands_alone(one) { 0.0 } else { tolerance };
         let better =
             one.delta_bic > settings.rival_bic.max(tolerance) && on_check.is_none_or(|fall| fall > settings.rival_bic);
-        // Fewer faults with an effect in their place may explain the records as well.
-        let alike = one.trial.set.len() < base.set.len() && one.delta_bic > -settings.rival_bic;
+        // Fewer faults with an effect in their place may explain the records as well, both of them.
+        let alike = one.trial.set.len() < base.set.len()
+            && one.delta_bic > -settings.rival_bic
+            && on_check.is_none_or(|fall| fall > -settings.rival_bic);
         one.supported = better;
         (better || alike) && !one.senseless()
     });

@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::{Serialize, Serializer};
 
+use crate::rig::Rig;
+
 /// What speaks against an effect as fitted.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Warning {
@@ -50,6 +52,12 @@ pub enum Warning {
         /// Whether that is as much as an effect has to explain.
         is_refuted: bool,
     },
+}
+
+/// Whether an uncertain value so many standard deviations from where it was known to be stands at the end of its search, but for the digits
+/// of a fit.
+pub(super) fn ends_its_search(deviations: f64, rig: &Rig) -> bool {
+    deviations > 0.999 * rig.settings().diagnosis.search_reach
 }
 
 impl Warning {

@@ -69,7 +69,8 @@ pub(super) fn stated(comparison: &Comparison) -> Option<String> {
 pub(super) fn far(comparison: &Comparison) -> Option<String> {
     let far = comparison.far_off().filter(|_| comparison.adequate)?;
     let told = far_from_stated(&far.id, [far.value, far.nominal], &far.unit, far.deviations());
-    Some(format!("Your model has {told}: that value, or the model, is other than stated."))
+    let end = if far.is_at_end { " (the end of its search)" } else { "" };
+    Some(format!("Your model has {told}{end}: that value, or the model, is other than stated."))
 }
 
 /// What the rig file leaves open, where a misfit may be its doing.

@@ -48,9 +48,8 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
         lines.push(String::new());
         lines.extend(errors(&rows(report, first)));
     }
-    if let Some(best) = best {
-        lines.extend(best.warnings.iter().take(CAVEATS).flat_map(|one| wrapped(&format!("Caveat: {one}."), "  ")));
-    }
+    let caveats = best.map_or(&report.moved, |best| &best.warnings);
+    lines.extend(caveats.iter().take(CAVEATS).flat_map(|one| wrapped(&format!("Caveat: {one}."), "  ")));
     lines.extend(of_the_file(report, rise).iter().flat_map(|words| wrapped(words, "  ")));
     lines.push(String::new());
     // A command stays in one line, so that it can be copied.
