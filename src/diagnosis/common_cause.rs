@@ -70,7 +70,7 @@ pub(super) fn instead(model: &Model, record: &Record, plain: &Diagnosed) -> Opti
     let explains = explained.into_iter().filter(|one| !one.missed);
     let margin = |one: &Explained| one.evidence - plain.evidence_under(&one.weights, rig, record);
     let (margin, best) = explains.map(|one| (margin(&one), one)).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (missed || margin > 0.0).then(|| Corrected {
+    (margin > 0.0).then(|| Corrected {
         model: best.cause.model(model),
         record: best.record,
         cause: best.cause.report(rig, record, all),
@@ -246,7 +246,8 @@ fn fitted(model: &Model, record: &Record, of: fn(f64) -> Cause, mut share: f64) 
             break;
         }
     }
-    Some(of(share))
+    // One that asks for nothing is none.
+    (share != 0.0).then(|| of(share))
 }
 
 /// What the misfits say of a further size, in units of that which is tried, everything uncertain following.

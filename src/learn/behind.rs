@@ -14,7 +14,8 @@ use super::spools;
 use super::suggest::suggest;
 use crate::complaint::Complaint;
 use crate::diagnosis::{
-    self, Diagnosed, Diagnosis, DiagnosisOptions, DynamicsReport, MissingEffect, RivalEffect, Verdict,
+    self, CLEARLY_ABOVE_NOISE, Diagnosed, Diagnosis, DiagnosisOptions, DynamicsReport, MissingEffect, RivalEffect,
+    Verdict,
 };
 use crate::model::Model;
 use crate::record::Record;
@@ -89,15 +90,16 @@ pub(super) fn beside_physics(
     Ok(joined)
 }
 
-/// Whether an effect may explain a record better than the faults do that explain it within what the rig file allows: there is clearly more
-/// than noise for it to explain, and one in place of a fault does, or there are faults that nobody declared, which may bend the model
-/// together as no rival is asked to. One of a sensor takes up what a rig file has wrong elsewhere.
+/// Whether an effect may explain a record better than the faults do that explain it within what the rig file allows: one in place of a
+/// fault does, and there is clearly more than noise for it to explain; or there are faults that nobody declared, which may bend the model
+/// together as no rival is asked to, and half as much again as the variance of noise is left. An effect of a sensor takes up what a rig
+/// file has wrong elsewhere.
 fn is_doubtful(rig: &Rig, diagnosis: &Diagnosis) -> bool {
-    let settings = &rig.settings().learn;
+    let (settings, noise) = (&rig.settings().learn, diagnosis.times_noise);
     let of_sensor = |effect: &str| rig.placed(effect).is_ok_and(|placed| matches!(placed.spot, Location::Sensor(_)));
     let is_outdone = |one: &RivalEffect| one.delta_bic > settings.rival_bic && !of_sensor(&one.effect);
-    diagnosis.times_noise * (1.0 - settings.clear_share) > 1.0
-        && (!diagnosis.undeclared.is_empty() || diagnosis.rival_effects.iter().any(is_outdone))
+    let may_be_bent = !diagnosis.undeclared.is_empty() && noise * noise > CLEARLY_ABOVE_NOISE;
+    may_be_bent || noise * (1.0 - settings.clear_share) > 1.0 && diagnosis.rival_effects.iter().any(is_outdone)
 }
 
 impl Model {
