@@ -101,3 +101,23 @@ fn read_limit(
     }
     Ok(limit)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lag_that_is_a_fault_is_one_value_throughout() {
+        let text = std::fs::read_to_string("fixtures/telescopic/rig.toml").unwrap();
+        let text = text.replace("[faults]", "[faults]\n\"directional_valve.lag\" = { bounds = [\"2 ms\", \"40 ms\"] }");
+        let lag = |text: String| {
+            let rig = Rig::parse("rig.toml", text).unwrap();
+            let lag = &rig.parameters[rig.parameter("directional_valve.lag").unwrap()];
+            (lag.is_uncertain(), lag.varies(), lag.sigma, lag.spread)
+        };
+        // As uncertain as stated; where nothing is stated exact, and for a calibration as far off as lags are, a quarter.
+        let stated = text.replace("lag = \"8 ms\"", "lag = \"8 ms +- 0.5 ms\"");
+        assert_eq!(lag(stated), (true, false, 0.5e-3, 0.5e-3));
+        assert_eq!(lag(text), (false, false, 0.0, 2e-3));
+    }
+}

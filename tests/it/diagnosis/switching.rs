@@ -74,6 +74,30 @@ fn the_spool_of_the_record_is_told() {
     approx::assert_abs_diff_eq!(of("directional_valve.dead_time"), 8.0, epsilon = 4.0);
 }
 
+/// A spool that has become slow is so in every switching, which each may be forgiven for itself: no fault explains it, and yet the record
+/// is not healthy. Declared as a fault its lag is one value throughout.
+#[test]
+fn a_spool_that_has_become_slow_is_not_healthy() {
+    let text = std::fs::read_to_string(RIG).unwrap().replace("lag = \"8 ms\"", "lag = \"8 ms +- 0.8 ms\"");
+    let mut random = Stream::numbered(31, 0);
+    let phases = cycle(&mut random, 1.0);
+    let slow = Plant { spool_lags: [20e-3, 0.0], ..Plant::default() };
+    let record = record("plant", &slow, &phases, &mut random);
+    let of = |text: String| Model::new(Rig::parse(RIG, text).unwrap()).diagnose(&record).unwrap();
+
+    let undeclared = of(text.clone());
+    let missing = undeclared.missing_effect.as_ref().expect("an effect");
+    assert_eq!((undeclared.verdict, &missing.effects[..]), (Verdict::ModelInadequate, &["spool-lag".to_owned()][..]));
+    approx::assert_relative_eq!(missing.parameters[0].value, 20.0, max_relative = 0.05);
+
+    let lag = "[faults]\n\"directional_valve.lag\" = { bounds = [\"2 ms\", \"40 ms\"] }";
+    let declared = of(text.replace("[faults]", lag));
+    assert_eq!((declared.verdict, &present(&declared)[..]), (Verdict::Faulty, &["directional_valve.lag"][..]));
+    let found = declared.present().next().unwrap();
+    let [Some(low), Some(high)] = found.ci95 else { panic!("open: {found:?}") };
+    assert!(low <= 20.0 && 20.0 <= high && high - low < 4.0, "{low} to {high}");
+}
+
 /// Mass and dead time act on what drives a law, so no fault is one of them; what a rig file says of their uncertainty each switching may
 /// use.
 #[test]
