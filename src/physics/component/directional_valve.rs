@@ -70,10 +70,19 @@ pub const CARD: Card = Card {
         Parameter::required("hysteresis", "h", "-", "width of the command within which the spool does not follow it")
             .or(0.0)
             .within(0.0, 0.5),
-        leak("null_leakage", "G_0", "leakage of one edge at spool position 0; with A and B shut that of the valve from P to T"),
-        Parameter::required("closed_share", "r", "-", "share of its leakage that an edge has left once the spool has closed it fully")
-            .or(0.1)
-            .within(0.001, 1.0),
+        leak(
+            "null_leakage",
+            "G_0",
+            "leakage of one edge at spool position 0; with A and B shut that of the valve from P to T",
+        ),
+        Parameter::required(
+            "closed_share",
+            "r",
+            "-",
+            "share of its leakage that an edge has left once the spool has closed it fully",
+        )
+        .or(0.1)
+        .within(0.001, 1.0),
     ],
     ports: &[
         Port::hydraulic("P", "pressure"),
