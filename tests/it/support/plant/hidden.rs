@@ -93,7 +93,7 @@ const fn of_pump(id: &'static str, typical: f64, put: fn(&mut Plant, f64)) -> Hi
     Hidden { id, alike: OF_PUMP, sheet: Sheet::Plain, typical, put }
 }
 
-/// One of each kind.
+/// One of each kind. A record is drawn by the place of what it hides: a new one comes last.
 pub const HIDDEN: &[Hidden] = &[
     hidden("external-leakage@A", 0.006, |plant, size| plant.external_leak[A] = size * PER_BAR),
     hidden("external-orifice-leakage@A", 0.08, |plant, size| plant.external_hole[A] = size * 1e-6),
@@ -125,7 +125,6 @@ pub const HIDDEN: &[Hidden] = &[
     sensor("sensor-offset@p_A", 1.5, |plant, size| plant.readings[2].offset = size * 1e5),
     hidden("spool-dead-band", 0.2, |plant, size| plant.dead_band = size),
     throttled_heavy("spool-flow-force", 0.36, |plant, size| plant.flow_force = size),
-    hidden("spool-leakage", 0.006, |plant, size| plant.null_leak = size * PER_BAR),
     hidden("spool-lag", 30.0, |plant, size| plant.spool_lags = [0.8e-3 * size, 0.2e-3 * size]),
     hidden("viscous-friction@cylinder", 4000.0, |plant, size| plant.viscous = size),
     sensor("sensor-delay@x", 12.0, |plant, size| plant.readings[7].delay = size * 1e-3),
@@ -139,6 +138,7 @@ pub const HIDDEN: &[Hidden] = &[
         plant.warming = size * plant.warming_up / plant.thinning;
     }),
     of_pump("external-leakage@pump_line", 0.004, |plant, size| plant.external_leak[PUMP_LINE] = size * PER_BAR),
+    hidden("spool-leakage", 0.006, |plant, size| plant.null_leak = size * PER_BAR),
 ];
 
 /// A size from 0.6 to 1.6 of the typical one; of what multiplies, of its distance to one.
