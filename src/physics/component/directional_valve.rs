@@ -34,9 +34,9 @@ pub const FACTS: Facts = Facts {
 
 pub const CARD: Card = Card {
     kind: "directional-valve",
-    meaning: "4/3 directional control valve, closed centre, with both internal leaks.",
+    meaning: "4/3 directional control valve, closed centre, with internal leaks.",
     law: "q_edge = alpha alpha_edge |s|^n_edge q_r/sqrt(dp_r) root(dp);  s > 0: P-A, B-T;  s < 0: P-B, A-T;\n\
-          leaks G_AT (p_A - p_T), G_PB (p_P - p_B), and of every edge G_0 dp r/(r + s_c (1 - r)), s_c = max(-s, 0) of P-A and B-T, \
+          leaks G_AT (p_A - p_T), G_PB (p_P - p_B), G_PA (p_P - p_A), G_BT (p_B - p_T), and of every edge G_0 dp r/(r + s_c (1 - r)), s_c = max(-s, 0) of P-A and B-T, \
           max(s, 0) of the others;\n\
           T² s'' + tau s' + s = u(t - t_d);\n\
           with hysteresis tau s' = e - min(max(e, -h/2), h/2),  e = u - s",
@@ -83,6 +83,8 @@ pub const CARD: Card = Card {
         )
         .or(0.1)
         .within(0.001, 1.0),
+        leak("leak_PA", "G_PA", "internal leakage from P to A"),
+        leak("leak_BT", "G_BT", "internal leakage from B to T"),
     ],
     ports: &[
         Port::hydraulic("P", "pressure"),
@@ -114,6 +116,22 @@ pub const CARD: Card = Card {
             inputs: &[0.0],
             answer: Answer::Through(2),
             expect: 0.5e-3 / 60.0,
+        },
+        Worked {
+            text: "closed, 0.02 L/min/bar from P to A under 50 bar: 1 L/min into P",
+            parameters: &[("rated_flow", 8.0), ("rated_drop", 18.5), ("leak_PA", 0.02)],
+            at: &[51e5, 1e5, 1e5, 1e5, 0.0],
+            inputs: &[0.0],
+            answer: Answer::Through(0),
+            expect: 1e-3 / 60.0,
+        },
+        Worked {
+            text: "closed, 0.01 L/min/bar from B to T under 40 bar: 0.4 L/min into B",
+            parameters: &[("rated_flow", 8.0), ("rated_drop", 18.5), ("leak_BT", 0.01)],
+            at: &[1e5, 1e5, 1e5, 41e5, 0.0],
+            inputs: &[0.0],
+            answer: Answer::Through(3),
+            expect: 0.4e-3 / 60.0,
         },
         Worked {
             text: "A and B shut at half of 100 bar in the middle, 0.008 L/min/bar: both lands of P leak, 0.8 L/min from P to T",
@@ -157,6 +175,8 @@ pub struct DirectionalValve<T> {
     hysteresis: T,
     null_leakage: T,
     closed_share: T,
+    leak_pa: T,
+    leak_bt: T,
 }
 
 /// Spool position below which an edge opens straight, a billionth of a molecule: a spool that lags never quite arrives, and the
@@ -191,6 +211,8 @@ impl<T: Real> Law<T> for DirectionalValve<T> {
             hysteresis: p[18],
             null_leakage: p[19],
             closed_share: p[20],
+            leak_pa: p[21],
+            leak_bt: p[22],
         }
     }
 
@@ -217,6 +239,13 @@ impl<T: Real> Law<T> for DirectionalValve<T> {
             into_b -= pb;
             into_a += at;
             into_t -= at;
+        }
+        if !(self.leak_pa.is_zero() && self.leak_bt.is_zero()) {
+            let (pa, bt) = (self.leak_pa * (p_p - p_a), self.leak_bt * (p_b - p_t));
+            into_p += pa;
+            into_a -= pa;
+            into_b += bt;
+            into_t -= bt;
         }
         if !self.null_leakage.is_zero() {
             let (of_first, of_second) = (self.land(-position), self.land(position));

@@ -4,6 +4,7 @@
 //! An effect comes in one of a few forms ([`Form`]): a further component that is joined to the circuit, a parameter that a
 //! law has already, something that a sensor does to what it reads, or a loss of pressure ahead of a component.
 
+mod edge_leakage;
 pub(crate) mod spline;
 
 use super::card::Card;
@@ -245,6 +246,8 @@ effects! {
     bent {
         compensator_lag,
         dead_voltage,
+        edge_leakage_pa,
+        edge_leakage_pb,
         entrained_air,
         motor_orifice_leakage,
         pump_droop,

@@ -91,6 +91,8 @@ pub struct Plant {
     pub dead_band: f64,
     /// Leakage of an edge of the valve per pressure in the middle, m3/s/Pa.
     pub null_leak: f64,
+    /// Of the land between P and A alone, m³/s/Pa.
+    pub scored_land: f64,
     pub flow_force: f64,
     /// Effects that no library has: a dent in the bore (N at 100 mm), and a leak that opens under pressure at A (m³/s/Pa above
     /// 30 bar, with hysteresis left out).
@@ -150,6 +152,7 @@ impl Default for Plant {
             knee: 0.0,
             dead_band: 0.0,
             null_leak: 0.0,
+            scored_land: 0.0,
             flow_force: 0.0,
             dent: 0.0,
             backlash: 0.0,
@@ -279,6 +282,7 @@ impl Plant {
         let land = |closed: f64| self.null_leak * (-(closed.max(0.0) / 0.1)).exp();
         let (q_pa, q_bt) = (q_pa + land(-spool) * (p_valve - at_a), q_bt + land(-spool) * at_b);
         let (q_pb, q_at) = (q_pb + land(spool) * (p_valve - at_b), q_at + land(spool) * at_a);
+        let q_pa = q_pa + self.scored_land * (p_valve - at_a);
         let (q_p, q_a, q_b) = (q_pa + q_pb, q_pa - q_at, q_bt - q_pb);
         // Nodes.
         let leak = |node: usize, p: f64| {
