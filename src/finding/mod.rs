@@ -94,7 +94,8 @@ pub fn findings(model: &Model, record: &Record, diagnosis: &Diagnosis) -> Result
     }
     let drive = InputSignals::from_record(&model.rig, record)?;
     let parameters = diagnosis.found(&model.rig);
-    let solve = |parameters: &[f64]| match model.solve(parameters, &drive, &record.time) {
+    // A machine starts where it does, whatever its sensors show.
+    let solve = |with: &[f64]| match model.solve(with, &drive.started_alike(&model.rig, &parameters, with), &record.time) {
         Ok(outputs) => Ok(Some(outputs.values)),
         Err(error @ SimulationError::Interrupted) => Err(model.unsolved(&error)),
         Err(_) => Ok(None),

@@ -1,7 +1,7 @@
 //! What drives the circuit: the recorded commands and loads as pieces between which nothing jumps.
 
 use super::piece::{Piece, merge, split, value};
-use super::readings::{Shown, positions, readings, states};
+use super::readings::{FirstReading, Shown, positions, readings, states};
 use super::reshaped::{Following, acting};
 use super::rows::cycle_times;
 use super::stretch::{Stretch, broken_line, fit_line, through};
@@ -16,8 +16,8 @@ pub struct InputSignals {
     pub pieces: Vec<Piece>,
     /// What was commanded, where that acts on parts with mass or after a dead time: `pieces` are then reshaped.
     pub commanded: Option<Vec<Piece>>,
-    /// First readings of the nodes' gauge pressures, Pa; 0 where nothing measures.
-    pub readings: Vec<f64>,
+    /// First readings of the nodes' gauge pressures; none where nothing measures.
+    pub readings: Vec<FirstReading>,
     /// What is added to the pressure that each node starts with, Pa: zeros, but for asking what another start would do.
     pub nudges: Vec<f64>,
     /// Where parameters change within the record.
@@ -116,7 +116,7 @@ impl InputSignals {
             pieces: merge(&lines, rig.inputs.len(), start, last),
             commanded: None,
             begun: start,
-            readings: vec![0.0; rig.nodes.len()],
+            readings: vec![FirstReading::default(); rig.nodes.len()],
             nudges: vec![0.0; rig.nodes.len()],
             onset: None,
             shown: Vec::new(),
@@ -142,7 +142,7 @@ impl InputSignals {
             begun: 0.0,
             pieces,
             commanded: None,
-            readings: vec![0.0; rig.nodes.len()],
+            readings: vec![FirstReading::default(); rig.nodes.len()],
             nudges: vec![0.0; rig.nodes.len()],
             onset: None,
             shown: Vec::new(),
@@ -174,6 +174,14 @@ impl InputSignals {
             Some(onset) => drive.with_onset(onset.clone()),
             None => drive,
         }
+    }
+
+    /// A run that starts where this one does with the parameters `found`, SI, whatever sensors with `other` ones would show of it.
+    #[must_use]
+    pub(crate) fn started_alike(&self, rig: &Rig, found: &[f64], other: &[f64]) -> Self {
+        let readings = self.readings.iter().map(|one| one.shown_with(rig, found, other)).collect();
+        let shown = self.shown.iter().map(|one| one.shown_with(rig, found, other)).collect();
+        Self { readings, shown, ..self.clone() }
     }
 
     /// The same commands, had an input been none until a moment, s, behind the beginning: what follows it then starts at rest.

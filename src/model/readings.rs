@@ -1,6 +1,8 @@
 //! Where nodes start that start at what their sensors show.
 
+use super::assembly::level_per_pressure;
 use crate::complaint::{Complaint, Kind};
+use crate::numeric::Scalar;
 use crate::physics::GRAVITY;
 use crate::record::Record;
 use crate::rig::{InitialPressure, NodeKind, Quantity, Rig, Target};
@@ -22,6 +24,51 @@ pub struct Shown {
     pub sigma: f64,
     /// Rate of the reading, SI per s.
     pub rate: f64,
+}
+
+/// Gauge pressure that a sensor shows of a node at the start.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FirstReading {
+    /// Pa, by the offset and gain of the rig file; 0 where nothing shows it.
+    pub gauge: f64,
+    /// Index of the sensor that shows it.
+    pub sensor: Option<usize>,
+}
+
+impl FirstReading {
+    /// The pressure with the sensor's offset and gain among these parameters, SI: a sensor that is off must not start the circuit off.
+    /// Where they are those of the rig file, exactly what it reads.
+    pub fn freed<S: Scalar>(&self, rig: &Rig, parameters: &[S]) -> S {
+        let gauge = S::constant(self.gauge);
+        let Some(sensor) = self.sensor.map(|sensor| &rig.sensors[sensor]) else { return gauge };
+        let [offset, gain] = [0, 1].map(|own| {
+            let index = sensor.first_parameter + own;
+            (S::constant(rig.parameters[index].value), parameters[index])
+        });
+        let per_pressure =
+            if sensor.quantity == Quantity::Level { level_per_pressure(parameters[0]) } else { S::one() };
+        gauge + ((gain.0 - gain.1) * gauge + (offset.0 - offset.1) / per_pressure) / gain.1
+    }
+
+    /// What the sensor would show of the same pressure with other parameters than `found`, SI.
+    #[must_use]
+    pub fn shown_with(self, rig: &Rig, found: &[f64], other: &[f64]) -> Self {
+        let Some(sensor) = self.sensor.map(|sensor| &rig.sensors[sensor]) else { return self };
+        let (pressure, own) = (self.freed(rig, found), sensor.first_parameter);
+        let per_pressure = if sensor.quantity == Quantity::Level { level_per_pressure(found[0]) } else { 1.0 };
+        let [offset, gain] = [0, 1].map(|place| (rig.parameters[own + place].value, other[own + place]));
+        Self { gauge: (pressure * gain.1 + (offset.1 - offset.0) / per_pressure) / gain.0, ..self }
+    }
+}
+
+impl Shown {
+    /// What the sensor would show of the same start with other parameters than `found`, SI.
+    #[must_use]
+    pub fn shown_with(self, rig: &Rig, found: &[f64], other: &[f64]) -> Self {
+        let own = rig.sensors[self.sensor].first_parameter;
+        let gain = other[own + 1] / found[own + 1];
+        Self { value: (self.value - found[own]) * gain + other[own], rate: self.rate * gain, ..self }
+    }
 }
 
 /// Mean of the readings from the beginning on, and how many: twice as many as long as those that are added show the same. What
@@ -108,11 +155,11 @@ pub(super) fn states(rig: &Rig, record: &Record) -> Vec<Shown> {
 }
 
 /// Mean of the readings at rest of each node that starts at what its sensor shows: of several sensors the first that shows something.
-pub(super) fn readings(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint> {
-    let mut readings: Vec<Option<f64>> = vec![None; rig.nodes.len()];
+pub(super) fn readings(rig: &Rig, record: &Record) -> Result<Vec<FirstReading>, Complaint> {
+    let mut readings: Vec<Option<FirstReading>> = vec![None; rig.nodes.len()];
     let density = rig.parameters.first().map_or(0.0, |density| density.value);
     let by_record = |node: usize| rig.nodes[node].kind == (NodeKind::Volume { initial: InitialPressure::Record });
-    for sensor in &rig.sensors {
+    for (index, sensor) in rig.sensors.iter().enumerate() {
         let Target::Node(node) = sensor.target else { continue };
         let per_reading = match sensor.quantity {
             Quantity::Pressure => 1.0,
@@ -126,7 +173,8 @@ pub(super) fn readings(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint
         let Some((shown, _)) = at_rest(&channel.values, sensor.variance().sqrt()) else { continue };
         let (offset, gain) =
             (rig.parameters[sensor.first_parameter].value, rig.parameters[sensor.first_parameter + 1].value);
-        readings[node] = Some((shown - offset) / if gain > 0.0 { gain } else { 1.0 } * per_reading);
+        let gauge = (shown - offset) / if gain > 0.0 { gain } else { 1.0 } * per_reading;
+        readings[node] = Some(FirstReading { gauge, sensor: Some(index) });
     }
     for (index, node) in rig.nodes.iter().enumerate() {
         if readings[index].is_none() && by_record(index) {
@@ -136,7 +184,7 @@ pub(super) fn readings(rig: &Rig, record: &Record) -> Result<Vec<f64>, Complaint
             ));
         }
     }
-    Ok(readings.into_iter().map(|found| found.unwrap_or(0.0)).collect())
+    Ok(readings.into_iter().map(Option::unwrap_or_default).collect())
 }
 
 #[cfg(test)]
@@ -159,5 +207,23 @@ mod tests {
         let chance: Vec<f64> = (0..96).map(|row| noise(row) + if row < 6 { 1.4 } else { 0.0 }).collect();
         let (mean, count) = at_rest(&chance, 1.0).unwrap();
         assert!(count >= 48 && mean.abs() < 0.2, "{count}: {mean}");
+    }
+
+    #[test]
+    fn a_sensor_that_is_off_starts_no_circuit_off() {
+        let path = "fixtures/telescopic/rig.toml";
+        let rig = Rig::parse(path, std::fs::read_to_string(path).unwrap()).unwrap();
+        let sensor = rig.sensors.iter().position(|sensor| sensor.name == "p_B").unwrap();
+        let first = FirstReading { gauge: 7e5, sensor: Some(sensor) };
+        let healthy = rig.nominal();
+        let mut off = healthy.clone();
+        let own = rig.sensors[sensor].first_parameter;
+        (off[own], off[own + 1]) = (2e5, 1.25);
+        // 2 bar too much, and a quarter: 7 bar are 4.
+        assert_eq!((first.freed(&rig, &healthy), first.freed(&rig, &off)), (7e5, 4e5));
+        // A healthy sensor would have shown these.
+        assert_eq!(first.shown_with(&rig, &off, &healthy).freed(&rig, &healthy), 4e5);
+        let shown = Shown { sensor, value: 7e5, sigma: 0.0, rate: 5.0 };
+        assert_eq!(shown.shown_with(&rig, &off, &healthy), Shown { value: 4e5, rate: 4.0, ..shown });
     }
 }

@@ -41,7 +41,9 @@ pub fn start<S: Scalar>(
             {
                 y[state] = parameters[parameter] + ATMOSPHERE;
             }
-            NodeKind::Volume { .. } => y[state] = S::constant(drive.readings[node] + ATMOSPHERE),
+            NodeKind::Volume { .. } => {
+                y[state] = drive.readings[node].freed(rig, parameters) + S::constant(ATMOSPHERE);
+            }
             NodeKind::Held { .. } => {}
         }
     }
