@@ -78,7 +78,7 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
         let sigma = if size > 0.0 { rig.settings().learn.unfitted_sigma * size } else { range_deviation(&unit, free) };
         parameters.push(Written { name: free.name, value: nothing(rig, &placed, free).unwrap_or(first), sigma, unit });
     }
-    Ok(Added { text: insert(&rig.path, text, &id, &parameters)?, delta_bic: None, warnings: Vec::new() })
+    Ok(Added { text: insert(rig, text, &id, &parameters)?, delta_bic: None, warnings: Vec::new() })
 }
 
 /// The model with one effect more, what the information criterion gains by it over the model alone, and what speaks against it.
@@ -112,17 +112,17 @@ pub(crate) fn with_effects(path: &Path, text: &str, rig: &Rig, trial: &FittedMod
             let sigma = trial.sigmas.get(&index).copied().unwrap_or(0.0);
             Written { name: free.name, value: trial.values[index], sigma, unit }
         });
-        text = insert(path, &text, &present.id, &written.collect::<Vec<_>>())?;
+        text = insert(&trial.rig, &text, &present.id, &written.collect::<Vec<_>>())?;
     }
     with_dynamics(path, &text, rig, &trial.rig)
 }
 
-/// The text with this effect, in the place of what it said of it before.
+/// The text of a rig's file with this effect, in the place of what it said of it before, under whatever name.
 ///
 /// # Errors
 /// A text that is no TOML, or whose `effects` is no table.
-pub(super) fn insert(path: &Path, text: &str, id: &str, parameters: &[Written]) -> Result<String, Complaint> {
-    let mut document = document(path, text)?;
+pub(super) fn insert(rig: &Rig, text: &str, id: &str, parameters: &[Written]) -> Result<String, Complaint> {
+    let mut document = document(&rig.path, text)?;
     let mut values = InlineTable::new();
     for parameter in parameters {
         let shown = |value: f64, digits: usize| written(value, digits, &parameter.unit);
@@ -138,10 +138,11 @@ pub(super) fn insert(path: &Path, text: &str, id: &str, parameters: &[Written]) 
     });
     let Some(table) = effects.as_table_like_mut() else {
         return Err(Complaint::new(Kind::Shape, "`effects` is no table")
-            .at(Place::file(path))
+            .at(Place::file(&rig.path))
             .help("write `[effects]`"));
     };
-    table.insert(id, toml_edit::value(values));
+    let name = rig.effect_among(table.iter().map(|(name, _)| name), id).to_owned();
+    table.insert(&name, toml_edit::value(values));
     Ok(document.to_string())
 }
 
@@ -159,6 +160,18 @@ mod tests {
             Rig::parse(Path::new(path), text.clone()).unwrap_or_else(|error| panic!("{id}: {error}"));
         }
         texts.len()
+    }
+
+    #[test]
+    fn an_effect_with_a_place_that_need_not_be_said_is_not_written_twice() {
+        let path = "fixtures/telescopic/rig.toml";
+        let text = std::fs::read_to_string(path).unwrap()
+            + "\n[effects]\n\"pump-slip@pump\" = { conductance = \"0.001 L/min/bar +- 0.0005 L/min/bar\" }\n";
+        let rig = Rig::parse(Path::new(path), text.clone()).unwrap();
+        let written = Written { name: "conductance", value: 5e-14, sigma: 0.0, unit: Unit::parse("L/min/bar").unwrap() };
+        let text = insert(&rig, &text, "pump-slip", &[written]).unwrap();
+        assert!(text.contains("\"pump-slip@pump\" = { conductance = \"0.0003 L/min/bar\" }"), "{text}");
+        assert_eq!(Rig::parse(Path::new(path), text).unwrap().effects.len(), 1);
     }
 
     #[test]

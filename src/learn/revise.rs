@@ -27,12 +27,15 @@ pub fn revised(
             let unit = rig.effect_unit(&effect.placed, free.name);
             Written { name: free.name, value: values[index], sigma: rig.parameters[index].sigma, unit }
         });
-        text = insert(&rig.path, &text, &effect.id, &written.collect::<Vec<_>>())?;
+        text = insert(rig, &text, &effect.id, &written.collect::<Vec<_>>())?;
     }
     if rig.effects.iter().any(|effect| off.contains(&effect.id)) {
         let mut document = document(&rig.path, &text)?;
         if let Some(table) = document.get_mut("effects").and_then(|effects| effects.as_table_like_mut()) {
-            off.iter().for_each(|id| drop(table.remove(id)));
+            for id in off {
+                let name = rig.effect_among(table.iter().map(|(name, _)| name), id).to_owned();
+                table.remove(&name);
+            }
         }
         text = document.to_string();
     }

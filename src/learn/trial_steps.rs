@@ -59,8 +59,8 @@ impl<'a, 'e> ScoreContext<'a, 'e> {
     }
 }
 
-/// An effect as it may be tried in small, with what each try changes in the weighted misfits: a tenth of its typical size, where it is
-/// straight, and that. One with a level that has to be searched has none.
+/// An effect as it may be tried in small, with what each try changes in the weighted misfits: a tenth of its typical size, along the
+/// derivative as what is fitted has it, and that. One with a level that has to be searched has none.
 pub(super) fn small_tries(here: &ScoreContext<'_, '_>, placed: &EffectInstance) -> Vec<(Candidate, Vec<f64>)> {
     if levels(placed).is_some() {
         return Vec::new();
@@ -69,7 +69,11 @@ pub(super) fn small_tries(here: &ScoreContext<'_, '_>, placed: &EffectInstance) 
     let top = if begins { highest(here.estimate, placed.spot, Quantity::Pressure) } else { 0.0 };
     let onsets: Vec<f64> = if begins { ONSETS.iter().map(|share| share * top).collect() } else { vec![0.0] };
     let steps = onsets.iter().flat_map(|&onset| SIZES[..=TYPICAL].iter().map(move |&step| (step, onset)));
-    steps.filter_map(|step| TrialStep::at(here, placed, step, None)).map(|one| (one.candidate, one.change)).collect()
+    let one = |(step, onset)| {
+        let small = (step < SIZES[TYPICAL]).then(|| TrialStep::along_derivative(here, placed, (step, onset))).flatten();
+        small.or_else(|| TrialStep::at(here, placed, (step, onset), None))
+    };
+    steps.filter_map(one).map(|one| (one.candidate, one.change)).collect()
 }
 
 /// Whether an effect begins at a pressure that has to be found.
@@ -160,8 +164,30 @@ impl TrialStep {
     ) -> Option<Self> {
         let attempt = attempt(here.estimate, placed, (step, onset));
         let change = change(here, placed, &attempt)?;
+        Some(Self::of(here, placed, (step, attempt), change, reach))
+    }
+
+    /// The same along the derivative where the effect does nothing: edges between two rows that a small size moves, it moves there as a
+    /// fault that is fitted does. `None` too where what it does has none.
+    fn along_derivative(
+        here: &ScoreContext<'_, '_>,
+        placed: &EffectInstance,
+        (step, onset): (f64, f64),
+    ) -> Option<Self> {
+        let [still, attempt] = [0.0, step].map(|step| attempt(here.estimate, placed, (step, onset)));
+        let change = slope(here, placed, (&still, &attempt))?;
+        Some(Self::of(here, placed, (step, attempt), change, None))
+    }
+
+    fn of(
+        here: &ScoreContext<'_, '_>,
+        placed: &EffectInstance,
+        (step, attempt): (f64, Vec<ParameterSetting>),
+        change: Vec<f64>,
+        reach: Option<f64>,
+    ) -> Self {
         let (candidate, information) = scored(here, placed, attempt, &change, reach);
-        Some(Self { step, change, information, candidate })
+        Self { step, change, information, candidate }
     }
 }
 
@@ -282,18 +308,56 @@ fn ends(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
 }
 
-/// By how much a try changes the weighted misfits; `None` where the model cannot be solved with it.
-fn change(here: &ScoreContext<'_, '_>, placed: &EffectInstance, tried: &[ParameterSetting]) -> Option<Vec<f64>> {
-    let ScoreContext { estimate, plain, .. } = here;
-    let (case, isolation) = (&estimate.case, &estimate.isolation);
-    let full = &case.full;
+/// The rig with an effect, all its parameters at what is estimated, SI, and the indices of those of the effect.
+fn given(
+    estimate: &Estimate<'_>,
+    placed: &EffectInstance,
+    theta: &[f64],
+    tried: &[ParameterSetting],
+) -> Option<(Rig, Vec<f64>, Vec<usize>)> {
+    let full = &estimate.case.full;
     let mut rig = full.model.rig.clone();
     let indices = rig.give_effect(placed, tried).ok()?;
-    let mut values = full.parameters(&isolation.best.theta);
+    let mut values = full.parameters(theta);
     values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
     for (given, &index) in tried.iter().zip(&indices) {
         values[index] = given.value;
     }
+    Some((rig, values, indices))
+}
+
+/// By how much a try would change the weighted misfits along the derivatives where the effect is `still`; `None` where the model cannot
+/// be solved, where none of its parameters moves anything, and of what a sensor does to its readings.
+fn slope(
+    here: &ScoreContext<'_, '_>,
+    placed: &EffectInstance,
+    (still, tried): (&[ParameterSetting], &[ParameterSetting]),
+) -> Option<Vec<f64>> {
+    if matches!(placed.effect.form, Form::Reading { .. }) {
+        return None;
+    }
+    let full = &here.estimate.case.full;
+    // At an edge slopes differ with where it is, and with the steps: those of the local model.
+    let (rig, values, indices) = given(here.estimate, placed, &here.estimate.isolation.local.theta, still)?;
+    let moved = still.iter().zip(tried).zip(indices).map(|((from, to), index)| (index, to.value - from.value));
+    let (by, sizes): (Vec<usize>, Vec<f64>) = moved.filter(|(_, size)| *size != 0.0).unzip();
+    let drive = InputSignals::from_record(&rig, here.estimate.case.record).ok()?;
+    let model = Model::new(rig).with_tolerance(full.model.tolerance);
+    let found = model.sensitivities(&values, &by, &drive, full.times).ok()?;
+    let mut change = vec![0.0; full.weights.rows() * full.weights.sensors()];
+    for (derivative, size) in found.derivatives.iter().zip(&sizes) {
+        change.iter_mut().zip(derivative.iter().flatten()).for_each(|(slot, value)| *slot += size * value);
+    }
+    let acts = change.iter().all(|value| value.is_finite()) && change.iter().any(|value| *value != 0.0);
+    full.weights.apply(&mut change);
+    acts.then_some(change)
+}
+
+/// By how much a try changes the weighted misfits; `None` where the model cannot be solved with it.
+fn change(here: &ScoreContext<'_, '_>, placed: &EffectInstance, tried: &[ParameterSetting]) -> Option<Vec<f64>> {
+    let ScoreContext { estimate, plain, .. } = here;
+    let (case, full) = (&estimate.case, &estimate.case.full);
+    let (rig, values, _) = given(estimate, placed, &estimate.isolation.best.theta, tried)?;
     let with = if let (Form::Reading { card }, Location::Sensor(sensor)) = (placed.effect.form, placed.spot) {
         // What a sensor does to its readings changes nothing else.
         let (does, mut with) = (rig.readings.last()?, plain.clone());

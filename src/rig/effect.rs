@@ -231,6 +231,13 @@ impl Rig {
         })
     }
 
+    /// The one of some names in a rig file by which it has the effect of this id, which may say a place that need not be said; the id
+    /// itself where none does.
+    pub(crate) fn effect_among<'a>(&self, mut names: impl Iterator<Item = &'a str>, id: &'a str) -> &'a str {
+        let is_it = |name: &&str| self.placed(name).is_ok_and(|placed| self.effect_id(&placed) == id);
+        names.find(is_it).unwrap_or(id)
+    }
+
     fn spot_name(&self, spot: Location) -> Option<&str> {
         match spot {
             Location::Fluid => None,
