@@ -21,7 +21,7 @@ use crate::complaint::Complaint;
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::search::ROUGH;
 use crate::diagnosis::{Diagnosis, RivalEffect};
-use crate::estimation::EstimatedAt;
+use crate::estimation::{EstimatedAt, Score};
 use crate::model::{InputSignals, Model};
 use crate::number::rounded;
 use crate::record::Record;
@@ -85,10 +85,9 @@ fn promising(estimate: &Estimate<'_>) -> Vec<(usize, Candidate)> {
     let (Some(here), Some(faults)) = (ScoreContext::of(estimate, 0.0), faults_present(estimate)) else {
         return Vec::new();
     };
-    let tries =
-        |placed| small_tries(&here, placed).into_iter().map(|(tried, change)| (tried, here.scoring.of(&change)));
     let places = left_by_the_beginning(estimate, &here, &faults, places(rig));
-    let scored: Vec<_> = places.par_iter().flat_map_iter(tries).filter(|(tried, _)| tried.excited).collect();
+    let tries = small_tries(&here, &places).into_par_iter().flatten();
+    let scored: Vec<_> = tries.filter(|(tried, _)| tried.excited).collect();
     let of_fault = |estimated: &EstimatedAt| {
         let mut kept: Vec<(f64, Candidate)> = Vec::new();
         for (tried, score) in &scored {
@@ -136,18 +135,17 @@ fn left_by_the_beginning(
     };
     let (Some(there), Some(in_part)) = (ScoreContext::of(&part, 0.0), faults_present(&part)) else { return places };
     let most = 1.0 - case.rig().settings().learn.rival_share;
-    let may_be = |placed: &EffectInstance| {
-        let tries = small_tries(&there, placed);
-        let keeps = |(_, change): &(Candidate, Vec<f64>)| {
-            let score = there.scoring.of(change);
+    let may_be = |(placed, tries): (EffectInstance, Vec<(Candidate, Score)>)| {
+        let keeps = |(_, score): &(Candidate, Score)| {
             faults
                 .iter()
                 .zip(&in_part)
                 .any(|(whole, part)| score.in_place_of(*part).is_some_and(|(rise, _)| rise <= most * whole.rise()))
         };
-        begins_at_a_level(placed) || tries.iter().any(keeps)
+        (begins_at_a_level(&placed) || tries.iter().any(keeps)).then_some(placed)
     };
-    places.into_par_iter().filter(may_be).collect()
+    let tries = small_tries(&there, &places);
+    places.into_par_iter().zip(tries).filter_map(may_be).collect()
 }
 
 /// Rows from the first on that hold, of each fault, half as much again as a rival of it may leave of the whole record: enough to see

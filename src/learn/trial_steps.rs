@@ -1,10 +1,12 @@
 //! Sizes and levels at which an effect is tried, and what the score test says of each.
 
+use rayon::prelude::*;
+
 use super::candidate::Candidate;
 use super::highest::highest;
 use crate::diagnosis::estimate::Estimate;
 use crate::diagnosis::search::{ROUGH, roughly};
-use crate::estimation::ScoreTest;
+use crate::estimation::{Score, ScoreTest};
 use crate::model::{InputSignals, Model};
 use crate::physics::effect::{self, Form, FreeParameter, InitialGuess};
 use crate::rig::{EffectInstance, Location, ParameterSetting, Quantity, Rig};
@@ -20,6 +22,8 @@ const BENT_SIZES: &[f64] = &[0.1, 1.0, 1.8, 3.0, 5.0, 9.0, 15.0, 25.0];
 const ONSETS: &[f64] = &[0.8, 0.65, 0.5, 0.35];
 /// Where both have the typical one.
 const TYPICAL: usize = 1;
+/// The smallest, with no level from which on it acts.
+const SMALL: (f64, f64) = (SIZES[0], 0.0);
 
 /// Where candidates are scored.
 pub(super) struct ScoreContext<'a, 'e> {
@@ -59,21 +63,24 @@ impl<'a, 'e> ScoreContext<'a, 'e> {
     }
 }
 
-/// An effect as it may be tried in small, with what each try changes in the weighted misfits: a tenth of its typical size, along the
-/// derivative as what is fitted has it, and that. One with a level that has to be searched has none.
-pub(super) fn small_tries(here: &ScoreContext<'_, '_>, placed: &EffectInstance) -> Vec<(Candidate, Vec<f64>)> {
-    if levels(placed).is_some() {
-        return Vec::new();
-    }
-    let begins = begins_at_a_level(placed);
-    let top = if begins { highest(here.estimate, placed.spot, Quantity::Pressure) } else { 0.0 };
-    let onsets: Vec<f64> = if begins { ONSETS.iter().map(|share| share * top).collect() } else { vec![0.0] };
-    let steps = onsets.iter().flat_map(|&onset| SIZES[..=TYPICAL].iter().map(move |&step| (step, onset)));
-    let one = |(step, onset)| {
-        let small = (step < SIZES[TYPICAL]).then(|| TrialStep::along_derivative(here, placed, (step, onset))).flatten();
-        small.or_else(|| TrialStep::at(here, placed, (step, onset), None))
+/// Effects as they may be tried in small, each with the score of what each try changes in the weighted misfits: a tenth of its
+/// typical size, along the derivative as what is fitted has it, and that. One with a level that has to be searched has none.
+pub(super) fn small_tries(here: &ScoreContext<'_, '_>, places: &[EffectInstance]) -> Vec<Vec<(Candidate, Score)>> {
+    let slopes = slopes(here, places);
+    let one = |(placed, slope): (&EffectInstance, Option<Vec<f64>>)| {
+        if levels(placed).is_some() {
+            return Vec::new();
+        }
+        let begins = begins_at_a_level(placed);
+        let top = if begins { highest(here.estimate, placed.spot, Quantity::Pressure) } else { 0.0 };
+        let onsets: Vec<f64> = if begins { ONSETS.iter().map(|share| share * top).collect() } else { vec![0.0] };
+        let along = slope.map(|change| TrialStep::of(here, placed, SMALL, change, None));
+        let first = if along.is_some() { TYPICAL } else { 0 };
+        let steps = onsets.iter().flat_map(|&onset| SIZES[first..=TYPICAL].iter().map(move |&step| (step, onset)));
+        let tried = steps.filter_map(|step| TrialStep::at(here, placed, step, None));
+        along.into_iter().chain(tried).map(|one| (one.candidate, here.scoring.of(&one.change))).collect()
     };
-    steps.filter_map(one).map(|one| (one.candidate, one.change)).collect()
+    places.par_iter().zip(slopes).map(one).collect()
 }
 
 /// Whether an effect begins at a pressure that has to be found.
@@ -162,30 +169,18 @@ impl TrialStep {
         (step, onset): (f64, f64),
         reach: Option<f64>,
     ) -> Option<Self> {
-        let attempt = attempt(here.estimate, placed, (step, onset));
-        let change = change(here, placed, &attempt)?;
-        Some(Self::of(here, placed, (step, attempt), change, reach))
-    }
-
-    /// The same along the derivative where the effect does nothing: edges between two rows that a small size moves, it moves there as a
-    /// fault that is fitted does. `None` too where what it does has none.
-    fn along_derivative(
-        here: &ScoreContext<'_, '_>,
-        placed: &EffectInstance,
-        (step, onset): (f64, f64),
-    ) -> Option<Self> {
-        let [still, attempt] = [0.0, step].map(|step| attempt(here.estimate, placed, (step, onset)));
-        let change = slope(here, placed, (&still, &attempt))?;
-        Some(Self::of(here, placed, (step, attempt), change, None))
+        let change = change(here, placed, &attempt(here.estimate, placed, (step, onset)))?;
+        Some(Self::of(here, placed, (step, onset), change, reach))
     }
 
     fn of(
         here: &ScoreContext<'_, '_>,
         placed: &EffectInstance,
-        (step, attempt): (f64, Vec<ParameterSetting>),
+        (step, onset): (f64, f64),
         change: Vec<f64>,
         reach: Option<f64>,
     ) -> Self {
+        let attempt = attempt(here.estimate, placed, (step, onset));
         let (candidate, information) = scored(here, placed, attempt, &change, reach);
         Self { step, change, information, candidate }
     }
@@ -308,56 +303,61 @@ fn ends(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
 }
 
-/// The rig with an effect, all its parameters at what is estimated, SI, and the indices of those of the effect.
-fn given(
-    estimate: &Estimate<'_>,
-    placed: &EffectInstance,
-    theta: &[f64],
-    tried: &[ParameterSetting],
-) -> Option<(Rig, Vec<f64>, Vec<usize>)> {
-    let full = &estimate.case.full;
+/// By how much each effect would change the weighted misfits at a tenth of its typical size along the derivatives where all of them do
+/// nothing, all in one run: in the steps of the local model and where that is, since what a slope is at an edge between two rows depends
+/// on both. `None` for one that moves nothing so, that begins at a level, or that is no law joined to the circuit, nor parameters of one;
+/// and where the model cannot be solved.
+fn slopes(here: &ScoreContext<'_, '_>, places: &[EffectInstance]) -> Vec<Option<Vec<f64>>> {
+    let (estimate, full) = (here.estimate, &here.estimate.case.full);
     let mut rig = full.model.rig.clone();
-    let indices = rig.give_effect(placed, tried).ok()?;
-    let mut values = full.parameters(theta);
+    let mut values = full.parameters(&estimate.isolation.local.theta);
+    let mut install = |placed: &EffectInstance| {
+        let is_law = match placed.effect.form {
+            Form::Shunt { card, .. } => card.states.is_empty(),
+            Form::ParameterChange => true,
+            _ => false,
+        };
+        if !is_law || levels(placed).is_some() || begins_at_a_level(placed) {
+            return Vec::new();
+        }
+        let [still, tried] = [0.0, SMALL.0].map(|step| attempt(estimate, placed, (step, 0.0)));
+        let Ok(indices) = rig.give_effect(placed, &still) else { return Vec::new() };
+        let moved = still.iter().zip(&tried).zip(indices).map(|((from, to), index)| (index, to.value - from.value));
+        moved.filter(|(_, size)| *size != 0.0).collect()
+    };
+    let moved: Vec<Vec<(usize, f64)>> = places.iter().map(&mut install).collect();
     values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
-    for (given, &index) in tried.iter().zip(&indices) {
-        values[index] = given.value;
-    }
-    Some((rig, values, indices))
-}
-
-/// By how much a try would change the weighted misfits along the derivatives where the effect is `still`; `None` where the model cannot
-/// be solved, where none of its parameters moves anything, and of what a sensor does to its readings.
-fn slope(
-    here: &ScoreContext<'_, '_>,
-    placed: &EffectInstance,
-    (still, tried): (&[ParameterSetting], &[ParameterSetting]),
-) -> Option<Vec<f64>> {
-    if matches!(placed.effect.form, Form::Reading { .. }) {
-        return None;
-    }
-    let full = &here.estimate.case.full;
-    // At an edge slopes differ with where it is, and with the steps: those of the local model.
-    let (rig, values, indices) = given(here.estimate, placed, &here.estimate.isolation.local.theta, still)?;
-    let moved = still.iter().zip(tried).zip(indices).map(|((from, to), index)| (index, to.value - from.value));
-    let (by, sizes): (Vec<usize>, Vec<f64>) = moved.filter(|(_, size)| *size != 0.0).unzip();
-    let drive = InputSignals::from_record(&rig, here.estimate.case.record).ok()?;
+    let mut by: Vec<usize> = moved.iter().flatten().map(|(index, _)| *index).collect();
+    by.sort_unstable();
+    by.dedup();
+    let drive = InputSignals::from_record(&rig, estimate.case.record);
     let model = Model::new(rig).with_tolerance(full.model.tolerance);
-    let found = model.sensitivities(&values, &by, &drive, full.times).ok()?;
-    let mut change = vec![0.0; full.weights.rows() * full.weights.sensors()];
-    for (derivative, size) in found.derivatives.iter().zip(&sizes) {
-        change.iter_mut().zip(derivative.iter().flatten()).for_each(|(slot, value)| *slot += size * value);
-    }
-    let acts = change.iter().all(|value| value.is_finite()) && change.iter().any(|value| *value != 0.0);
-    full.weights.apply(&mut change);
-    acts.then_some(change)
+    let solved = drive.ok().and_then(|drive| model.sensitivities(&values, &by, &drive, full.times).ok());
+    let Some(solved) = solved else { return vec![None; places.len()] };
+    let one = |moved: &Vec<(usize, f64)>| {
+        let mut change = vec![0.0; full.weights.rows() * full.weights.sensors()];
+        for (index, size) in moved {
+            let derivative = &solved.derivatives[by.binary_search(index).ok()?];
+            change.iter_mut().zip(derivative.iter().flatten()).for_each(|(slot, value)| *slot += size * value);
+        }
+        let acts = change.iter().all(|value| value.is_finite()) && change.iter().any(|value| *value != 0.0);
+        full.weights.apply(&mut change);
+        acts.then_some(change)
+    };
+    moved.iter().map(one).collect()
 }
 
 /// By how much a try changes the weighted misfits; `None` where the model cannot be solved with it.
 fn change(here: &ScoreContext<'_, '_>, placed: &EffectInstance, tried: &[ParameterSetting]) -> Option<Vec<f64>> {
     let ScoreContext { estimate, plain, .. } = here;
     let (case, full) = (&estimate.case, &estimate.case.full);
-    let (rig, values, _) = given(estimate, placed, &estimate.isolation.best.theta, tried)?;
+    let mut rig = full.model.rig.clone();
+    let indices = rig.give_effect(placed, tried).ok()?;
+    let mut values = full.parameters(&estimate.isolation.best.theta);
+    values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
+    for (given, &index) in tried.iter().zip(&indices) {
+        values[index] = given.value;
+    }
     let with = if let (Form::Reading { card }, Location::Sensor(sensor)) = (placed.effect.form, placed.spot) {
         // What a sensor does to its readings changes nothing else.
         let (does, mut with) = (rig.readings.last()?, plain.clone());
