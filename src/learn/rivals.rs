@@ -46,7 +46,7 @@ pub(super) fn rival_effects(rig: &Rig, record: &Record, diagnosis: &Diagnosis) -
     rig.context().stage("effects in place of faults");
     let promising = promising(&estimate);
     let away = away_from_known(&estimate);
-    let one = |(fault, effect)| InPlace { record, base: &base, away, judge: &judge, fault }.of(effect);
+    let one = |((fault, rise), effect)| InPlace { record, base: &base, away, judge: &judge, fault, rise }.of(effect);
     let mut rivals: Vec<RivalEffect> = promising.into_par_iter().filter_map(one).collect();
     let order = |rival: &RivalEffect| diagnosis.present().position(|fault| fault.id == rival.fault);
     rivals.sort_by(|a, b| order(a).cmp(&order(b)).then(b.delta_bic.total_cmp(&a.delta_bic)));
@@ -78,8 +78,9 @@ fn faults_present(estimate: &Estimate<'_>) -> Option<Vec<EstimatedAt>> {
     Some(isolation.set().iter().map(one).collect())
 }
 
-/// Effects that promise to keep, in place of a fault, what it explains: each with its fault and the size that it would have.
-fn promising(estimate: &Estimate<'_>) -> Vec<(usize, Candidate)> {
+/// Effects that promise to keep, in place of a fault, what it explains: each with its fault, with what the record would cost more without
+/// that, and with the size that it would have.
+fn promising(estimate: &Estimate<'_>) -> Vec<((usize, f64), Candidate)> {
     let rig = estimate.case.rig();
     let settings = &rig.settings().learn;
     let (Some(here), Some(faults)) = (ScoreContext::of(estimate, 0.0), faults_present(estimate)) else {
@@ -106,7 +107,7 @@ fn promising(estimate: &Estimate<'_>) -> Vec<(usize, Candidate)> {
             }
         }
         kept.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let fault = estimated.parameter;
+        let fault = (estimated.parameter, estimated.rise());
         kept.into_iter().take(settings.rivals_fitted).map(move |(_, effect)| (fault, effect))
     };
     faults.iter().flat_map(of_fault).collect()
@@ -181,12 +182,14 @@ struct InPlace<'a> {
     away: f64,
     judge: &'a Judge,
     fault: usize,
+    /// What the record would cost more without the fault, by the local model.
+    rise: f64,
 }
 
 impl InPlace<'_> {
     /// The effect fitted in place of the fault, where it explains the record as well and has sense.
     fn of(&self, effect: Candidate) -> Option<RivalEffect> {
-        let Self { record, base, away, judge, fault } = *self;
+        let Self { record, base, away, judge, fault, rise } = *self;
         let rig = &base.rig;
         let mut values = base.values.clone();
         values[rig.faults[fault].parameter] = rig.faults[fault].healthy;
@@ -196,7 +199,11 @@ impl InPlace<'_> {
         let first = refitted(base, &start, &[], record, std::slice::from_ref(&effect))?;
         let trial = FittedModel::at(&first.rig, record, &first.values, (first.set, first.cost), None).ok()?;
         let delta_bic = trial.gain_over(base, record, judge).ok()?;
-        if delta_bic + rig.settings().diagnosis.predicted_decreases * first.gained < -rig.settings().learn.rival_bic {
+        let settings = rig.settings();
+        // Far beyond where it is straight an effect may leave more than a model without it and without the fault.
+        let keeps_nothing = delta_bic < -rise;
+        let is_far = delta_bic + settings.diagnosis.predicted_decreases * first.gained < -settings.learn.rival_bic;
+        if keeps_nothing || is_far {
             return None;
         }
         let end =
