@@ -285,7 +285,7 @@ fn found_message(found: &Found) -> FoundMessage {
     FoundMessage {
         conclusion: report.conclusion,
         headline: report::learn::conclusion(report),
-        place: report.place.as_ref().map(report::learn::sits),
+        place: report::learn::missed(report),
         candidates: candidates.collect(),
         rise: rise.map(|rise| RiseMessage { sentence: rise.sentence(), formula: rise.formula(), points: rise.points }),
     }

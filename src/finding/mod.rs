@@ -95,11 +95,12 @@ pub fn findings(model: &Model, record: &Record, diagnosis: &Diagnosis) -> Result
     let drive = InputSignals::from_record(&model.rig, record)?;
     let parameters = diagnosis.found(&model.rig);
     // A machine starts where it does, whatever its sensors show.
-    let solve = |with: &[f64]| match model.solve(with, &drive.started_alike(&model.rig, &parameters, with), &record.time) {
-        Ok(outputs) => Ok(Some(outputs.values)),
-        Err(error @ SimulationError::Interrupted) => Err(model.unsolved(&error)),
-        Err(_) => Ok(None),
-    };
+    let solve =
+        |with: &[f64]| match model.solve(with, &drive.started_alike(&model.rig, &parameters, with), &record.time) {
+            Ok(outputs) => Ok(Some(outputs.values)),
+            Err(error @ SimulationError::Interrupted) => Err(model.unsolved(&error)),
+            Err(_) => Ok(None),
+        };
     let with_all = solve(&parameters)?;
     let onset = diagnosis.onset_s.unwrap_or(f64::NEG_INFINITY);
     let from = record.time.partition_point(|&time| time < onset);

@@ -168,7 +168,8 @@ mod tests {
         let text = std::fs::read_to_string(path).unwrap()
             + "\n[effects]\n\"pump-slip@pump\" = { conductance = \"0.001 L/min/bar +- 0.0005 L/min/bar\" }\n";
         let rig = Rig::parse(Path::new(path), text.clone()).unwrap();
-        let written = Written { name: "conductance", value: 5e-14, sigma: 0.0, unit: Unit::parse("L/min/bar").unwrap() };
+        let written =
+            Written { name: "conductance", value: 5e-14, sigma: 0.0, unit: Unit::parse("L/min/bar").unwrap() };
         let text = insert(&rig, &text, "pump-slip", &[written]).unwrap();
         assert!(text.contains("\"pump-slip@pump\" = { conductance = \"0.0003 L/min/bar\" }"), "{text}");
         assert_eq!(Rig::parse(Path::new(path), text).unwrap().effects.len(), 1);

@@ -113,7 +113,8 @@ impl FittedModel {
     }
 
     /// Fall of the information criterion against a model without its effects, on the record that both are fitted to, under the
-    /// weights of `judge`. What an effect moves that was known before counts as the data sheet says.
+    /// weights of `judge`. What an effect moves that was known before counts as the data sheet says: a calibration is of records that lack
+    /// the effect, whatever it is.
     ///
     /// # Errors
     /// Columns that are missing.
@@ -123,7 +124,7 @@ impl FittedModel {
         let known = |(index, value): (usize, &f64)| {
             let before = &base.rig.parameters[index];
             let waived = before.sigma > 0.0 && !base.rig.is_of_effect(index) && self.rig.is_of_effect(index);
-            if waived { ((value - before.value) / before.sigma).powi(2) } else { 0.0 }
+            if waived { ((value - before.value) / before.sigma.max(before.spread)).powi(2) } else { 0.0 }
         };
         let known = |values: &[f64]| values.iter().take(base.values.len()).enumerate().map(known).sum::<f64>();
         let waived = known(&self.values) - known(&base.values);

@@ -204,10 +204,17 @@ pub(super) fn conclude(judged: &mut [EvaluatedModel], base: &FittedModel, base_c
     }
     let whole = is_whole(best);
     let (top, size) = (best.evidence, best.effects.len());
+    // What was known before, and weights of moments at which curves are steep, decide against none that leaves clearly less on both records.
+    let (on_fit, on_check) = (best.trial.fit.normalised, best.error());
+    let leaves_less = |one: &EvaluatedModel| {
+        let share = 1.0 - settings.clear_share;
+        one.supported && one.trial.fit.normalised < share * on_fit && one.error() < share * on_check
+    };
     let close: Vec<bool> = judged
         .iter()
         .map(|one| {
-            one.effects.len() <= size && one.evidence > top - settings.rival_bic && explains(one, base, base_check)
+            let is_near = one.evidence > top - settings.rival_bic || leaves_less(one) && !one.senseless();
+            one.effects.len() <= size && is_near && explains(one, base, base_check)
         })
         .collect();
     let ids: Vec<String> = judged.iter().map(EvaluatedModel::id).collect();

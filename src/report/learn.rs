@@ -173,13 +173,33 @@ pub(super) fn goes_with(place: &MisfitPlace) -> String {
 }
 
 /// Where a misfit sits, in a sentence.
-pub(crate) fn sits(place: &MisfitPlace) -> String {
+pub(super) fn sits(place: &MisfitPlace) -> String {
+    format!("The misfit is largest in {}.", at(place))
+}
+
+/// The same of the model that a suggestion was made for: what it misses without the effects that were found.
+pub(crate) fn missed(suggestion: &SuggestionReport) -> Option<String> {
+    let place = suggestion.place.as_ref()?;
+    let is_found = !matches!(suggestion.conclusion, Conclusion::Adequate | Conclusion::UnknownEffect);
+    let with = match suggestion.faults.as_slice() {
+        [] => None,
+        faults => Some(format!("with {} fitted", faults_by_name(faults))),
+    };
+    Some(match (is_found, with) {
+        (false, None) => sits(place),
+        (false, Some(with)) => format!("Your model, {with}, misses most in {}.", at(place)),
+        (true, None) => format!("Without an effect your model misses most in {}.", at(place)),
+        (true, Some(with)) => format!("Without an effect your model, {with}, misses most in {}.", at(place)),
+    })
+}
+
+fn at(place: &MisfitPlace) -> String {
     let goes = match goes_with(place) {
         nothing if nothing.is_empty() => "correlates with no measured quantity".to_owned(),
         some => format!("correlates with {some}"),
     };
     format!(
-        "The misfit is largest in {} ({}), in the phase `{}` from {:.2} to {:.2} s; it {goes}.",
+        "{} ({}), in the phase `{}` from {:.2} to {:.2} s; that {goes}",
         place.channel, place.equation, place.phase, place.from_s, place.to_s
     )
 }
@@ -348,10 +368,7 @@ pub(super) fn scored_row(scored: &ScoredReport) -> Vec<String> {
 /// The suggestion as a page of text.
 pub fn suggestion(suggestion: &SuggestionReport) -> String {
     let mut lines = vec![conclusion(suggestion)];
-    lines.extend(suggestion.place.as_ref().map(|place| match suggestion.faults.as_slice() {
-        [] => sits(place),
-        faults => format!("With {} fitted: {}", faults_by_name(faults), sits(place)),
-    }));
+    lines.extend(missed(suggestion));
     lines.extend(learnt_with(&suggestion.dynamics));
     lines.extend(suggestion.experiment.as_ref().map(experiment));
     lines.push(String::new());

@@ -2,7 +2,7 @@
 
 use super::brief::{ErrorRow, errors, wrapped};
 use super::caveats::{learnt_with, unsure_file};
-use super::learn::{conclusion_in_short, estimate, experiment, sits};
+use super::learn::{conclusion_in_short, estimate, experiment, missed};
 use super::unknown::Rise;
 use crate::finding::argument;
 use crate::learn::evaluated::Conclusion;
@@ -41,7 +41,7 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
     if let Some(rise) = rise {
         lines.extend(rise.lines(&report.rig));
     }
-    lines.extend(report.place.as_ref().map(sits).into_iter().flat_map(|words| wrapped(&words, "  ")));
+    lines.extend(missed(report).into_iter().flat_map(|words| wrapped(&words, "  ")));
     lines.extend(learnt_with(&report.dynamics).into_iter().flat_map(|words| wrapped(&words, "  ")));
     lines.extend(report.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));
     if let Some(first) = report.candidates.first() {

@@ -1,7 +1,7 @@
 //! Leakage past the land between P and B of a directional control valve.
 
-use super::edge_leakage::past_land;
 use super::Effect;
+use super::edge_leakage::past_land;
 
 pub const EFFECT: Effect = past_land(
     "edge-leakage-PB",

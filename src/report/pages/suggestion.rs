@@ -55,8 +55,8 @@ pub fn suggestion(
     let after = name.as_deref().zip(best.map(|best| best.trial.fit.outputs.as_slice()));
     page.section(curves(&shown, most_missed(&shown, before), &said(before, after), "Measured against the model"));
     let mut place = Section::new("Where your model misses");
-    if let Some(at) = &report.place {
-        place.paragraph(words::sits(at));
+    if let Some(words) = words::missed(report) {
+        place.paragraph(words);
     }
     if let Some(spools) = learnt_with(&report.dynamics) {
         place.paragraph(spools);
