@@ -257,7 +257,7 @@ impl RecordProblem<'_> {
         let own = self.model.rig.original(parameter);
         let (sensor, is_gain) = self.model.rig.sensors.iter().enumerate().find_map(|(index, sensor)| {
             let place = own.checked_sub(sensor.first_parameter)?;
-            let starts = self.drive.shown.iter().any(|shown| shown.sensor == index);
+            let starts = self.drive.starts_by(index);
             (place < 2 && !starts).then_some((index, place == 1))
         })?;
         let changes = |onset: &Onset| onset.before.iter().any(|(changed, _)| *changed == own);

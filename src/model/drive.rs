@@ -176,6 +176,12 @@ impl InputSignals {
         }
     }
 
+    /// Whether anything starts where this sensor shows it.
+    pub(crate) fn starts_by(&self, sensor: usize) -> bool {
+        self.shown.iter().any(|shown| shown.sensor == sensor)
+            || self.readings.iter().any(|reading| reading.sensor == Some(sensor))
+    }
+
     /// A run that starts where this one does with the parameters `found`, SI, whatever sensors with `other` ones would show of it.
     #[must_use]
     pub(crate) fn started_alike(&self, rig: &Rig, found: &[f64], other: &[f64]) -> Self {

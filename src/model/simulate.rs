@@ -243,8 +243,8 @@ impl Model {
                 }
             };
             while row < times.len() && times[row] <= piece.start {
-                emit(&mut assembly, watch, row, &y);
                 watch.at_rest(row, times[row], &y);
+                emit(&mut assembly, watch, row, &y);
                 row += 1;
             }
             let last = index + 1 == drive.pieces.len();

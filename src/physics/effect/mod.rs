@@ -246,8 +246,8 @@ effects! {
     bent {
         compensator_lag,
         dead_voltage,
-        edge_leakage_pa,
-        edge_leakage_pb,
+        edge_leakage_to_a,
+        edge_leakage_to_b,
         entrained_air,
         motor_orifice_leakage,
         pump_droop,

@@ -139,7 +139,7 @@ pub const HIDDEN: &[Hidden] = &[
     }),
     of_pump("external-leakage@pump_line", 0.004, |plant, size| plant.external_leak[PUMP_LINE] = size * PER_BAR),
     hidden("spool-leakage", 0.006, |plant, size| plant.null_leak = size * PER_BAR),
-    hidden("edge-leakage-PA", 0.005, |plant, size| plant.scored_land = size * PER_BAR),
+    hidden("edge-leakage-to-a", 0.005, |plant, size| plant.scored_land = size * PER_BAR),
 ];
 
 /// A size from 0.6 to 1.6 of the typical one; of what multiplies, of its distance to one.

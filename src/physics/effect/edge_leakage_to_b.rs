@@ -4,7 +4,7 @@ use super::Effect;
 use super::edge_leakage::past_land;
 
 pub const EFFECT: Effect = past_land(
-    "edge-leakage-PB",
+    "edge-leakage-to-b",
     "Leakage past the land that shuts P from B: a worn or scored edge.",
     "q = G_PB (p_P - p_B)",
     &[super::edge_leakage::conductance("leak_PB")],
