@@ -183,6 +183,7 @@ impl InputSignals {
     }
 
     /// A run that starts where this one does with the parameters `found`, SI, whatever sensors with `other` ones would show of it.
+    #[cfg(feature = "cli")]
     #[must_use]
     pub(crate) fn started_alike(&self, rig: &Rig, found: &[f64], other: &[f64]) -> Self {
         let readings = self.readings.iter().map(|one| one.shown_with(rig, found, other)).collect();
