@@ -49,7 +49,8 @@ pub fn unknown(problem: &RecordProblem<'_>, parameters: &[f64], node: usize) -> 
         // What is estimated, or another node's.
         InitialPressure::Uncertain(_) | InitialPressure::Like(_) => return None,
         InitialPressure::Balance | InitialPressure::Record => {
-            problem.model.rig.settings().diagnosis.start_pressure_share * problem.drive.readings[node].gauge.abs()
+            problem.model.rig.settings().diagnosis.start_pressure_share
+                * problem.drive.readings[node].freed(rig, parameters).abs()
         }
     };
     // No better than a sensor shows, nor than to a hundredth.

@@ -1,6 +1,5 @@
 //! Where nodes start that start at what their sensors show.
 
-use super::assembly::level_per_pressure;
 use crate::complaint::{Complaint, Kind};
 use crate::numeric::Scalar;
 use crate::physics::GRAVITY;
@@ -26,38 +25,32 @@ pub struct Shown {
     pub rate: f64,
 }
 
-/// Gauge pressure that a sensor shows of a node at the start.
+/// What a sensor shows of the pressure or level of a node at the start.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FirstReading {
-    /// Pa, by the offset and gain of the rig file; 0 where nothing shows it.
-    pub gauge: f64,
+    /// The reading, SI; 0 where nothing shows it.
+    pub shown: f64,
     /// Index of the sensor that shows it.
     pub sensor: Option<usize>,
 }
 
 impl FirstReading {
-    /// The pressure with the sensor's offset and gain among these parameters, SI: a sensor that is off must not start the circuit off.
-    /// Where they are those of the rig file, exactly what it reads.
+    /// The gauge pressure, Pa, free of the offset and gain of the sensor among these parameters, SI: a sensor that is off must not start
+    /// the circuit off.
     pub fn freed<S: Scalar>(&self, rig: &Rig, parameters: &[S]) -> S {
-        let gauge = S::constant(self.gauge);
-        let Some(sensor) = self.sensor.map(|sensor| &rig.sensors[sensor]) else { return gauge };
-        let [offset, gain] = [0, 1].map(|own| {
-            let index = sensor.first_parameter + own;
-            (S::constant(rig.parameters[index].value), parameters[index])
-        });
-        let per_pressure =
-            if sensor.quantity == Quantity::Level { level_per_pressure(parameters[0]) } else { S::one() };
-        gauge + ((gain.0 - gain.1) * gauge + (offset.0 - offset.1) / per_pressure) / gain.1
+        let Some(sensor) = self.sensor.map(|sensor| &rig.sensors[sensor]) else { return S::constant(self.shown) };
+        let (offset, gain) = (parameters[sensor.first_parameter], parameters[sensor.first_parameter + 1]);
+        let gain = if gain.re() > 0.0 { gain } else { S::one() };
+        let value = (S::constant(self.shown) - offset) / gain;
+        if sensor.quantity == Quantity::Level { value * (parameters[0] * GRAVITY) } else { value }
     }
 
-    /// What the sensor would show of the same pressure with other parameters than `found`, SI.
+    /// What the sensor would show of the same start with other parameters than `found`, SI.
     #[must_use]
     pub fn shown_with(self, rig: &Rig, found: &[f64], other: &[f64]) -> Self {
-        let Some(sensor) = self.sensor.map(|sensor| &rig.sensors[sensor]) else { return self };
-        let (pressure, own) = (self.freed(rig, found), sensor.first_parameter);
-        let per_pressure = if sensor.quantity == Quantity::Level { level_per_pressure(found[0]) } else { 1.0 };
-        let [offset, gain] = [0, 1].map(|place| (rig.parameters[own + place].value, other[own + place]));
-        Self { gauge: (pressure * gain.1 + (offset.1 - offset.0) / per_pressure) / gain.0, ..self }
+        let Some(sensor) = self.sensor else { return self };
+        let shown = Shown { sensor, value: self.shown, sigma: 0.0, rate: 0.0 }.shown_with(rig, found, other);
+        Self { shown: shown.value, ..self }
     }
 }
 
@@ -157,24 +150,16 @@ pub(super) fn states(rig: &Rig, record: &Record) -> Vec<Shown> {
 /// Mean of the readings at rest of each node that starts at what its sensor shows: of several sensors the first that shows something.
 pub(super) fn readings(rig: &Rig, record: &Record) -> Result<Vec<FirstReading>, Complaint> {
     let mut readings: Vec<Option<FirstReading>> = vec![None; rig.nodes.len()];
-    let density = rig.parameters.first().map_or(0.0, |density| density.value);
     let by_record = |node: usize| rig.nodes[node].kind == (NodeKind::Volume { initial: InitialPressure::Record });
     for (index, sensor) in rig.sensors.iter().enumerate() {
         let Target::Node(node) = sensor.target else { continue };
-        let per_reading = match sensor.quantity {
-            Quantity::Pressure => 1.0,
-            Quantity::Level => density * GRAVITY,
-            Quantity::Flow | Quantity::Position | Quantity::Velocity | Quantity::State => continue,
-        };
-        if readings[node].is_some() || !by_record(node) {
+        let is_pressure = matches!(sensor.quantity, Quantity::Pressure | Quantity::Level);
+        if !is_pressure || readings[node].is_some() || !by_record(node) {
             continue;
         }
         let channel = rig.sensor_column(record, sensor)?;
         let Some((shown, _)) = at_rest(&channel.values, sensor.variance().sqrt()) else { continue };
-        let (offset, gain) =
-            (rig.parameters[sensor.first_parameter].value, rig.parameters[sensor.first_parameter + 1].value);
-        let gauge = (shown - offset) / if gain > 0.0 { gain } else { 1.0 } * per_reading;
-        readings[node] = Some(FirstReading { gauge, sensor: Some(index) });
+        readings[node] = Some(FirstReading { shown, sensor: Some(index) });
     }
     for (index, node) in rig.nodes.iter().enumerate() {
         if readings[index].is_none() && by_record(index) {
@@ -214,7 +199,7 @@ mod tests {
         let path = "fixtures/telescopic/rig.toml";
         let rig = Rig::parse(path, std::fs::read_to_string(path).unwrap()).unwrap();
         let sensor = rig.sensors.iter().position(|sensor| sensor.name == "p_B").unwrap();
-        let first = FirstReading { gauge: 7e5, sensor: Some(sensor) };
+        let first = FirstReading { shown: 7e5, sensor: Some(sensor) };
         let healthy = rig.nominal();
         let mut off = healthy.clone();
         let own = rig.sensors[sensor].first_parameter;
