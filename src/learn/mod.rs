@@ -7,6 +7,7 @@
 //! | [`phase`] | what the circuit does over each stretch of a record |
 //! | [`candidate`], `scoring` | which effects might be missing, and how much of the misfit could each explain (score test) |
 //! | `trial_steps` | at which sizes and levels each is tried |
+//! | `small_tries` | which may take the place of a fault, tried where what they do is straight |
 //! | [`run`] | a record simulated with given parameters, and how far it is missed |
 //! | [`fitted_model`] | what a record says once an effect is in the model, everything else fitted along |
 //! | [`suggest`] | which effect is missing, judged on a second record |
@@ -63,6 +64,7 @@ pub mod run;
 mod scoring;
 mod screening;
 pub mod separate;
+mod small_tries;
 mod spools;
 #[cfg(feature = "cli")]
 mod states;

@@ -130,7 +130,7 @@ pub struct SuggestionReport {
     pub not_fitted: Vec<ScoredReport>,
     /// What would tell the best from its first rival; `None` where it has none, or where the rig has no cycle.
     pub experiment: Option<Experiment>,
-    /// What speaks against the model as given where it is fitted: values far from where they were known to be.
+    /// Caveats of your model where it is fitted: values far from where they were known to be.
     #[serde(skip)]
     pub moved: Vec<Warning>,
     /// Values of the rig file that are still those of a draft.

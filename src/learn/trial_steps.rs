@@ -1,7 +1,5 @@
 //! Sizes and levels at which an effect is tried, and what the score test says of each.
 
-use rayon::prelude::*;
-
 use super::candidate::Candidate;
 use super::highest::highest;
 use crate::diagnosis::estimate::Estimate;
@@ -14,16 +12,14 @@ use crate::settings::LearningSettings;
 
 /// Sizes that are tried, in typical ones. What shifts the time at which the piston arrives is straight only where the shift is
 /// less than a row.
-const SIZES: &[f64] = &[0.1, 1.0, 5.0, 25.0];
+pub(super) const SIZES: &[f64] = &[0.1, 1.0, 5.0, 25.0];
 /// The same of an effect that is not straight: it shows itself only near its own size.
 const BENT_SIZES: &[f64] = &[0.1, 1.0, 1.8, 3.0, 5.0, 9.0, 15.0, 25.0];
 /// Shares of the highest pressure from which on an effect is tried, where it has one that has to be found: a valve stands at few
 /// pressures, and from each place between two of them another one is found.
-const ONSETS: &[f64] = &[0.8, 0.65, 0.5, 0.35];
+pub(super) const ONSETS: &[f64] = &[0.8, 0.65, 0.5, 0.35];
 /// Where both have the typical one.
-const TYPICAL: usize = 1;
-/// The smallest, with no level from which on it acts.
-const SMALL: (f64, f64) = (SIZES[0], 0.0);
+pub(super) const TYPICAL: usize = 1;
 
 /// Where candidates are scored.
 pub(super) struct ScoreContext<'a, 'e> {
@@ -59,28 +55,8 @@ impl<'a, 'e> ScoreContext<'a, 'e> {
     /// Whether a try changes the misfits so much that it raises the cost, however it points.
     fn is_hopeless(&self, tried: &TrialStep) -> bool {
         let most = self.settings().change_ratio;
-        tried.information > most * most * self.estimate.isolation.best.cost
+        tried.information() > most * most * self.estimate.isolation.best.cost
     }
-}
-
-/// Effects as they may be tried in small, each with the score of what each try changes in the weighted misfits: a tenth of its
-/// typical size, along the derivative as what is fitted has it, and that. One with a level that has to be searched has none.
-pub(super) fn small_tries(here: &ScoreContext<'_, '_>, places: &[EffectInstance]) -> Vec<Vec<(Candidate, Score)>> {
-    let slopes = slopes(here, places);
-    let one = |(placed, slope): (&EffectInstance, Option<Vec<f64>>)| {
-        if levels(placed).is_some() {
-            return Vec::new();
-        }
-        let begins = begins_at_a_level(placed);
-        let top = if begins { highest(here.estimate, placed.spot, Quantity::Pressure) } else { 0.0 };
-        let onsets: Vec<f64> = if begins { ONSETS.iter().map(|share| share * top).collect() } else { vec![0.0] };
-        let along = slope.map(|change| TrialStep::of(here, placed, SMALL, change, None));
-        let first = if along.is_some() { TYPICAL } else { 0 };
-        let steps = onsets.iter().flat_map(|&onset| SIZES[first..=TYPICAL].iter().map(move |&step| (step, onset)));
-        let tried = steps.filter_map(|step| TrialStep::at(here, placed, step, None));
-        along.into_iter().chain(tried).map(|one| (one.candidate, here.scoring.of(&one.change))).collect()
-    };
-    places.par_iter().zip(slopes).map(one).collect()
 }
 
 /// Whether an effect begins at a pressure that has to be found.
@@ -152,18 +128,18 @@ fn smallest(tried: impl IntoIterator<Item = (f64, f64)>) -> Option<f64> {
 }
 
 /// A size or level that is tried.
-struct TrialStep {
+pub(super) struct TrialStep {
     step: f64,
     /// Of the weighted misfits.
-    change: Vec<f64>,
-    /// Squares of what of it nothing fitted can take over.
-    information: f64,
-    candidate: Candidate,
+    pub change: Vec<f64>,
+    /// `None` of one that changes next to nothing.
+    pub score: Option<Score>,
+    pub candidate: Candidate,
 }
 
 impl TrialStep {
     /// `None` where the model cannot be solved with it.
-    fn at(
+    pub fn at(
         here: &ScoreContext<'_, '_>,
         placed: &EffectInstance,
         (step, onset): (f64, f64),
@@ -173,7 +149,8 @@ impl TrialStep {
         Some(Self::of(here, placed, (step, onset), change, reach))
     }
 
-    fn of(
+    /// One of which it is known what it changes.
+    pub fn of(
         here: &ScoreContext<'_, '_>,
         placed: &EffectInstance,
         (step, onset): (f64, f64),
@@ -181,8 +158,13 @@ impl TrialStep {
         reach: Option<f64>,
     ) -> Self {
         let attempt = attempt(here.estimate, placed, (step, onset));
-        let (candidate, information) = scored(here, placed, attempt, &change, reach);
-        Self { step, change, information, candidate }
+        let (candidate, score) = scored(here, placed, attempt, &change, reach);
+        Self { step, change, score, candidate }
+    }
+
+    /// Squares of what of the change nothing fitted can take over.
+    fn information(&self) -> f64 {
+        self.score.as_ref().map_or(0.0, |score| score.information)
     }
 }
 
@@ -198,7 +180,7 @@ fn sizes(here: &ScoreContext<'_, '_>, placed: &EffectInstance, onset: f64) -> Ve
             // The least is near enough to nothing to be straight, but not far beyond itself.
             for least in &mut tried {
                 let attempt = std::mem::take(&mut least.candidate.tried);
-                (least.candidate, least.information) =
+                (least.candidate, least.score) =
                     scored(here, placed, attempt, &least.change, Some(here.settings().larger_factor));
             }
             break;
@@ -271,7 +253,7 @@ fn asks_for_more(larger: f64, tried: &Candidate, typical: bool) -> bool {
 }
 
 /// Shares or distances at which a level is tried, where an effect has one that has to be found.
-fn levels(placed: &EffectInstance) -> Option<&'static [f64]> {
+pub(super) fn levels(placed: &EffectInstance) -> Option<&'static [f64]> {
     placed.effect.has_level().then_some(match placed.spot {
         // Readings pile up at a limit, noise above it.
         Location::Sensor(_) => &[0.0, 2.0],
@@ -280,7 +262,11 @@ fn levels(placed: &EffectInstance) -> Option<&'static [f64]> {
 }
 
 /// What is tried of each parameter at a step, SI: so many typical sizes, from a level or pressure on where it has one.
-fn attempt(estimate: &Estimate<'_>, placed: &EffectInstance, (step, onset): (f64, f64)) -> Vec<ParameterSetting> {
+pub(super) fn attempt(
+    estimate: &Estimate<'_>,
+    placed: &EffectInstance,
+    (step, onset): (f64, f64),
+) -> Vec<ParameterSetting> {
     let rig = estimate.case.rig();
     let of_level = levels(placed).is_some();
     let one = |free: &FreeParameter| {
@@ -301,50 +287,6 @@ fn attempt(estimate: &Estimate<'_>, placed: &EffectInstance, (step, onset): (f64
 
 fn ends(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)))
-}
-
-/// By how much each effect would change the weighted misfits at a tenth of its typical size along the derivatives where all of them do
-/// nothing, all in one run: in the steps of the local model and where that is, since what a slope is at an edge between two rows depends
-/// on both. `None` for one that moves nothing so, that begins at a level, or that is no law joined to the circuit, nor parameters of one;
-/// and where the model cannot be solved.
-fn slopes(here: &ScoreContext<'_, '_>, places: &[EffectInstance]) -> Vec<Option<Vec<f64>>> {
-    let (estimate, full) = (here.estimate, &here.estimate.case.full);
-    let mut rig = full.model.rig.clone();
-    let mut values = full.parameters(&estimate.isolation.local.theta);
-    let mut install = |placed: &EffectInstance| {
-        let is_law = match placed.effect.form {
-            Form::Shunt { card, .. } => card.states.is_empty(),
-            Form::ParameterChange => true,
-            _ => false,
-        };
-        if !is_law || levels(placed).is_some() || begins_at_a_level(placed) {
-            return Vec::new();
-        }
-        let [still, tried] = [0.0, SMALL.0].map(|step| attempt(estimate, placed, (step, 0.0)));
-        let Ok(indices) = rig.give_effect(placed, &still) else { return Vec::new() };
-        let moved = still.iter().zip(&tried).zip(indices).map(|((from, to), index)| (index, to.value - from.value));
-        moved.filter(|(_, size)| *size != 0.0).collect()
-    };
-    let moved: Vec<Vec<(usize, f64)>> = places.iter().map(&mut install).collect();
-    values.extend(rig.parameters[values.len()..].iter().map(|parameter| parameter.value));
-    let mut by: Vec<usize> = moved.iter().flatten().map(|(index, _)| *index).collect();
-    by.sort_unstable();
-    by.dedup();
-    let drive = InputSignals::from_record(&rig, estimate.case.record);
-    let model = Model::new(rig).with_tolerance(full.model.tolerance);
-    let solved = drive.ok().and_then(|drive| model.sensitivities(&values, &by, &drive, full.times).ok());
-    let Some(solved) = solved else { return vec![None; places.len()] };
-    let one = |moved: &Vec<(usize, f64)>| {
-        let mut change = vec![0.0; full.weights.rows() * full.weights.sensors()];
-        for (index, size) in moved {
-            let derivative = &solved.derivatives[by.binary_search(index).ok()?];
-            change.iter_mut().zip(derivative.iter().flatten()).for_each(|(slot, value)| *slot += size * value);
-        }
-        let acts = change.iter().all(|value| value.is_finite()) && change.iter().any(|value| *value != 0.0);
-        full.weights.apply(&mut change);
-        acts.then_some(change)
-    };
-    moved.iter().map(one).collect()
 }
 
 /// By how much a try changes the weighted misfits; `None` where the model cannot be solved with it.
@@ -377,14 +319,14 @@ fn change(here: &ScoreContext<'_, '_>, placed: &EffectInstance, tried: &[Paramet
 }
 
 /// A try with the score of its change; believed where it lies, or along a straight line through it as far as `reach` times its
-/// size. Also the squares of what of it nothing fitted can take over.
+/// size. Of one that changes next to nothing no score is taken.
 fn scored(
     here: &ScoreContext<'_, '_>,
     placed: &EffectInstance,
     tried: Vec<ParameterSetting>,
     change: &[f64],
     reach: Option<f64>,
-) -> (Candidate, f64) {
+) -> (Candidate, Option<Score>) {
     let full = &here.estimate.case.full;
     let size = change.iter().map(|c| c * c).sum::<f64>().sqrt();
     let mut candidate = Candidate {
@@ -401,7 +343,7 @@ fn scored(
         others: Vec::new(),
     };
     if !candidate.excited {
-        return (candidate, 0.0);
+        return (candidate, None);
     }
     let score = here.scoring.of(change);
     candidate.own = score.own;
@@ -415,7 +357,7 @@ fn scored(
     // A size of the wrong sign has no sense, one far beyond what was tried no straight line to it.
     candidate.factor = reach.map_or(1.0, |reach| score.factor.clamp(-reach, reach));
     candidate.score = if sign_fits(placed, score.factor) { score.fall_at(candidate.factor) } else { 0.0 };
-    (candidate, score.information)
+    (candidate, Some(score))
 }
 
 /// Whether an effect may have a size of the sign of this factor on a try.
