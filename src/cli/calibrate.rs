@@ -1,7 +1,7 @@
 //! `calibrate`: what healthy records teach about a rig, written into a new rig file.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -12,9 +12,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::context::Context;
 use crate::files::{is_kept, read_text};
 use crate::finding::argument;
-use crate::number::{before_unit, rounded, text, with_unit};
-use crate::report::brief::wrapped;
-use crate::report::digits::plus_minus;
+use crate::report::calibration::{brief, full};
 use crate::report::pages;
 use crate::report::table::fitted;
 use crate::rig::Rig;
@@ -33,6 +31,9 @@ pub struct Arguments {
     /// Where the calibrated rig file is written
     #[arg(short, long, value_name = "NEW.toml")]
     output: PathBuf,
+    /// Show every value, every sensor and its error in each record
+    #[arg(long)]
+    all: bool,
     /// How the summary is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -73,9 +74,13 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         match arguments.format {
             Format::Json => write_json(out, &calibrated.report)?,
             Format::Text => {
-                let mut text = Vec::new();
-                write_text(&mut text, &arguments.output, &calibrated.report)?;
-                out.write_all(fitted(&String::from_utf8_lossy(&text)).as_bytes())?;
+                let report = &calibrated.report;
+                let text =
+                    if arguments.all { full(report, &arguments.output) } else { brief(report, &arguments.output) };
+                writeln!(out, "{}\nNext: {}", fitted(&text), next(&arguments.output, report))?;
+                if !arguments.all {
+                    writeln!(out, "`--all` shows every value, the sensors, and the error of each.")?;
+                }
             }
         }
         out.flush()?;
@@ -100,78 +105,6 @@ fn check_files(arguments: &Arguments) -> Result<(), Complaint> {
     Ok(())
 }
 
-fn write_text(out: &mut dyn Write, output: &Path, report: &CalibrationReport) -> io::Result<()> {
-    let rows: usize = report.records.iter().map(|record| record.rows).sum();
-    let (informed, silent): (Vec<_>, Vec<_>) = report.parameters.iter().partition(|parameter| parameter.informed);
-    writeln!(
-        out,
-        "{}: {} of {} parameters identified from {rows} rows of {} record{}",
-        output.display(),
-        informed.len(),
-        report.parameters.len(),
-        report.records.len(),
-        if report.records.len() == 1 { "" } else { "s" }
-    )?;
-    let cells = informed.iter().map(|parameter| {
-        let before = plus_minus(parameter.before, parameter.sigma_before);
-        let after = plus_minus(parameter.after, parameter.sigma_after);
-        [parameter.id.clone(), before, "->".to_owned(), before_unit(after, &parameter.unit)]
-    });
-    write_table(out, "parameters, +- one standard deviation", cells.collect())?;
-    let ids: Vec<&str> = silent.iter().map(|parameter| parameter.id.as_str()).collect();
-    if !ids.is_empty() {
-        for line in wrapped(&format!("  hardly determined by the records: {}", ids.join(", ")), "    ") {
-            writeln!(out, "{line}")?;
-        }
-    }
-    if !report.dynamics.is_empty() {
-        let value = |value: f64| text(rounded(value, 4));
-        let cells = report.dynamics.iter().map(|found| {
-            [found.id.clone(), value(found.before), "->".to_owned(), before_unit(value(found.after), &found.unit)]
-        });
-        write_table(out, "dynamics, by search and without a standard deviation", cells.collect())?;
-    }
-    let cells = report.sensors.iter().map(|sensor| {
-        let shown = |value: f64| with_unit(rounded(value, 3), &sensor.unit);
-        let noise = format!("noise {} -> {}", shown(sensor.noise_before), shown(sensor.noise));
-        let tolerance = format!("tolerance {} -> {}", shown(sensor.tolerance_before), shown(sensor.tolerance));
-        let colour = sensor.noise_correlation.filter(|r| *r > 0.0);
-        [
-            sensor.name.clone(),
-            noise,
-            tolerance,
-            colour.map_or_else(String::new, |r| format!("correlation of neighbouring samples {r}")),
-        ]
-    });
-    write_table(out, "sensors", cells.collect())?;
-    let cells = report.records.iter().flat_map(|record| {
-        record.channels.iter().map(|channel| {
-            let shown = |value: f64| with_unit(rounded(value, 3), &channel.unit);
-            let change = format!("{} -> {}", shown(channel.rmse_before), shown(channel.rmse));
-            [channel.name.clone(), change, record.record.clone()]
-        })
-    });
-    write_table(out, "error of each sensor (root mean square), data sheet -> calibrated", cells.collect())?;
-    let same = "  With the same values for all records. `compare` also fits what is uncertain to its record, so its error is smaller; it prints \
-                the one with the values as the rig file has them beside it.";
-    for line in wrapped(same, "  ") {
-        writeln!(out, "{line}")?;
-    }
-    let cells = report.records.iter().map(|record| {
-        let bad: Vec<&str> = record.channels.iter().filter(|one| !one.adequate).map(|one| one.name.as_str()).collect();
-        let verdict =
-            if bad.is_empty() { "explained".to_owned() } else { format!("not explained: {}", bad.join(", ")) };
-        [
-            record.record.clone(),
-            format!("{} rows", record.rows),
-            format!("chi2 {}", rounded(record.chi2_reduced, 3)),
-            verdict,
-        ]
-    });
-    write_table(out, "records", cells.collect())?;
-    writeln!(out, "\nNext: {}", next(output, report))
-}
-
 /// The command that leads further: where it is doubtful that machine and model are healthy, with the rig file as it was.
 fn next(output: &Path, report: &CalibrationReport) -> String {
     match report.records.first().filter(|_| !report.warnings.is_empty()) {
@@ -181,18 +114,4 @@ fn next(output: &Path, report: &CalibrationReport) -> String {
         }
         None => format!("borescope diagnose {} ANOTHER_RECORD", argument(output)),
     }
-}
-
-/// A heading, and lines in columns.
-fn write_table<const N: usize>(out: &mut dyn Write, heading: &str, rows: Vec<[String; N]>) -> io::Result<()> {
-    writeln!(out, "{heading}:")?;
-    let mut widths = [0; N];
-    for row in &rows {
-        widths.iter_mut().zip(row).for_each(|(width, cell)| *width = (*width).max(cell.chars().count()));
-    }
-    for row in &rows {
-        let line: Vec<String> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
-        writeln!(out, "  {}", line.join("  ").trim_end())?;
-    }
-    Ok(())
 }

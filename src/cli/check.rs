@@ -9,7 +9,7 @@ use super::{Failure, Format, Status, write_json};
 use crate::check::check;
 use crate::context::Context;
 use crate::finding::argument;
-use crate::report::check::write_page;
+use crate::report::check::{brief, write_page};
 use crate::rig::Rig;
 
 /// Check a rig file, and a record against it
@@ -20,6 +20,9 @@ pub struct Arguments {
     rig: PathBuf,
     /// A record of this rig
     record: Option<PathBuf>,
+    /// List every node, component, parameter, sensor, fault, column and phase
+    #[arg(long)]
+    all: bool,
     /// How the page is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -32,7 +35,10 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     match arguments.format {
         Format::Json => write_json(out, &checked.report)?,
         Format::Text => {
-            write_page(out, &checked.report)?;
+            match arguments.all {
+                true => write_page(out, &checked.report)?,
+                false => out.write_all(brief(&checked.report).as_bytes())?,
+            }
             if checked.refused.is_none() {
                 let rig = argument(&arguments.rig);
                 match &arguments.record {
@@ -40,6 +46,9 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
                         writeln!(out, "\nNext: borescope compare {rig} {}", argument(record))?;
                     }
                     None => writeln!(out, "\nNext: borescope check {rig} RECORD")?,
+                }
+                if !arguments.all {
+                    writeln!(out, "`--all` lists every part, value, sensor, fault, column and phase.")?;
                 }
             }
         }

@@ -8,6 +8,7 @@ use clap::Args;
 use super::{Failure, Format, Overwriting, Status, read, terminal, write_file, write_json, write_page};
 use crate::complaint::Complaint;
 use crate::context::Context;
+use crate::finding::measured::{WithEvents, events};
 use crate::learn::compare::{compare, compared};
 use crate::learn::comparison::{Comparison, Earlier};
 use crate::report;
@@ -71,6 +72,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         write_page(path, &report::pages::learn::comparison(&rig, &record, &compared)?)?;
     }
     let comparison = &compared.comparison;
+    let events = if comparison.adequate { Vec::new() } else { events(&rig, &record, &compared.run.outputs)? };
     let explained = comparison.with_faults.as_ref().is_some_and(|with| with.adequate);
     if !comparison.adequate && !explained {
         for doubt in crate::check::doubts(&rig, &record)? {
@@ -79,7 +81,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     }
     match arguments.format {
         Format::Text => {
-            let mut page = report::comparison::brief(comparison);
+            let mut page = report::comparison::brief(comparison, &events, arguments.all);
             if arguments.all {
                 page.push('\n');
                 page.push_str(&report::learn::comparison(comparison));
@@ -87,7 +89,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
             terminal::clear();
             out.write_all(terminal::verdict(&page, report::learn::comparison_tone(comparison)).as_bytes())?;
         }
-        Format::Json => write_json(out, comparison)?,
+        Format::Json => write_json(out, &WithEvents { comparison, events: &events })?,
     }
     Ok(if arguments.exit_code && !comparison.adequate { Status::Found } else { Status::Done })
 }

@@ -10,7 +10,7 @@ use super::{Failure, Format, Overwriting, Status, read, write_json, write_page};
 use crate::context::Context;
 use crate::finding::argument;
 use crate::isolability::{TakenFault, isolability};
-use crate::report::isolability::{expected_text, signature_text};
+use crate::report::isolability::{brief, expected_text, signature_text};
 use crate::report::pages::isolability::html;
 use crate::report::table::fitted;
 use crate::rig::Rig;
@@ -27,6 +27,9 @@ pub struct Arguments {
     /// Take this fault as present at the operating point, such as `cylinder.clearance=0.2mm`; may be repeated
     #[arg(long, value_name = "FAULT=VALUE")]
     with: Vec<String>,
+    /// List which fault explains which, the tests, and how every residual answers
+    #[arg(long)]
+    all: bool,
     /// Also write a page with pictures
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
@@ -50,14 +53,23 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     }
     match arguments.format {
         Format::Text => {
-            let mut text = report.structure.to_string() + &signature_text(&rig, report.signatures.as_deref());
-            text.extend(report.expected.as_ref().map(expected_text));
-            out.write_all(fitted(&text).as_bytes())?;
+            let text = match arguments.all {
+                true => {
+                    let mut text = report.structure.to_string() + &signature_text(&rig, report.signatures.as_deref());
+                    text.extend(report.expected.as_ref().map(expected_text));
+                    fitted(&text)
+                }
+                false => brief(&rig, &report),
+            };
+            out.write_all(text.as_bytes())?;
             let rig_file = argument(&arguments.rig);
             match &rig.cycle {
                 // What a diagnosis is worth on this rig, measured.
                 Some(_) => writeln!(out, "\nNext: borescope campaign {rig_file} --cases 100")?,
                 None => writeln!(out, "\nNext: borescope diagnose {rig_file} RECORD")?,
+            }
+            if !arguments.all {
+                writeln!(out, "`--all` shows which fault explains which, and how every residual answers.")?;
             }
         }
         Format::Json => write_json(out, &report)?,

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::{Failure, Format, Overwriting, Status, read, terminal, write_file, write_json, write_page};
 use crate::context::Context;
+use crate::finding::lacking::{WithFinding, lacking};
 use crate::learn::evaluated::Conclusion;
 use crate::learn::result::SuggestionReport;
 use crate::learn::suggest::suggest;
@@ -61,8 +62,16 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     }
     let suggestion = suggest(&rig, &record, check.as_ref())?;
     let shown = SuggestionReport::new(&suggestion, &record, check.as_ref())?;
+    let rise = Rise::of_suggestion(&suggestion);
+    let command = report::suggestion::next(&shown, rise.as_ref());
+    let finding = lacking(&suggestion, (&record, &shown), command)?;
     if let Some(path) = &arguments.report {
-        let page = report::pages::suggestion::suggestion(&rig, (&record, check.as_ref()), &suggestion, &shown)?;
+        let page = report::pages::suggestion::suggestion(
+            &rig,
+            (&record, check.as_ref()),
+            &suggestion,
+            (&shown, finding.as_ref()),
+        )?;
         write_page(path, &page)?;
     }
     if let Some(path) = &arguments.curves {
@@ -76,15 +85,12 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
             let page = if arguments.all {
                 report::learn::suggestion(&shown)
             } else {
-                let best = suggestion.judged.first().into_iter().flat_map(|best| &best.effects);
-                let meaning: Vec<&str> = best.map(|effect| effect.placed.effect.meaning).collect();
-                let rise = Rise::of_suggestion(&suggestion);
-                report::suggestion::brief(&shown, &meaning.join(" "), rise.as_ref())
+                report::suggestion::brief(&shown, finding.as_ref(), rise.as_ref())
             };
             terminal::clear();
             out.write_all(terminal::verdict(&page, report::learn::tone(shown.conclusion)).as_bytes())?;
         }
-        Format::Json => write_json(out, &shown)?,
+        Format::Json => write_json(out, &WithFinding { suggestion: &shown, finding: finding.as_ref() })?,
     }
     let found = shown.conclusion != Conclusion::Adequate;
     Ok(if arguments.exit_code && found { Status::Found } else { Status::Done })

@@ -208,6 +208,17 @@ impl<'a> Estimate<'a> {
         self
     }
 
+    /// The explanation and its weights, to come back to.
+    pub fn explanation(&self) -> (Weights, Isolation) {
+        (self.case.full.weights.clone(), self.isolation.clone())
+    }
+
+    /// Takes another explanation of the record, and gives back the one before.
+    pub fn explained(&mut self, (weights, isolation): (Weights, Isolation)) -> (Weights, Isolation) {
+        let weights = std::mem::replace(&mut self.case.full.weights, weights);
+        (weights, std::mem::replace(&mut self.isolation, isolation))
+    }
+
     /// The same explanation with a model that is solved to another tolerance, where its search ends.
     ///
     /// # Errors

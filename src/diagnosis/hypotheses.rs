@@ -28,6 +28,7 @@ pub struct Hypothesis {
 }
 
 /// Where the search ended.
+#[derive(Clone)]
 pub struct Isolation {
     /// The best first.
     pub weighed: Vec<Weighed>,

@@ -366,8 +366,12 @@ fn best_explained<'a>(
     let is_doubtful = !first.explains() || first.isolation.set().len() >= settings.several_faults;
     if asked.from_everywhere && (first.missed() || is_doubtful) {
         let places = first.places();
-        // Faults as old as the record that leave nothing need no beginning.
-        if first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case)) {
+        let is_missed = first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case));
+        let before = is_missed.then(|| first.explanation());
+        first = first.best_from_places(&places, settings.isolation_rounds);
+        // Places know nothing of what is uncertain beside the faults. What leaves nothing once that follows needs neither.
+        if let Some(before) = before.filter(|_| !onset::is_believed(&first)) {
+            let from_places = first.explained(before);
             if asked.otherwise
                 && let Some(found) = otherwise(&first, Some(&places))?
             {
@@ -377,9 +381,8 @@ fn best_explained<'a>(
                 return Ok(Explained::Declared(Box::new((first, Some(begun)))));
             }
             was_asked = true;
+            first.explained(from_places);
         }
-        let rounds = settings.isolation_rounds;
-        first = first.best_from_places(&places, rounds);
     }
     // A better explanation that is not believed either begins where the first one was asked for.
     let was_asked = was_asked || (!asked.begun && first.explains());

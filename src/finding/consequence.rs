@@ -36,6 +36,9 @@ pub enum Measure {
     Sustained,
     /// The time from a switching of the inputs to the arrival at the end position, s.
     TravelTime,
+    /// The highest reading between two switchings, in the unit of the sensor.
+    #[cfg(feature = "cli")]
+    Peak,
     /// The root mean square of the change over the record, in the unit of the sensor: where no phase is steady.
     Rms,
 }
@@ -75,6 +78,10 @@ pub struct Runs<'a> {
     pub from: usize,
     pub with_fault: &'a [Vec<f64>],
     pub without_fault: &'a [Vec<f64>],
+    /// What the second run is called where the first one is told from it.
+    pub other: &'static str,
+    /// Noise that is left in the first run, over that of a sample of its sensor; of a simulation none.
+    pub noisy: f64,
 }
 
 impl Runs<'_> {
@@ -119,7 +126,10 @@ impl Runs<'_> {
         same[..self.kept()].fill(false);
         for index in self.positions() {
             let (sensor, [with, without]) = self.curves(index);
-            let rests = [with, without].map(|curve| steady(self.time(), curve, sensor.noise, self.switching()));
+            let limits = [sensor.noise * (1.0 + self.noisy), sensor.noise];
+            let curves = [with, without].into_iter().zip(limits);
+            let rests: Vec<_> =
+                curves.map(|(curve, limit)| steady(self.time(), curve, limit, self.switching())).collect();
             for (row, same) in same.iter_mut().enumerate() {
                 *same &= rests[0][row] == rests[1][row];
             }
@@ -286,7 +296,8 @@ impl Runs<'_> {
         let strokes = ends.windows(2).filter(|phase| phase[0] < phase[1]).filter_map(|phase| {
             let rows = phase[0]..phase[1];
             let limits = (band, sensor.noise, self.switching());
-            let arrives = [with, without].map(|curve| arrival((time, curve), &rows, limits));
+            let noisy = (band + self.noisy * sensor.noise, (1.0 + self.noisy) * sensor.noise, self.switching());
+            let arrives = [arrival((time, with), &rows, noisy), arrival((time, without), &rows, limits)];
             // What has come to its end within a switching of the start was on its way from the stroke before.
             if arrives.iter().flatten().any(|&row| time[row] - time[rows.start] <= self.switching()) {
                 return None;
@@ -317,8 +328,13 @@ impl Runs<'_> {
         let shown = if end.abs() <= band { 0.0 } else { in_unit(end, &unit) };
         let (name, end) = (&sensor.name, with_unit(rounded(shown, 3), &unit.symbol));
         let text = match (with_fault, without_fault) {
-            (Some(after), None) => format!("{name} reaches {end} after {} s (new: not at all)", figure(after)),
-            (None, Some(after)) => format!("{name} no longer reaches {end} (new: after {} s)", figure(after)),
+            (Some(after), None) => {
+                format!("{name} reaches {end} after {} s ({}: not at all)", figure(after), self.other)
+            }
+            (None, Some(after)) => {
+                let no = if self.noisy > 0.0 { "does not reach" } else { "no longer reaches" };
+                format!("{name} {no} {end} ({}: after {} s)", self.other, figure(after))
+            }
             _ => format!("{name} reaches {end} {} s {}", figure(late), if late > 0.0 { "later" } else { "earlier" }),
         };
         Some(Consequence {

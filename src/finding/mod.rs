@@ -2,6 +2,10 @@
 //! could be, what to do next.
 
 mod consequence;
+#[cfg(feature = "cli")]
+pub mod lacking;
+#[cfg(feature = "cli")]
+pub mod measured;
 
 use std::path::Path;
 
@@ -114,7 +118,8 @@ pub fn findings(model: &Model, record: &Record, diagnosis: &Diagnosis) -> Result
         let consequences = match (&with_all, solve(&without)?) {
             (Some(with_fault), Some(without_fault)) => {
                 let (rig, drive, without_fault) = (&model.rig, &drive, &without_fault);
-                Runs { rig, record, drive, from, with_fault, without_fault }.consequences(of_sensor)
+                Runs { rig, record, drive, from, with_fault, without_fault, other: "new", noisy: 0.0 }
+                    .consequences(of_sensor)
             }
             _ => Vec::new(),
         };

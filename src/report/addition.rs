@@ -6,7 +6,7 @@ use super::brief::wrapped;
 use super::caveats::followed_otherwise;
 use super::digits::plus_minus;
 use crate::learn::addition::{AddedParameter, AdditionReport};
-use crate::number::before_unit;
+use crate::number::{before_unit, rounded, text};
 
 /// From this fall of BIC on evidence is called very strong (Kass and Raftery, Journal of the American Statistical Association 90 (1995)).
 pub(super) const VERY_STRONG: f64 = 10.0;
@@ -31,22 +31,18 @@ impl fmt::Display for AdditionReport {
         for warning in &self.warnings {
             writeln!(f, "  {warning}")?;
         }
+        let strong =
+            |fall: f64| format!("(BIC falls by {}; {VERY_STRONG:.0} is very strong evidence)", text(rounded(fall, 3)));
         match self.delta_bic {
-            Some(fall) if fall < 0.0 => writeln!(
-                f,
-                "  the record does not ask for it: with it BIC rises by {:.1}; a fall of {VERY_STRONG:.0} is very strong evidence",
-                -fall
-            )?,
-            Some(fall) if fall < VERY_STRONG => writeln!(
-                f,
-                "  the record does not ask for it: with it BIC falls by {fall:.1}; {VERY_STRONG:.0} is very strong evidence"
-            )?,
-            Some(fall) => writeln!(
-                f,
-                "  the record asks for it: with it BIC falls by {fall:.1}; {VERY_STRONG:.0} is very strong evidence"
-            )?,
-            None => {}
+            Some(fall) if fall >= VERY_STRONG => writeln!(f, "  the record asks for it {}", strong(fall)),
+            Some(fall) if fall >= 0.0 => writeln!(f, "  the record does not ask for it {}", strong(fall)),
+            Some(fall) => {
+                writeln!(f, "  the record does not ask for it (with it BIC rises by {})", text(rounded(-fall, 3)))
+            }
+            None => {
+                let still = "  At this value it changes nothing: `add --fit RECORD` gives it one, and so does every fit, within what is open of it.";
+                wrapped(still, "  ").iter().try_for_each(|line| writeln!(f, "{line}"))
+            }
         }
-        Ok(())
     }
 }

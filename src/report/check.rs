@@ -1,4 +1,4 @@
-//! A check as text.
+//! A check as text: what is in the files in a few lines, or every entry.
 
 use std::io::{self, Write};
 
@@ -10,10 +10,90 @@ use crate::number::{before_unit, rounded, text, with_unit};
 
 /// Phases and warnings that the text shows; the JSON has all.
 const MOST: usize = 20;
+/// Warnings, and names in a row, that the short text shows.
+const FEW: usize = 5;
 /// So many inputs fit a line.
 const INPUTS: usize = 4;
 
-/// Writes what is in the rig file, then what is in the record.
+/// What is in the rig file and in the record, how much of each, and what is doubtful.
+pub fn brief(page: &CheckReport) -> String {
+    let rig = &page.rig;
+    let counted = |count: usize, one: &str, more: &str| format!("{count} {}", if count == 1 { one } else { more });
+    let mut holds = vec![
+        counted(rig.components.len(), "component", "components"),
+        counted(rig.nodes.len(), "node", "nodes"),
+        counted(rig.states.len(), "state", "states"),
+        counted(rig.sensors.len(), "sensor", "sensors"),
+        counted(rig.inputs.len(), "input", "inputs"),
+        counted(rig.faults.len(), "fault", "faults"),
+    ];
+    if !rig.effects.is_empty() {
+        holds.push(counted(rig.effects.len(), "effect", "effects"));
+    }
+    if let Some(cycle) = &rig.cycle {
+        holds.push(format!("a cycle of {} s", text(cycle.duration_s)));
+    }
+    let name = if rig.name.is_empty() { "a rig without name" } else { &rig.name };
+    let mut lines = vec![format!("{}: {name}", rig.file)];
+    lines.extend(wrapped(&format!("  {}", holds.join(", ")), "  "));
+    let fitted = rig.parameters.iter().filter(|parameter| parameter.fitted).count();
+    let exact = rig.parameters.iter().filter(|parameter| !parameter.fitted && parameter.sigma == 0.0).count();
+    let by_sheet: Vec<&str> =
+        rig.parameters.iter().filter(|one| one.exact_by_sheet).map(|one| one.id.as_str()).collect();
+    let mut values =
+        format!("  {}, {exact} are taken as exact", counted(fitted, "parameter is fitted", "parameters are fitted"));
+    if !by_sheet.is_empty() {
+        values += &format!(
+            ", {} of them by data sheets without `+-`: {}; state it, or calibrate on healthy records",
+            by_sheet.len(),
+            few(&by_sheet)
+        );
+    }
+    lines.extend(wrapped(&format!("{values}."), "  "));
+    lines.extend(page.record.iter().flat_map(brief_record));
+    if !rig.warnings.is_empty() {
+        lines.extend(warned("warnings about the rig file", &rig.warnings));
+    }
+    lines.join("\n") + "\n"
+}
+
+fn brief_record(record: &RecordPage) -> Vec<String> {
+    let mut lines = wrapped(&format!("{}.", rows_of(record)), "  ");
+    lines.extend(wrapped(&format!("  Read as {}.", record.read_as), "  "));
+    let (of_rig, others): (Vec<_>, Vec<_>) = record.channels.iter().partition(|channel| channel.role.is_some());
+    let mut columns = format!("  {} of its columns belong to this rig", of_rig.len());
+    if !others.is_empty() {
+        let names: Vec<&str> = others.iter().map(|channel| channel.name.as_str()).collect();
+        columns += &format!(", {} do not: {}", names.len(), few(&names));
+    }
+    if record.usable {
+        columns += &format!("; {} phases between jumps of the inputs", record.phases.len());
+    }
+    lines.extend(wrapped(&format!("{columns}."), "  "));
+    if !record.mapping.is_empty() {
+        lines.push(format!("{MISSING}: {}", record.mapping.len()));
+        lines.extend(mapping(record));
+    }
+    lines.extend(warned("warnings", &record.warnings));
+    lines
+}
+
+/// The first few names, and how many more there are.
+fn few(names: &[&str]) -> String {
+    let shown = names[..names.len().min(FEW)].join(", ");
+    if names.len() > FEW { format!("{shown} and {} more", names.len() - FEW) } else { shown }
+}
+
+fn warned(heading: &str, warnings: &[String]) -> Vec<String> {
+    let mut lines = vec![format!("{heading}: {}", warnings.len())];
+    lines.extend(sentences(&warnings[..warnings.len().min(FEW)]));
+    if warnings.len() > FEW {
+        lines.push(format!("  and {} more", warnings.len() - FEW));
+    }
+    lines
+}
+
+/// Writes every entry of the rig file, then of the record.
 ///
 /// # Errors
 /// Those of `out`.
@@ -132,16 +212,8 @@ fn parameter_row(parameter: &ParameterLine) -> Vec<String> {
 }
 
 fn write_record(out: &mut dyn Write, record: &RecordPage) -> io::Result<()> {
-    writeln!(
-        out,
-        "\n{}: {} rows from {} s to {} s, {} s in all, one every {} s",
-        record.file,
-        record.rows,
-        text(record.from_s),
-        text(record.to_s),
-        text(record.duration_s),
-        text(record.interval_s)
-    )?;
+    writeln!(out)?;
+    wrapped(&rows_of(record), "  ").iter().try_for_each(|line| writeln!(out, "{line}"))?;
     writeln!(out, "  read as {}", record.read_as)?;
     let rows = record.channels.iter().map(|channel| {
         let range = channel.least.zip(channel.greatest).map_or_else(
@@ -155,17 +227,35 @@ fn write_record(out: &mut dyn Write, record: &RecordPage) -> io::Result<()> {
         cut_off(out, "phases between jumps of the inputs", &phases(&record.phases), headless)?;
     }
     if !record.mapping.is_empty() {
-        let rows = record.mapping.iter().map(|proposal| {
-            let write = match (&proposal.column, proposal.because) {
-                (Some(column), Some("unit")) => format!("column = \"{column}\"  (the only one of its unit)"),
-                (Some(column), _) => format!("column = \"{column}\""),
-                (None, _) => "no column left that is like it".to_owned(),
-            };
-            vec![proposal.wanted.clone(), proposal.role.to_owned(), write]
-        });
-        table(out, "columns that are missing, with what the rig file may say", &rows.collect::<Vec<_>>())?;
+        writeln!(out, "\n{MISSING}: {}", record.mapping.len())?;
+        mapping(record).iter().try_for_each(|line| writeln!(out, "{line}"))?;
     }
     cut_off(out, "warnings", &record.warnings, sentences)
+}
+
+/// How many rows a record has, and from when to when.
+fn rows_of(record: &RecordPage) -> String {
+    let [from, to, duration, interval] = [record.from_s, record.to_s, record.duration_s, record.interval_s].map(text);
+    format!(
+        "{}: {} rows from {from} s to {to} s, {duration} s in all, one every {interval} s",
+        record.file, record.rows
+    )
+}
+
+/// Heading of the columns that are missing.
+const MISSING: &str = "columns that are missing, with what the rig file may say";
+
+/// A line for each of them.
+fn mapping(record: &RecordPage) -> Vec<String> {
+    let rows = record.mapping.iter().map(|proposal| {
+        let write = match (&proposal.column, proposal.because) {
+            (Some(column), Some("unit")) => format!("column = \"{column}\"  (the only one of its unit)"),
+            (Some(column), _) => format!("column = \"{column}\""),
+            (None, _) => "no column left that is like it".to_owned(),
+        };
+        vec![proposal.wanted.clone(), proposal.role.to_owned(), write]
+    });
+    headless(&rows.collect::<Vec<_>>())
 }
 
 /// A heading and no more of its entries than people read, as lines; the JSON has all.

@@ -5,18 +5,25 @@ use super::caveats::{OFF_NAMED, far_from_stated, off_sheet, unsure_file};
 use super::learn::{adequate, goes_with, multiple, named_fault, times};
 use super::table::{Head, aligned};
 use crate::diagnosis::CLEARLY_ABOVE_NOISE;
-use crate::finding::argument;
+use crate::finding::{Consequence, argument};
 use crate::learn::comparison::{ChannelComparison, Comparison, MisfitPlace, PresentFault, WithFaults};
 use crate::number::{rounded, text, with_unit};
 
-/// The comparison for people, beside that of an older rig file where there is one.
-pub fn brief(comparison: &Comparison) -> String {
+/// Sensors that the short text shows.
+const FEW: usize = 5;
+
+/// The comparison for people, beside that of an older rig file where there is one; with `all` its sensors, else the worst.
+pub fn brief(comparison: &Comparison, events: &[Consequence], all: bool) -> String {
     let before = comparison.before.as_ref();
     let mut lines = headline(comparison);
     // Faults that explain the record say more than the place where the model without them is off.
     let explained = comparison.with_faults.as_ref().is_some_and(|with| with.adequate);
     if let Some(place) = comparison.place.as_ref().filter(|_| !explained) {
         lines.extend(located(place));
+    }
+    if !events.is_empty() {
+        let events: Vec<&str> = events.iter().map(|event| event.text.as_str()).collect();
+        lines.extend(wrapped(&format!("Measured against your model: {}.", events.join("; ")), "  "));
     }
     if let Some(with_faults) = &comparison.with_faults {
         let (heading, faults) = explained_by(with_faults);
@@ -32,8 +39,14 @@ pub fn brief(comparison: &Comparison) -> String {
     lines.extend(far(comparison).iter().flat_map(|words| wrapped(words, "  ")));
     lines.extend(of_the_file(comparison).iter().flat_map(|words| wrapped(words, "  ")));
     lines.push(String::new());
-    let (heads, rows) = table(comparison);
+    let (heads, mut rows) = table(comparison);
+    let hidden = if all { Vec::new() } else { beyond(comparison) };
+    let mut places = 0..;
+    rows.retain(|_| places.next().is_none_or(|place| !hidden.contains(&place)));
     lines.extend(aligned(&heads, &rows));
+    if let Some(most) = hidden.iter().map(|&place| comparison.channels[place].times_noise).reduce(f64::max) {
+        lines.push(format!("  and {} more, at most {} (`--all`)", hidden.len(), multiple(most)));
+    }
     let within = |channel: &ChannelComparison| {
         channel.adequate && channel.samples > 0 && channel.times_noise > CLEARLY_ABOVE_NOISE
     };
@@ -46,6 +59,13 @@ pub fn brief(comparison: &Comparison) -> String {
     lines.push(next(comparison));
     lines.push("`--all` shows the phases, chi-square and the NRMSE fit of each sensor.".to_owned());
     lines.join("\n") + "\n"
+}
+
+/// The sensors beyond the few that are missed most, by their places.
+fn beyond(comparison: &Comparison) -> Vec<usize> {
+    let mut places: Vec<usize> = (0..comparison.channels.len()).collect();
+    places.sort_by(|&a, &b| comparison.channels[b].times_noise.total_cmp(&comparison.channels[a].times_noise));
+    places.split_off(FEW.min(places.len()))
 }
 
 /// The error with nothing fitted, where it is another: what other commands say of the values of the rig file.
@@ -265,7 +285,7 @@ mod tests {
             channels: vec![channel("p_A", 1.02)],
         };
         let before = Some(Earlier::of(&comparison(51.2)));
-        let page = brief(&Comparison { with_faults: Some(with_faults), before, ..comparison(44.7) });
+        let page = brief(&Comparison { with_faults: Some(with_faults), before, ..comparison(44.7) }, &[], false);
         let lines: Vec<&str> = page.lines().collect();
         assert_eq!(lines[0], "MISFIT: your model does not explain the record, 45x the sensor noise; with the");
         assert_eq!(lines[1], "  faults below it does.");
@@ -280,29 +300,33 @@ mod tests {
 
     #[test]
     fn a_draft_leads_to_its_open_values() {
-        let page = brief(&Comparison { unfilled: 16, ..comparison(610.0) });
+        let page = brief(&Comparison { unfilled: 16, ..comparison(610.0) }, &[], false);
         assert!(page.contains("16 values of the rig file are still marked DATA SHEET"), "{page}");
         assert!(page.contains("\nNext: borescope check rig.toml record.csv\n"), "{page}");
     }
 
     #[test]
     fn values_taken_as_exact_are_doubted_before_physics_is_missing() {
-        let page = brief(&Comparison { taken_as_exact: 14, ..comparison(80.0) });
+        let page = brief(&Comparison { taken_as_exact: 14, ..comparison(80.0) }, &[], false);
         let text = page.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(text.contains("14 values of data sheets are taken as exact, and an error of a part"), "{page}");
         assert!(page.lines().all(|line| line.len() <= 80), "{page}");
-        assert!(!brief(&Comparison { taken_as_exact: 14, ..comparison(1.0) }).contains("taken as exact"));
+        assert!(!brief(&Comparison { taken_as_exact: 14, ..comparison(1.0) }, &[], false).contains("taken as exact"));
     }
 
     #[test]
     fn what_no_fault_explains_leads_to_the_missing_effect() {
         assert!(
-            brief(&comparison(3.0)).contains("\nNext: borescope suggest rig.toml record.csv --check ANOTHER_RECORD\n")
+            brief(&comparison(3.0), &[], false)
+                .contains("\nNext: borescope suggest rig.toml record.csv --check ANOTHER_RECORD\n")
         );
         // More than the noise and yet adequate: the reader is told why.
-        let above = brief(&Comparison { adequate: true, ..comparison(2.1) });
+        let above = brief(&Comparison { adequate: true, ..comparison(2.1) }, &[], false);
         let above = above.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(above.starts_with("ADEQUATE only within tolerance: 2.1x the sensor noise is left"), "{above}");
-        assert!(brief(&comparison(1.0)).starts_with("ADEQUATE: your model explains the record, 1x the sensor noise."));
+        assert!(
+            brief(&comparison(1.0), &[], false)
+                .starts_with("ADEQUATE: your model explains the record, 1x the sensor noise.")
+        );
     }
 }

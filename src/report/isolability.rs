@@ -1,10 +1,10 @@
-//! Isolability at an operating point as text and tables: which residual answers to which fault, and how well each fault could be
-//! sized.
+//! Isolability as text and tables: what can be told apart, which residual answers to which fault at an operating point, and how well
+//! each fault could be sized.
 
 use std::fmt::Write;
 
-use super::brief::WIDTH;
-use crate::isolability::{Expectation, ExpectedWidth, SignatureRow};
+use super::brief::{WIDTH, wrapped};
+use crate::isolability::{Expectation, ExpectedWidth, IsolabilityReport, SignatureRow};
 use crate::number::{self, in_unit, rounded};
 use crate::report::html::{Cell, Column, Table};
 use crate::residual::generators;
@@ -13,6 +13,81 @@ use crate::simulation;
 
 /// Deviations from which on a field of the page is darkest.
 const DARKEST: f64 = 300.0;
+
+/// Faults that the short text gives the size of.
+const SIZED: usize = 6;
+
+/// What can be detected, what cannot be told apart and by what it can, and how well each fault of a component could be sized.
+pub fn brief(rig: &Rig, report: &IsolabilityReport) -> String {
+    let structure = &report.structure;
+    let lost = structure.faults.iter().zip(&structure.detectable).filter(|(_, detectable)| !**detectable);
+    let lost: Vec<&str> = lost.map(|(fault, _)| fault.as_str()).collect();
+    let of = structure.faults.len();
+    let mut lines = wrapped(
+        &match lost.as_slice() {
+            [] => format!("All {of} faults can be detected."),
+            lost => format!("{} of {of} faults can be detected; not: {}.", of - lost.len(), lost.join(", ")),
+        },
+        "  ",
+    );
+    lines.extend(apart(rig, report).iter().flat_map(|words| wrapped(words, "  ")));
+    if let Some(sensors) = structure.sensors.first().filter(|sensors| !sensors.is_empty()) {
+        let others = match structure.sensors.len() - 1 {
+            0 => String::new(),
+            others => format!(", or any of {others} others (`--all`)"),
+        };
+        lines.extend(wrapped(&format!("A further sensor would help: {}{others}.", sensors.join(" and ")), "  "));
+    }
+    match &report.expected {
+        None => lines.extend(wrapped(signature_text(rig, None).trim(), "  ")),
+        Some(numbers) => {
+            lines.push(format!("\n95 % interval to expect, with {}:", taken(numbers)));
+            let ids: Vec<&str> =
+                of_components(rig).iter().map(|fault| rig.parameters[fault.parameter].id.as_str()).collect();
+            let (sized, beyond): (Vec<_>, Vec<_>) =
+                numbers.widths.iter().partition(|one| ids.contains(&one.id.as_str()));
+            let shown = if sized.is_empty() { &beyond } else { &sized };
+            lines.extend(widths(shown.iter().take(SIZED).copied()));
+            let more = numbers.widths.len() - shown.len().min(SIZED);
+            if more > 0 {
+                lines.push(format!("  and {more} more (`--all`)"));
+            }
+            let mistaken =
+                format!("Noise makes {} more probable in {} % of records.", rival(numbers), mistaken(numbers));
+            lines.extend(wrapped(&mistaken, "  "));
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+/// What the sensors do not tell apart at one instant, and whether a whole record does.
+fn apart(rig: &Rig, report: &IsolabilityReport) -> Vec<String> {
+    let groups = &report.structure.ambiguity_groups;
+    let of_sensor = |group: &&Vec<String>| {
+        rig.sensors.iter().any(|sensor| group.iter().all(|id| id.starts_with(&format!("sensor.{}.", sensor.name))))
+    };
+    let (sensors, parts): (Vec<_>, Vec<_>) = groups.iter().partition(of_sensor);
+    let mut named: Vec<String> = parts.iter().map(|group| group.join(" or ")).collect();
+    match sensors.as_slice() {
+        [] => {}
+        [one] => named.push(one.join(" or ")),
+        many => named.push(format!("offset or gain of {} sensors", many.len())),
+    }
+    if named.is_empty() {
+        return Vec::new();
+    }
+    let mut said = format!("At one instant no residual tells apart: {}", named.join("; "));
+    if let Some(numbers) = &report.expected {
+        said += &match numbers.of - numbers.rank {
+            0 => ". A fit of the whole record does".to_owned(),
+            lost => format!(
+                ". A fit of the whole record leaves {lost} combination{} of faults open",
+                if lost == 1 { "" } else { "s" }
+            ),
+        };
+    }
+    vec![format!("{said}.")]
+}
 
 /// The matrix for a page: each fault of a component in deviations of noise and tolerance, as dark as it is plain.
 pub(super) fn signature_table(rig: &Rig, rows: &[SignatureRow]) -> Table {
@@ -150,18 +225,25 @@ fn mistaken(numbers: &Expectation) -> String {
     if percent < 0.01 { "less than 0.01".to_owned() } else { number::text(rounded(percent, 3)) }
 }
 
-/// What would be known, in sentences.
-pub(super) fn expected_sentences(numbers: &Expectation) -> Vec<String> {
+/// The faults that are taken as present, with their sizes.
+fn taken(numbers: &Expectation) -> String {
     let with: Vec<String> =
         numbers.with.iter().map(|one| format!("{} {}", one.id, number::with_unit(one.value, &one.unit))).collect();
-    let mut said = vec![
-        format!("With {}.", if with.is_empty() { "the healthy rig".to_owned() } else { with.join(" + ") }),
-        format!("Rank {} of {} faults.", numbers.rank, numbers.of),
-    ];
+    if with.is_empty() { "the healthy rig".to_owned() } else { with.join(" + ") }
+}
+
+/// The fault combination that is most easily mistaken for the one that is present.
+fn rival(numbers: &Expectation) -> String {
+    if numbers.rival.is_empty() { "healthy".to_owned() } else { numbers.rival.join(" + ") }
+}
+
+/// What would be known, in sentences.
+pub(super) fn expected_sentences(numbers: &Expectation) -> Vec<String> {
+    let mut said =
+        vec![format!("With {}.", taken(numbers)), format!("Rank {} of {} faults.", numbers.rank, numbers.of)];
     let lost = numbers.with.iter().filter(|one| !one.identifiable);
     said.extend(lost.map(|one| format!("{}: not identifiable at this size.", one.id)));
-    let name = if numbers.rival.is_empty() { "healthy".to_owned() } else { numbers.rival.join(" + ") };
-    said.push(format!("Most easily mistaken for {name}: by noise, in {} % of records.", mistaken(numbers)));
+    said.push(format!("Most easily mistaken for {}: by noise, in {} % of records.", rival(numbers), mistaken(numbers)));
     said
 }
 
@@ -180,27 +262,29 @@ pub(super) fn width_table(numbers: &Expectation) -> Table {
 
 /// The numbers as plain text.
 pub fn expected_text(numbers: &Expectation) -> String {
-    let mut text = String::new();
-    let with: Vec<String> =
-        numbers.with.iter().map(|one| format!("{} {}", one.id, number::with_unit(one.value, &one.unit))).collect();
-    let with = if with.is_empty() { "the healthy rig".to_owned() } else { with.join(" + ") };
-    let _ = writeln!(text, "\nExpected at the operating point, with {with}");
-    let _ = writeln!(text, "  rank {} of {} faults", numbers.rank, numbers.of);
-    for one in numbers.with.iter().filter(|one| !one.identifiable) {
-        let _ = writeln!(text, "  {}: not identifiable at this size", one.id);
-    }
-    let name = if numbers.rival.is_empty() { "healthy".to_owned() } else { numbers.rival.join(" + ") };
-    let _ = writeln!(text, "  noise makes {name} more probable in {} % of records", mistaken(numbers));
-    let longest = numbers.widths.iter().map(|width| width.id.len()).max().unwrap_or(0);
-    let _ = writeln!(
-        text,
-        "  half width of the 95 % interval to expect for each fault, with the present faults also estimated"
+    let mut lines = vec![
+        String::new(),
+        format!("Expected at the operating point, with {}", taken(numbers)),
+        format!("  rank {} of {} faults", numbers.rank, numbers.of),
+    ];
+    let lost = numbers.with.iter().filter(|one| !one.identifiable);
+    lines.extend(lost.map(|one| format!("  {}: not identifiable at this size", one.id)));
+    lines.push(format!("  noise makes {} more probable in {} % of records", rival(numbers), mistaken(numbers)));
+    lines.push(
+        "  half width of the 95 % interval to expect for each fault, with the present faults also estimated".to_owned(),
     );
-    for ExpectedWidth { id, unit, half_width } in &numbers.widths {
+    lines.extend(widths(numbers.widths.iter()));
+    lines.join("\n") + "\n"
+}
+
+/// A line for the interval of each fault.
+fn widths<'a>(all: impl Iterator<Item = &'a ExpectedWidth> + Clone) -> Vec<String> {
+    let longest = all.clone().map(|width| width.id.len()).max().unwrap_or(0);
+    let line = |ExpectedWidth { id, unit, half_width }: &ExpectedWidth| {
         // At the healthy value a leak through a gap has no slope: it goes with the third power.
         let unknown = || "not determined by small changes; assume a size, `--with`".to_owned();
         let width = half_width.map_or_else(unknown, |half| format!("+- {}", number::with_unit(half, unit)));
-        let _ = writeln!(text, "  {id:longest$}  {width}");
-    }
-    text
+        format!("  {id:longest$}  {width}")
+    };
+    all.map(line).collect()
 }

@@ -5,6 +5,8 @@ pub mod addition;
 #[cfg(feature = "cli")]
 pub mod brief;
 #[cfg(feature = "cli")]
+pub mod calibration;
+#[cfg(feature = "cli")]
 pub mod campaign;
 pub(crate) mod caveats;
 #[cfg(feature = "cli")]

@@ -5,6 +5,7 @@ use super::caveats::{learnt_with, unsure_file};
 use super::learn::{conclusion_in_short, estimate, experiment, missed};
 use super::unknown::Rise;
 use crate::finding::argument;
+use crate::finding::lacking::{Lacking, does};
 use crate::learn::evaluated::Conclusion;
 use crate::learn::result::{CandidateReport, SuggestionReport};
 use crate::number::{before_unit, rounded};
@@ -18,14 +19,13 @@ const CURVE: usize = 12;
 /// Caveats of the best candidate that are shown.
 const CAVEATS: usize = 2;
 
-/// The suggestion for people, no wider than a terminal; `meaning` says in words what the best effect is.
-pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> String {
+/// The suggestion for people, no wider than a terminal.
+pub fn brief(report: &SuggestionReport, finding: Option<&Lacking>, rise: Option<&Rise>) -> String {
     let mut lines = wrapped(&conclusion_in_short(report), "  ");
     let best = report.candidates.first().filter(|best| best.supported);
     if let Some(best) = best {
-        if !meaning.is_empty() {
-            lines.extend(wrapped(&format!("  {meaning}"), "  "));
-        }
+        let meaning = finding.map(|finding| finding.meaning.as_str()).filter(|meaning| !meaning.is_empty());
+        lines.extend(meaning.iter().flat_map(|meaning| wrapped(&format!("  {meaning}"), "  ")));
         // A curve has twenty values, and says nothing by its first ones.
         let shown = if best.parameters.len() > CURVE { 0 } else { SIZES };
         lines.extend(best.parameters.iter().take(shown).flat_map(|one| {
@@ -41,7 +41,11 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
     if let Some(rise) = rise {
         lines.extend(rise.lines(&report.rig));
     }
-    lines.extend(missed(report).into_iter().flat_map(|words| wrapped(&words, "  ")));
+    // An effect that is found says more than the place that it explains.
+    match finding.filter(|_| report.conclusion == Conclusion::EffectFound).and_then(does) {
+        Some(does) => lines.extend(wrapped(&does, "  ")),
+        None => lines.extend(missed(report).into_iter().flat_map(|words| wrapped(&words, "  "))),
+    }
     lines.extend(learnt_with(&report.dynamics).into_iter().flat_map(|words| wrapped(&words, "  ")));
     lines.extend(report.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));
     if let Some(first) = report.candidates.first() {
@@ -53,7 +57,7 @@ pub fn brief(report: &SuggestionReport, meaning: &str, rise: Option<&Rise>) -> S
     lines.extend(of_the_file(report, rise).iter().flat_map(|words| wrapped(words, "  ")));
     lines.push(String::new());
     // A command stays in one line, so that it can be copied.
-    lines.push(format!("Next: {}", next(report, best, rise)));
+    lines.push(format!("Next: {}", next(report, rise)));
     lines.push("`--all` shows every candidate, and what this record could have shown.".to_owned());
     lines.join("\n") + "\n"
 }
@@ -96,7 +100,8 @@ pub(super) fn faults<T: AsRef<str>>(ids: &[T]) -> String {
 }
 
 /// The command that leads further.
-pub(super) fn next(report: &SuggestionReport, best: Option<&CandidateReport>, rise: Option<&Rise>) -> String {
+pub fn next(report: &SuggestionReport, rise: Option<&Rise>) -> String {
+    let best = report.candidates.first().filter(|best| best.supported);
     let (rig, record) = (argument(&report.rig), argument(&report.record));
     if report.unfilled > 0 {
         return format!("borescope check {rig} {record}");

@@ -5,6 +5,8 @@ use super::channels::{FOUND, Said, Shown, YOURS, by_sensor};
 use super::learn::{curves, most_missed, named};
 use super::{misfit, missing, rivals};
 use crate::complaint::Complaint;
+use crate::finding::Consequence;
+use crate::finding::lacking::Lacking;
 use crate::learn::evaluated::Conclusion;
 use crate::learn::result::{CandidateReport, EffectParameter, SuggestionReport};
 use crate::learn::suggest::Suggestion;
@@ -29,7 +31,7 @@ pub fn suggestion(
     rig: &Rig,
     (record, check): (&Record, Option<&Record>),
     found: &Suggestion,
-    report: &SuggestionReport,
+    (report, finding): (&SuggestionReport, Option<&Lacking>),
 ) -> Result<String, Complaint> {
     let records = if check.is_some() { 2 } else { 1 };
     let mut lead = format!("Record {}", report.record);
@@ -40,15 +42,23 @@ pub fn suggestion(
     page.provenance(&report.rig, &std::iter::once(record).chain(check).collect::<Vec<_>>());
     let best = found.judged.first();
     let name = best.map(|best| format!("with {}", best.id()));
-    page.section(verdict(found, report));
     // What does not explain the record is no place to look at.
     let supported = best.filter(|best| best.supported);
     let more = supported.map(|best| (best.id(), &best.trial));
-    if report.conclusion != Conclusion::Adequate
-        && let Some(section) =
-            missing::section(&found.base, record, more.as_ref().map(|(id, trial)| (id.as_str(), *trial)))?
-    {
-        page.section(section);
+    let picture = match report.conclusion {
+        Conclusion::Adequate => None,
+        _ => missing::section(&found.base, record, more.as_ref().map(|(id, trial)| (id.as_str(), *trial)))?,
+    };
+    let rise = Rise::of_suggestion(found);
+    page.section(headline(report, rise.as_ref()));
+    // A curve says more as a picture than by its values.
+    let (first, second) = match (fitted(report, finding, rise.as_ref()), picture) {
+        (fitted, Some(picture)) if rise.is_some() => (picture, Some(fitted)),
+        (fitted, picture) => (fitted, picture),
+    };
+    page.section(first);
+    if let Some(second) = second {
+        page.section(second);
     }
     let shown = Shown::new(rig, record, "time", records)?;
     let before = &found.base.fit.outputs;
@@ -93,44 +103,43 @@ pub fn suggestion(
     Ok(page.html())
 }
 
-/// The rise of the curve that comes nearest.
-fn rise(found: &Suggestion) -> Option<Rise> {
-    Rise::of_suggestion(found)
-}
-
-/// The conclusion, the effect as a card, the fall of the error.
-fn verdict(found: &Suggestion, report: &SuggestionReport) -> Section {
+/// The conclusion, and of a curve what it says.
+fn headline(report: &SuggestionReport, rise: Option<&Rise>) -> Section {
     let mut verdict = Section::new("Verdict");
     verdict.notice(words::tone(report.conclusion), words::conclusion_in_short(report));
-    let rise = rise(found);
-    let best = report.candidates.first().filter(|best| best.supported);
-    if let Some((best, judged)) = best.zip(found.judged.first()) {
-        let meaning: Vec<&str> = judged.effects.iter().map(|effect| effect.placed.effect.meaning).collect();
-        verdict.cards(vec![card(report, best, (&meaning.join(" "), rise.as_ref()))]);
-    }
-    if let Some(rise) = &rise {
-        verdict.paragraph(format!(
-            "{} As a law, put into the rig file, `suggest` judges it like any other effect:",
-            rise.sentence()
-        ));
-        verdict.preformatted(rise.formula());
-    }
-    if let Some(experiment) = &report.experiment {
-        verdict.paragraph(words::experiment(experiment));
-    }
-    if let Some(first) = report.candidates.first() {
-        verdict.table(bars("Error over all sensors, times the sensor noise", &brief::rows(report, first)));
-    }
-    if let Some(draft) = brief::of_the_file(report, rise.as_ref()) {
-        verdict.paragraph(draft);
-    }
-    if best.is_none() {
-        verdict.preformatted(format!("Next: {}", brief::next(report, best, rise.as_ref())));
+    if let Some(rise) = rise {
+        verdict.paragraph(rise.sentence());
     }
     verdict
 }
 
-fn card(report: &SuggestionReport, best: &CandidateReport, (meaning, rise): (&str, Option<&Rise>)) -> Card {
+/// The effect as a card, the law of a curve, the fall of the error, the next step.
+fn fitted(report: &SuggestionReport, finding: Option<&Lacking>, rise: Option<&Rise>) -> Section {
+    let best = report.candidates.first().filter(|best| best.supported);
+    let mut fitted = Section::new(if best.is_some() { "What was found" } else { "What was tried" });
+    if let Some((best, finding)) = best.zip(finding) {
+        fitted.cards(vec![card(report, best, finding)]);
+    }
+    if let Some(rise) = rise {
+        fitted.paragraph("As a law, put into the rig file, `suggest` judges it like any other effect:".to_owned());
+        fitted.preformatted(rise.formula());
+    }
+    if let Some(experiment) = &report.experiment {
+        fitted.paragraph(words::experiment(experiment));
+    }
+    if let Some(first) = report.candidates.first() {
+        fitted.table(bars("Error over all sensors, times the sensor noise", &brief::rows(report, first)));
+    }
+    if let Some(draft) = brief::of_the_file(report, rise) {
+        fitted.paragraph(draft);
+    }
+    if best.is_none() {
+        fitted.preformatted(format!("Next: {}", brief::next(report, rise)));
+    }
+    fitted
+}
+
+fn card(report: &SuggestionReport, best: &CandidateReport, finding: &Lacking) -> Card {
     let sized = |one: &EffectParameter| before_unit(words::estimate(one).value(), &one.unit);
     let interval = |one: &EffectParameter| match one.ci95 {
         [None, None] => String::new(),
@@ -147,19 +156,22 @@ fn card(report: &SuggestionReport, best: &CandidateReport, (meaning, rise): (&st
     };
     let joined = |parts: [String; 2]| parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ");
     facts.extend(others.map(|one| (name(one), joined([sized(one), interval(one)]))));
+    let does = |one: &Consequence| (format!("with it, {}", one.sensor), one.text.clone());
+    facts.extend(finding.consequences.iter().map(does));
+    facts.extend(finding.next.check.iter().map(|check| ("check this".to_owned(), check.clone())));
     if !best.confounded_with.is_empty() {
         facts.push(("could also be".to_owned(), best.confounded_with.join(", ")));
     }
     facts.extend(best.warnings.iter().take(2).map(|one| ("caveat".to_owned(), one.to_string())));
     Card {
         tone: words::tone(report.conclusion),
-        title: meaning.to_owned(),
+        title: finding.meaning.clone(),
         id: best.effect.clone(),
         size: first.map_or_else(|| format!("a curve of {} values", best.parameters.len()), sized),
         about: first.map_or_else(String::new, |one| joined([name(one), interval(one)])),
         scale: None,
         facts,
-        command: format!("Next: {}", brief::next(report, Some(best), rise)),
+        command: format!("Next: {}", finding.next.command),
     }
 }
 
