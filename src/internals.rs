@@ -1,5 +1,8 @@
 //! The rooms of the crate, for its own tests, benches and fuzz targets. No part of what the library promises.
 
+#[cfg(feature = "cli")]
+pub use crate::cli::schemas::schemas;
+
 /// A public room beside each private one, with the same items.
 macro_rules! rooms {
     ($($(#[$condition:meta])? $room:ident),* $(,)?) => {

@@ -7,6 +7,7 @@ pub const SCHEMA: &str = "borescope.calibration/1";
 
 /// What a calibration found. Numbers carry the unit beside them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct CalibrationReport {
     /// Name and version of the JSON schema: `borescope.calibration/1`.
     pub schema: &'static str,
@@ -37,6 +38,7 @@ pub struct CalibrationReport {
 
 /// A calibrated parameter. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct CalibratedParameter {
     /// Such as `cylinder.clearance`.
     pub id: String,
@@ -60,6 +62,7 @@ pub struct CalibratedParameter {
 
 /// A lag, mass time or dead time that was searched for and found otherwise than stated. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct CalibratedDynamics {
     /// Such as `valve.lag`.
     pub id: String,
@@ -75,6 +78,7 @@ pub struct CalibratedDynamics {
 
 /// Noise and tolerance of a sensor. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct CalibratedSensor {
     /// As the rig file has it.
     pub name: String,
@@ -94,17 +98,25 @@ pub struct CalibratedSensor {
 
 /// How the calibrated model follows one record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct RecordFit {
+    /// The record, as the user named it.
     pub record: String,
+    /// Rows of the record.
     pub rows: usize,
+    /// Mean square of the weighted misfit.
     pub chi2_reduced: f64,
+    /// Sensor by sensor.
     pub channels: Vec<ChannelFit>,
 }
 
 /// How the calibrated model follows one sensor in one record. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct ChannelFit {
+    /// Of the sensor.
     pub name: String,
+    /// Unit of the numbers beside it.
     pub unit: String,
     /// Root mean square of measured minus model, with the values of the data sheet.
     pub rmse_before: f64,
@@ -112,5 +124,6 @@ pub struct ChannelFit {
     pub rmse: f64,
     /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
     pub chi2_reduced: f64,
+    /// Whether it is explained within noise and tolerance.
     pub adequate: bool,
 }

@@ -30,6 +30,7 @@ pub use row::{FaultRow, Outcome, Row};
 
 /// What the user may choose. Two campaigns with the same options and rig file give the same rows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct CampaignOptions {
     /// How many cases, above 0.
     pub cases: usize,

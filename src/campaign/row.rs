@@ -9,6 +9,7 @@ use crate::number::in_unit;
 
 /// How a case ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
     /// The diagnosis found the rig healthy.
@@ -45,6 +46,7 @@ impl Outcome {
 
 /// One fault of the rig in one case. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct FaultRow {
     /// Such as `cylinder.clearance`.
     pub id: String,
@@ -87,6 +89,7 @@ impl FaultRow {
 
 /// One case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Row {
     /// From 0.
     pub case: usize,

@@ -9,6 +9,7 @@ use crate::number::rounded;
 
 /// All scores of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Scores {
     /// How many were run.
     pub cases: usize,
@@ -26,22 +27,29 @@ pub struct Scores {
     pub by_count: Vec<Group>,
     /// Cases whose faults began within the record.
     pub midway: Group,
+    /// Fault by fault.
     #[doc(hidden)]
     pub faults: Vec<FaultScore>,
+    /// Which faults were taken for which.
     #[doc(hidden)]
     pub confusion: Confusion,
+    /// Stated probabilities against how often they were right.
     #[doc(hidden)]
     pub reliability: Reliability,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Redrawn {
+    /// Cases whose rig was drawn again.
     pub cases: usize,
+    /// Rigs among those.
     pub rigs: usize,
 }
 
 /// Scores of some of the cases.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Group {
     /// True detection rate: faulty cases with a verdict other than healthy.
     pub detected: Rate,
@@ -69,8 +77,11 @@ pub struct Group {
 
 /// Scores of one fault, over all cases in which it was injected.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct FaultScore {
+    /// The fault.
     pub id: String,
+    /// Unit of the numbers beside it.
     pub unit: String,
     /// Injected faults that were called present.
     pub found: Rate,
@@ -78,6 +89,7 @@ pub struct FaultScore {
     pub blamed: Rate,
     /// In percent of the distance to the healthy value.
     pub mape_of_deviation: Option<f64>,
+    /// Share of the intervals that hold the truth.
     pub coverage: Rate,
     /// Distance from the healthy value found in 90 % of cases, in `unit`.
     pub found90: Option<Found>,
@@ -87,28 +99,36 @@ pub struct FaultScore {
 
 /// Injected single faults by the most probable set.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Confusion {
     /// Of rows: what was injected, `healthy` first.
     pub injected: Vec<String>,
     /// Of columns: the same, then `several` faults, then `none` where there was no diagnosis.
     pub found: Vec<String>,
+    /// How often each was named for each.
     pub counts: Vec<Vec<usize>>,
 }
 
 /// How often the most probable set is right, by its probability.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Reliability {
+    /// From the least probability to the greatest.
     pub bins: Vec<Bin>,
     /// Mean distance of probability and share over the bins, weighed by cases (expected calibration error).
     pub expected_calibration_error: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Bin {
     /// Probability from here.
     pub from: f64,
+    /// Greatest probability of the bin.
     pub to: f64,
+    /// Mean probability that was stated.
     pub mean_probability: Option<f64>,
+    /// How many of them were right.
     pub right: Rate,
 }
 

@@ -12,6 +12,7 @@ const ONE_SIDED: f64 = 1.644_853_627;
 
 /// How often something happened, with exact bounds (Clopper and Pearson, Biometrika 26 (1934), 404).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Rate {
     /// How often it happened.
     pub count: usize,
@@ -81,7 +82,9 @@ pub fn mean(values: &[f64]) -> Option<f64> {
 
 /// The size from which on faults are found in 90 % of cases.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Found {
+    /// Its size, in the unit of the parameter.
     pub size: f64,
     /// One-sided upper 95 % bound of it.
     pub upper95: f64,

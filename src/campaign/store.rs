@@ -38,6 +38,7 @@ impl Numbered for Row {
 
 /// Which campaign a shard is of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Work {
     /// Path of the rig file, as the user named it.
     pub rig: String,
@@ -68,7 +69,9 @@ pub fn digest(options: &CampaignOptions, rig: &Rig, rig_text: &str) -> String {
 
 /// Durations of a diagnosis, s.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Times {
+    /// s.
     pub median: Option<f64>,
     /// 95 % of the cases take no longer.
     pub most95: Option<f64>,
@@ -76,13 +79,18 @@ pub struct Times {
 
 /// A finished campaign as programs read it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Finished {
     pub schema: &'static str,
+    /// The rig file, as the user named it.
     pub rig: String,
+    /// As they were asked for.
     pub options: CampaignOptions,
+    /// What the cases come to.
     pub scores: Scores,
     /// Of each case, with [`Row::seconds`] of the rows, all that depends on the machine.
     pub time_s: Times,
+    /// Case by case.
     pub cases: Vec<Row>,
 }
 

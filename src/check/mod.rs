@@ -49,6 +49,7 @@ pub fn check(rig: &Rig, record: Option<&Path>) -> Result<Checked, Complaint> {
 
 /// A check as programs read it (`borescope.check/1`).
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct CheckReport {
     /// Name and version of the JSON schema: `borescope.check/1`.
     pub schema: &'static str,
@@ -60,6 +61,7 @@ pub struct CheckReport {
 
 /// What is in a rig file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct RigPage {
     /// As the user named it.
     pub file: String,
@@ -94,6 +96,7 @@ pub struct RigPage {
 
 /// A node.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct NodeLine {
     /// As the rig file has it.
     pub name: String,
@@ -105,6 +108,7 @@ pub struct NodeLine {
 
 /// A component.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct ComponentLine {
     /// As the rig file has it.
     pub name: String,
@@ -116,6 +120,7 @@ pub struct ComponentLine {
 
 /// A port of a component.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct PortLine {
     /// Its name on the card.
     pub port: &'static str,
@@ -125,6 +130,7 @@ pub struct PortLine {
 
 /// An effect that the model has.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct EffectLine {
     /// Effect and place, such as `external-leakage@A`.
     pub id: String,
@@ -136,6 +142,7 @@ pub struct EffectLine {
 
 /// A parameter of the model. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct ParameterLine {
     /// Such as `cylinder.clearance`.
     pub id: String,
@@ -157,6 +164,7 @@ pub struct ParameterLine {
 
 /// A sensor. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct SensorLine {
     /// As the rig file has it.
     pub name: String,
@@ -178,6 +186,7 @@ pub struct SensorLine {
 
 /// An input. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct InputLine {
     /// As the rig file has it.
     pub name: String,
@@ -193,6 +202,7 @@ pub struct InputLine {
 
 /// A fault. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct FaultLine {
     /// The parameter that it changes.
     pub id: String,
@@ -206,6 +216,7 @@ pub struct FaultLine {
 
 /// The cycle of the rig file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct CycleLine {
     /// How many there are.
     pub phases: usize,

@@ -15,6 +15,7 @@ use crate::rig::{Proposal, Rig};
 
 /// What is in a record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct RecordPage {
     /// As the user named it.
     pub file: String,
@@ -47,6 +48,7 @@ pub struct RecordPage {
 
 /// A column of a record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct ChannelLine {
     /// From the header.
     pub name: String,
@@ -62,6 +64,7 @@ pub struct ChannelLine {
 
 /// What stands between two jumps of the inputs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct PhaseLine {
     /// Its beginning, s.
     pub from_s: f64,
@@ -73,6 +76,7 @@ pub struct PhaseLine {
 
 /// An input over a phase. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct PhaseInput {
     /// As the rig file has it.
     pub name: String,

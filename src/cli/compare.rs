@@ -68,11 +68,11 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         write_file(path, |file| curves.write_csv(&rig, &record, file))?;
     }
     compared.comparison.before = before.as_ref().map(Earlier::of);
+    let events = if compared.comparison.adequate { Vec::new() } else { events(&rig, &record, &compared.run.outputs)? };
     if let Some(path) = &arguments.report {
-        write_page(path, &report::pages::learn::comparison(&rig, &record, &compared)?)?;
+        write_page(path, &report::pages::learn::comparison(&rig, &record, &compared, &events)?)?;
     }
     let comparison = &compared.comparison;
-    let events = if comparison.adequate { Vec::new() } else { events(&rig, &record, &compared.run.outputs)? };
     let explained = comparison.with_faults.as_ref().is_some_and(|with| with.adequate);
     if !comparison.adequate && !explained {
         for doubt in crate::check::doubts(&rig, &record)? {

@@ -2,7 +2,6 @@
 
 use std::io::Write;
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
 
 use clap::Args;
 
@@ -49,25 +48,11 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     terminal::clear();
     writeln!(out, "{}", server.address())?;
     out.flush()?;
-    if !arguments.no_open && !opened(&server.address()) {
+    if !arguments.no_open && !terminal::opened(&server.address()) {
         terminal::note(format_args!("note: no browser could be opened; open the address above in one"));
     }
     terminal::note(format_args!("the desk is open; Ctrl-C ends it"));
     server.serve(context)?;
     terminal::note(format_args!("the last tab was closed; the desk ends"));
     Ok(Status::Done)
-}
-
-/// Whether the system's own program for addresses could be started.
-fn opened(address: &str) -> bool {
-    let (program, before): (&str, &[&str]) = if cfg!(target_os = "macos") {
-        ("open", &[])
-    } else if cfg!(windows) {
-        ("rundll32", &["url.dll,FileProtocolHandler"])
-    } else {
-        ("xdg-open", &[])
-    };
-    let mut command = Command::new(program);
-    command.args(before).arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    command.spawn().is_ok()
 }

@@ -116,18 +116,23 @@ fn diagnose(
 
 /// What the records of a manifest came to, as programs read it.
 #[derive(Serialize)]
-struct Merged<'a> {
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
+pub(super) struct Merged<'a> {
     schema: &'static str,
     #[serde(flatten)]
     work: &'a Work,
+    /// How many records came to what.
     counts: Counts,
+    /// Records without a diagnosis, each with the reason.
     failures: Vec<Line<'a>>,
     /// Runs that the store did not have; `None` without a store.
     added: Option<usize>,
 }
 
 #[derive(Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 struct Line<'a> {
+    /// The record, as the user named it.
     record: &'a str,
     #[serde(flatten)]
     failure: &'a NotDiagnosed,

@@ -27,6 +27,8 @@ mod man;
 mod manifest;
 mod progress;
 mod read;
+#[cfg(feature = "internals")]
+pub mod schemas;
 mod simulate;
 mod suggest;
 mod terminal;
@@ -52,6 +54,9 @@ struct CommandLine {
     /// Nothing on standard error but errors: no notes, no warnings, no progress
     #[arg(short, long, global = true)]
     quiet: bool,
+    /// Open the page that `--report` writes
+    #[arg(long, global = true)]
+    open: bool,
     #[command(subcommand)]
     verb: Verb,
 }
@@ -216,6 +221,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         }
     };
     terminal::set_quiet(command_line.quiet);
+    terminal::set_opening(command_line.open);
     outlive_size_limit();
     for pipe in pipes {
         terminal::note(format_args!("note: {pipe}: this is a pipe; waiting for the program at its other end"));
@@ -343,7 +349,9 @@ fn write_json(out: &mut dyn Write, result: &impl serde::Serialize) -> io::Result
 
 /// Writes the page of `--report`, whole or not at all.
 fn write_page(path: &Path, page: &str) -> Result<(), Complaint> {
-    write_file(path, |file| file.write_all(page.as_bytes()))
+    write_file(path, |file| file.write_all(page.as_bytes()))?;
+    terminal::open_page(path);
+    Ok(())
 }
 
 /// Writes a file that the user named, whole or not at all, and says that it is there.

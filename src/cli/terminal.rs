@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::io::{self, IsTerminal, StdoutLock, Write};
 use std::path::Path;
+use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -56,6 +57,38 @@ pub fn gathering_notes<T>(work: impl FnOnce() -> T) -> (T, Vec<String>) {
     let before = NOTES.replace(Some(Vec::new()));
     let done = work();
     (done, NOTES.replace(before).unwrap_or_default())
+}
+
+/// Whether pages are opened once they are written.
+static OPENING: AtomicBool = AtomicBool::new(false);
+
+pub fn set_opening(opening: bool) {
+    OPENING.store(opening, Ordering::Relaxed);
+}
+
+/// Opens a page that was written, where the user asked for that.
+pub fn open_page(path: &Path) {
+    if !OPENING.load(Ordering::Relaxed) {
+        return;
+    }
+    let address = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    if !opened(&address.to_string_lossy()) {
+        note(format_args!("note: no browser could be opened; open {} in one", path.display()));
+    }
+}
+
+/// Whether the system's own program for addresses could be started.
+pub fn opened(address: &str) -> bool {
+    let (program, before): (&str, &[&str]) = if cfg!(target_os = "macos") {
+        ("open", &[])
+    } else if cfg!(windows) {
+        ("rundll32", &["url.dll,FileProtocolHandler"])
+    } else {
+        ("xdg-open", &[])
+    };
+    let mut command = Command::new(program);
+    command.args(before).arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.spawn().is_ok()
 }
 
 /// A line on standard error, unless the user asked for quiet; within [`gathering_notes`] one of its notes.

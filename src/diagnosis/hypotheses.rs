@@ -20,6 +20,7 @@ const NEGLIGIBLE: f64 = 1e-6;
 
 /// A set of faults and its probability.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Hypothesis {
     /// Ids; empty for the healthy rig.
     pub faults: Vec<String>,

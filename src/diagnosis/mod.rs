@@ -362,7 +362,7 @@ fn best_explained<'a>(
     let (record, drive) = (first.case.record, first.case.full.drive);
     let settings = first.case.settings();
     let begun = |first: &Estimate<'_>| onset::find(before, record, drive, first);
-    let mut was_asked = false;
+    let (mut was_asked, mut known_places) = (false, Vec::new());
     let is_doubtful = !first.explains() || first.isolation.set().len() >= settings.several_faults;
     if asked.from_everywhere && (first.missed() || is_doubtful) {
         let places = first.places();
@@ -383,6 +383,7 @@ fn best_explained<'a>(
             was_asked = true;
             first.explained(from_places);
         }
+        known_places = places;
     }
     // A better explanation that is not believed either begins where the first one was asked for.
     let was_asked = was_asked || (!asked.begun && first.explains());
@@ -396,8 +397,10 @@ fn best_explained<'a>(
             let is_plainer = is_strained && !found.diagnosis.is_strained() && found.diagnosis.times_noise <= left;
             (leaves_less || is_plainer) && found.diagnosis.present().count() <= first.isolation.set().len()
         };
+        // Values that nobody declared pull those that are uncertain to the ends of their search, and several faults with them.
+        let places = (is_strained && !was_asked).then_some(&known_places[..]);
         if (left > CLEARLY_ABOVE_NOISE || is_strained)
-            && let Some(found) = otherwise(&first, None)?.filter(is_better)
+            && let Some(found) = otherwise(&first, places)?.filter(is_better)
         {
             return Ok(Explained::Otherwise(Box::new(found)));
         }

@@ -16,6 +16,7 @@ pub const SCHEMA: &str = "borescope.diagnosis/1";
 
 /// What is wrong, in a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// The healthy model explains the record.
@@ -39,6 +40,7 @@ impl Verdict {
 
 /// What one record says about one fault. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct FaultReport {
     /// The parameter that it changes, such as `cylinder.clearance`.
     pub id: String,
@@ -67,6 +69,7 @@ pub struct FaultReport {
     pub probability: f64,
     /// Whether the record bounds it on both sides, on one or on none.
     #[serde(serialize_with = "identifiable")]
+    #[cfg_attr(feature = "internals", schemars(schema_with = "of_identifiable"))]
     pub identifiable: Identifiable,
     /// Why an end is open or a figure is missing, in words.
     pub remark: Option<String>,
@@ -95,6 +98,12 @@ fn identifiable<S: Serializer>(value: &Identifiable, serializer: S) -> Result<S:
     }
 }
 
+/// The schema of what [`identifiable`] writes.
+#[cfg(feature = "internals")]
+fn of_identifiable(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    schemars::json_schema!({ "type": ["boolean", "string"] })
+}
+
 /// Error of what is explained, times the noise, from which on it is said why it counts as explained.
 pub(crate) const CLEARLY_ABOVE_NOISE: f64 = 1.5;
 
@@ -107,6 +116,7 @@ impl ChannelReport {
 
 /// How well the model follows one sensor. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct ChannelReport {
     /// Of the sensor.
     pub name: String,
@@ -136,6 +146,7 @@ pub struct ChannelReport {
 
 /// A parameter that is no fault but was estimated along. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct UncertainReport {
     /// Such as `fluid.density`.
     pub id: String,
@@ -160,6 +171,7 @@ impl UncertainReport {
 
 /// A parameter that was fitted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct FittedReport {
     /// Such as `cylinder.clearance`.
     pub id: String,
@@ -175,6 +187,7 @@ pub struct FittedReport {
 
 /// Profile likelihood of a fault: how far the fit worsens where its value is held.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct ProfileReport {
     /// Of the fault.
     pub id: String,
@@ -186,6 +199,7 @@ pub struct ProfileReport {
 
 /// How the fit went.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct FitReport {
     /// Mean square of the weighted misfit: 1 if the model is right within its tolerance.
     pub chi2_reduced: f64,
@@ -208,6 +222,7 @@ pub(crate) const OTHER_OIL: &str = "other-oil";
 
 /// What one mistake in taking the record, or another oil, explains.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct CommonCause {
     /// `fast-clock`, `absolute-pressures`, `swapped-columns`, `turned-sign`, `late-inputs` or `other-oil`.
     pub kind: &'static str,
@@ -224,6 +239,7 @@ pub struct CommonCause {
 
 /// Parts that are not as their data sheets have them, although the rig file takes those as exact: the record is explained only so.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct OffDataSheet {
     /// Values that are furthest from what is stated, the furthest first.
     pub values: Vec<OffSheetValue>,
@@ -235,6 +251,7 @@ pub struct OffDataSheet {
 
 /// A value that is not as its data sheet has it. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct OffSheetValue {
     /// Such as `pump.displacement`.
     pub id: String,
@@ -263,6 +280,7 @@ impl OffDataSheet {
 
 /// A parameter of how a spool follows its command, where the record asks for another value than the rig file's. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct DynamicsReport {
     /// Such as `valve.inertia_time`.
     pub id: String,
@@ -276,6 +294,7 @@ pub struct DynamicsReport {
 
 /// Physics that the model lacks, beside which the faults of a diagnosis were found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct MissingEffect {
     /// Such as `seal-friction@cylinder`; two where one alone explains less.
     pub effects: Vec<String>,
@@ -291,6 +310,7 @@ pub struct MissingEffect {
 
 /// An effect that explains the record in place of a fault: the model need not have that fault if it lacks the effect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct RivalEffect {
     /// The fault that is then absent.
     pub fault: String,
@@ -308,6 +328,7 @@ pub struct RivalEffect {
 
 /// The diagnosis of one record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Diagnosis {
     /// Name and version of the JSON schema: `borescope.diagnosis/1`.
     pub schema: &'static str,

@@ -27,6 +27,7 @@ const DIGITS: usize = 6;
 
 /// Which property of a reading changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
     /// The mean over a steady phase, in the unit of the sensor.
@@ -45,6 +46,7 @@ pub enum Measure {
 
 /// One change that a fault causes at one sensor, by simulation of the inputs of the record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Consequence {
     /// Name of the sensor.
     pub sensor: String,

@@ -16,6 +16,7 @@ use crate::rig::Rig;
 
 /// An effect that the model lacks, as people read it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Lacking {
     /// Effect and place, such as `external-leakage@A`; of several all, with ` + ` between.
     pub id: String,
@@ -37,6 +38,7 @@ pub struct Lacking {
 
 /// A suggestion with its finding, as `suggest --format json` writes it.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct WithFinding<'a> {
     /// The suggestion.
     #[serde(flatten)]

@@ -27,6 +27,7 @@ const DIGITS: usize = 6;
 
 /// A comparison with its events, as `compare --format json` writes it.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct WithEvents<'a> {
     /// The comparison.
     #[serde(flatten)]

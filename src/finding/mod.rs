@@ -29,6 +29,7 @@ const NAMED: f64 = 0.001;
 
 /// Another explanation of the record, without the fault of the finding.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Rival {
     /// Ids; none is the circuit without faults.
     pub faults: Vec<String>,
@@ -40,6 +41,7 @@ pub struct Rival {
 
 /// What to do next about a finding.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Next {
     /// The sensor and the phase to look at, in words; `None` where no sensor shows the fault.
     pub check: Option<String>,
@@ -49,6 +51,7 @@ pub struct Next {
 
 /// A fault that is present. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Finding {
     /// The id of the fault, such as `cylinder.clearance`.
     pub id: String,
@@ -78,6 +81,7 @@ pub struct Finding {
 
 /// A diagnosis with its findings, as `diagnose --format json` writes it.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct WithFindings<'a> {
     /// The diagnosis.
     #[serde(flatten)]

@@ -19,6 +19,7 @@ pub const SCHEMA: &str = "borescope.fleet/1";
 
 /// How the rigs of a store stand.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Fleet {
     /// Name and version of the JSON schema: `borescope.fleet/1`.
     pub schema: &'static str,

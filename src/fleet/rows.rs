@@ -28,6 +28,7 @@ pub const FORM: Form = Form {
 
 /// Which work a shard is of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Work {
     /// Path of the rig file, as the user named it.
     pub rig: String,
@@ -64,6 +65,7 @@ pub enum Outcome {
 
 /// Why a record has no diagnosis.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Failure {
     /// What is wrong, and where.
     pub what: String,
@@ -120,10 +122,15 @@ impl Row {
 
 /// How many records came to what.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Counts {
+    /// All of them.
     pub records: usize,
+    /// Records without one.
     pub healthy: usize,
+    /// Records with a fault.
     pub faulty: usize,
+    /// Records that the model does not explain.
     pub model_inadequate: usize,
     /// Without a diagnosis.
     pub failed: usize,

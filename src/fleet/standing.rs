@@ -13,6 +13,7 @@ const COURSE: usize = 12;
 
 /// What a rig needs, the worst first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum State {
     /// A fault has reached the limit of its part.
@@ -46,6 +47,7 @@ impl State {
 
 /// A fault that the last run found. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Present {
     /// Such as `cylinder.clearance`.
     pub id: String,
@@ -61,6 +63,7 @@ pub struct Present {
 
 /// A limit that a fault has reached, or surely will.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Next {
     /// Such as `cylinder.clearance`.
     pub fault: String,
@@ -78,12 +81,14 @@ pub struct Next {
 
 /// How a rig stands.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Standing {
     /// Name of the rig; without one, the path of its file.
     pub rig: String,
     /// What it needs.
     pub state: State,
     /// When its last record was measured.
+    #[cfg_attr(feature = "internals", schemars(with = "String"))]
     pub measured_at: Moment,
     /// The last record, as the user named it.
     pub record: String,
@@ -101,6 +106,7 @@ pub struct Standing {
 
 /// The last values of a fault. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Course {
     /// Such as `cylinder.clearance`.
     pub fault: String,

@@ -6,6 +6,7 @@ use super::regression::Line;
 
 /// Where a fault stands on its way to its limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum State {
     /// The line is beyond the limit at the last run, and so is its interval.

@@ -10,6 +10,7 @@ pub const SCHEMA: &str = "borescope.history/1";
 
 /// What the trend goes over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum By {
@@ -31,6 +32,7 @@ impl By {
 
 /// A place on the axis of the trend: a moment, or a count of runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum Axis {
     /// A moment, such as `2026-05-01T12:00:00.000Z`.
@@ -41,18 +43,27 @@ pub enum Axis {
 
 /// A run that counts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct RunLine {
+    /// Number in the store.
     pub run: i64,
+    /// When it was measured.
     pub measured_at: String,
+    /// What says when it was measured.
     pub dated_by: String,
+    /// The record, as it was named.
     pub record: String,
+    /// Of the diagnosis.
     pub verdict: String,
+    /// Version of the program that diagnosed it.
     pub model_version: String,
+    /// SHA-256 of the rig file.
     pub rig_digest: String,
 }
 
 /// What one run said of a fault. Numbers in the unit of the fault.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct RunValue {
     /// Its number in the store.
     pub run: i64,
@@ -73,6 +84,7 @@ pub struct RunValue {
 
 /// The straight line through the values. Numbers in the unit of the fault.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Trend {
     /// Change in a `per`.
     pub slope: f64,
@@ -92,6 +104,7 @@ pub struct Trend {
 
 /// When the line passes the limit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Forecast {
     /// Whether the line passes the limit.
     pub state: State,
@@ -103,6 +116,7 @@ pub struct Forecast {
 
 /// The course of one fault. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct FaultHistory {
     /// Such as `cylinder.clearance`.
     pub id: String,
@@ -129,6 +143,7 @@ pub struct FaultHistory {
 
 /// The courses of all faults of a rig.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct History {
     /// Name and version of the JSON schema: `borescope.history/1`.
     pub schema: &'static str,
@@ -140,6 +155,7 @@ pub struct History {
     pub store: String,
     /// What the trends go over.
     pub by: By,
+    /// In the order of time.
     #[doc(hidden)]
     pub runs: Vec<RunLine>,
     /// Every fault of the rig, in its order.

@@ -13,6 +13,7 @@ use crate::rig::Rig;
 
 /// What a record at the operating point would say.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Expectation {
     /// The faults that are taken as present.
     pub with: Vec<AssumedFault>,
@@ -30,6 +31,7 @@ pub struct Expectation {
 
 /// A fault that is taken as present.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct AssumedFault {
     /// Its id.
     pub id: String,
@@ -43,6 +45,7 @@ pub struct AssumedFault {
 
 /// How well one fault could be sized, the present ones unknown too.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct ExpectedWidth {
     /// Id of the fault.
     pub id: String,

@@ -19,6 +19,7 @@ pub const SCHEMA: &str = "borescope.isolability/1";
 
 /// Isolability as programs read it (`borescope.isolability/1`).
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct IsolabilityReport {
     /// Name and version of the JSON schema: `borescope.isolability/1`.
     pub schema: &'static str,

@@ -13,6 +13,7 @@ use crate::units::Unit;
 
 /// One residual in one phase. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct SignatureRow {
     /// Id of the residual.
     pub residual: String,
@@ -40,6 +41,7 @@ pub struct SignatureRow {
 
 /// How a residual answers to one parameter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Response {
     /// Id of the parameter.
     pub id: String,

@@ -20,6 +20,7 @@ const DIGITS: usize = 7;
 
 /// What was added to a rig file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct AdditionReport {
     /// Name and version of the JSON schema: `borescope.addition/1`.
     pub schema: &'static str,
@@ -32,11 +33,13 @@ pub struct AdditionReport {
     /// How spools follow their commands, where the record asks for other than the rig file had.
     pub dynamics: Vec<DynamicsReport>,
     /// What speaks against them as fitted.
+    #[cfg_attr(feature = "internals", schemars(with = "Vec<String>"))]
     pub warnings: Vec<Warning>,
 }
 
 /// An effect that was added.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct AddedEffect {
     /// Effect and place.
     pub id: String,
@@ -46,6 +49,7 @@ pub struct AddedEffect {
 
 /// A parameter of an effect that was added.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct AddedParameter {
     /// Such as `external-leakage@A.conductance`.
     pub id: String,

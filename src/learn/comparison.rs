@@ -12,6 +12,7 @@ pub const SCHEMA: &str = "borescope.comparison/1";
 /// The model with the values of its rig file beside a record, nothing fitted: what `simulate` gives, and what `calibrate` tells of the rig
 /// file that it writes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct AsStated {
     /// Root mean square of measured minus model over the noise of the sensor, over all sensors.
     pub times_noise: f64,
@@ -21,6 +22,7 @@ pub struct AsStated {
 
 /// A phase in which the model misses a sensor. The numbers are in the unit of the sensor.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct MissedPhase {
     /// Its first time, s.
     pub from_s: f64,
@@ -36,6 +38,7 @@ pub struct MissedPhase {
 
 /// A quantity with which a misfit goes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Correlation {
     /// An input, a sensor (what the model says of it), `velocity of x` or `direction of x`.
     pub signal: String,
@@ -45,6 +48,7 @@ pub struct Correlation {
 
 /// How the model follows one sensor. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct ChannelComparison {
     /// Of the sensor.
     pub name: String,
@@ -79,6 +83,7 @@ pub struct ChannelComparison {
 
 /// Where physics is missing, as far as misfits tell.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct MisfitPlace {
     /// The balance of what the worst sensor shows; in a suggestion that of the effect that explains the misfit.
     pub equation: String,
@@ -96,6 +101,7 @@ pub struct MisfitPlace {
 
 /// A parameter that was fitted, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct FittedParameter {
     /// Such as `fluid.density`.
     pub id: String,
@@ -121,6 +127,7 @@ impl FittedParameter {
 
 /// A fault that is present, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct PresentFault {
     /// The parameter that it changes.
     pub id: String,
@@ -138,6 +145,7 @@ pub struct PresentFault {
 
 /// The model with the faults that explain a record, or with parts off their data sheets, beside that record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct WithFaults {
     /// Those that are present.
     pub faults: Vec<PresentFault>,
@@ -153,6 +161,7 @@ pub struct WithFaults {
 
 /// The model beside a record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Comparison {
     /// Name and version of the JSON schema: `borescope.comparison/1`.
     pub schema: &'static str,
@@ -189,11 +198,17 @@ pub struct Comparison {
 
 /// A comparison of the same record with an older rig file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Earlier {
+    /// The rig file, as the user named it.
     pub rig: String,
+    /// Whether it is explained within noise and tolerance.
     pub adequate: bool,
+    /// Error over all sensors, times the sensor noise.
     pub times_noise: f64,
+    /// Sensor by sensor.
     pub channels: Vec<ChannelComparison>,
+    /// The same with the faults that explain the record.
     pub with_faults: Option<WithFaults>,
 }
 

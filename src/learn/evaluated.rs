@@ -10,6 +10,7 @@ use crate::rig::Location;
 
 /// One word on what the record says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Conclusion {
     /// The model explains the record within its tolerance.

@@ -30,6 +30,7 @@ const DIGITS: usize = 6;
 
 /// A parameter of an effect as it was fitted, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct EffectParameter {
     /// Such as `external-leakage@A.conductance`.
     pub id: String,
@@ -46,6 +47,7 @@ pub struct EffectParameter {
 
 /// What the record could show of an effect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct ScoredReport {
     /// Effect and place, such as `external-leakage@A`.
     pub id: String,
@@ -69,15 +71,19 @@ pub struct ScoredReport {
 
 /// What the record could show of an effect that begins somewhere.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct OnsetReport {
     /// Where it begins, in `unit`.
     pub from: f64,
+    /// Unit of the numbers beside it.
     pub unit: String,
+    /// Smallest size that the record could show, in the unit of the size; `null` where it shows none.
     pub smallest_detectable: Option<f64>,
 }
 
 /// An effect, or a pair, that was fitted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct CandidateReport {
     /// `kind@place`; of a pair both, with ` + ` between.
     pub effect: String,
@@ -98,6 +104,7 @@ pub struct CandidateReport {
     /// Others that explain the record alike.
     pub confounded_with: Vec<String>,
     /// What speaks against it.
+    #[cfg_attr(feature = "internals", schemars(with = "Vec<String>"))]
     pub warnings: Vec<Warning>,
     /// Each effect with what the record could show of it.
     pub effects: Vec<ScoredReport>,
@@ -105,6 +112,7 @@ pub struct CandidateReport {
 
 /// A suggestion to hand on.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct SuggestionReport {
     /// Name and version of the JSON schema: `borescope.suggestion/1`.
     pub schema: &'static str,

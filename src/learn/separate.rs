@@ -17,6 +17,7 @@ const LENGTHS: [f64; 2] = [1.0, 0.5];
 
 /// A run of the rig's cycle, changed, that two explanations predict differently.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Experiment {
     /// The two explanations.
     pub between: [String; 2],

@@ -11,6 +11,7 @@ use crate::rig::{NodeKind, Quantity, Rig, Target};
 
 /// A pressure below vacuum: oil would boil and tear there, which the model does not know.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct BelowVacuum {
     /// The node that falls lowest.
     pub node: String,

@@ -21,10 +21,7 @@ pub fn brief(comparison: &Comparison, events: &[Consequence], all: bool) -> Stri
     if let Some(place) = comparison.place.as_ref().filter(|_| !explained) {
         lines.extend(located(place));
     }
-    if !events.is_empty() {
-        let events: Vec<&str> = events.iter().map(|event| event.text.as_str()).collect();
-        lines.extend(wrapped(&format!("Measured against your model: {}.", events.join("; ")), "  "));
-    }
+    lines.extend(read(events).iter().flat_map(|words| wrapped(words, "  ")));
     if let Some(with_faults) = &comparison.with_faults {
         let (heading, faults) = explained_by(with_faults);
         lines.push(heading);
@@ -59,6 +56,12 @@ pub fn brief(comparison: &Comparison, events: &[Consequence], all: bool) -> Stri
     lines.push(next(comparison));
     lines.push("`--all` shows the phases, chi-square and the NRMSE fit of each sensor.".to_owned());
     lines.join("\n") + "\n"
+}
+
+/// What is read off the record beside the model.
+pub(super) fn read(events: &[Consequence]) -> Option<String> {
+    let texts: Vec<&str> = events.iter().map(|event| event.text.as_str()).collect();
+    (!texts.is_empty()).then(|| format!("Measured against your model: {}.", texts.join("; ")))
 }
 
 /// The sensors beyond the few that are missed most, by their places.

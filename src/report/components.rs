@@ -12,54 +12,76 @@ pub const SCHEMA: &str = "borescope.components/1";
 
 /// Something with a name, a unit and a meaning: an input, a state.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Named {
+    /// As formulas know it.
     pub name: &'static str,
+    /// Unit of the numbers beside it.
     pub unit: &'static str,
+    /// In words.
     pub meaning: &'static str,
 }
 
 /// A port of a component.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct PortReport {
+    /// As the rig file has it.
     pub name: &'static str,
     /// `hydraulic` or `body`.
     pub meets: &'static str,
+    /// In words.
     pub meaning: &'static str,
 }
 
 /// A parameter of a component. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct ParameterReport {
+    /// As the rig file has it.
     pub name: &'static str,
+    /// Unit of the numbers beside it.
     pub unit: &'static str,
     /// `None` where the rig file has to speak.
     pub default: Option<f64>,
     /// Physical limits; an end is `None` where there is none.
     pub bounds: [Option<f64>; 2],
+    /// In words.
     pub meaning: &'static str,
 }
 
 /// The card of a component kind.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct ComponentReport {
     /// What a rig file writes.
     pub kind: &'static str,
     /// Whether it is a file of the catalogue, which can be copied and changed.
     pub catalogue: bool,
+    /// In words.
     pub meaning: &'static str,
+    /// Its formula.
     pub law: &'static str,
+    /// Where the law is from.
     pub source: &'static str,
+    /// Where the law holds.
     pub validity: &'static str,
+    /// In the order of the card.
     pub ports: Vec<PortReport>,
+    /// In the order of the card.
     pub parameters: Vec<ParameterReport>,
+    /// What a record has to give it.
     pub inputs: Vec<Named>,
+    /// What it remembers.
     pub states: Vec<Named>,
 }
 
 /// All component kinds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct ComponentsReport {
     pub schema: &'static str,
+    /// In the order of the library.
     pub components: Vec<ComponentReport>,
 }
 

@@ -20,8 +20,11 @@ const ANY: f64 = 1e29;
 
 /// A parameter of an effect. Numbers in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct FreeReport {
+    /// As the rig file has it.
     pub name: &'static str,
+    /// In words.
     pub meaning: &'static str,
     /// `unit of the sensor` where it is that.
     pub unit: &'static str,
@@ -35,25 +38,34 @@ pub struct FreeReport {
 
 /// The card of an effect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct EffectReport {
+    /// As the rig file has it.
     pub name: &'static str,
     #[serde(skip)]
     of_catalogue: bool,
+    /// In words.
     pub meaning: &'static str,
     /// Where it may sit.
     pub at: String,
     /// How the rig file writes it.
     pub written: String,
+    /// Its formula.
     pub law: &'static str,
+    /// Where the law is from.
     pub source: &'static str,
+    /// Where the law holds.
     pub validity: &'static str,
+    /// In the order of the card.
     pub parameters: Vec<FreeReport>,
 }
 
 /// The whole library.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct LibraryReport {
     pub schema: &'static str,
+    /// In the order of the library.
     pub effects: Vec<EffectReport>,
 }
 

@@ -34,12 +34,18 @@ const WARNINGS: usize = 2;
 
 /// The whole result. Outer errors are normalised by sensor noise over all channels, those of channels are in `unit`.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Ledger {
     pub schema: &'static str,
+    /// The rig file, as the user named it.
     pub rig: String,
+    /// The fit record, as the user named it.
     pub fit_record: String,
+    /// The check record, as the user named it.
     pub check_record: String,
+    /// Whether the best one explains both records, or what is missing still.
     pub conclusion: Conclusion,
+    /// The models, from the one as given to the best.
     pub steps: Vec<Row>,
     /// Faults that are fitted in the model of the first row; named beside it, since without them its error is another.
     #[serde(skip)]
@@ -55,6 +61,7 @@ pub struct Ledger {
     pub faults: Vec<FaultReport>,
     /// What explains the records alike, where several do, and what would tell the first of these from the second.
     pub alike: Vec<String>,
+    /// What would tell rivals apart; `null` where there are none.
     pub experiment: Option<Experiment>,
     /// The best explanation where none was worth to be added.
     pub declined: Option<DeclinedReport>,
@@ -64,16 +71,23 @@ pub struct Ledger {
 
 /// An effect with its parameters.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct EffectReport {
+    /// As rig files and programs know it.
     pub id: String,
+    /// As they were fitted in the end.
     pub parameters: Vec<EffectParameter>,
 }
 
 /// What would have explained the records best and was not added, with its errors, times the sensor noise.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct DeclinedReport {
+    /// Effect and place; of several all, with ` + ` between.
     pub effect: String,
+    /// Error on the fit record, times the sensor noise.
     pub fit_rmse: f64,
+    /// Error on the check record, times the sensor noise.
     pub check_rmse: f64,
     /// Share by which an addition has to lower what is missed of the fit record beyond noise.
     pub asked_of_fit: f64,
@@ -109,10 +123,15 @@ impl DeclinedReport {
 
 /// A fault that was fitted along, in `unit`, with one standard deviation.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct FaultReport {
+    /// As rig files and programs know it.
     pub id: String,
+    /// Estimate, in `unit`.
     pub value: f64,
+    /// One standard deviation, in `unit`.
     pub sigma: f64,
+    /// Unit of the numbers beside it.
     pub unit: String,
 }
 
@@ -124,30 +143,47 @@ impl FaultReport {
 
 /// One row: the model with what was added.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Row {
+    /// The effect that was added; `null` of the model as it was given.
     pub added: Option<String>,
+    /// Error on the fit record, times the sensor noise.
     pub fit_rmse: f64,
+    /// Error on the check record, times the sensor noise.
     pub check_rmse: f64,
     /// Mean square of the weighted misfits on the fit record: 1 within noise and tolerance.
     pub chi2_reduced: f64,
+    /// Mean square of the weighted misfit of the check record.
     pub check_chi2_reduced: f64,
+    /// Sensor by sensor.
     pub channels: BTreeMap<String, Channel>,
+    /// Caveats, in words.
+    #[cfg_attr(feature = "internals", schemars(with = "Vec<String>"))]
     pub warnings: Vec<Warning>,
     /// Extensions that reached less error on the check record but make no physical sense.
     pub refused: Vec<Refused>,
 }
 
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Channel {
+    /// Unit of the numbers beside it.
     pub unit: String,
+    /// Error on the fit record, times the sensor noise.
     pub fit_rmse: f64,
+    /// Error on the check record, times the sensor noise.
     pub check_rmse: f64,
 }
 
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Refused {
+    /// Effect and place; of several all, with ` + ` between.
     pub effect: String,
+    /// Error on the check record, times the sensor noise.
     pub check_rmse: f64,
+    /// Caveats, in words.
+    #[cfg_attr(feature = "internals", schemars(with = "Vec<String>"))]
     pub warnings: Vec<Warning>,
 }
 

@@ -30,6 +30,7 @@ pub fn threshold(k: f64, length: f64) -> f64 {
 
 /// The side on which the sum crossed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Direction {
     /// The residual is too large.

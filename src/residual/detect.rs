@@ -52,6 +52,7 @@ impl Detection {
 
 /// The mean of a residual over one phase of the record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct PhaseMean {
     /// What the first directional valve does: `P-A`, `P-B` or `closed`; `all` in a rig without one.
     pub phase: &'static str,
@@ -67,11 +68,13 @@ pub struct PhaseMean {
 
 /// What one residual says about a record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct ResidualReport {
     /// Component and law, such as `cylinder.leakage`.
     pub id: String,
     /// Of the law that is checked, such as `(4)`.
     pub equation: &'static str,
+    /// Which form of the equation.
     pub(crate) variant: Variant,
     /// Mean over the windows that count, each weighed by its variance, in `unit`: in the phase of the alarm where there is
     /// one, because a leak changes its sign with the stroke, otherwise over the whole record. `None` without such windows.
@@ -91,6 +94,7 @@ pub struct ResidualReport {
     /// When it began to leave zero, s: the start of the window since which the sum has grown, or of the windows before it that
     /// the change itself has made unsteady.
     pub onset_s: Option<f64>,
+    /// Whether the residual is too large or too small.
     #[doc(hidden)]
     pub direction: Option<Direction>,
     /// What the first directional valve did at the alarm: `P-A`, `P-B` or `closed`; `all` in a rig without one.

@@ -16,6 +16,7 @@ use crate::units::Unit;
 
 /// Whether an equation is taken as the paper prints it or as it holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Variant {
     /// As it holds: balances with compressibility, orifices with the bracket under the root, local pressures.
@@ -42,6 +43,7 @@ pub struct Generator {
 
 /// Why a value does not count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Gate {
     /// It counts.

@@ -11,6 +11,7 @@ use crate::units::{Dimension, Unit};
 
 /// A column that the rig asks for and the record does not have, with the column that it may be.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Proposal {
     /// The column that the rig file names.
     pub wanted: String,

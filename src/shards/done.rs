@@ -14,6 +14,7 @@ pub const DONE: &str = "done.json";
 
 /// A shard that is done; `W` is what its work was.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Done<W> {
     /// Name and version of the format.
     pub schema: String,

@@ -12,6 +12,7 @@ const MOST: usize = 99_999;
 
 /// One of several equal pieces, written `17/10000`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Share {
     /// From 1 to `of`.
     pub index: usize,

@@ -16,6 +16,7 @@ pub use report::{SetParameter, SimulationReport};
 
 /// How the equations are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// Rodas5P, for every circuit.

@@ -14,6 +14,7 @@ pub const SCHEMA: &str = "borescope.simulation/1";
 
 /// A simulation as programs read it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct SimulationReport {
     /// Name and version of the JSON schema: `borescope.simulation/1`.
     pub schema: &'static str,
@@ -43,6 +44,7 @@ pub struct SimulationReport {
 
 /// A column of a simulated record.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Column {
     /// Its name.
     pub name: String,
@@ -52,6 +54,7 @@ pub struct Column {
 
 /// A parameter with the value that it was given.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct SetParameter {
     /// Such as `cylinder.clearance`.
     pub id: String,

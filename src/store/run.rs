@@ -119,6 +119,7 @@ impl<'a> NewRun<'a> {
 
 /// A run as the store has it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct StoredRun {
     /// Number of the run, rising in the order of storing.
     pub id: i64,
@@ -133,10 +134,12 @@ pub struct StoredRun {
     /// SHA-256 of the record.
     pub record_digest: String,
     /// When the record was measured.
+    #[cfg_attr(feature = "internals", schemars(with = "String"))]
     pub measured_at: Moment,
     /// Where `measured_at` comes from: `given`, `file` or `diagnosis`.
     pub dated_by: String,
     /// When it was diagnosed.
+    #[cfg_attr(feature = "internals", schemars(with = "String"))]
     pub diagnosed_at: Moment,
     /// The word of the verdict.
     pub verdict: String,
@@ -191,6 +194,7 @@ fn finite(value: f64) -> Option<f64> {
 
 /// What a run says about one fault. Numbers in `unit`; `None` where there was no finite one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct StoredFault {
     /// The parameter that it changes.
     pub id: String,

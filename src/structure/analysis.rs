@@ -21,6 +21,7 @@ const MOST_SENSORS: usize = 4;
 
 /// How many there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Count {
     /// How many were counted.
     pub count: usize,
@@ -30,6 +31,7 @@ pub struct Count {
 
 /// A group of equations worth a residual.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct StructuralTest {
     /// Faults that it answers to.
     pub faults: Vec<String>,
@@ -41,6 +43,7 @@ pub struct StructuralTest {
 
 /// Two faults of which the second explains all that the first does.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct FaultPair {
     /// Id of the first.
     pub fault: String,
@@ -54,6 +57,7 @@ pub struct FaultPair {
 /// fault vary in time at will; what can be isolated here may still need more excitation or less noise than a record
 /// has.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Isolability {
     /// How many the structure has.
     pub equations: usize,

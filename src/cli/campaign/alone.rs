@@ -19,9 +19,12 @@ use crate::report;
 
 /// One case alone.
 #[derive(Serialize)]
-struct Alone<'a> {
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
+pub(in crate::cli) struct Alone<'a> {
     schema: &'static str,
+    /// What it was and what was found.
     case: &'a Row,
+    /// The diagnosis; `null` where there is none.
     diagnosis: Option<&'a Diagnosis>,
 }
 

@@ -1,6 +1,6 @@
 //! `campaign`: how good the diagnosis of a rig is, measured on synthetic faults.
 
-mod alone;
+pub(super) mod alone;
 mod shards;
 
 use std::io::Write;

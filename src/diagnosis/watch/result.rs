@@ -10,6 +10,7 @@ pub const SCHEMA: &str = "borescope.windows/1";
 
 /// What is said of the whole record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum WatchedVerdict {
     /// No residual fired, or no diagnosis found anything where one did.
@@ -24,6 +25,7 @@ pub enum WatchedVerdict {
 
 /// A record that was watched window by window.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Watched {
     /// Name and version of the JSON schema: `borescope.windows/1`.
     pub schema: &'static str,
@@ -56,6 +58,7 @@ pub struct Watched {
 
 /// A stretch that was diagnosed although no residual fired.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Sample {
     /// The stretch, s.
     pub diagnosed_s: [f64; 2],
@@ -65,6 +68,7 @@ pub struct Sample {
 
 /// One window of the record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct WindowReport {
     /// Time of its first row, s.
     pub from_s: f64,
@@ -80,6 +84,7 @@ pub struct WindowReport {
 
 /// A stretch over which residuals fire again and again.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Episode {
     /// When the first residual began to leave zero, s.
     pub onset_s: f64,
@@ -101,12 +106,19 @@ pub struct Episode {
 
 /// A residual of an episode.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct FiredResidual {
+    /// As rig files and programs know it.
     pub id: String,
+    /// Time of the first alarm, s.
     pub first_alarm_s: f64,
+    /// Time from which on the residual had left zero, s.
     pub onset_s: f64,
+    /// Whether the residual is too large or too small.
     pub direction: Direction,
+    /// Position of the valve.
     pub phase: &'static str,
+    /// How many there were.
     pub alarms: usize,
 }
 

@@ -14,6 +14,7 @@ use channel::Known;
 
 /// A sort of doubt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Doubt {
     /// The time stands still from row to row.
@@ -40,6 +41,7 @@ pub enum Doubt {
 
 /// One doubt.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct Finding {
     /// What is doubtful.
     #[doc(hidden)]

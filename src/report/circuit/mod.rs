@@ -10,6 +10,8 @@ use std::fmt::Write;
 use self::place::{Layout, Placed, layout};
 use self::symbol::Symbol;
 use crate::diagnosis::FaultReport;
+use crate::learn::result::EffectParameter;
+use crate::number::{rounded, with_unit};
 use crate::physics::card::PortKind;
 use crate::report::diagnosis::sized;
 use crate::report::escape;
@@ -18,21 +20,63 @@ use crate::rig::{Quantity, Rig, Target};
 /// Mean width of a character, px; names and faults are bold.
 const CHARACTER: f64 = 6.4;
 const BOLD: f64 = 7.4;
+/// Parameters from which on an effect is a curve, which has no size.
+const CURVE: usize = 12;
 /// Room around the drawing, px.
 const RIM: f64 = 14.0;
 
+/// What is marked: a part, sensor, node or joined effect, and what is the matter with it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Marked {
+    /// What it is called where nobody sees the drawing.
+    pub id: String,
+    /// Such as `cylinder`, `sensor.p_A`, `A` or `external-leakage@A`.
+    pub owner: String,
+    /// Such as `clearance 0.2 mm`.
+    pub text: String,
+}
+
+impl Marked {
+    /// A parameter with its value and unit: `cylinder.clearance`, `0.2 mm`.
+    pub fn of(id: &str, value: &str) -> Self {
+        let (owner, parameter) = id.rsplit_once('.').unwrap_or((id, ""));
+        Self { id: id.to_owned(), owner: owner.to_owned(), text: format!("{parameter} {value}") }
+    }
+
+    /// An effect with its first value, at what it joins or changes, else at its place; `None` without any value.
+    pub fn effect(rig: &Rig, effect: &str, parameters: &[EffectParameter]) -> Option<Self> {
+        let first = parameters.first()?;
+        let size =
+            if parameters.len() > CURVE { String::new() } else { with_unit(rounded(first.value, 3), &first.unit) };
+        let is_part = |name: &str| rig.components.iter().any(|component| component.name == name);
+        let joined = Self::of(&first.id, &size).owner;
+        let owner = match effect.split_once('@') {
+            Some((_, sensor)) if rig.sensors.iter().any(|one| one.name == sensor) => format!("sensor.{sensor}"),
+            Some((_, place)) if !is_part(&joined) => place.to_owned(),
+            _ => joined,
+        };
+        let kind = effect.split('@').next().unwrap_or(effect).replace('-', " ");
+        Some(Self { id: effect.to_owned(), owner, text: format!("{kind} {size}").trim_end().to_owned() })
+    }
+
+    /// Faults with their sizes.
+    pub fn faults(faults: &[&FaultReport]) -> Vec<Self> {
+        faults.iter().map(|fault| Self::of(&fault.id, &sized(fault))).collect()
+    }
+}
+
 struct Drawing<'a> {
     rig: &'a Rig,
-    faults: &'a [&'a FaultReport],
+    marks: &'a [Marked],
     out: String,
     /// Left, top, right, bottom of what has been drawn.
     ends: (f64, f64, f64, f64),
 }
 
-/// The circuit as one `<svg>` element; what these faults are of is marked.
-pub fn svg(rig: &Rig, faults: &[&FaultReport]) -> String {
+/// The circuit as one `<svg>` element with these marks.
+pub fn svg(rig: &Rig, marks: &[Marked]) -> String {
     let ends = (f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY);
-    let mut drawing = Drawing { rig, faults, out: String::new(), ends };
+    let mut drawing = Drawing { rig, marks, out: String::new(), ends };
     let letters = |component: usize| {
         let name = &rig.components[component].name;
         let texts = drawing.wrong(name);
@@ -46,7 +90,7 @@ pub fn svg(rig: &Rig, faults: &[&FaultReport]) -> String {
         return String::new();
     }
     let (width, height) = (right - left + 2.0 * RIM, bottom - top + 2.0 * RIM);
-    let marked: Vec<&str> = faults.iter().map(|fault| fault.id.as_str()).collect();
+    let marked: Vec<&str> = marks.iter().map(|mark| mark.id.as_str()).collect();
     let names: Vec<&str> = layout.placed.iter().map(|placed| rig.components[placed.component].name.as_str()).collect();
     let what = format!(
         "hydraulic circuit with {}; {}",
@@ -95,12 +139,7 @@ impl Drawing<'_> {
 
     /// What is wrong with a component or sensor: `clearance 0.2 mm`.
     fn wrong(&self, owner: &str) -> Vec<String> {
-        let own = |fault: &&&FaultReport| fault.id.rsplit_once('.').is_some_and(|(of, _)| of == owner);
-        let name = |fault: &&FaultReport| {
-            let parameter = fault.id.rsplit_once('.').map_or("", |(_, parameter)| parameter);
-            format!("{parameter} {}", sized(fault))
-        };
-        self.faults.iter().filter(own).map(name).collect()
+        self.marks.iter().filter(|mark| mark.owner == owner).map(|mark| mark.text.clone()).collect()
     }
 
     /// Sensors of some quantities at a target, one text each, with whether something is wrong with it.
@@ -156,6 +195,10 @@ impl Drawing<'_> {
             let name = self.rig.nodes[node].name.clone();
             self.text((x, y - 2.0), anchor, "line", &name);
             let mut below = y + 11.0;
+            for wrong in self.wrong(&name) {
+                self.text((x, below), anchor, "wrong", &wrong);
+                below += 13.0;
+            }
             for (text, wrong) in sensors {
                 self.text((x, below), anchor, if wrong { "wrong" } else { "sensor" }, &text);
                 below += 13.0;
@@ -333,7 +376,7 @@ mod tests {
             biased: false,
         };
         let (clearance, offset) = (fault("cylinder.clearance", "mm"), fault("sensor.p_A.offset", "bar"));
-        let drawn = svg(&rig, &[&clearance, &offset]);
+        let drawn = svg(&rig, &Marked::faults(&[&clearance, &offset]));
         assert_eq!(drawn.matches("class=\"mark\"").count(), 1);
         for text in
             [">clearance 0.2 mm</text>", ">p_A: offset 0.2 bar</text>", "marked: cylinder.clearance, sensor.p_A.offset"]

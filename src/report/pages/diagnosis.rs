@@ -11,7 +11,7 @@ use crate::finding::Finding;
 use crate::number::{in_unit, with_unit};
 use crate::record::Record;
 use crate::report::caveats::{TOLD, caveats, detected, left_out};
-use crate::report::circuit;
+use crate::report::circuit::{self, Marked};
 use crate::report::diagnosis as words;
 use crate::report::findings::{self, Left};
 use crate::report::html::{Card, Cell, Column, Mark, Page, Scale, Section, Table};
@@ -49,7 +49,7 @@ pub fn html(
     let caption = format!(
         "The circuit as the rig file has it, symbols after ISO 1219; {what}. Sensors stand beside what they measure."
     );
-    drawn.drawing("circuit", &circuit::svg(fitted, framed), &caption);
+    drawn.drawing("circuit", &circuit::svg(fitted, &Marked::faults(framed)), &caption);
     page.section(drawn);
     let mut shown = Shown::new(rig, record, "time", 1)?;
     shown.detected_at_s = diagnosis.detected_at_s;

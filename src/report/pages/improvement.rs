@@ -2,7 +2,7 @@
 
 use super::bars::bars;
 use super::channels::Shown;
-use super::learn::{curves, most_missed, named};
+use super::learn::{curves, drawn, most_missed, named};
 use super::suggestion::said;
 use super::{misfit, missing};
 use crate::complaint::Complaint;
@@ -11,8 +11,9 @@ use crate::learn::warning::joined;
 use crate::number::{rounded, text};
 use crate::record::Record;
 use crate::report::brief::ErrorRow;
+use crate::report::circuit::Marked;
 use crate::report::html::{Cell, Column, Page, Section, Table};
-use crate::report::improvement::{Ledger, Row, left};
+use crate::report::improvement::{EffectReport, Ledger, Row, left};
 use crate::report::learn::{PARAMETER_HEADS, experiment, parameter_row};
 use crate::rig::Rig;
 
@@ -39,6 +40,11 @@ pub fn improvement(
     let more = (!ids.is_empty()).then_some((joined.as_str(), &found.trial));
     if let Some(section) = missing::section(&found.given, fit, more)? {
         page.section(section);
+    }
+    if !ledger.effects.is_empty() {
+        let mark = |effect: &EffectReport| Marked::effect(&found.trial.rig, &effect.id, &effect.parameters);
+        let marks: Vec<Marked> = ledger.effects.iter().filter_map(mark).collect();
+        page.section(drawn(&found.trial.rig, &marks, "what was added is framed"));
     }
     if let (Some(first), Some(last)) = (found.steps.first(), found.steps.last()) {
         let name = if ids.len() == 1 { format!("with {joined}") } else { "with the added effects".to_owned() };

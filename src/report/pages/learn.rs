@@ -4,10 +4,13 @@ use super::bars::bars;
 use super::channels::{FOUND, Said, Shown, YOURS, by_sensor};
 use super::misfit;
 use crate::complaint::Complaint;
+use crate::finding::Consequence;
 use crate::learn::compare::Compared;
-use crate::learn::comparison::{Comparison, FittedParameter, WithFaults};
+use crate::learn::comparison::{ChannelComparison, Comparison, FittedParameter, PresentFault, WithFaults};
+use crate::number::{rounded, with_unit};
 use crate::record::Record;
 use crate::report::brief::ErrorRow;
+use crate::report::circuit::{self, Marked};
 use crate::report::comparison as brief;
 use crate::report::digits::{plus_minus, worth};
 use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table};
@@ -31,7 +34,12 @@ pub(super) fn named_or(name: &str, file: &str) -> String {
 ///
 /// # Errors
 /// Columns that are missing.
-pub fn comparison(rig: &Rig, record: &Record, compared: &Compared) -> Result<String, Complaint> {
+pub fn comparison(
+    rig: &Rig,
+    record: &Record,
+    compared: &Compared,
+    events: &[Consequence],
+) -> Result<String, Complaint> {
     let comparison = &compared.comparison;
     let shown = Shown::new(rig, record, "time", 1)?;
     let mut page = Page::new(format!("Comparison of {}", named(rig)), format!("Record {}", comparison.record));
@@ -42,6 +50,9 @@ pub fn comparison(rig: &Rig, record: &Record, compared: &Compared) -> Result<Str
         let (heading, faults) = brief::explained_by(with_faults);
         verdict.paragraph(heading);
         verdict.list(faults);
+    }
+    if let Some(events) = brief::read(events) {
+        verdict.paragraph(events);
     }
     verdict.table(bars("Error over all sensors, times the sensor noise", &errors(comparison)));
     if let Some(stated) = brief::stated(comparison) {
@@ -61,6 +72,22 @@ pub fn comparison(rig: &Rig, record: &Record, compared: &Compared) -> Result<Str
     }
     verdict.preformatted(brief::next(comparison));
     page.section(verdict);
+    let (marks, what) = match &comparison.with_faults {
+        Some(with) if !with.faults.is_empty() => {
+            let mark = |fault: &PresentFault| Marked::of(&fault.id, &with_unit(rounded(fault.value, 3), &fault.unit));
+            (with.faults.iter().map(mark).collect(), "what explains the record best is framed")
+        }
+        _ => {
+            let missed = comparison.channels.iter().filter(|channel| !channel.adequate);
+            let mark = |channel: &ChannelComparison| Marked {
+                id: channel.name.clone(),
+                owner: format!("sensor.{}", channel.name),
+                text: words::multiple(channel.times_noise),
+            };
+            (missed.map(mark).collect::<Vec<_>>(), "behind each sensor that your model misses by how much")
+        }
+    };
+    page.section(drawn(rig, &marks, what));
     let yours = Said { name: "your model", outputs: &compared.run.outputs, style: YOURS };
     let found = compared.found.as_ref().map(|outputs| Said { name: "with the faults", outputs, style: FOUND });
     let mut place = Section::new("Where it misses");
@@ -113,6 +140,14 @@ fn errors(comparison: &Comparison) -> Vec<ErrorRow> {
     let with = comparison.with_faults.as_ref();
     rows.extend(with.map(|with| row(format!("your model, with {}", faults(with)), with.times_noise)));
     rows
+}
+
+/// The circuit with what is marked.
+pub(super) fn drawn(rig: &Rig, marks: &[Marked], what: &str) -> Section {
+    let mut section = Section::new("Circuit");
+    let caption = format!("The circuit, symbols after ISO 1219; {what}. Sensors stand beside what they measure.");
+    section.drawing("circuit", &circuit::svg(rig, marks), &caption);
+    section
 }
 
 /// The charts of one sensor, and those of the others on demand.

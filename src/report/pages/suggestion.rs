@@ -2,17 +2,18 @@
 
 use super::bars::bars;
 use super::channels::{FOUND, Said, Shown, YOURS, by_sensor};
-use super::learn::{curves, most_missed, named};
+use super::learn::{curves, drawn, most_missed, named};
 use super::{misfit, missing, rivals};
 use crate::complaint::Complaint;
 use crate::finding::Consequence;
 use crate::finding::lacking::Lacking;
 use crate::learn::evaluated::Conclusion;
-use crate::learn::result::{CandidateReport, EffectParameter, SuggestionReport};
+use crate::learn::result::{CandidateReport, EffectParameter, SuggestionReport, parameters};
 use crate::learn::suggest::Suggestion;
 use crate::number::{before_unit, rounded, text};
 use crate::record::Record;
 use crate::report::caveats::learnt_with;
+use crate::report::circuit::Marked;
 use crate::report::html::{Card, Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::learn as words;
 use crate::report::suggestion as brief;
@@ -59,6 +60,12 @@ pub fn suggestion(
     page.section(first);
     if let Some(second) = second {
         page.section(second);
+    }
+    if let Some(best) = supported {
+        let with_sizes = best.effects.iter().map(|effect| (effect.id.as_str(), parameters(&best.trial, &effect.id)));
+        let marks: Vec<Marked> =
+            with_sizes.filter_map(|(id, sizes)| Marked::effect(&best.trial.rig, id, &sizes)).collect();
+        page.section(drawn(&best.trial.rig, &marks, "what your model lacks is framed"));
     }
     let shown = Shown::new(rig, record, "time", records)?;
     let before = &found.base.fit.outputs;

@@ -1,9 +1,10 @@
 //! What the verbs write as JSON keeps to the published schemas in `docs/schema`.
 
-use crate::support::command;
+use crate::support::{command, page};
 
 use std::fs;
 
+use borescope::internals::schemas;
 use command::borescope;
 use serde_json::Value;
 
@@ -12,10 +13,41 @@ const CYLINDER: &str = "fixtures/telescopic/rig.toml";
 const LEAK: &str = "fixtures/telescopic/leak_020.csv";
 
 /// What of a value goes against a schema. Of the vocabulary only what the schemas use: anything else is a mistake of the test.
-fn wrong(schema: &Value, value: &Value, at: &str, found: &mut Vec<String>) {
+fn wrong((root, schema): (&Value, &Value), value: &Value, at: &str, found: &mut Vec<String>) {
     for (key, rule) in schema.as_object().unwrap() {
         match key.as_str() {
-            "$schema" | "title" | "description" | "$comment" => {}
+            "$schema" | "title" | "description" | "$comment" | "$defs" => {}
+            "$ref" => {
+                let place = rule.as_str().unwrap().strip_prefix('#').unwrap();
+                wrong((root, root.pointer(place).unwrap()), value, at, found);
+            }
+            "anyOf" | "oneOf" => {
+                let one = |rule: &Value| {
+                    let mut found = Vec::new();
+                    wrong((root, rule), value, at, &mut found);
+                    found
+                };
+                let all: Vec<Vec<String>> = rule.as_array().unwrap().iter().map(one).collect();
+                if all.iter().all(|found| !found.is_empty()) {
+                    found.extend(all.into_iter().min_by_key(Vec::len).unwrap());
+                }
+            }
+            "minimum" => {
+                if value.as_f64().is_some_and(|number| number < rule.as_f64().unwrap()) {
+                    found.push(format!("{at} is {value}, below {rule}"));
+                }
+            }
+            "minItems" | "maxItems" => {
+                let (length, limit) = (value.as_array().map_or(0, Vec::len) as u64, rule.as_u64().unwrap());
+                if value.is_array() && (if key == "minItems" { length < limit } else { length > limit }) {
+                    found.push(format!("{at} has {length} items, {key} is {limit}"));
+                }
+            }
+            "prefixItems" => {
+                for (index, rule) in rule.as_array().unwrap().iter().enumerate() {
+                    wrong((root, rule), &value[index], &format!("{at}[{index}]"), found);
+                }
+            }
             "const" if value != rule => found.push(format!("{at} is {value} instead of {rule}")),
             "enum" if !rule.as_array().unwrap().contains(value) => {
                 found.push(format!("{at} is {value}, none of {rule}"))
@@ -26,7 +58,8 @@ fn wrong(schema: &Value, value: &Value, at: &str, found: &mut Vec<String>) {
                     Value::Array(several) => several.iter().filter_map(Value::as_str).collect(),
                     one => vec![one.as_str().unwrap()],
                 };
-                if !allowed.contains(&type_of(value)) {
+                let is_whole = value.is_i64() || value.is_u64();
+                if !allowed.contains(&type_of(value)) && !(is_whole && allowed.contains(&"integer")) {
                     found.push(format!("{at} is of type {}, none of {allowed:?}", type_of(value)));
                 }
             }
@@ -40,18 +73,19 @@ fn wrong(schema: &Value, value: &Value, at: &str, found: &mut Vec<String>) {
             "properties" => {
                 for (key, rule) in rule.as_object().unwrap() {
                     if let Some(inner) = value.get(key) {
-                        wrong(rule, inner, &format!("{at}.{key}"), found);
+                        wrong((root, rule), inner, &format!("{at}.{key}"), found);
                     }
                 }
             }
+            "additionalProperties" if rule.is_boolean() => {}
             "additionalProperties" => {
                 for (key, inner) in value.as_object().into_iter().flatten() {
-                    wrong(rule, inner, &format!("{at}.{key}"), found);
+                    wrong((root, rule), inner, &format!("{at}.{key}"), found);
                 }
             }
             "items" => {
                 for (index, inner) in value.as_array().into_iter().flatten().enumerate() {
-                    wrong(rule, inner, &format!("{at}[{index}]"), found);
+                    wrong((root, rule), inner, &format!("{at}[{index}]"), found);
                 }
             }
             other => panic!("the word `{other}` is not known here"),
@@ -83,9 +117,44 @@ fn check(arguments: &[&str]) -> String {
     assert_eq!(ran.status, Some(0), "{arguments:?}: {}", ran.err);
     let result: Value = serde_json::from_str(&ran.out).unwrap();
     let mut found = Vec::new();
-    wrong(&schema_of(&result), &result, "result", &mut found);
+    let schema = schema_of(&result);
+    wrong((&schema, &schema), &result, "result", &mut found);
     assert!(found.is_empty(), "{arguments:?}:\n{}", found.join("\n"));
     result["schema"].as_str().unwrap().to_owned()
+}
+
+/// Keys without a description, which tells their unit.
+fn undescribed(schema: &Value, at: &str, found: &mut Vec<String>) {
+    match schema {
+        Value::Object(words) => {
+            for (key, rule) in words.get("properties").and_then(Value::as_object).into_iter().flatten() {
+                if rule.get("description").is_none() {
+                    found.push(format!("{at}.{key}"));
+                }
+            }
+            words.iter().for_each(|(key, inner)| undescribed(inner, &format!("{at}.{key}"), found));
+        }
+        Value::Array(all) => all.iter().for_each(|inner| undescribed(inner, at, found)),
+        _ => {}
+    }
+}
+
+/// `BLESS=1` writes them.
+#[test]
+fn published_schemas_are_those_of_the_types() {
+    let mut wrong = Vec::new();
+    for (name, schema) in schemas() {
+        let path = format!("docs/schema/{}.json", name.replace('/', "-"));
+        let now = serde_json::to_string_pretty(&schema).unwrap() + "\n";
+        if page::blessed() {
+            fs::write(&path, &now).unwrap();
+        }
+        if fs::read_to_string(&path).unwrap_or_default() != now {
+            wrong.push(format!("{path} is stale (BLESS=1 writes it)"));
+        }
+        undescribed(&schema, &name, &mut wrong);
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]

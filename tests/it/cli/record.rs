@@ -21,7 +21,7 @@ fn check(record: &[u8]) -> Ran {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("record.csv");
     fs::write(&path, record).unwrap();
-    let mut ran = borescope(["check", RIG, path.to_str().unwrap()]);
+    let mut ran = borescope(["check", RIG, path.to_str().unwrap(), "--all"]);
     ran.err = ran.err.replace(path.to_str().unwrap(), "RECORD").replace(RIG, "RIG");
     ran
 }

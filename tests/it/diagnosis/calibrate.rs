@@ -537,7 +537,7 @@ fn the_program_writes_the_rig_and_its_summary() {
     let new = folder.path().join("new.toml");
     let rig = Rig::read(&new).unwrap();
     assert_eq!(rig.calibration.unwrap().records.len(), 1);
-    let text = run(folder.path(), &["rig.toml", "healthy.csv", "-o", "again.toml"]);
+    let text = run(folder.path(), &["rig.toml", "healthy.csv", "-o", "again.toml", "--all"]);
     assert_eq!(text.status, Some(0));
     let channel = &summary["records"][0]["channels"][0];
     let error = |key: &str| channel[key].as_f64().unwrap();

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use borescope::internals::finding::measured::events;
 use borescope::internals::finding::{Consequence, Measure, Runs};
 use borescope::internals::model::{InputSignals, Model};
 use borescope::{Record, Rig};
@@ -15,7 +16,16 @@ fn caused_by(id: &str, size: &str) -> (Vec<Consequence>, Record, Vec<Vec<f64>>) 
     let drive = InputSignals::from_record(&rig, &record).unwrap();
     let run = |model: &Model| model.solve(&model.rig.nominal(), &drive, &record.time).unwrap().values;
     let (with_fault, without_fault) = (&run(&rig.model().with(id, size).unwrap()), &run(&rig.model()));
-    let runs = Runs { rig: &rig, record: &record, drive: &drive, from: 0, with_fault, without_fault };
+    let runs = Runs {
+        rig: &rig,
+        record: &record,
+        drive: &drive,
+        from: 0,
+        with_fault,
+        without_fault,
+        other: "new",
+        noisy: 0.0,
+    };
     (runs.consequences(id.starts_with("sensor.")), record, with_fault.clone())
 }
 
@@ -40,7 +50,16 @@ fn a_stroke_that_only_one_of_both_ends_is_the_change_that_is_named() {
     let healthy = run(&rig.model());
     let slow = run(&rig.model().with("flow_control.orifice_diameter", "1 mm").unwrap());
     let told = |with_fault: &Vec<Vec<f64>>, without_fault: &Vec<Vec<f64>>| {
-        let runs = Runs { rig: &rig, record: &record, drive: &drive, from: 0, with_fault, without_fault };
+        let runs = Runs {
+            rig: &rig,
+            record: &record,
+            drive: &drive,
+            from: 0,
+            with_fault,
+            without_fault,
+            other: "new",
+            noisy: 0.0,
+        };
         runs.consequences(false).into_iter().find(|one| one.measure == Measure::TravelTime).unwrap()
     };
     let never = told(&slow, &healthy);
@@ -85,11 +104,41 @@ fn what_never_stands_is_compared_where_its_change_is_sustained() {
         };
     }
     let (with_fault, without_fault) = (&with_fault, &without_fault);
-    let runs = Runs { rig: &rig, record: &record, drive: &drive, from: 0, with_fault, without_fault };
+    let runs = Runs {
+        rig: &rig,
+        record: &record,
+        drive: &drive,
+        from: 0,
+        with_fault,
+        without_fault,
+        other: "new",
+        noisy: 0.0,
+    };
     let found = runs.consequences(false);
     let one = &found[0];
     assert_eq!((one.sensor.as_str(), one.measure), ("p_A", Measure::Sustained), "{found:?}");
     assert!((one.change + 4.0).abs() < 1e-6, "{one:?}");
     assert!(one.from_s > last - 0.9 && one.to_s < last - 0.1 + 1e-9, "{one:?}");
     assert!(one.text.contains(" instead of ") && one.text.contains(" bar at "), "{one:?}");
+}
+
+/// What of a record is read beside the model without faults.
+fn read(record: &str) -> Vec<Consequence> {
+    let rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
+    let record = rig.record(format!("fixtures/telescopic/{record}.csv")).unwrap();
+    let drive = InputSignals::from_record(&rig, &record).unwrap();
+    let model = Model::new(rig.clone()).solve(&rig.nominal(), &drive, &record.time).unwrap().values;
+    events(&rig, &record, &model).unwrap()
+}
+
+#[test]
+fn a_record_is_read_beside_its_model_as_on_a_chart() {
+    let leaks = read("leak_020");
+    let late = leaks.iter().find(|one| one.measure == Measure::TravelTime).unwrap();
+    assert!(late.sensor == "x" && (0.3..0.6).contains(&late.change), "{leaks:?}");
+    let slow = leaks.iter().find(|one| one.sensor.starts_with('q')).unwrap();
+    assert!((slow.change + 3.5).abs() < 0.3 || (slow.change - 3.5).abs() < 0.3, "{leaks:?}");
+    // Noise makes no event, and what a healthy machine differs by is within its tolerance.
+    let healthy = read("healthy_1");
+    assert!(healthy.iter().all(|one| one.measure != Measure::TravelTime || one.change.abs() < 0.05), "{healthy:?}");
 }

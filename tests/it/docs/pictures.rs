@@ -114,7 +114,8 @@ fn every_picture_of_a_page_is_drawn_by_this_test() {
         assert_eq!(size(&Path::new(FIGURES).join(picture.file)), picture.size, "{}", picture.file);
     }
     let drawn = fs::read_dir(FIGURES).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    for file in drawn.filter(|file| file.ends_with(".png")) {
+    // The desk by `cli::desk::in_a_browser`, which works it.
+    for file in drawn.filter(|file| file.ends_with(".png") && file != "desk.png") {
         assert!(PICTURES.iter().any(|picture| picture.file == file), "{file} is drawn by no test");
     }
 }
