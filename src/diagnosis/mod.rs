@@ -397,8 +397,10 @@ fn best_explained<'a>(
             let is_plainer = is_strained && !found.diagnosis.is_strained() && found.diagnosis.times_noise <= left;
             (leaves_less || is_plainer) && found.diagnosis.present().count() <= first.isolation.set().len()
         };
-        // Values that nobody declared pull those that are uncertain to the ends of their search, and several faults with them.
-        let places = (is_strained && !was_asked).then_some(&known_places[..]);
+        // Values that nobody declared pull those that are uncertain to the ends of their search, and several faults with them. Without a
+        // calibration it may be the data sheets, which are asked about once nothing else explains the record.
+        let is_calibrated = first.case.rig().calibration.is_some();
+        let places = (is_strained && is_calibrated && !was_asked).then_some(&known_places[..]);
         if (left > CLEARLY_ABOVE_NOISE || is_strained)
             && let Some(found) = otherwise(&first, places)?.filter(is_better)
         {

@@ -237,7 +237,10 @@ impl<'a, S: Scalar> Assembly<'a, S> {
             Raw::HeldPressure(parameter) => self.held[parameter] - ATMOSPHERE,
             Raw::Level(state) => (y[state] - ATMOSPHERE) * self.level_per_pressure,
             Raw::State(state) => y[state],
-            Raw::Flow(component, port, sign) => self.answers[component].through[port] * sign,
+            Raw::Flow(sign) => {
+                let flows = self.layout.flows[sensor].iter();
+                flows.fold(S::zero(), |sum, &(component, port)| sum + self.answers[component].through[port]) * sign
+            }
         }
     }
 
@@ -356,16 +359,20 @@ impl<S: Scalar, const N: usize> System<S, N> for Assembly<'_, S> {
         for filter in &self.layout.filters {
             let per_lag = 1.0 / filter.lag;
             let raw = match self.layout.raw[filter.sensor] {
-                Raw::Flow(component, port, sign) => {
-                    let flow = &self.local[component].through[port];
-                    let slot = &self.layout.slots[component];
-                    for (direction, variable) in slot.variables.iter().enumerate() {
-                        if let Variable::State(column) = variable {
-                            j[filter.state][*column] += flow.eps[direction] * (sign * per_lag);
+                Raw::Flow(sign) => {
+                    let mut sum = S::zero();
+                    for &(component, port) in &self.layout.flows[filter.sensor] {
+                        let flow = &self.local[component].through[port];
+                        let slot = &self.layout.slots[component];
+                        for (direction, variable) in slot.variables.iter().enumerate() {
+                            if let Variable::State(column) = variable {
+                                j[filter.state][*column] += flow.eps[direction] * (sign * per_lag);
+                            }
                         }
+                        dfdt[filter.state] += flow.eps[TIME] * (sign * per_lag);
+                        sum += flow.re;
                     }
-                    dfdt[filter.state] += flow.eps[TIME] * (sign * per_lag);
-                    flow.re * sign
+                    sum * sign
                 }
                 Raw::Pressure(state) | Raw::State(state) => {
                     j[filter.state][state] += S::constant(per_lag);

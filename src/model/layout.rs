@@ -32,8 +32,8 @@ pub enum Raw {
     /// Level over this state, per pressure by the fluid's density.
     Level(usize),
     State(usize),
-    /// Component, port, sign.
-    Flow(usize, usize, f64),
+    /// What [`Layout::flows`] of the sensor add up to, times this sign.
+    Flow(f64),
 }
 
 #[derive(Debug, Clone)]
@@ -50,6 +50,8 @@ pub struct Layout {
     pub node_state: Vec<Option<usize>>,
     pub filters: Vec<Filter>,
     pub raw: Vec<Raw>,
+    /// Of each sensor of a flow the components and ports whose flows it reads together.
+    pub flows: Vec<Vec<(usize, usize)>>,
     /// Index among the inputs of how much warmer the fluid is than its temperature of reference, K, where that is measured.
     pub temperature: Option<usize>,
     /// Index among the inputs of the time since the run began, s: the last.
@@ -85,6 +87,7 @@ impl Layout {
             temperature: rig.temperature.as_ref().map(|_| rig.inputs.len()),
             clock: rig.inputs.len() + usize::from(rig.temperature.is_some()),
             filtered: Vec::new(),
+            flows: Vec::new(),
             shown: Vec::new(),
             wiring: Wiring::default(),
             elimination: None,
@@ -156,11 +159,18 @@ impl Layout {
                 layout.filters.push(Filter { state, sensor: index, lag: sensor.lag });
                 state
             });
-            if let (None, Raw::Flow(component, ..)) = (state, raw)
-                && !layout.shown.contains(&component)
-            {
-                layout.shown.push(component);
+            let flows = match sensor.target {
+                Target::Port(component, port) => rig.metered(component, port),
+                _ => Vec::new(),
+            };
+            if state.is_none() {
+                for &(component, _) in &flows {
+                    if !layout.shown.contains(&component) {
+                        layout.shown.push(component);
+                    }
+                }
             }
+            layout.flows.push(flows);
             layout.filtered.push(state);
         }
         layout.wiring = Wiring::of(&layout.slots, layout.states, layout.clock);
@@ -181,8 +191,9 @@ impl Layout {
         for filter in &self.filters {
             match self.raw[filter.sensor] {
                 Raw::Pressure(state) | Raw::Level(state) | Raw::State(state) => found.push((filter.state, state)),
-                Raw::Flow(component, ..) => {
-                    found.extend(self.slots[component].states_seen().map(|column| (filter.state, column)));
+                Raw::Flow(_) => {
+                    let seen = |&(component, _): &(usize, usize)| self.slots[component].states_seen();
+                    found.extend(self.flows[filter.sensor].iter().flat_map(seen).map(|column| (filter.state, column)));
                 }
                 Raw::HeldPressure(_) => {}
             }
@@ -199,7 +210,7 @@ impl Layout {
 
     fn raw_of(&self, rig: &Rig, sensor: &crate::rig::Sensor) -> Raw {
         match sensor.target {
-            Target::Port(component, port) => Raw::Flow(component, port, sensor.sign),
+            Target::Port(..) => Raw::Flow(sensor.sign),
             Target::State(component, state) => Raw::State(self.slots[component].first_state + state),
             Target::Node(node) => match (self.node_state[node], &rig.nodes[node].kind, sensor.quantity) {
                 (None, NodeKind::Held { parameter }, _) => Raw::HeldPressure(*parameter),

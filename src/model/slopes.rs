@@ -130,9 +130,13 @@ impl<'a> Slopes<'a> {
                     out[column] += slope * (y[state] - ATMOSPHERE);
                 }
             }
-            (None, Raw::Flow(component, port, sign)) => {
-                self.evaluate(t, y, |one| one == component);
-                for pass in self.passes.iter().filter(|pass| pass.component == component) {
+            (None, Raw::Flow(sign)) => {
+                let flows = &self.layout.flows[sensor];
+                self.evaluate(t, y, |one| flows.iter().any(|(component, _)| *component == one));
+                let metered = flows.iter().flat_map(|&(component, port)| {
+                    self.passes.iter().filter(move |pass| pass.component == component).map(move |pass| (pass, port))
+                });
+                for (pass, port) in metered {
                     for (lane, value) in pass.lanes.iter().zip(&pass.answers.through[port].eps) {
                         match lane {
                             Lane::State(state) => {
@@ -300,8 +304,11 @@ impl<const N: usize> Curved<N> for Slopes<'_> {
                     };
                     by.extend(self.by_density.map(level));
                 }
-                Raw::Flow(component, port, sign) => {
-                    for pass in self.passes.iter().filter(|pass| pass.component == component) {
+                Raw::Flow(sign) => {
+                    let metered = self.layout.flows[filter.sensor].iter().flat_map(|&(component, port)| {
+                        self.passes.iter().filter(move |pass| pass.component == component).map(move |pass| (pass, port))
+                    });
+                    for (pass, port) in metered {
                         pass.give(row, j, by, |lane| pass.answers.through[port].eps[lane] * (sign * per_lag));
                     }
                 }

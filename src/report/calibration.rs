@@ -5,7 +5,7 @@ use std::path::Path;
 use super::brief::wrapped;
 use super::digits::plus_minus;
 use super::learn::multiple;
-use super::table::headless;
+use super::table::{headless, headless_within};
 use crate::calibration::{CalibratedParameter, CalibrationReport, ChannelFit, RecordFit};
 use crate::diagnosis::problem::over_sensors;
 use crate::number::{before_unit, rounded, text, with_unit};
@@ -116,8 +116,10 @@ fn deviations(parameter: &CalibratedParameter) -> f64 {
 
 fn parameter(parameter: &CalibratedParameter) -> Vec<String> {
     let before = plus_minus(parameter.before, parameter.sigma_before);
-    let after = plus_minus(parameter.after, parameter.sigma_after);
-    vec![parameter.id.clone(), before, "->".to_owned(), before_unit(after, &parameter.unit)]
+    let after = before_unit(plus_minus(parameter.after, parameter.sigma_after), &parameter.unit);
+    // A number, its deviation and its unit stay in one line.
+    let [before, after] = [before, after].map(|cell| cell.replace(' ', "\u{a0}"));
+    vec![parameter.id.clone(), before, "->".to_owned(), after]
 }
 
 fn verdict(record: &RecordFit) -> String {
@@ -128,5 +130,5 @@ fn verdict(record: &RecordFit) -> String {
 /// A heading, and lines in columns.
 fn table(lines: &mut Vec<String>, heading: &str, rows: impl Iterator<Item = Vec<String>>) {
     lines.push(format!("{heading}:"));
-    lines.extend(headless(&rows.collect::<Vec<_>>()));
+    lines.extend(headless_within(None, &rows.collect::<Vec<_>>()));
 }

@@ -19,8 +19,9 @@ const INPUTS: usize = 4;
 pub fn brief(page: &CheckReport) -> String {
     let rig = &page.rig;
     let counted = |count: usize, one: &str, more: &str| format!("{count} {}", if count == 1 { one } else { more });
+    let of_circuit = rig.components.iter().filter(|one| rig.effects.iter().all(|effect| effect.id != one.name));
     let mut holds = vec![
-        counted(rig.components.len(), "component", "components"),
+        counted(of_circuit.count(), "component", "components"),
         counted(rig.nodes.len(), "node", "nodes"),
         counted(rig.states.len(), "state", "states"),
         counted(rig.sensors.len(), "sensor", "sensors"),
@@ -212,8 +213,7 @@ fn parameter_row(parameter: &ParameterLine) -> Vec<String> {
 }
 
 fn write_record(out: &mut dyn Write, record: &RecordPage) -> io::Result<()> {
-    writeln!(out)?;
-    wrapped(&rows_of(record), "  ").iter().try_for_each(|line| writeln!(out, "{line}"))?;
+    writeln!(out, "\n{}", rows_of(record))?;
     writeln!(out, "  read as {}", record.read_as)?;
     let rows = record.channels.iter().map(|channel| {
         let range = channel.least.zip(channel.greatest).map_or_else(

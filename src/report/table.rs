@@ -19,10 +19,16 @@ pub fn aligned(heads: &[Head], rows: &[Vec<String>]) -> Vec<String> {
 /// The same without heads; rows may end early. Blanks that are protected stay in one line.
 #[cfg(feature = "cli")]
 pub fn headless(rows: &[Vec<String>]) -> Vec<String> {
+    headless_within(Some(WIDTH), rows)
+}
+
+/// The same for so many columns, or for any.
+#[cfg(feature = "cli")]
+pub fn headless_within(most: Option<usize>, rows: &[Vec<String>]) -> Vec<String> {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let ended = |row: &Vec<String>| row.iter().cloned().chain(std::iter::repeat(String::new())).take(columns).collect();
     let rows: Vec<Vec<String>> = rows.iter().map(ended).collect();
-    let lines = aligned(&vec![("", false); columns], &rows);
+    let lines = within(most, &vec![("", false); columns], &rows);
     lines.into_iter().skip(1).map(|line| line.replace('\u{a0}', " ")).collect()
 }
 

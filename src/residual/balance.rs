@@ -6,7 +6,7 @@ use super::view::View;
 use crate::numeric::Real;
 use crate::physics::component::facts;
 use crate::physics::component::facts::Balance as Passes;
-use crate::rig::{NodeKind, Quantity, Rig};
+use crate::rig::{NodeKind, Quantity, Rig, Target};
 
 /// One share of a flow.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +55,10 @@ impl Balance {
     ) -> Option<()> {
         if let Some((reading, own)) = readings.port(rig, at.0, at.1) {
             self.terms.push(Term::Measured { reading, sign: sign * own });
+            // A meter at a part reads what effects inside it pass too.
+            for inside in rig.metered(at.0, at.1).into_iter().skip(1) {
+                self.add_law(rig, inside, sign, readings)?;
+            }
             return Some(());
         }
         self.add_node(rig, &[at], sign, readings, reach)
@@ -73,6 +77,13 @@ impl Balance {
         if reach == 0 || matches!(rig.nodes[node].kind, NodeKind::Held { .. }) {
             return None;
         }
+        // What an effect inside a part passes is in the reading of a meter at that part.
+        let metered: Vec<(usize, usize)> = rig
+            .sensors
+            .iter()
+            .filter_map(|sensor| if let Target::Port(part, port) = sensor.target { Some((part, port)) } else { None })
+            .flat_map(|(part, port)| rig.metered(part, port).into_iter().skip(1))
+            .collect();
         for (index, component) in rig.parts() {
             for (port, _) in component.ports.iter().enumerate().filter(|(_, joined)| **joined == node) {
                 let balance = facts(component.card).balance;
@@ -81,7 +92,7 @@ impl Balance {
                     let view = View::of(rig, index, readings)?;
                     self.terms.push(Term::Stored { view, port, rate, sign: -sign });
                 }
-                if ports.contains(&(index, port)) || balance == Passes::Stores {
+                if ports.contains(&(index, port)) || balance == Passes::Stores || metered.contains(&(index, port)) {
                     continue;
                 }
                 if let Some((reading, own)) = readings.port(rig, index, port) {

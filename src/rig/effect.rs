@@ -315,6 +315,21 @@ impl Rig {
             .collect()
     }
 
+    /// Ports of components whose flows a meter at a port reads together: that port, and those of effects inside the component that meet
+    /// it, as the slip of a pump, which never leaves its housing.
+    pub fn metered(&self, component: usize, port: usize) -> Vec<(usize, usize)> {
+        let before = self.components[component].card.ports[..port].iter();
+        let nth = before.filter(|other| other.kind == PortKind::Hydraulic).count();
+        let inside = self.effects.iter().filter(|effect| effect.placed.spot == Location::Component(component));
+        let beside = inside.flat_map(|effect| {
+            let joints = if let Form::Shunt { joints, .. } = effect.placed.effect.form { joints } else { &[] };
+            let joined = self.components.iter().position(|joined| joined.name == effect.id);
+            let meets = joints.iter().enumerate().filter(move |(_, joint)| **joint == Joint::Hydraulic(nth));
+            joined.into_iter().flat_map(move |joined| meets.clone().map(move |(own, _)| (joined, own)))
+        });
+        std::iter::once((component, port)).chain(beside).collect()
+    }
+
     /// The node into which a reservoir's outlet drains.
     fn next(&self, node: usize) -> Option<usize> {
         self.components

@@ -143,14 +143,18 @@ pub fn from_rig(rig: &Rig) -> Structure {
         structure.equation(text, &unknowns, &faults);
     }
     for sensor in &rig.sensors {
-        let shown = match sensor.target {
-            Target::Port(component, port) => flows[component][port],
-            Target::State(component, state) => states[component].get(state).copied(),
-            Target::Node(node) => match (places[node], sensor.quantity) {
-                (Place::Pressure { value, .. }, _) => Some(value),
-                (Place::Body { velocity, .. }, Quantity::Velocity) => Some(velocity),
-                (Place::Body { position, .. }, _) => Some(position),
-            },
+        let shown: Vec<usize> = match sensor.target {
+            Target::Port(component, port) => rig
+                .metered(component, port)
+                .into_iter()
+                .filter_map(|(component, port)| flows[component][port])
+                .collect(),
+            Target::State(component, state) => states[component].get(state).copied().into_iter().collect(),
+            Target::Node(node) => Vec::from(match (places[node], sensor.quantity) {
+                (Place::Pressure { value, .. }, _) => [value],
+                (Place::Body { velocity, .. }, Quantity::Velocity) => [velocity],
+                (Place::Body { position, .. }, _) => [position],
+            }),
         };
         let mut faults = faults_of(sensor.first_parameter);
         faults.extend(faults_of(sensor.first_parameter + 1));
@@ -158,8 +162,7 @@ pub fn from_rig(rig: &Rig) -> Structure {
             // The fluid's density, which comes first of all parameters.
             faults.extend(faults_of(0));
         }
-        let unknowns: Vec<usize> = shown.into_iter().collect();
-        let equation = structure.equation(format!("sensor {}", sensor.name), &unknowns, &faults);
+        let equation = structure.equation(format!("sensor {}", sensor.name), &shown, &faults);
         structure.equations[equation].knowns.push(structure.knowns.len());
         structure.knowns.push(sensor.name.clone());
     }

@@ -30,6 +30,7 @@ mod circuit {
     mod energy;
     mod inputs;
     mod kinks;
+    mod meters;
     mod onset_slopes;
     mod other_machines;
     mod own_effects;

@@ -64,9 +64,12 @@ impl Model {
     /// States that any sensor reads.
     fn read_states(&self) -> Vec<usize> {
         let layout = &self.layout;
-        let read = layout.raw.iter().zip(&layout.filtered).flat_map(|(raw, filtered)| match (raw, filtered) {
+        let sensors = layout.raw.iter().zip(&layout.filtered).zip(&layout.flows);
+        let read = sensors.flat_map(|((raw, filtered), flows)| match (raw, filtered) {
             (_, Some(state)) | (Raw::Pressure(state) | Raw::Level(state) | Raw::State(state), None) => vec![*state],
-            (Raw::Flow(component, ..), None) => layout.slots[*component].states_seen().collect(),
+            (Raw::Flow(_), None) => {
+                flows.iter().flat_map(|(component, _)| layout.slots[*component].states_seen()).collect()
+            }
             (Raw::HeldPressure(_), None) => Vec::new(),
         });
         let mut read: Vec<usize> = read.collect();

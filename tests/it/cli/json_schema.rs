@@ -59,7 +59,8 @@ fn wrong((root, schema): (&Value, &Value), value: &Value, at: &str, found: &mut 
                     one => vec![one.as_str().unwrap()],
                 };
                 let is_whole = value.is_i64() || value.is_u64();
-                if !allowed.contains(&type_of(value)) && !(is_whole && allowed.contains(&"integer")) {
+                let is_allowed = allowed.contains(&type_of(value)) || (is_whole && allowed.contains(&"integer"));
+                if !is_allowed {
                     found.push(format!("{at} is of type {}, none of {allowed:?}", type_of(value)));
                 }
             }

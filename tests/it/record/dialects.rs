@@ -186,7 +186,7 @@ fn standard_input_and_output_are_files() {
         (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
     };
     let (page, told) = through(&["check", rig, "-"]);
-    assert!(page.contains("\n  read as CSV, columns between semicolons, decimal commas\n"), "{page}");
+    assert!(page.contains("\n  Read as CSV, columns between semicolons, decimal commas.\n"), "{page}");
     assert_eq!(told, "");
     let folder = tempfile::tempdir().unwrap();
     let store = folder.path().join("a.store");
