@@ -125,6 +125,10 @@ pub fn next(report: &SuggestionReport, rise: Option<&Rise>) -> String {
         (Conclusion::EffectFound, Some(best)) if !best.effect.contains(" + ") => {
             format!("borescope add {rig} {} --fit {record} -o better.toml", best.effect)
         }
+        // What no effect explains may be parts that are not as their data sheets have them.
+        (Conclusion::UnknownEffect, _) if report.taken_as_exact > 0 && !report.calibrated => {
+            format!("borescope calibrate {rig} HEALTHY_RECORD... -o calibrated.toml")
+        }
         _ => format!("borescope improve {rig} --fit {record} --check {check} -o better.toml"),
     }
 }
