@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::consequence::{Consequence, Runs};
-use super::{Next, part};
+use super::{Next, in_words};
 use crate::complaint::Complaint;
 use crate::learn::evaluated::{Conclusion, EvaluatedModel};
 use crate::learn::opened::neutral;
@@ -79,7 +79,11 @@ pub fn lacking(
 
 /// A node, component or sensor in words.
 fn place_in_words(rig: &Rig, at: &str) -> String {
-    if rig.nodes.iter().any(|node| node.name == at) { format!("node {at}") } else { part(rig, &format!("{at}.")) }
+    match rig.components.iter().find(|component| component.name == at) {
+        Some(component) => in_words(component),
+        None if rig.nodes.iter().any(|node| node.name == at) => format!("node {at}"),
+        None => format!("sensor {at}"),
+    }
 }
 
 /// What a model with effects reads, beside the same with these at nothing.

@@ -22,7 +22,7 @@ use crate::diagnosis::{Diagnosis, FaultReport, RivalEffect};
 use crate::model::{InputSignals, Model, SimulationError};
 use crate::number::rounded;
 use crate::record::Record;
-use crate::rig::Rig;
+use crate::rig::{Component, Rig};
 
 /// Probability below which a rival is not named: a report prints it as `< 0.1 %`.
 const NAMED: f64 = 0.001;
@@ -183,7 +183,11 @@ fn part(rig: &Rig, id: &str) -> String {
     let owner = id.rsplit_once('.').map_or(id, |(owner, _)| owner);
     let owner = owner.strip_prefix("sensor.").map_or_else(|| owner.to_owned(), |name| format!("sensor {name}"));
     let component = rig.parameter(id).and_then(|index| rig.components.iter().find(|one| one.owns(index)));
-    let Some(component) = component else { return owner };
+    component.map_or(owner, in_words)
+}
+
+/// The name of a component, and what kind it is where the name does not say so.
+fn in_words(component: &Component) -> String {
     let name = component.name.replace(['_', '-'], " ");
     // `own:` and `catalogue:` say where it is described.
     let kind = component.card.kind.rsplit(':').next().unwrap_or_default().replace(['_', '-'], " ");

@@ -22,7 +22,9 @@ impl fmt::Display for AdditionReport {
                 } else {
                     ""
                 };
-                writeln!(f, "  {id} = {value_and_sigma} (one standard deviation){open}")?;
+                let line =
+                    format!("  {id} = {} (one standard deviation){open}", value_and_sigma.replace(' ', "\u{a0}"));
+                wrapped(&line, "    ").iter().try_for_each(|line| writeln!(f, "{line}"))?;
             }
         }
         for line in followed_otherwise(&self.dynamics).iter().flat_map(|words| wrapped(&format!("  {words}"), "  ")) {
