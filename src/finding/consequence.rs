@@ -80,10 +80,21 @@ pub struct Runs<'a> {
     pub from: usize,
     pub with_fault: &'a [Vec<f64>],
     pub without_fault: &'a [Vec<f64>],
-    /// What the second run is called where the first one is told from it.
+    /// What the second run is called beside the first.
     pub other: &'static str,
     /// Noise that is left in the first run, over that of a sample of its sensor; of a simulation none.
     pub noisy: f64,
+}
+
+impl<'a> Runs<'a> {
+    /// Two simulations, with a fault and without.
+    pub fn simulated(
+        (rig, record, drive): (&'a Rig, &'a Record, &'a InputSignals),
+        from: usize,
+        [with_fault, without_fault]: [&'a [Vec<f64>]; 2],
+    ) -> Self {
+        Self { rig, record, drive, from, with_fault, without_fault, other: "new", noisy: 0.0 }
+    }
 }
 
 impl Runs<'_> {

@@ -3,14 +3,13 @@
 use serde::Serialize;
 
 use super::consequence::{Consequence, Runs};
-use super::{Next, in_words};
+use super::{Next, in_words, look_at, started_alike};
 use crate::complaint::Complaint;
 use crate::learn::evaluated::{Conclusion, EvaluatedModel};
 use crate::learn::opened::neutral;
 use crate::learn::result::{EffectParameter, SuggestionReport, parameters};
 use crate::learn::suggest::Suggestion;
-use crate::model::{InputSignals, Model, SimulationError};
-use crate::number::rounded;
+use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::Rig;
 
@@ -58,9 +57,7 @@ pub fn lacking(
 ) -> Result<Option<Lacking>, Complaint> {
     let Some(best) = suggestion.judged.first().filter(|best| best.supported) else { return Ok(None) };
     let consequences = without(best, record)?;
-    let check = consequences.first().map(|first| {
-        format!("look at {} from {} s to {} s", first.sensor, rounded(first.from_s, 4), rounded(first.to_s, 4))
-    });
+    let check = look_at(&consequences);
     let rig = &best.trial.rig;
     let place =
         |id: &str| id.split_once('@').map_or_else(|| "the circuit".to_owned(), |(_, at)| place_in_words(rig, at));
@@ -97,21 +94,9 @@ fn without(best: &EvaluatedModel, record: &Record) -> Result<Vec<Consequence>, C
     }
     let model = Model::new(rig.clone());
     let drive = InputSignals::from_record(rig, record)?;
-    let without = match model.solve(&values, &drive.started_alike(rig, found, &values), &record.time) {
-        Ok(outputs) => outputs.values,
-        Err(error @ SimulationError::Interrupted) => return Err(model.unsolved(&error)),
-        Err(_) => return Ok(Vec::new()),
-    };
-    let runs = Runs {
-        rig,
-        record,
-        drive: &drive,
-        from: 0,
-        with_fault: &best.trial.fit.outputs,
-        without_fault: &without,
-        other: "without it",
-        noisy: 0.0,
-    };
+    let Some(without) = started_alike(&model, record, &drive, (found, &values))? else { return Ok(Vec::new()) };
+    let both = [&best.trial.fit.outputs[..], &without[..]];
+    let runs = Runs { other: "without it", ..Runs::simulated((rig, record, &drive), 0, both) };
     Ok(runs.consequences(false))
 }
 

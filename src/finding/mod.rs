@@ -102,13 +102,7 @@ pub fn findings(model: &Model, record: &Record, diagnosis: &Diagnosis) -> Result
     }
     let drive = InputSignals::from_record(&model.rig, record)?;
     let parameters = diagnosis.found(&model.rig);
-    // A machine starts where it does, whatever its sensors show.
-    let solve =
-        |with: &[f64]| match model.solve(with, &drive.started_alike(&model.rig, &parameters, with), &record.time) {
-            Ok(outputs) => Ok(Some(outputs.values)),
-            Err(error @ SimulationError::Interrupted) => Err(model.unsolved(&error)),
-            Err(_) => Ok(None),
-        };
+    let solve = |with: &[f64]| started_alike(model, record, &drive, (&parameters, with));
     let with_all = solve(&parameters)?;
     let onset = diagnosis.onset_s.unwrap_or(f64::NEG_INFINITY);
     let from = record.time.partition_point(|&time| time < onset);
@@ -120,10 +114,8 @@ pub fn findings(model: &Model, record: &Record, diagnosis: &Diagnosis) -> Result
             without[place.parameter] = place.healthy;
         }
         let consequences = match (&with_all, solve(&without)?) {
-            (Some(with_fault), Some(without_fault)) => {
-                let (rig, drive, without_fault) = (&model.rig, &drive, &without_fault);
-                Runs { rig, record, drive, from, with_fault, without_fault, other: "new", noisy: 0.0 }
-                    .consequences(of_sensor)
+            (Some(with), Some(without)) => {
+                Runs::simulated((&model.rig, record, &drive), from, [with, &without]).consequences(of_sensor)
             }
             _ => Vec::new(),
         };
@@ -132,11 +124,33 @@ pub fn findings(model: &Model, record: &Record, diagnosis: &Diagnosis) -> Result
     present.into_iter().map(one).collect()
 }
 
+/// What the sensors would show with parameters, SI, of a machine that starts where it does with those that were `found`, whatever its
+/// sensors show; `None` of a model that cannot be solved with them.
+///
+/// # Errors
+/// A [context](crate::context) that was cancelled.
+fn started_alike(
+    model: &Model,
+    record: &Record,
+    drive: &InputSignals,
+    (found, with): (&[f64], &[f64]),
+) -> Result<Option<Vec<Vec<f64>>>, Complaint> {
+    match model.solve(with, &drive.started_alike(&model.rig, found, with), &record.time) {
+        Ok(outputs) => Ok(Some(outputs.values)),
+        Err(error @ SimulationError::Interrupted) => Err(model.unsolved(&error)),
+        Err(_) => Ok(None),
+    }
+}
+
+/// The sensor and the phase in which the first consequence shows, in words.
+fn look_at(consequences: &[Consequence]) -> Option<String> {
+    let first = consequences.first()?;
+    Some(format!("look at {} from {} s to {} s", first.sensor, rounded(first.from_s, 4), rounded(first.to_s, 4)))
+}
+
 fn finding(rig: &Rig, diagnosis: &Diagnosis, fault: &FaultReport, consequences: Vec<Consequence>) -> Finding {
     let rivals = rivals(diagnosis, &fault.id);
-    let check = consequences.first().map(|first| {
-        format!("look at {} from {} s to {} s", first.sensor, rounded(first.from_s, 4), rounded(first.to_s, 4))
-    });
+    let check = look_at(&consequences);
     let (rig_file, record) = (argument(&diagnosis.rig), argument(&diagnosis.record));
     let command = match rivals.first() {
         None => format!("borescope diagnose {rig_file} {record} --report diagnosis.html"),

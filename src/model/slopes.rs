@@ -133,10 +133,7 @@ impl<'a> Slopes<'a> {
             (None, Raw::Flow(sign)) => {
                 let flows = &self.layout.flows[sensor];
                 self.evaluate(t, y, |one| flows.iter().any(|(component, _)| *component == one));
-                let metered = flows.iter().flat_map(|&(component, port)| {
-                    self.passes.iter().filter(move |pass| pass.component == component).map(move |pass| (pass, port))
-                });
-                for (pass, port) in metered {
+                for (pass, port) in metered(flows, &self.passes) {
                     for (lane, value) in pass.lanes.iter().zip(&pass.answers.through[port].eps) {
                         match lane {
                             Lane::State(state) => {
@@ -151,6 +148,13 @@ impl<'a> Slopes<'a> {
             }
         }
     }
+}
+
+/// The passes over the components whose flows a meter reads, each with the port that it reads there.
+fn metered<'a>(flows: &'a [(usize, usize)], passes: &'a [Pass]) -> impl Iterator<Item = (&'a Pass, usize)> {
+    flows.iter().flat_map(move |&(component, port)| {
+        passes.iter().filter(move |pass| pass.component == component).map(move |pass| (pass, port))
+    })
 }
 
 /// Derives a component by its variables and by every parameter asked for that can reach it.
@@ -305,10 +309,7 @@ impl<const N: usize> Curved<N> for Slopes<'_> {
                     by.extend(self.by_density.map(level));
                 }
                 Raw::Flow(sign) => {
-                    let metered = self.layout.flows[filter.sensor].iter().flat_map(|&(component, port)| {
-                        self.passes.iter().filter(move |pass| pass.component == component).map(move |pass| (pass, port))
-                    });
-                    for (pass, port) in metered {
+                    for (pass, port) in metered(&self.layout.flows[filter.sensor], &self.passes) {
                         pass.give(row, j, by, |lane| pass.answers.through[port].eps[lane] * (sign * per_lag));
                     }
                 }

@@ -42,6 +42,12 @@ pub fn errors(rows: &[ErrorRow]) -> Vec<String> {
     aligned(&heads, &cells.collect::<Vec<_>>())
 }
 
+/// The first names, no more than so many, and how many others there are.
+pub fn few(names: &[&str], most: usize) -> String {
+    let shown = names[..names.len().min(most)].join(", ");
+    if names.len() > most { format!("{shown} and {} more", names.len() - most) } else { shown }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

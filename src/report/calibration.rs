@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::brief::wrapped;
+use super::brief::{few, wrapped};
 use super::digits::plus_minus;
 use super::learn::multiple;
 use super::table::{headless, headless_within};
@@ -24,10 +24,8 @@ pub fn brief(report: &CalibrationReport, output: &Path) -> String {
     lines.push("furthest from the data sheet, +- one standard deviation:".to_owned());
     lines.extend(headless(&moved.iter().take(MOVED).map(|one| parameter(one)).collect::<Vec<_>>()));
     if !silent.is_empty() {
-        let shown: Vec<&str> = silent.iter().take(FEW).map(|one| one.id.as_str()).collect();
-        let more = silent.len() - shown.len();
-        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-        lines.extend(wrapped(&format!("Hardly determined by the records: {}{more}.", shown.join(", ")), "  "));
+        let ids: Vec<&str> = silent.iter().map(|one| one.id.as_str()).collect();
+        lines.extend(wrapped(&format!("Hardly determined by the records: {}.", few(&ids, FEW)), "  "));
     }
     lines.push("error, times the sensor noise, data sheet -> calibrated:".to_owned());
     let rows = report.records.iter().take(FEW).map(|record| {

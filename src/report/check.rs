@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::brief::wrapped;
+use super::brief::{few, wrapped};
 use super::digits::plus_minus;
 use super::table::headless;
 use crate::check::{CheckReport, ParameterLine, PhaseInput, PhaseLine, RecordPage, RigPage};
@@ -47,7 +47,7 @@ pub fn brief(page: &CheckReport) -> String {
         values += &format!(
             ", {} of them by data sheets without `+-`: {}; state it, or calibrate on healthy records",
             by_sheet.len(),
-            few(&by_sheet)
+            few(&by_sheet, FEW)
         );
     }
     lines.extend(wrapped(&format!("{values}."), "  "));
@@ -65,7 +65,7 @@ fn brief_record(record: &RecordPage) -> Vec<String> {
     let mut columns = format!("  {} of its columns belong to this rig", of_rig.len());
     if !others.is_empty() {
         let names: Vec<&str> = others.iter().map(|channel| channel.name.as_str()).collect();
-        columns += &format!(", {} do not: {}", names.len(), few(&names));
+        columns += &format!(", {} do not: {}", names.len(), few(&names, FEW));
     }
     if record.usable {
         columns += &format!("; {} phases between jumps of the inputs", record.phases.len());
@@ -77,12 +77,6 @@ fn brief_record(record: &RecordPage) -> Vec<String> {
     }
     lines.extend(warned("warnings", &record.warnings));
     lines
-}
-
-/// The first few names, and how many more there are.
-fn few(names: &[&str]) -> String {
-    let shown = names[..names.len().min(FEW)].join(", ");
-    if names.len() > FEW { format!("{shown} and {} more", names.len() - FEW) } else { shown }
 }
 
 fn warned(heading: &str, warnings: &[String]) -> Vec<String> {

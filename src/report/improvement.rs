@@ -45,7 +45,7 @@ pub struct Ledger {
     pub check_record: String,
     /// Whether the best one explains both records, or what is missing still.
     pub conclusion: Conclusion,
-    /// The models, from the one as given to the best.
+    /// The models, from yours to the best.
     pub steps: Vec<Row>,
     /// Faults that are fitted in the model of the first row; named beside it, since without them its error is another.
     #[serde(skip)]

@@ -15,7 +15,7 @@ const SHOWN: usize = 3;
 /// Parameters of the best candidate that are shown: a curve has twenty.
 const SIZES: usize = 4;
 /// Parameters from which on an effect is a curve.
-const CURVE: usize = 12;
+pub(super) const CURVE: usize = 12;
 /// Caveats of the best candidate that are shown.
 const CAVEATS: usize = 2;
 

@@ -15,13 +15,12 @@ use crate::number::{rounded, with_unit};
 use crate::physics::card::PortKind;
 use crate::report::diagnosis::sized;
 use crate::report::escape;
+use crate::report::suggestion::CURVE;
 use crate::rig::{Quantity, Rig, Target};
 
 /// Mean width of a character, px; names and faults are bold.
 const CHARACTER: f64 = 6.4;
 const BOLD: f64 = 7.4;
-/// Parameters from which on an effect is a curve, which has no size.
-const CURVE: usize = 12;
 /// Room around the drawing, px.
 const RIM: f64 = 14.0;
 

@@ -16,16 +16,7 @@ fn caused_by(id: &str, size: &str) -> (Vec<Consequence>, Record, Vec<Vec<f64>>) 
     let drive = InputSignals::from_record(&rig, &record).unwrap();
     let run = |model: &Model| model.solve(&model.rig.nominal(), &drive, &record.time).unwrap().values;
     let (with_fault, without_fault) = (&run(&rig.model().with(id, size).unwrap()), &run(&rig.model()));
-    let runs = Runs {
-        rig: &rig,
-        record: &record,
-        drive: &drive,
-        from: 0,
-        with_fault,
-        without_fault,
-        other: "new",
-        noisy: 0.0,
-    };
+    let runs = Runs::simulated((&rig, &record, &drive), 0, [with_fault, without_fault]);
     (runs.consequences(id.starts_with("sensor.")), record, with_fault.clone())
 }
 
@@ -50,16 +41,7 @@ fn a_stroke_that_only_one_of_both_ends_is_the_change_that_is_named() {
     let healthy = run(&rig.model());
     let slow = run(&rig.model().with("flow_control.orifice_diameter", "1 mm").unwrap());
     let told = |with_fault: &Vec<Vec<f64>>, without_fault: &Vec<Vec<f64>>| {
-        let runs = Runs {
-            rig: &rig,
-            record: &record,
-            drive: &drive,
-            from: 0,
-            with_fault,
-            without_fault,
-            other: "new",
-            noisy: 0.0,
-        };
+        let runs = Runs::simulated((&rig, &record, &drive), 0, [with_fault, without_fault]);
         runs.consequences(false).into_iter().find(|one| one.measure == Measure::TravelTime).unwrap()
     };
     let never = told(&slow, &healthy);
@@ -104,16 +86,7 @@ fn what_never_stands_is_compared_where_its_change_is_sustained() {
         };
     }
     let (with_fault, without_fault) = (&with_fault, &without_fault);
-    let runs = Runs {
-        rig: &rig,
-        record: &record,
-        drive: &drive,
-        from: 0,
-        with_fault,
-        without_fault,
-        other: "new",
-        noisy: 0.0,
-    };
+    let runs = Runs::simulated((&rig, &record, &drive), 0, [with_fault, without_fault]);
     let found = runs.consequences(false);
     let one = &found[0];
     assert_eq!((one.sensor.as_str(), one.measure), ("p_A", Measure::Sustained), "{found:?}");
