@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 _NAMES = ("id", "name", "effect", "kind", "rig")
 #: Keys whose lists hold objects, after ``docs/schema``: such a list is a table without rows too.
 TABLES = frozenset(
-    "bins by_count candidates cases channels columns components consequences dynamics effects episodes failures faults findings fitted "
-    "goes_with hypotheses inputs inseparable left_out mapping nodes not_fitted onsets parameters phases ports profiles records refused "
+    "bins by_count candidates cases channels columns components consequences dynamics effects episodes events failures faults findings "
+    "fitted goes_with hypotheses inputs inseparable left_out mapping nodes not_fitted onsets parameters phases ports profiles records refused "
     "residuals rigs rival_effects rivals runs sensors set signatures states steps tests uncertain values widths windows with worst".split()
 )
 #: Rows of a table that are shown; ``to_pandas()`` has all of them.

@@ -57,17 +57,25 @@ def test_a_pool_gives_results_back():
 def test_lists_without_objects_are_tables_as_the_schemas_have_them(tanks, results):
     objects = set()
 
-    def walk(node):
+    def kinds(schema, kind):
+        kind = schema["$defs"][kind["$ref"].removeprefix("#/$defs/")] if "$ref" in kind else kind
+        return [kind] + [each for form in ("anyOf", "oneOf") for one in kind.get(form, []) for each in kinds(schema, one)]
+
+    def has_objects(schema, value):
+        lists = [kind["items"] for kind in kinds(schema, value) if isinstance(kind.get("items"), dict)]
+        return any("properties" in item for items in lists for item in kinds(schema, items))
+
+    def walk(schema, node):
         if isinstance(node, dict):
-            for key, value in node.get("properties", {}).items():
-                kinds = [value, *value.get("anyOf", []), *value.get("oneOf", [])]
-                if any("array" in kind.get("type", ()) and "properties" in kind.get("items", {}) for kind in kinds):
-                    objects.add(key)
+            # A key may be called `properties` itself; then its value is a schema, with strings.
+            own = node.get("properties", {}).items()
+            objects.update(key for key, value in own if isinstance(value, dict) and has_objects(schema, value))
         for value in node.values() if isinstance(node, dict) else node if isinstance(node, list) else []:
-            walk(value)
+            walk(schema, value)
 
     for path in (ROOT / "docs/schema").glob("*.json"):
-        walk(json.loads(path.read_text(encoding="utf-8")))
+        schema = json.loads(path.read_text(encoding="utf-8"))
+        walk(schema, schema)
     assert objects == TABLES
     found = results[3]
     assert found.conclusion == "adequate" and isinstance(found.candidates, bs.Table) and found.candidates == []
