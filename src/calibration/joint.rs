@@ -178,9 +178,15 @@ impl<'a> Solutions<'a> {
         Ok(slopes)
     }
 
-    /// Estimated parameters of a record that need an integration: offsets and gains of sensors act on the finished reading.
+    /// Estimated parameters of a record that need an integration: offsets and gains of sensors act on the finished reading, but where the
+    /// circuit starts as the sensor shows.
     fn inside(&self, record: usize) -> impl Iterator<Item = usize> {
-        self.own(record).filter(|&index| self.of_sensor[index].is_none())
+        self.own(record).filter(move |&index| self.by_reading(index, record).is_none())
+    }
+
+    /// The sensor whose offset (false) or gain (true) an estimated parameter is, if it does nothing but to the finished reading.
+    fn by_reading(&self, index: usize, record: usize) -> Option<(usize, bool)> {
+        self.of_sensor[index].filter(|&(sensor, _)| !self.records[record].drive.starts_by(sensor))
     }
 
     /// Model minus measurement of one record, SI, one sensor after the other.
@@ -195,8 +201,8 @@ impl<'a> Solutions<'a> {
         let parameters = self.parameters(theta, record);
         let rows = self.records[record].record.time.len();
         let mut columns = DMatrix::zeros(rows * self.model.rig.sensors.len(), theta.len());
-        for (mut column, of_sensor) in columns.column_iter_mut().zip(&self.of_sensor) {
-            let Some((sensor, is_gain)) = *of_sensor else { continue };
+        for (index, mut column) in columns.column_iter_mut().enumerate() {
+            let Some((sensor, is_gain)) = self.by_reading(index, record) else { continue };
             let first = self.model.rig.sensors[sensor].first_parameter;
             let (offset, gain) = (parameters[first], parameters[first + 1]);
             for (slot, value) in column.iter_mut().skip(sensor * rows).zip(&curves[record][sensor]) {
@@ -368,5 +374,53 @@ impl Problem for Joint<'_> {
 
     fn name(&self, parameter: usize) -> String {
         self.solutions.model.rig.parameters[self.solutions.estimated[parameter].parameter].id.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+    use crate::calibration::{open, taken};
+    use crate::rig::Rig;
+    use crate::simulation::{SimulationOptions, simulate};
+
+    #[test]
+    fn a_sensor_that_tells_where_the_circuit_starts_moves_the_whole_run() {
+        let text = std::fs::read_to_string("fixtures/accumulator/rig.toml").unwrap();
+        let given = Model::new(Rig::parse("rig.toml", text.clone()).unwrap());
+        let record = simulate(&given, None, &SimulationOptions::default()).unwrap().record;
+        let by_record = text.replacen("H = { initial = \"100 bar\" }", "H = {}", 1);
+        let model = Model::new(Rig::parse("rig.toml", by_record).unwrap());
+        let healthy = taken(&model.rig, [&record]).unwrap();
+        let solutions = Solutions::new(&model, &healthy, open(&model.rig));
+        let mut theta: Vec<f64> =
+            solutions.estimated.iter().map(|one| model.rig.parameters[one.parameter].value).collect();
+        let columns = solutions.columns(&theta, 0).unwrap();
+        let rows = record.time.len();
+        let sensor = |name: &str| model.rig.sensors.iter().position(|sensor| sensor.name == name).unwrap();
+        for (id, step) in [("sensor.p_H.gain", 1e-3), ("sensor.p_H.offset", 1e4), ("sensor.p_P.gain", 1e-3)] {
+            let index =
+                solutions.estimated.iter().position(|one| model.rig.parameters[one.parameter].id == id).unwrap();
+            let at = theta[index];
+            let mut run = |value: f64| {
+                theta[index] = value;
+                solutions.solved(&theta).unwrap().remove(0)
+            };
+            let [more, less] = [run(at + step), run(at - step)];
+            theta[index] = at;
+            for (name, row) in [("p_H", 50), ("p_H", 150), ("q_1", 150), ("p_P", 90)] {
+                let by_difference = (more[sensor(name)][row] - less[sensor(name)][row]) / (2.0 * step);
+                let unit = if name.starts_with('p') { 1e5 } else { 1e-4 };
+                let exact = columns[(sensor(name) * rows + row, index)];
+                let scale = step / unit;
+                assert_relative_eq!(exact * scale, by_difference * scale, epsilon = 3e-4, max_relative = 0.02);
+            }
+        }
+        // Half a per cent more of the gain is half a bar less in the accumulator, and less flow from it.
+        let gain =
+            solutions.estimated.iter().position(|one| model.rig.parameters[one.parameter].id == "sensor.p_H.gain");
+        assert!(columns[(sensor("q_1") * rows + 150, gain.unwrap())] < 0.0);
     }
 }

@@ -11,6 +11,7 @@ use crate::files::{is_kept, read_text};
 use crate::finding::argument;
 use crate::learn::add::{Added, add};
 use crate::learn::addition::AdditionReport;
+use crate::report::brief::next_line;
 use crate::rig::Rig;
 
 /// Add an effect to a rig file, fitted to a record if one is given
@@ -61,9 +62,9 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
                         let (record, rig) = (argument(record), argument(&arguments.rig));
                         // The file may have taken its own place.
                         let before = if rig == new { String::new() } else { format!(" --before {rig}") };
-                        writeln!(out, "Next: borescope compare {new} {record}{before}")?;
+                        writeln!(out, "{}", next_line(&format!("borescope compare {new} {record}{before}")))?;
                     }
-                    None => writeln!(out, "Next: borescope diagnose {new} RECORD")?,
+                    None => writeln!(out, "{}", next_line(&format!("borescope diagnose {new} RECORD")))?,
                 }
             }
         }

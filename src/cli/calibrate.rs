@@ -12,6 +12,7 @@ use crate::complaint::{Complaint, Kind, Place};
 use crate::context::Context;
 use crate::files::{is_kept, read_text};
 use crate::finding::argument;
+use crate::report::brief::next_line;
 use crate::report::calibration::{brief, full};
 use crate::report::pages;
 use crate::report::table::fitted;
@@ -77,7 +78,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
                 let report = &calibrated.report;
                 let text =
                     if arguments.all { full(report, &arguments.output) } else { brief(report, &arguments.output) };
-                writeln!(out, "{}\nNext: {}", fitted(&text), next(&arguments.output, report))?;
+                writeln!(out, "{}\n{}", fitted(&text), next_line(&next(&arguments.output, report)))?;
                 if !arguments.all {
                     writeln!(out, "`--all` shows every value, the sensors, and the error of each.")?;
                 }

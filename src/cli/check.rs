@@ -9,6 +9,7 @@ use super::{Failure, Format, Status, write_json};
 use crate::check::check;
 use crate::context::Context;
 use crate::finding::argument;
+use crate::report::brief::next_line;
 use crate::report::check::{brief, write_page};
 use crate::rig::Rig;
 
@@ -43,9 +44,10 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
                 let rig = argument(&arguments.rig);
                 match &arguments.record {
                     Some(record) => {
-                        writeln!(out, "\nNext: borescope compare {rig} {}", argument(record))?;
+                        let command = format!("borescope compare {rig} {}", argument(record));
+                        writeln!(out, "\n{}", next_line(&command))?;
                     }
-                    None => writeln!(out, "\nNext: borescope check {rig} RECORD")?,
+                    None => writeln!(out, "\n{}", next_line(&format!("borescope check {rig} RECORD")))?,
                 }
                 if !arguments.all {
                     writeln!(out, "`--all` lists every part, value, sensor, fault, column and phase.")?;

@@ -10,6 +10,7 @@ use crate::complaint::{Complaint, Kind};
 use crate::finding::argument;
 use crate::fleet::fleet;
 use crate::report;
+use crate::report::brief::next_line;
 use crate::store::{Store, StoredRun, import};
 
 /// Show how all rigs of a store stand, the worst first
@@ -51,7 +52,8 @@ pub fn run(arguments: &Arguments, out: &mut dyn Write) -> Result<Status, Failure
         Format::Json => write_json(out, &fleet)?,
         Format::Text => {
             out.write_all(report::fleet::write_text(&fleet, arguments.all).as_bytes())?;
-            writeln!(out, "\nNext: borescope history RIG.toml --store {}", argument(store_of(source)))?;
+            let command = format!("borescope history RIG.toml --store {}", argument(store_of(source)));
+            writeln!(out, "\n{}", next_line(&command))?;
         }
     }
     Ok(Status::Done)

@@ -11,6 +11,7 @@ use crate::context::Context;
 use crate::files::{MOST_TEXT, read, text};
 use crate::finding::argument;
 use crate::history::{By, history};
+use crate::report::brief::next_line;
 use crate::report::history::write_text;
 use crate::report::pages;
 use crate::rig::Rig;
@@ -66,7 +67,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         Format::Text => {
             out.write_all(write_text(&history).as_bytes())?;
             let [rig, store] = [&arguments.rig, &arguments.store].map(argument);
-            writeln!(out, "\nNext: borescope diagnose {rig} RECORD --store {store}")?;
+            writeln!(out, "\n{}", next_line(&format!("borescope diagnose {rig} RECORD --store {store}")))?;
         }
     }
     Ok(Status::Done)

@@ -11,6 +11,7 @@ use crate::context::Context;
 use crate::draft::{Circuit, DraftOptions, draft};
 use crate::files::is_kept;
 use crate::record::Record;
+use crate::report::brief::next_line;
 use crate::rig::Rig;
 use crate::units::{Dimension, Quantity};
 
@@ -95,7 +96,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     for missing in &draft.missing {
         writeln!(out, "No column of the record is the input `{missing}`: name one with `--{missing}`.")?;
     }
-    writeln!(out, "\nNext: borescope check {rig} {record}")?;
+    writeln!(out, "\n{}", next_line(&format!("borescope check {rig} {record}")))?;
     Ok(Status::Done)
 }
 

@@ -10,6 +10,7 @@ use super::{Failure, Format, Overwriting, Status, read, write_json, write_page};
 use crate::context::Context;
 use crate::finding::argument;
 use crate::isolability::{TakenFault, isolability};
+use crate::report::brief::next_line;
 use crate::report::isolability::{brief, expected_text, signature_text};
 use crate::report::pages::isolability::html;
 use crate::report::table::fitted;
@@ -65,8 +66,8 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
             let rig_file = argument(&arguments.rig);
             match &rig.cycle {
                 // What a diagnosis is worth on this rig, measured.
-                Some(_) => writeln!(out, "\nNext: borescope campaign {rig_file} --cases 100")?,
-                None => writeln!(out, "\nNext: borescope diagnose {rig_file} RECORD")?,
+                Some(_) => writeln!(out, "\n{}", next_line(&format!("borescope campaign {rig_file} --cases 100")))?,
+                None => writeln!(out, "\n{}", next_line(&format!("borescope diagnose {rig_file} RECORD")))?,
             }
             if !arguments.all {
                 writeln!(out, "`--all` shows which fault explains which, and how every residual answers.")?;

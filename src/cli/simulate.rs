@@ -11,6 +11,7 @@ use crate::context::Context;
 use crate::files::is_kept;
 use crate::finding::argument;
 use crate::model::Model;
+use crate::report::brief::next_line;
 use crate::rig::Rig;
 use crate::simulation::{self, SetParameter, SimulationOptions, SimulationReport, simulate};
 
@@ -94,7 +95,7 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
             Format::Text => {
                 write!(out, "{report}")?;
                 let [rig, record] = [&arguments.rig, &arguments.output].map(argument);
-                writeln!(out, "Next: borescope diagnose {rig} {record}")?;
+                writeln!(out, "{}", next_line(&format!("borescope diagnose {rig} {record}")))?;
             }
         }
     }

@@ -14,7 +14,7 @@ use crate::number::{before_unit, difference_in_unit, in_unit, rounded, worth};
 use crate::record::Record;
 use crate::rig::{Quantity, Rig};
 
-/// Rows over which noise is averaged out before a curve is read, as an eye does.
+/// Rows over which noise is averaged out before curves are read, as an eye does.
 const SMOOTHED: usize = 9;
 /// Deviations of a sample within which almost all of so many averaged rows lie: they scatter by a third of one, over three to either side.
 const SCATTER: f64 = 2.0;
@@ -44,14 +44,18 @@ pub struct WithEvents<'a> {
 /// Columns that the record lacks.
 pub fn events(rig: &Rig, record: &Record, model: &[Vec<f64>]) -> Result<Vec<Consequence>, Complaint> {
     let drive = InputSignals::from_record(rig, record)?;
-    let measured: Vec<Vec<f64>> = weighed::measured(rig, record)?.into_iter().zip(model).map(smoothed).collect();
+    let measured = weighed::measured(rig, record)?;
+    let raw: Vec<Vec<f64>> = measured.into_iter().zip(model).map(filled).collect();
+    // Both alike: a peak shorter than what is averaged over is as much lower in both.
+    let [measured, smooth] =
+        [&raw[..], model].map(|curves| curves.iter().map(|curve| smoothed(curve)).collect::<Vec<_>>());
     let runs = Runs {
         rig,
         record,
         drive: &drive,
         from: 0,
         with_fault: &measured,
-        without_fault: model,
+        without_fault: &smooth,
         other: "model",
         noisy: SCATTER,
     };
@@ -62,17 +66,23 @@ pub fn events(rig: &Rig, record: &Record, model: &[Vec<f64>]) -> Result<Vec<Cons
         .filter(|one| one.measure != Measure::Rms && one.times_noise >= 1.0)
         .collect();
     let of_phases = phases(record, &drive);
-    found.extend((0..rig.sensors.len()).filter_map(|sensor| peak(&runs, sensor, &of_phases)));
+    found.extend(
+        (0..rig.sensors.len()).filter_map(|sensor| peak(&runs, (&raw[sensor], &model[sensor]), sensor, &of_phases)),
+    );
     found.sort_by(|a, b| b.times_noise.total_cmp(&a.times_noise));
     found.truncate(MOST);
     Ok(found)
 }
 
-/// A measured curve without most of its noise; where rows have no value, what the model reads.
-fn smoothed((measured, model): (&[f64], &Vec<f64>)) -> Vec<f64> {
-    let filled: Vec<f64> = measured.iter().zip(model).map(|(y, m)| if y.is_nan() { *m } else { *y }).collect();
-    let around = |row: usize| row.saturating_sub(SMOOTHED / 2)..(row + SMOOTHED / 2 + 1).min(filled.len());
-    (0..filled.len()).map(|row| mean(&filled[around(row)])).collect()
+/// A measured curve; where rows have no value, what the model reads.
+fn filled((measured, model): (&[f64], &Vec<f64>)) -> Vec<f64> {
+    measured.iter().zip(model).map(|(y, m)| if y.is_nan() { *m } else { *y }).collect()
+}
+
+/// A curve without most of its noise.
+fn smoothed(curve: &[f64]) -> Vec<f64> {
+    let around = |row: usize| row.saturating_sub(SMOOTHED / 2)..(row + SMOOTHED / 2 + 1).min(curve.len());
+    (0..curve.len()).map(|row| mean(&curve[around(row)])).collect()
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -85,26 +95,30 @@ fn phases(record: &Record, drive: &InputSignals) -> Vec<Range<usize>> {
     ends.windows(2).map(|pair| pair[0]..pair[1]).filter(|rows| rows.len() > SMOOTHED).collect()
 }
 
-/// The phase in which a pressure peaks by another height above its level than in the model, if any does by more than noise.
-fn peak(runs: &Runs<'_>, index: usize, phases: &[Range<usize>]) -> Option<Consequence> {
+/// The phase in which a pressure peaks by another height above its level than in the model, if any does by more than noise, averaged and as
+/// it is read off a chart of `raw`, measured and model.
+fn peak(runs: &Runs<'_>, raw: (&[f64], &[f64]), index: usize, phases: &[Range<usize>]) -> Option<Consequence> {
     let sensor = &runs.rig.sensors[index];
     if sensor.quantity != Quantity::Pressure {
         return None;
     }
-    let curves = [&runs.with_fault[index], &runs.without_fault[index]];
-    let highest = |rows: &Range<usize>| {
-        curves.map(|curve| rows.clone().max_by(|&a, &b| curve[a].total_cmp(&curve[b])).unwrap_or(rows.start))
+    let highest = |curve: &[f64], rows: &Range<usize>| {
+        let top = rows.clone().max_by(|&a, &b| curve[a].total_cmp(&curve[b])).unwrap_or(rows.start);
+        (top, curve[top], mean(&curve[rows.clone()]))
     };
-    let of = |rows: &Range<usize>| {
-        let tops = highest(rows);
-        let [measured, model] = [0, 1].map(|run| curves[run][tops[run]]);
-        let [above, beside] = [measured - mean(&curves[0][rows.clone()]), model - mean(&curves[1][rows.clone()])];
-        (above - beside, tops[usize::from(model > measured)], [measured, model])
+    let differs = |[measured, model]: [&[f64]; 2], rows: &Range<usize>| {
+        let [measured, model] = [highest(measured, rows), highest(model, rows)];
+        ((measured.1 - measured.2) - (model.1 - model.2), [measured, model])
     };
-    let (differs, at, [measured, model]) = phases.iter().map(of).max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
-    if differs.abs() < TELLING * sensor.noise {
+    let averaged = [&runs.with_fault[index][..], &runs.without_fault[index][..]];
+    let by_average = |rows: &&Range<usize>| differs(averaged, rows).0.abs();
+    let rows = phases.iter().max_by(|a, b| by_average(a).total_cmp(&by_average(b)))?;
+    let (by, [(at, measured, _), (expected_at, model, _)]) = differs([raw.0, raw.1], rows);
+    let differs = by_average(&rows).min(by.abs());
+    if differs < TELLING * sensor.noise {
         return None;
     }
+    let at = if model > measured { expected_at } else { at };
     let unit = runs.rig.sensor_unit(sensor);
     let change = difference_in_unit(measured - model, &unit);
     let [measured, model] = [measured, model].map(|value| in_unit(value, &unit));
@@ -122,7 +136,7 @@ fn peak(runs: &Runs<'_>, index: usize, phases: &[Range<usize>]) -> Option<Conseq
         unit: unit.symbol.clone(),
         from_s: rounded(time, DIGITS),
         to_s: rounded(time, DIGITS),
-        times_noise: rounded(differs.abs() / sensor.noise, DIGITS),
+        times_noise: rounded(differs / sensor.noise, DIGITS),
         text,
     })
 }

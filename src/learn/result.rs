@@ -51,6 +51,8 @@ pub struct EffectParameter {
 pub struct ScoredReport {
     /// Effect and place, such as `external-leakage@A`.
     pub id: String,
+    /// What it is, in words: *leakage from a node to the tank through a narrow gap or a seal*.
+    pub in_words: String,
     /// The parameter that is its size.
     pub parameter: String,
     /// Smallest size (departure from doing nothing) that this record could show beside everything that is fitted, beyond chance
@@ -315,6 +317,7 @@ fn scored(base: &FittedModel, candidate: &Candidate) -> ScoredReport {
     let unit = free.map(|free| base.rig.effect_unit(placed, free.name));
     ScoredReport {
         id: candidate.id.clone(),
+        in_words: placed.effect.in_words(),
         parameter: free.map_or("", |free| free.name).to_owned(),
         smallest_detectable: smallest_detectable(base, candidate),
         onsets: std::iter::once(candidate).chain(&candidate.others).filter_map(|one| onset(base, one)).collect(),

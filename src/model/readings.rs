@@ -30,6 +30,8 @@ pub struct Shown {
 pub struct FirstReading {
     /// The reading, SI; 0 where nothing shows it.
     pub shown: f64,
+    /// One standard deviation of `shown` by noise, SI.
+    pub sigma: f64,
     /// Index of the sensor that shows it.
     pub sensor: Option<usize>,
 }
@@ -43,6 +45,12 @@ impl FirstReading {
         let gain = if gain.re() > 0.0 { gain } else { S::one() };
         let value = (S::constant(self.shown) - offset) / gain;
         if sensor.quantity == Quantity::Level { value * (parameters[0] * GRAVITY) } else { value }
+    }
+
+    /// One standard deviation of the same by noise, Pa.
+    pub fn freed_sigma(&self, rig: &Rig, parameters: &[f64]) -> f64 {
+        let further = Self { shown: self.shown + self.sigma, ..*self };
+        (further.freed(rig, parameters) - self.freed(rig, parameters)).abs()
     }
 
     /// What the sensor would show of the same start with other parameters than `found`, SI.
@@ -158,8 +166,9 @@ pub(super) fn readings(rig: &Rig, record: &Record) -> Result<Vec<FirstReading>, 
             continue;
         }
         let channel = rig.sensor_column(record, sensor)?;
-        let Some((shown, _)) = at_rest(&channel.values, sensor.variance().sqrt()) else { continue };
-        readings[node] = Some(FirstReading { shown, sensor: Some(index) });
+        let sigma = sensor.variance().sqrt();
+        let Some((shown, count)) = at_rest(&channel.values, sigma) else { continue };
+        readings[node] = Some(FirstReading { shown, sigma: sigma / (count as f64).sqrt(), sensor: Some(index) });
     }
     for (index, node) in rig.nodes.iter().enumerate() {
         if readings[index].is_none() && by_record(index) {
@@ -199,7 +208,7 @@ mod tests {
         let path = "fixtures/telescopic/rig.toml";
         let rig = Rig::parse(path, std::fs::read_to_string(path).unwrap()).unwrap();
         let sensor = rig.sensors.iter().position(|sensor| sensor.name == "p_B").unwrap();
-        let first = FirstReading { shown: 7e5, sensor: Some(sensor) };
+        let first = FirstReading { shown: 7e5, sigma: 0.0, sensor: Some(sensor) };
         let healthy = rig.nominal();
         let mut off = healthy.clone();
         let own = rig.sensors[sensor].first_parameter;

@@ -42,6 +42,47 @@ pub fn errors(rows: &[ErrorRow]) -> Vec<String> {
     aligned(&heads, &cells.collect::<Vec<_>>())
 }
 
+/// The command that leads further, as the last line of an answer. Longer than a terminal is wide, it goes on in the next line as shells of
+/// Unix have it; those of Windows take one line alone.
+pub fn next_line(command: &str) -> String {
+    let whole = format!("Next: {command}");
+    if cfg!(windows) || whole.chars().count() <= WIDTH {
+        return whole;
+    }
+    let mut lines = vec!["Next:".to_owned()];
+    for part in parts(command) {
+        let last = lines.last_mut().expect("one at least");
+        // Room for what says that the line goes on.
+        if last.chars().count() + 1 + part.chars().count() + 2 <= WIDTH || last.trim_end() == "Next:" {
+            *last = format!("{last} {part}");
+        } else {
+            last.push_str(" \\");
+            lines.push(format!("{:6}{part}", ""));
+        }
+    }
+    lines.join("\n")
+}
+
+/// Words of a command that stay together: a file whose name has blanks in quotes, an option with its value.
+fn parts(command: &str) -> Vec<String> {
+    let mut parts: Vec<String> = Vec::new();
+    let (mut is_quoted, mut joins) = (false, false);
+    for word in command.split(' ') {
+        let is_option = !is_quoted && word.starts_with('-');
+        match parts.last_mut() {
+            Some(last) if is_quoted || (joins && !is_option) => {
+                last.push(' ');
+                last.push_str(word);
+            }
+            _ => parts.push(word.to_owned()),
+        }
+        // `\'` is a quote of the name itself.
+        is_quoted ^= (word.matches('\'').count() - word.matches("\\'").count()) % 2 == 1;
+        joins = is_option;
+    }
+    parts
+}
+
 /// The first names, no more than so many, and how many others there are.
 pub fn few(names: &[&str], most: usize) -> String {
     let shown = names[..names.len().min(most)].join(", ");
@@ -65,5 +106,19 @@ mod tests {
         // A word that is wider than the terminal is not torn.
         assert_eq!(wrapped(&"x".repeat(100), ""), ["x".repeat(100)]);
         assert_eq!(wrapped(&format!("{} 5\u{a0}%", "x".repeat(77)), "")[1], "5 %");
+    }
+
+    #[test]
+    #[cfg(not(windows))]
+    fn a_long_command_goes_on_in_the_next_line_between_its_arguments() {
+        assert_eq!(next_line("borescope check rig.toml"), "Next: borescope check rig.toml");
+        let long = "a".repeat(50);
+        let told = next_line(&format!("borescope suggest 'my rig'\\''s {long}' --check {long} -o b.toml"));
+        let lines = [
+            "Next: borescope suggest \\".to_owned(),
+            format!("      'my rig'\\''s {long}' \\"),
+            format!("      --check {long} -o b.toml"),
+        ];
+        assert_eq!(told, lines.join("\n"));
     }
 }

@@ -79,11 +79,8 @@ fn drafted(unfilled: usize) -> Option<String> {
 #[cfg(feature = "cli")]
 pub(super) fn unsure_file(unfilled: usize, taken_as_exact: usize, explained: bool) -> Option<String> {
     let sheet = |count: usize| {
-        let (values, are) = if count == 1 { ("value", "is") } else { ("values", "are") };
-        format!(
-            "{count} {values} of data sheets {are} taken as exact, and an error of a part looks like missing physics: calibrate on a \
-             machine known to be healthy, or state `+-`."
-        )
+        let (values, count_as) = if count == 1 { ("value", "counts as") } else { ("values", "count as") };
+        format!("{count} {values} {count_as} exact; a wrong one looks like missing physics: calibrate.")
     };
     drafted(unfilled).or_else(|| (taken_as_exact > 0 && !explained).then(|| sheet(taken_as_exact)))
 }

@@ -1,6 +1,6 @@
 //! The comparison of a model with a record in a few lines: the verdict first, the next command last.
 
-use super::brief::wrapped;
+use super::brief::{few, next_line, wrapped};
 use super::caveats::{OFF_NAMED, far_from_stated, off_sheet, unsure_file};
 use super::learn::{adequate, goes_with, multiple, named_fault, times};
 use super::table::{Head, aligned};
@@ -10,7 +10,10 @@ use crate::learn::comparison::{ChannelComparison, Comparison, MisfitPlace, Prese
 use crate::number::{rounded, text, with_unit};
 
 /// Sensors that the short text shows.
-const FEW: usize = 5;
+const FEW: usize = 3;
+/// Faults that it shows where they do not explain the record, and where they do.
+const NOT_ENOUGH: usize = 2;
+const EXPLAINING: usize = 4;
 
 /// The comparison for people, beside that of an older rig file where there is one; with `all` its sensors, else the worst.
 pub fn brief(comparison: &Comparison, events: &[Consequence], all: bool) -> String {
@@ -24,15 +27,21 @@ pub fn brief(comparison: &Comparison, events: &[Consequence], all: bool) -> Stri
     lines.extend(read(events).iter().flat_map(|words| wrapped(words, "  ")));
     if let Some(with_faults) = &comparison.with_faults {
         let (heading, faults) = explained_by(with_faults);
-        lines.push(heading);
-        lines.extend(faults.iter().map(|fault| format!("  {fault}")));
+        let faults: Vec<&str> = faults.iter().map(String::as_str).collect();
+        if all || (with_faults.adequate && faults.len() <= EXPLAINING) {
+            lines.push(heading);
+            lines.extend(faults.iter().map(|fault| format!("  {fault}")));
+        } else {
+            let shown = if with_faults.adequate { EXPLAINING } else { NOT_ENOUGH };
+            lines.extend(wrapped(&format!("{heading} {}.", few(&faults, shown)), "  "));
+        }
     }
     if let Some(before) = before {
         let with = before.with_faults.as_ref();
         let with = with.map_or_else(String::new, |with| format!(", with faults {}", multiple(with.times_noise)));
         lines.extend(wrapped(&format!("Before ({}): {}{with}.", before.rig, times(before.times_noise)), "  "));
     }
-    lines.extend(stated(comparison).iter().flat_map(|words| wrapped(words, "  ")));
+    lines.extend(stated(comparison).filter(|_| all).iter().flat_map(|words| wrapped(words, "  ")));
     lines.extend(far(comparison).iter().flat_map(|words| wrapped(words, "  ")));
     lines.extend(of_the_file(comparison).iter().flat_map(|words| wrapped(words, "  ")));
     lines.push(String::new());
@@ -42,7 +51,7 @@ pub fn brief(comparison: &Comparison, events: &[Consequence], all: bool) -> Stri
     rows.retain(|_| places.next().is_none_or(|place| !hidden.contains(&place)));
     lines.extend(aligned(&heads, &rows));
     if let Some(most) = hidden.iter().map(|&place| comparison.channels[place].times_noise).reduce(f64::max) {
-        lines.push(format!("  and {} more, at most {} (`--all`)", hidden.len(), multiple(most)));
+        lines.push(format!("  and {} more, at most {}", hidden.len(), multiple(most)));
     }
     let within = |channel: &ChannelComparison| {
         channel.adequate && channel.samples > 0 && channel.times_noise > CLEARLY_ABOVE_NOISE
@@ -52,9 +61,10 @@ pub fn brief(comparison: &Comparison, events: &[Consequence], all: bool) -> Stri
         lines.extend(wrapped(told, "  "));
     }
     lines.extend(beyond_events(comparison));
-    lines.push(String::new());
-    lines.push(next(comparison));
-    lines.push("`--all` shows the phases, chi-square and the NRMSE fit of each sensor.".to_owned());
+    if !all {
+        lines.push("`--all` shows every sensor, phase and fault, chi-square and the NRMSE fit.".to_owned());
+    }
+    lines.push(next_line(&next(comparison)));
     lines.join("\n") + "\n"
 }
 
@@ -140,14 +150,15 @@ fn headline(comparison: &Comparison) -> Vec<String> {
 
 /// Where the misfit is largest, and what it correlates with.
 fn located(place: &MisfitPlace) -> Vec<String> {
-    let mut lines = vec![
-        format!("  Largest in {} ({}),", place.channel, place.equation),
-        format!("  {} from {:.2} to {:.2} s.", place.phase, place.from_s, place.to_s),
-    ];
-    if !place.depends_on.is_empty() {
-        lines.push(format!("  Correlates with {}.", goes_with(place)));
-    }
-    lines
+    let goes = match goes_with(place) {
+        nothing if nothing.is_empty() => String::new(),
+        some => format!(" Correlates with {some}."),
+    };
+    let told = format!(
+        "  Largest in {} ({}), {} from {:.2} to {:.2} s.{goes}",
+        place.channel, place.equation, place.phase, place.from_s, place.to_s
+    );
+    wrapped(&told, "  ")
 }
 
 /// What the faults that explain a record best leave, and each of them with its size.
@@ -213,17 +224,17 @@ fn times_noise(channel: &ChannelComparison) -> String {
 pub(super) fn next(comparison: &Comparison) -> String {
     let (rig, record) = (argument(&comparison.rig), argument(&comparison.record));
     match &comparison.with_faults {
-        _ if comparison.unfilled > 0 => format!("Next: borescope check {rig} {record}"),
+        _ if comparison.unfilled > 0 => format!("borescope check {rig} {record}"),
         // What lies within the tolerance may be physics all the same.
         _ if comparison.adequate && comparison.times_noise > CLEARLY_ABOVE_NOISE => {
-            format!("Next: borescope suggest {rig} {record} --check ANOTHER_RECORD")
+            format!("borescope suggest {rig} {record} --check ANOTHER_RECORD")
         }
-        _ if comparison.adequate => format!("Next: borescope diagnose {rig} {record}"),
+        _ if comparison.adequate => format!("borescope diagnose {rig} {record}"),
         Some(with) if with.adequate && with.faults.is_empty() => {
-            format!("Next: borescope calibrate {rig} HEALTHY_RECORD... -o calibrated.toml")
+            format!("borescope calibrate {rig} HEALTHY_RECORD... -o calibrated.toml")
         }
-        Some(with) if with.adequate => format!("Next: borescope diagnose {rig} {record}"),
-        _ => format!("Next: borescope suggest {rig} {record} --check ANOTHER_RECORD"),
+        Some(with) if with.adequate => format!("borescope diagnose {rig} {record}"),
+        _ => format!("borescope suggest {rig} {record} --check ANOTHER_RECORD"),
     }
 }
 
@@ -297,6 +308,7 @@ mod tests {
         assert_eq!(lines[4], "Before (rig.toml): 51x the sensor noise.");
         let row: Vec<&str> = lines[7].split_whitespace().collect();
         assert_eq!(row, ["p_A", "11.2", "bar", "45", "1", "51", "with", "faults"]);
+        assert_eq!(lines[8], "`--all` shows every sensor, phase and fault, chi-square and the NRMSE fit.");
         assert_eq!(lines[9], "Next: borescope diagnose rig.toml record.csv");
         assert!(lines.iter().all(|line| line.len() <= 80), "{page}");
     }
@@ -312,9 +324,12 @@ mod tests {
     fn values_taken_as_exact_are_doubted_before_physics_is_missing() {
         let page = brief(&Comparison { taken_as_exact: 14, ..comparison(80.0) }, &[], false);
         let text = page.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(text.contains("14 values of data sheets are taken as exact, and an error of a part"), "{page}");
+        assert!(
+            text.contains("14 values count as exact; a wrong one looks like missing physics: calibrate."),
+            "{page}"
+        );
         assert!(page.lines().all(|line| line.len() <= 80), "{page}");
-        assert!(!brief(&Comparison { taken_as_exact: 14, ..comparison(1.0) }, &[], false).contains("taken as exact"));
+        assert!(!brief(&Comparison { taken_as_exact: 14, ..comparison(1.0) }, &[], false).contains("count as exact"));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::addition::VERY_STRONG;
-use super::brief::wrapped;
+use super::brief::{next_line, wrapped};
 use super::caveats::{caveats, detected};
 use super::diagnosis::{headline, healthy, interval, percent, sized, sizes, tone};
 use super::learn::{multiple, times};
@@ -51,10 +51,8 @@ pub fn brief(diagnosis: &Diagnosis, findings: &[Finding], style: Style, written:
     let words: Vec<String> = detected(diagnosis).into_iter().chain([left(diagnosis)]).collect();
     lines.extend(wrapped(&words.join(" "), "  "));
     lines.extend(caveats(diagnosis).iter().flat_map(|caveat| wrapped(caveat, "  ")));
-    lines.push(String::new());
-    // A command stays in one line, so that it can be copied.
-    lines.extend(next(diagnosis, findings, written).into_iter().map(|command| format!("Next: {command}")));
     lines.push("Intervals hold 95 %; `--all` shows every fault, residual and sensor.".to_owned());
+    lines.extend(next(diagnosis, findings, written).into_iter().map(|command| next_line(&command)));
     lines.join("\n") + "\n"
 }
 

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-use super::brief::{ErrorRow, errors, wrapped};
+use super::brief::{ErrorRow, errors, next_line, wrapped};
 use super::caveats::learnt_with;
 use super::digits::plus_minus;
 use super::learn::{PARAMETER_HEADS, at_bounds, estimate, experiment, multiple, parameter_row, sits};
@@ -298,6 +298,7 @@ impl Ledger {
         let curves = self.effects.iter().filter(|effect| effect.parameters.len() > SIZES);
         lines.extend(curves.map(|curve| format!("{}: a curve of {} values", curve.id, curve.parameters.len())));
         if let Some(rise) = &self.rise {
+            lines.extend(wrapped(&rise.sentence(), "  "));
             lines.extend(rise.lines(&self.rig));
         }
         lines.extend(self.declined.iter().flat_map(|declined| wrapped(&declined.sentence(), "  ")));
@@ -314,10 +315,8 @@ impl Ledger {
             format!("{file} has the spools as the record shows them; no effect was added.")
         };
         lines.extend(wrapped(&what, "  "));
-        lines.push(String::new());
-        // A command stays in one line, so that it can be copied.
-        lines.push(format!("Next: {}", self.next(new)));
         lines.push("`--all` shows every sensor, chi-square, caveats and what was refused.".to_owned());
+        lines.push(next_line(&self.next(new)));
         lines.join("\n") + "\n"
     }
 

@@ -193,6 +193,18 @@ pub(crate) fn missed(suggestion: &SuggestionReport) -> Option<String> {
     })
 }
 
+/// Where your model misses most, in a line.
+pub(super) fn missed_in_short(place: &MisfitPlace) -> String {
+    let goes = match goes_with(place) {
+        nothing if nothing.is_empty() => String::new(),
+        some => format!("; correlates with {some}"),
+    };
+    format!(
+        "Most is missed in {}, {} from {:.2} to {:.2} s{goes}.",
+        place.channel, place.phase, place.from_s, place.to_s
+    )
+}
+
 fn at(place: &MisfitPlace) -> String {
     let goes = match goes_with(place) {
         nothing if nothing.is_empty() => "correlates with no measured quantity".to_owned(),
@@ -240,19 +252,19 @@ pub(super) fn conclusion_in_short(suggestion: &SuggestionReport) -> String {
         ),
         (Conclusion::EffectFound, Some(best)) => {
             format!(
-                "EFFECT FOUND: the model lacks {}. It explains the misfit of {records}, and no other effect of the library does.{}",
-                best.effect,
+                "EFFECT FOUND: the model lacks {}. It explains {records}; no other effect does so as well.{}",
+                named(best),
                 at_bounds(&best.parameters)
             )
         }
         (Conclusion::Confounded, Some(best)) => format!(
             "CONFOUNDED: {} explains the misfit, and {} explains it equally well; {records} cannot separate them.",
-            best.effect,
+            named(best),
             best.confounded_with.join(", ")
         ),
         (Conclusion::PartlyExplained, Some(best)) => format!(
             "PARTLY EXPLAINED: {} explains much of the misfit; no effect of the library explains the rest.{}",
-            best.effect,
+            named(best),
             at_bounds(&best.parameters)
         ),
         (Conclusion::UnknownEffect, Some(best)) if best.supported => {
@@ -263,6 +275,15 @@ pub(super) fn conclusion_in_short(suggestion: &SuggestionReport) -> String {
         }
         (_, None) => "UNKNOWN EFFECT: no effect of the library explains the misfit; none reduces it.".to_owned(),
     }
+}
+
+/// A candidate with what its effects are: `load-mass (mass coupled to the rod beyond that of the data sheet)`.
+fn named(candidate: &CandidateReport) -> String {
+    let each = candidate.effects.iter().map(|effect| match effect.in_words.as_str() {
+        "" => effect.id.clone(),
+        words => format!("{} ({words})", effect.id),
+    });
+    each.collect::<Vec<_>>().join(" + ")
 }
 
 /// What to make of values at the ends of their search, as a further sentence.

@@ -1,65 +1,86 @@
 //! A suggestion in a few lines: the verdict first, the errors with and without the effect, the next command last.
 
-use super::brief::{ErrorRow, errors, wrapped};
+use super::brief::{ErrorRow, errors, next_line, wrapped};
 use super::caveats::{learnt_with, unsure_file};
-use super::learn::{conclusion_in_short, estimate, experiment, missed};
+use super::learn::{conclusion_in_short, estimate, experiment, missed_in_short};
 use super::unknown::Rise;
 use crate::finding::argument;
 use crate::finding::lacking::{Lacking, does};
 use crate::learn::evaluated::Conclusion;
-use crate::learn::result::{CandidateReport, SuggestionReport};
+use crate::learn::result::{CandidateReport, EffectParameter, SuggestionReport};
 use crate::number::{before_unit, rounded};
 
-/// Candidates that are shown, the best included.
-const SHOWN: usize = 3;
-/// Parameters of the best candidate that are shown: a curve has twenty.
-const SIZES: usize = 4;
+/// Candidates that a page shows, the best included, and those of the short text.
+pub(super) const SHOWN: usize = 3;
+const SHOWN_IN_SHORT: usize = 2;
+/// Lines of the sizes of the best candidate.
+const SIZES: usize = 3;
 /// Parameters from which on an effect is a curve.
 pub(super) const CURVE: usize = 12;
-/// Caveats of the best candidate that are shown.
-const CAVEATS: usize = 2;
 
 /// The suggestion for people, no wider than a terminal.
 pub fn brief(report: &SuggestionReport, finding: Option<&Lacking>, rise: Option<&Rise>) -> String {
-    let mut lines = wrapped(&conclusion_in_short(report), "  ");
+    let verdict = match rise {
+        None => conclusion_in_short(report),
+        Some(rise) => format!("UNKNOWN EFFECT: no effect of the library explains the misfit. {}", rise.sentence()),
+    };
+    let mut lines = wrapped(&verdict, "  ");
     let best = report.candidates.first().filter(|best| best.supported);
-    if let Some(best) = best {
-        let meaning = finding.map(|finding| finding.meaning.as_str()).filter(|meaning| !meaning.is_empty());
-        lines.extend(meaning.iter().flat_map(|meaning| wrapped(&format!("  {meaning}"), "  ")));
-        // A curve has twenty values, and says nothing by its first ones.
-        let shown = if best.parameters.len() > CURVE { 0 } else { SIZES };
-        lines.extend(best.parameters.iter().take(shown).flat_map(|one| {
-            let shown = estimate(one);
-            let interval = if one.ci95 == [None, None] { String::new() } else { format!(" ({})", shown.interval()) };
-            let bound = if one.at_bound { ", at the bound of its search" } else { "" };
-            wrapped(&format!("  {} {}{interval}{bound}", one.id, before_unit(shown.value(), &one.unit)), "    ")
-        }));
-        if best.parameters.len() > SIZES {
-            lines.push(format!("  {} values in all", best.parameters.len()));
-        }
-    }
+    lines.extend(best.filter(|_| rise.is_none()).into_iter().flat_map(sizes));
     if let Some(rise) = rise {
         lines.extend(rise.lines(&report.rig));
     }
     // An effect that is found says more than the place that it explains.
     match finding.filter(|_| report.conclusion == Conclusion::EffectFound).and_then(does) {
         Some(does) => lines.extend(wrapped(&does, "  ")),
-        None => lines.extend(missed(report).into_iter().flat_map(|words| wrapped(&words, "  "))),
+        None if rise.is_some() => {}
+        None => {
+            lines.extend(report.place.as_ref().into_iter().flat_map(|place| wrapped(&missed_in_short(place), "  ")))
+        }
     }
     lines.extend(learnt_with(&report.dynamics).into_iter().flat_map(|words| wrapped(&words, "  ")));
     lines.extend(report.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));
     if let Some(first) = report.candidates.first() {
         lines.push(String::new());
-        lines.extend(errors(&rows(report, first)));
+        let shown = if rise.is_some() { 1 } else { SHOWN_IN_SHORT };
+        lines.extend(errors(&rows(report, first, shown)));
     }
+    // What speaks against the best comes before what may be wrong in any file.
     let caveats = best.map_or(&report.moved, |best| &best.warnings);
-    lines.extend(caveats.iter().take(CAVEATS).flat_map(|one| wrapped(&format!("Caveat: {one}."), "  ")));
-    lines.extend(of_the_file(report, rise).iter().flat_map(|words| wrapped(words, "  ")));
-    lines.push(String::new());
-    // A command stays in one line, so that it can be copied.
-    lines.push(format!("Next: {}", next(report, rise)));
+    match (caveats.first(), rise) {
+        (Some(caveat), _) => lines.extend(wrapped(&format!("Caveat: {caveat}."), "  ")),
+        (None, Some(_)) => {}
+        (None, None) => lines.extend(of_the_file(report, rise).iter().flat_map(|words| wrapped(words, "  "))),
+    }
     lines.push("`--all` shows every candidate, and what this record could have shown.".to_owned());
+    lines.push(next_line(&next(report, rise)));
     lines.join("\n") + "\n"
+}
+
+/// The values of an effect; those of a curve say nothing one by one.
+fn sizes(best: &CandidateReport) -> Vec<String> {
+    let count = best.parameters.len();
+    let shown = match count {
+        curve if curve > CURVE => 0,
+        few if few <= SIZES => few,
+        _ => SIZES - 1,
+    };
+    let mut lines: Vec<String> = best.parameters.iter().take(shown).flat_map(size).collect();
+    if count > shown {
+        lines.push(if shown == 0 {
+            format!("  a curve of {count} values")
+        } else {
+            format!("  and {} more values", count - shown)
+        });
+    }
+    lines
+}
+
+fn size(one: &EffectParameter) -> Vec<String> {
+    let shown = estimate(one);
+    let interval = if one.ci95 == [None, None] { String::new() } else { format!(" ({})", shown.interval()) };
+    let bound = if one.at_bound { ", at the bound of its search" } else { "" };
+    wrapped(&format!("  {} {}{interval}{bound}", one.id, before_unit(shown.value(), &one.unit)), "    ")
 }
 
 /// Whether a value that has changed since calibration may be what no effect explains.
@@ -75,14 +96,15 @@ pub(super) fn of_the_file(report: &SuggestionReport, rise: Option<&Rise>) -> Opt
     unsure_file(report.unfilled, report.taken_as_exact, report.conclusion == Conclusion::Adequate)
 }
 
-pub(super) fn rows(report: &SuggestionReport, first: &CandidateReport) -> Vec<ErrorRow> {
+/// Your model beside the best candidates, no more than so many.
+pub(super) fn rows(report: &SuggestionReport, first: &CandidateReport, most: usize) -> Vec<ErrorRow> {
     let with = if report.faults.is_empty() { String::new() } else { format!(", with {}", faults(&report.faults)) };
     let yours = ErrorRow { name: format!("your model{with}"), fit: first.rmse_before, check: first.check_rmse_before };
     let error = |fit: f64, check: Option<f64>| rounded(check.unwrap_or(fit), 2);
     let before = error(first.rmse_before, first.check_rmse_before);
     // With what is refused and reduces nothing there is nothing to compare.
     let reduces = |one: &&CandidateReport| one.supported || error(one.rmse_after, one.check_rmse_after) < before;
-    let shown = report.candidates.iter().filter(reduces).take(SHOWN);
+    let shown = report.candidates.iter().filter(reduces).take(most);
     let each = shown.map(|one| {
         let rejected = if one.supported { "" } else { " (not supported)" };
         let name = format!("+ {}{rejected}", one.effect);

@@ -121,12 +121,9 @@ impl Rise {
         }
     }
 
-    /// Sentence and formula in lines of a text; `rig` is the file that lacks it.
+    /// The formula in lines of a text; `rig` is the file that lacks it.
     pub fn lines(&self, rig: &str) -> Vec<String> {
-        let mut lines = wrapped(&self.sentence(), "  ");
-        let put =
-            format!("As a law: put it into {rig}, and run the command again; it is judged like any other effect.");
-        lines.extend(wrapped(&put, "  "));
+        let mut lines = wrapped(&format!("As a law, to be put into {rig}:"), "  ");
         lines.extend(self.formula().lines().map(|line| format!("  {line}")));
         lines
     }

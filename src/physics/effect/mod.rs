@@ -152,6 +152,13 @@ impl Effect {
     pub fn has_level(&self) -> bool {
         self.parameters.iter().any(|free| matches!(free.first, InitialGuess::Range(_)))
     }
+
+    /// What it is, as part of a sentence: the first clause of its meaning. Empty where a rig file says nothing of it.
+    pub fn in_words(&self) -> String {
+        let clause = self.meaning.split([':', ';', '.']).next().unwrap_or_default().trim();
+        let mut letters = clause.chars();
+        letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
+    }
 }
 
 /// What a sensor does to its readings.

@@ -135,7 +135,7 @@ fn fitted(report: &SuggestionReport, finding: Option<&Lacking>, rise: Option<&Ri
         fitted.paragraph(words::experiment(experiment));
     }
     if let Some(first) = report.candidates.first() {
-        fitted.table(bars("Error over all sensors, times the sensor noise", &brief::rows(report, first)));
+        fitted.table(bars("Error over all sensors, times the sensor noise", &brief::rows(report, first, brief::SHOWN)));
     }
     if let Some(draft) = brief::of_the_file(report, rise) {
         fitted.paragraph(draft);
