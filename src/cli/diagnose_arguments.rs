@@ -27,14 +27,11 @@ pub struct Arguments {
     #[arg(long, value_name = "I/N", requires = "manifest")]
     pub(super) shard: Option<Share>,
     /// Put the shards in this folder together: into `--store FILE`, a table `-o`, or both
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["rig", "records", "manifest", "shard", "report", "curves", "at", "all", "window", "exit_code", "threads"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["rig", "records", "manifest", "shard", "report", "curves", "at", "all", "window", "exit_code"])]
     pub(super) merge: Option<PathBuf>,
     /// With `--records` the folder of the shards; with `--merge` a table, CSV or Parquet by its ending
     #[arg(short, long, value_name = "DIR|TABLE", conflicts_with = "records")]
     pub(super) output: Option<PathBuf>,
-    /// Threads, with `--records`; without it as many as the machine has. Results do not depend on it
-    #[arg(long, value_name = "T", requires = "manifest")]
-    pub(super) threads: Option<usize>,
     /// How the diagnosis is written
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(super) format: Format,

@@ -39,7 +39,8 @@ pub fn run(manifest: &Path, arguments: &Arguments, context: &Context, out: &mut 
     }
     let content = read(rig, MOST_TEXT)?;
     let rig_digest = content.digest();
-    let (context, threads) = super::threads(context.clone().without_progress(), arguments.threads)?;
+    let context = context.clone().without_progress();
+    let threads = context.threads();
     let rig = Rig::parse(rig, text(rig, content.bytes)?)?.with_context(&context);
     let rig_digest = rig.digest(rig_digest);
     let manifest = Manifest::read(manifest)?;

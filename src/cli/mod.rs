@@ -57,6 +57,9 @@ struct CommandLine {
     /// Open the page that `--report` writes
     #[arg(long, global = true)]
     open: bool,
+    /// Threads; without it as many as the machine has. Results do not depend on it
+    #[arg(long, value_name = "T", global = true)]
+    threads: Option<usize>,
     #[command(subcommand)]
     verb: Verb,
 }
@@ -230,7 +233,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let context = terminal::context(&first_look);
     let ending = interrupt::watch(&context, first_look);
     let mut out = Visible::new(io::BufWriter::new(terminal::Output::new()), terminal::style().colour);
-    let result = command_line.verb.run(&context, &mut out).and_then(|status| {
+    let result = on_threads(&context, command_line.threads).map_err(Failure::from).and_then(|context| {
+        let status = command_line.verb.run(&context, &mut out)?;
         out.flush()?;
         Ok(status)
     });
@@ -257,6 +261,16 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     // `eprintln!` would panic where standard error is closed.
     let _ = writeln!(io::stderr(), "{message}");
     2
+}
+
+/// The context on so many threads, without a number on as many as the machine has.
+fn on_threads(context: &Context, asked: Option<usize>) -> Result<Context, Complaint> {
+    match asked {
+        Some(0) => Err(Complaint::new(Kind::Bounds, "no threads to work with")
+            .help("give `--threads` a number above 0, or leave it away")),
+        Some(threads) => context.clone().with_threads(threads),
+        None => Ok(context.clone()),
+    }
 }
 
 /// What is wrong with a command line, without the advice to read `--help`, which another program cannot follow.
@@ -324,16 +338,6 @@ fn named_pipe(argument: &OsString) -> Option<String> {
 #[cfg(not(unix))]
 fn named_pipe(_: &OsString) -> Option<String> {
     None
-}
-
-/// The context on so many threads, without a number on as many as the machine has, and how many these are.
-fn threads(context: Context, asked: Option<usize>) -> Result<(Context, usize), Complaint> {
-    match asked {
-        Some(0) => Err(Complaint::new(Kind::Bounds, "no threads to work with")
-            .help("give `--threads` a number above 0, or leave it away")),
-        Some(threads) => Ok((context.with_threads(threads)?, threads)),
-        None => Ok((context, std::thread::available_parallelism().map_or(1, usize::from))),
-    }
 }
 
 /// Says on standard error that a journal is held by another program.

@@ -185,6 +185,13 @@ impl Context {
         }
     }
 
+    /// How many threads it works on: without threads of its own as many as the machine has.
+    #[cfg(feature = "cli")]
+    pub(crate) fn threads(&self) -> usize {
+        let of_machine = || std::thread::available_parallelism().map_or(1, usize::from);
+        self.threads.as_ref().map_or_else(of_machine, |pool| pool.current_num_threads())
+    }
+
     /// Does `work` on the threads of this context.
     pub(crate) fn on_threads<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match &self.threads {

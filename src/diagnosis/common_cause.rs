@@ -52,7 +52,8 @@ struct Explained {
 }
 
 /// The corrected record and its common cause, where that explains a record better than the fault combination of `plain` does.
-/// Asked only of what such causes look like: a record that no fault explains, or one that takes faults of several sensors.
+/// Asked only of what such causes look like: a record that no fault explains, or one that takes faults of several sensors; of other oil also
+/// where it takes several faults of any kind.
 pub(super) fn instead(model: &Model, record: &Record, plain: &Diagnosed) -> Option<Corrected> {
     let rig = &model.rig;
     let faults = plain.diagnosis.faults.iter().zip(&rig.faults).filter(|(report, _)| report.present);
@@ -61,11 +62,16 @@ pub(super) fn instead(model: &Model, record: &Record, plain: &Diagnosed) -> Opti
         (count + usize::from(rig.is_of_sensor(fault.parameter)), all)
     });
     let missed = !plain.diagnosis.is_explained();
-    if !missed && of_sensors < 2 {
+    let by_record = missed || of_sensors >= 2;
+    if !by_record && plain.diagnosis.present().count() < 2 {
         return None;
     }
-    let mut causes = promising(model, record);
-    causes.extend(fitted(model, record, Cause::FastClock, 0.0));
+    let mut causes = promising(model, record, by_record);
+    if by_record {
+        causes.extend(fitted(model, record, Cause::FastClock, 0.0));
+    } else {
+        causes.retain(|cause| matches!(cause, Cause::OtherOil(_)));
+    }
     let explained: Vec<Explained> = causes.into_par_iter().filter_map(|cause| explain(model, record, cause)).collect();
     let explains = explained.into_iter().filter(|one| !one.missed);
     let margin = |one: &Explained| one.evidence - plain.evidence_under(&one.weights, rig, record);
@@ -88,7 +94,7 @@ pub(super) fn at_once(
     options: &DiagnosisOptions,
 ) -> Result<Option<Diagnosed>, Complaint> {
     let rig = &model.rig;
-    let Some(Costs { plain, causes }) = costs(model, record) else { return Ok(None) };
+    let Some(Costs { plain, causes }) = costs(model, record, true) else { return Ok(None) };
     let Some(&(_, cause)) = causes.first().filter(|(cost, _)| *cost < CLEARLY_LESS * plain) else { return Ok(None) };
     let Some(cause) = at_best(model, record, cause) else { return Ok(None) };
     let corrected = Corrected {
@@ -129,9 +135,10 @@ impl Diagnosed {
     }
 }
 
-/// Causes that leave the healthy model less to explain than the record as it stands does, the best first, as many as are explained.
-fn promising(model: &Model, record: &Record) -> Vec<Cause> {
-    let causes = costs(model, record).map_or_else(Vec::new, |costs| costs.causes);
+/// Causes that leave the healthy model less to explain than the record as it stands does, the best first, as many as are explained; other
+/// oil `clearly`, or at all.
+fn promising(model: &Model, record: &Record, clearly: bool) -> Vec<Cause> {
+    let causes = costs(model, record, clearly).map_or_else(Vec::new, |costs| costs.causes);
     let best = causes.into_iter().take(model.rig.settings().diagnosis.causes_explained);
     best.filter_map(|(_, cause)| at_best(model, record, cause)).collect()
 }
@@ -146,7 +153,7 @@ struct Costs {
 
 /// No weights by events: they would have to be made for every cause, and only the order counts. `None` where the healthy model cannot be
 /// solved.
-fn costs(model: &Model, record: &Record) -> Option<Costs> {
+fn costs(model: &Model, record: &Record, clearly: bool) -> Option<Costs> {
     let rig = &model.rig;
     let healthy = rig.healthy();
     let outputs = |values: &[f64], record: &Record| {
@@ -186,9 +193,12 @@ fn costs(model: &Model, record: &Record) -> Option<Costs> {
             };
             other_oil(plain, |thinner| cost(&outputs(&values(thinner), record)?, record)).1
         };
-        // One value that is another is a fault, and no oil.
-        let mut viscous = rig.viscous().filter(|&parameter| healthy[parameter] != 0.0);
-        if all < CLEARLY_LESS * plain && viscous.all(|parameter| all < CLEARLY_LESS * by_one(parameter)) {
+        // One value that is another is a fault, and no oil; several are asked by their evidence.
+        let is_clear = || {
+            let mut viscous = rig.viscous().filter(|&parameter| healthy[parameter] != 0.0);
+            all < CLEARLY_LESS * plain && viscous.all(|parameter| all < CLEARLY_LESS * by_one(parameter))
+        };
+        if !clearly || is_clear() {
             causes.push((all, Cause::OtherOil(thinner.exp() - 1.0)));
         }
     }

@@ -18,11 +18,43 @@ pub(crate) fn weights_of(
     drive: &InputSignals,
     parameters: &[f64],
 ) -> Result<(Weights, Vec<Vec<f64>>), SimulationError> {
+    let LeftOpen { weights, outputs, .. } = weights_leaving_open(model, record, (drive, parameters), &[])?;
+    Ok((weights, outputs))
+}
+
+/// Weights of a record that is not asked for some parameters.
+pub(crate) struct LeftOpen {
+    pub weights: Weights,
+    /// What the sensors read, `[sensor][row]`, SI.
+    pub outputs: Vec<Vec<f64>>,
+    /// The most that one standard deviation of each of them changes any sample, times its noise.
+    pub most: Vec<f64>,
+}
+
+/// The same where some parameters of the rig are known to one standard deviation each, SI, and the record is not asked for them.
+pub(crate) fn weights_leaving_open(
+    model: &Model,
+    record: &Record,
+    (drive, parameters): (&InputSignals, &[f64]),
+    open: &[(usize, f64)],
+) -> Result<LeftOpen, SimulationError> {
     let nothing = Weights::new(&model.rig, &[], &[], &[]);
     let mut problem = RecordProblem::new(model, drive, &record.time, Vec::new(), nothing, Vec::new());
     problem.base = parameters.to_vec();
-    let (weights, solved) = weights_along(&problem, record, &[])?;
-    Ok((weights, solved.outputs.values))
+    let by: Vec<usize> = open.iter().map(|(parameter, _)| *parameter).collect();
+    let (mut events, Sensitivities { outputs, mut derivatives }) = events_along(&problem, record, &[], &by)?;
+    for (change, (_, sigma)) in derivatives.iter_mut().zip(open) {
+        change.iter_mut().flatten().for_each(|value| *value *= sigma);
+    }
+    let times_noise = |change: &Vec<Vec<f64>>| {
+        let of = |(change, variance): (&Vec<f64>, &Vec<f64>)| {
+            change.iter().zip(variance).map(|(change, variance)| change.abs() / variance.sqrt()).fold(0.0, f64::max)
+        };
+        change.iter().zip(&events.variance).map(of).fold(0.0, f64::max)
+    };
+    let most = derivatives.iter().map(times_noise).collect();
+    events.changes.extend(derivatives);
+    Ok(LeftOpen { weights: judged(&problem, record, &events), outputs: outputs.values, most })
 }
 
 /// Weights at `theta`: events where the model has them, time constants uncertain anew in each phase.

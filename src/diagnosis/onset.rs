@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 use super::case::Case;
-use super::estimate::{self, Estimate};
+use super::estimate::{self, Estimate, picked};
 use super::hypotheses::Isolation;
 use super::missed::{tame, tame_squares};
 use super::noise::Weights;
@@ -48,6 +48,9 @@ pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estima
     let old = [record.time.first().copied()?, shaken];
     let row = row.filter(|&row| old.iter().all(|old| (record.time[row] - old).abs() > settings.onset_clearance))?;
     let mut time = record.time[row];
+    if !is_believed(first) && !frees_something((model, record), begun(model, plain, time), first, worth) {
+        return None;
+    }
     let mut found: Option<(Begun, f64, f64)> = None;
     let is_worth_it = |cost: f64| 0.5 * (first.isolation.best.cost - cost) > worth;
     // The last round is to see whether the moment that it was given is a better one.
@@ -88,6 +91,19 @@ pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estima
     let misfit = weighed_by(&estimate::by_the_record(case), case, plain, &isolation.best.theta)?;
     let alike = 0.5 * (tame_squares(settings, &misfit) - by_record);
     (better.min(alike) > worth).then_some(begun)
+}
+
+/// Whether a beginning frees the first explanation from what speaks against it before: with it, the same faults leave less by more than
+/// `worth` nats, and by more than anything does that follows a misfit a little. Where it does not, others need not be looked for everywhere.
+fn frees_something((model, record): (&Model, &Record), drive: InputSignals, first: &Estimate<'_>, worth: f64) -> bool {
+    let mut theta = picked(&model.rig, &model.rig.healthy());
+    let known = &first.isolation.best.theta;
+    theta[..known.len()].copy_from_slice(known);
+    let rounds = first.case.settings().onset_rounds_compared;
+    let freed = estimate::near(model, record, &drive, Some((&theta, first.isolation.set())), rounds);
+    let before = first.isolation.best.cost;
+    let most = (before - 2.0 * worth).min(first.case.settings().stuck_share * before);
+    freed.is_ok_and(|freed| freed.isolation.best.cost < most)
 }
 
 /// The drive with every fault at what it was before until `time`.

@@ -1,5 +1,6 @@
 //! A candidate: an effect that might be missing, with what the score test says of it.
 
+use super::trial_steps::{nothing, typical};
 use crate::physics::effect::{FreeParameter, InitialGuess};
 use crate::rig::{EffectInstance, ParameterSetting, Rig};
 
@@ -35,7 +36,12 @@ impl Candidate {
         let typical = |(free, tried): (&FreeParameter, &ParameterSetting)| match free.first {
             // Where it begins was found.
             InitialGuess::Onset(_) => tried.clone(),
-            _ => ParameterSetting { value: rig.first_size(&self.placed, free).unwrap_or(tried.value), ..tried.clone() },
+            _ => {
+                let typical = typical(rig, &self.placed, free);
+                let value = nothing(rig, &self.placed, free).zip(typical).map(|(from, typical)| from + typical);
+                let value = value.or_else(|| rig.first_size(&self.placed, free)).unwrap_or(tried.value);
+                ParameterSetting { value, ..tried.clone() }
+            }
         };
         let tried = self.placed.effect.parameters.iter().zip(&self.tried).map(typical).collect();
         Self { tried, factor: 1.0, base_point: None, ..self.clone() }

@@ -7,6 +7,7 @@ use super::run::{Run, run_of};
 use crate::complaint::Complaint;
 use crate::diagnosis::case::robust;
 use crate::diagnosis::estimate::{self, Estimate};
+use crate::diagnosis::events::LeftOpen;
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::away;
 use crate::diagnosis::{events, weighed};
@@ -15,6 +16,9 @@ use crate::model::{InputSignals, Model};
 use crate::record::Record;
 use crate::rig::FaultSet;
 use crate::rig::Rig;
+
+/// Share of the variance that a rig file states from which on a record has told less than the file does.
+const LEFT_OPEN: f64 = 0.5;
 
 /// What a record says through one model.
 #[derive(Debug, Clone)]
@@ -96,12 +100,40 @@ impl FittedModel {
         Ok(fitted)
     }
 
-    /// What the model says of another record with nothing fitted to it.
+    /// What the model says of another record with nothing fitted to it. Where that misses, what the fitted record has left open is not
+    /// held against it: a relief valve that did not open there, an end that was not reached.
     ///
     /// # Errors
     /// Columns that are missing, or a model that cannot be solved on it.
     pub fn check(&self, record: &Record) -> Result<Run, Complaint> {
-        self.check_under(record, None)
+        let run = self.check_under(record, None)?;
+        let open = self.left_open();
+        if run.is_adequate || open.is_empty() {
+            return Ok(run);
+        }
+        let model = Model::new(without_lack_of_fit(&self.rig));
+        let drive = InputSignals::from_record(&model.rig, record)?;
+        let solved = events::weights_leaving_open(&model, record, (&drive, &self.values), &open);
+        let LeftOpen { weights, outputs, most } = solved.map_err(|error| weighed::unsolvable(&model, record, error))?;
+        let mut shows: Vec<(usize, f64)> =
+            open.iter().map(|one| one.0).zip(most).filter(|(_, most)| *most > 1.0).collect();
+        shows.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let left_open = shows.into_iter().map(|(parameter, _)| parameter).collect();
+        Ok(Run { left_open, ..run_of(&model.rig, record, outputs, weights)? })
+    }
+
+    /// Uncertain parameters of which the rig file says more than the record that was fitted, with what is known of them, SI.
+    fn left_open(&self) -> Vec<(usize, f64)> {
+        let is_present = |index: usize| self.set.iter().any(|fault| self.rig.faults[fault].parameter == index);
+        let known = self.sigmas.iter().filter(|&(&index, &sigma)| {
+            let parameter = &self.rig.parameters[index];
+            let stated = parameter.sigma;
+            stated > 0.0
+                && !self.rig.is_of_effect(index)
+                && !is_present(index)
+                && sigma * sigma > LEFT_OPEN * stated * stated
+        });
+        known.map(|(&index, &sigma)| (index, sigma)).collect()
     }
 
     /// The same under given weights.

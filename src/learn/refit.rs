@@ -3,6 +3,7 @@
 use super::candidate::Candidate;
 use super::evaluated::EvaluatedModel;
 use super::fitted_model::{FittedModel, effect_parameters};
+use super::trial_steps::{nothing, typical};
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate;
 use crate::diagnosis::preliminary::{self, PreliminaryFit};
@@ -130,19 +131,22 @@ fn with_effects(rig: &Rig, effects: &[Candidate]) -> Option<(Rig, Vec<Start>)> {
     let mut rig = rig.clone();
     let mut starts = Vec::new();
     for effect in effects {
+        // What the circuit has anyway, before the effect is there.
+        let of = |free: &FreeParameter| free.neutral.and_then(|_| nothing(&rig, &effect.placed, free));
+        let neutrals: Vec<Option<f64>> = effect.placed.effect.parameters.iter().map(of).collect();
         let given: Vec<ParameterSetting> = effect
             .placed
             .effect
             .parameters
             .iter()
             .zip(&effect.tried)
-            .map(|(free, tried)| {
+            .zip(&neutrals)
+            .map(|((free, tried), &neutral)| {
                 let unit = rig.effect_unit(&effect.placed, free.name);
-                let neutral = free.neutral.map(|neutral| unit.difference_to_si(neutral));
-                let from = |value: f64| (value - neutral.unwrap_or(0.0)).abs();
                 // What was tried may be far smaller than what such an effect often is.
-                let typical = rig.first_size(&effect.placed, free).map_or(0.0, from);
-                let size = from(tried.value).max(typical);
+                let first = || rig.first_size(&effect.placed, free);
+                let typical = neutral.map_or_else(first, |_| typical(&rig, &effect.placed, free)).map_or(0.0, f64::abs);
+                let size = (tried.value - neutral.unwrap_or(0.0)).abs().max(typical);
                 let absolute = matches!(free.first, InitialGuess::Range(_));
                 let sigma = match neutral {
                     _ if size == 0.0 => range_deviation(&unit, free),
@@ -154,11 +158,7 @@ fn with_effects(rig: &Rig, effects: &[Candidate]) -> Option<(Rig, Vec<Start>)> {
             })
             .collect();
         let indices = rig.give_effect(&effect.placed, &given).ok()?;
-        for (place, ((free, tried), &index)) in
-            effect.placed.effect.parameters.iter().zip(&effect.tried).zip(&indices).enumerate()
-        {
-            let unit = rig.effect_unit(&effect.placed, free.name);
-            let neutral = free.neutral.map(|neutral| unit.difference_to_si(neutral));
+        for (place, ((&neutral, tried), &index)) in neutrals.iter().zip(&effect.tried).zip(&indices).enumerate() {
             let start = match neutral {
                 // A curve starts flat.
                 Some(neutral) if effect.placed.effect.empirical => neutral,

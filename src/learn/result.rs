@@ -134,6 +134,11 @@ pub struct SuggestionReport {
     /// Where the model with all faults fitted misses; `None` where it is adequate.
     #[serde(rename = "where")]
     pub place: Option<MisfitPlace>,
+    /// Whether that is in the check record: the fit record is explained.
+    #[serde(skip)]
+    pub misses_check: bool,
+    /// Uncertain values that the check record depends on and the fit record does not determine: nothing is concluded from what they may do.
+    pub left_open: Vec<String>,
     /// Effects that were fitted, the best first.
     pub candidates: Vec<CandidateReport>,
     /// Every other effect that the rig could have, the most promising first.
@@ -163,14 +168,19 @@ impl SuggestionReport {
         let base = &suggestion.base;
         let model = Model::new(base.rig.clone());
         let mut place = Comparison::of(&model, record, &base.fit)?.place;
+        let mut misses_check = false;
         if let (None, Some(check), Some(run)) = (&place, check, &suggestion.base_check) {
             place = Comparison::of(&model, check, run)?.place;
+            misses_check = place.is_some();
         }
+        let best = suggestion.judged.first().filter(|best| best.supported);
+        let shown = best.map_or(suggestion.base_check.as_ref(), |best| best.check.as_ref());
+        let left_open = shown.map_or(&[][..], |run| &run.left_open);
         let alone = |candidate: &Candidate| {
             suggestion.judged.iter().any(|judged| judged.effects.iter().any(|effect| effect.id == candidate.id))
         };
         // What fits says more of the equation than the sensor where the misfit shows.
-        if let (Some(place), Some(best)) = (&mut place, suggestion.judged.first().filter(|best| best.supported)) {
+        if let (Some(place), Some(best)) = (&mut place, best) {
             let mut equations: Vec<String> =
                 best.effects.iter().map(|effect| equation(&best.trial.rig, effect)).collect();
             equations.dedup();
@@ -189,6 +199,8 @@ impl SuggestionReport {
             faults: base.set.iter().map(|fault| base.rig.fault_id(fault).to_owned()).collect(),
             dynamics: suggestion.dynamics.clone(),
             place,
+            misses_check,
+            left_open: left_open.iter().map(|&index| base.rig.parameters[index].id.clone()).collect(),
             candidates: suggestion.judged.iter().map(|judged| candidate(suggestion, judged)).collect(),
             not_fitted: suggestion
                 .scored

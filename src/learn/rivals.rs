@@ -95,7 +95,7 @@ fn promising(estimate: &Estimate<'_>) -> Vec<((usize, f64), Candidate)> {
         for (tried, score) in &scored {
             let Some((rise, factor)) = score.in_place_of(*estimated) else { continue };
             let share = 1.0 - rise / estimated.rise();
-            if share < settings.rival_share || !sign_fits(&tried.placed, factor) {
+            if share < settings.rival_share || !sign_fits(rig, &tried.placed, factor) {
                 continue;
             }
             // Of several tries of an effect the one that keeps most.

@@ -27,6 +27,9 @@ pub struct Run {
     pub of_sensors: Vec<f64>,
     /// Whether every sensor is explained within noise and tolerance.
     pub is_adequate: bool,
+    /// Parameters that may be otherwise, as far as is known of them, and change readings by more than noise then: by index of the rig's, what
+    /// changes them most first.
+    pub left_open: Vec<usize>,
 }
 
 /// Root mean square misfits of the sensors, SI, as one error, times the sensor noise.
@@ -55,7 +58,7 @@ pub(super) fn run_of(rig: &Rig, record: &Record, outputs: Vec<Vec<f64>>, weights
     let of_sensors = squares.iter().enumerate().map(mean).collect();
     let settings = &rig.settings().diagnosis;
     let is_adequate = diagnosis::missed(settings, &weights, &misfit).iter().all(|one| one.is_explained(settings));
-    Ok(Run { outputs, misfit, weights, rmse, normalised, chi2, of_sensors, is_adequate })
+    Ok(Run { outputs, misfit, weights, rmse, normalised, chi2, of_sensors, is_adequate, left_open: Vec::new() })
 }
 
 /// Sum of squares of the weighted misfits of a sensor. One that base points out from those around it counts as no more than a wild

@@ -12,7 +12,7 @@ use super::scoring::{candidates, tolerated, worth};
 use super::screening::{Screening, promised};
 use super::separate::{Experiment, separating};
 use super::spools::{self, with_spools};
-use super::verdict::{conclude, conclude_near, in_order, is_part, leans, stands_alone};
+use super::verdict::{conclude, conclude_near, in_order, is_part, leans, stands_alone, takes_most};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::diagnosis::DynamicsReport;
 use crate::diagnosis::estimate::{self, Estimate};
@@ -74,6 +74,9 @@ pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Sugges
         let mut found = with_spools(&opened(rig), fit, suggested, Suggestion::best)?;
         while let Some(best) = found.judged.first_mut().filter(|best| best.supported) {
             best.finish(fit, check)?;
+            if found.conclusion == Conclusion::EffectFound && !takes_most(best, &found.base, &found.base_check) {
+                found.conclusion = Conclusion::PartlyExplained;
+            }
             let before = found.base_check.as_ref().unwrap_or(&found.base.fit).normalised;
             // Led to its end, what seemed nearest may explain no more of a record that nothing was fitted to.
             if found.conclusion != Conclusion::UnknownEffect || best.error() < before {

@@ -238,6 +238,14 @@ pub(super) fn nothing(rig: &Rig, placed: &EffectInstance, free: &FreeParameter) 
     if in_circuit && !installed() { stated().or(neutral) } else { neutral }
 }
 
+/// How far the typical size of an effect is from doing nothing, SI; `None` of a level. What the circuit has anyway, other than nothing, may
+/// have as much more.
+pub(super) fn typical(rig: &Rig, placed: &EffectInstance, free: &FreeParameter) -> Option<f64> {
+    let first = rig.first_size(placed, free)?;
+    let neutral = free.neutral.map(|neutral| rig.effect_unit(placed, free.name).difference_to_si(neutral));
+    Some(first - neutral.or_else(|| nothing(rig, placed, free)).unwrap_or(0.0))
+}
+
 /// Cosine between two changes of the misfits; 0 where one is none.
 fn cosine(a: &[f64], b: &[f64]) -> f64 {
     let (mut along, mut of_a, mut of_b) = (0.0, 0.0, 0.0);
@@ -274,7 +282,10 @@ pub(super) fn attempt(
             (Some(_), _) if matches!(free.first, InitialGuess::Onset(_)) => onset,
             (Some(first), _) if of_level => first,
             // What only shapes the effect stays.
-            (Some(first), _) => nothing(rig, placed, free).map_or(first, |from| from + step * (first - from)),
+            (Some(first), _) => {
+                let typical = typical(rig, placed, free);
+                nothing(rig, placed, free).zip(typical).map_or(first, |(from, typical)| from + step * typical)
+            }
             (None, Location::Sensor(sensor)) => {
                 ends(estimate.case.full.measured[sensor]).1 - step * rig.sensors[sensor].noise
             }
@@ -356,13 +367,17 @@ fn scored(
     }
     // A size of the wrong sign has no sense, one far beyond what was tried no straight line to it.
     candidate.factor = reach.map_or(1.0, |reach| score.factor.clamp(-reach, reach));
-    candidate.score = if sign_fits(placed, score.factor) { score.fall_at(candidate.factor) } else { 0.0 };
+    candidate.score =
+        if sign_fits(&full.model.rig, placed, score.factor) { score.fall_at(candidate.factor) } else { 0.0 };
     (candidate, Some(score))
 }
 
 /// Whether an effect may have a size of the sign of this factor on a try.
-pub(super) fn sign_fits(placed: &EffectInstance, factor: f64) -> bool {
-    let two_sided = |free: &FreeParameter| free.plausible.0 < free.neutral.unwrap_or(0.0);
+pub(super) fn sign_fits(rig: &Rig, placed: &EffectInstance, factor: f64) -> bool {
+    let two_sided = |free: &FreeParameter| {
+        let from = nothing(rig, placed, free).filter(|_| free.neutral.is_some()).unwrap_or(0.0);
+        rig.effect_unit(placed, free.name).difference_to_si(free.plausible.0) < from
+    };
     factor > 0.0 || placed.effect.parameters.first().is_some_and(two_sided)
 }
 

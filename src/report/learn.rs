@@ -194,15 +194,14 @@ pub(crate) fn missed(suggestion: &SuggestionReport) -> Option<String> {
 }
 
 /// Where your model misses most, in a line.
-pub(super) fn missed_in_short(place: &MisfitPlace) -> String {
+pub(super) fn missed_in_short(place: &MisfitPlace, misses_check: bool) -> String {
     let goes = match goes_with(place) {
         nothing if nothing.is_empty() => String::new(),
         some => format!("; correlates with {some}"),
     };
-    format!(
-        "Most is missed in {}, {} from {:.2} to {:.2} s{goes}.",
-        place.channel, place.phase, place.from_s, place.to_s
-    )
+    let of = if misses_check { " of the check record" } else { "" };
+    let MisfitPlace { channel, phase, from_s, to_s, .. } = place;
+    format!("Most is missed in {channel}{of}, {phase} from {from_s:.2} to {to_s:.2} s{goes}.")
 }
 
 fn at(place: &MisfitPlace) -> String {
@@ -389,6 +388,7 @@ pub(super) fn scored_row(scored: &ScoredReport) -> Vec<String> {
 /// The suggestion as a page of text.
 pub fn suggestion(suggestion: &SuggestionReport) -> String {
     let mut lines = vec![conclusion(suggestion)];
+    lines.extend(super::suggestion::left_open(suggestion));
     lines.extend(missed(suggestion));
     lines.extend(learnt_with(&suggestion.dynamics));
     lines.extend(suggestion.experiment.as_ref().map(experiment));

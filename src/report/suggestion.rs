@@ -1,6 +1,6 @@
 //! A suggestion in a few lines: the verdict first, the errors with and without the effect, the next command last.
 
-use super::brief::{ErrorRow, errors, next_line, wrapped};
+use super::brief::{ErrorRow, errors, few, next_line, wrapped};
 use super::caveats::{learnt_with, unsure_file};
 use super::learn::{conclusion_in_short, estimate, experiment, missed_in_short};
 use super::unknown::Rise;
@@ -34,9 +34,13 @@ pub fn brief(report: &SuggestionReport, finding: Option<&Lacking>, rise: Option<
     match finding.filter(|_| report.conclusion == Conclusion::EffectFound).and_then(does) {
         Some(does) => lines.extend(wrapped(&does, "  ")),
         None if rise.is_some() => {}
-        None => {
-            lines.extend(report.place.as_ref().into_iter().flat_map(|place| wrapped(&missed_in_short(place), "  ")))
-        }
+        None => lines.extend(
+            report
+                .place
+                .as_ref()
+                .into_iter()
+                .flat_map(|place| wrapped(&missed_in_short(place, report.misses_check), "  ")),
+        ),
     }
     lines.extend(learnt_with(&report.dynamics).into_iter().flat_map(|words| wrapped(&words, "  ")));
     lines.extend(report.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));
@@ -52,6 +56,7 @@ pub fn brief(report: &SuggestionReport, finding: Option<&Lacking>, rise: Option<
         (None, Some(_)) => {}
         (None, None) => lines.extend(of_the_file(report, rise).iter().flat_map(|words| wrapped(words, "  "))),
     }
+    lines.extend(left_open(report).iter().flat_map(|words| wrapped(words, "  ")));
     lines.push("`--all` shows every candidate, and what this record could have shown.".to_owned());
     lines.push(next_line(&next(report, rise)));
     lines.join("\n") + "\n"
@@ -81,6 +86,13 @@ fn size(one: &EffectParameter) -> Vec<String> {
     let interval = if one.ci95 == [None, None] { String::new() } else { format!(" ({})", shown.interval()) };
     let bound = if one.at_bound { ", at the bound of its search" } else { "" };
     wrapped(&format!("  {} {}{interval}{bound}", one.id, before_unit(shown.value(), &one.unit)), "    ")
+}
+
+/// What the fit record does not tell of the check record.
+pub(super) fn left_open(report: &SuggestionReport) -> Option<String> {
+    let names: Vec<&str> = report.left_open.iter().map(String::as_str).collect();
+    let told = || format!("Not determined by the fit record, so left open in the check record: {}.", few(&names, 2));
+    (!names.is_empty()).then(told)
 }
 
 /// Whether a value that has changed since calibration may be what no effect explains.
@@ -133,7 +145,8 @@ pub fn next(report: &SuggestionReport, rise: Option<&Rise>) -> String {
         return format!("borescope suggest RIG_WITH_THE_LAW.toml {record} --check {check}");
     }
     if may_have_changed(report) {
-        return format!("borescope diagnose {rig} {record}");
+        let missed = report.check.as_deref().filter(|_| report.misses_check).map_or(record, argument);
+        return format!("borescope diagnose {rig} {missed}");
     }
     let Some(check) = report.check.as_deref().map(argument) else {
         return match report.conclusion {

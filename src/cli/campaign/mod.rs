@@ -45,7 +45,7 @@ pub struct Arguments {
     #[arg(long, value_name = "I/N", requires = "output", conflicts_with_all = ["case", "report"])]
     shard: Option<Share>,
     /// Put the shards in this folder together
-    #[arg(long, value_name = "DIR", requires = "output", conflicts_with_all = ["rig", "cases", "seed", "healthy", "disturbance", "rigs", "threads", "resume", "case", "shard"])]
+    #[arg(long, value_name = "DIR", requires = "output", conflicts_with_all = ["rig", "cases", "seed", "healthy", "disturbance", "rigs", "resume", "case", "shard"])]
     merge: Option<PathBuf>,
     /// Run only the case with this number, from 0, and print its truth and its diagnosis; with `-o` write its
     /// record, and its rig's healthy records and calibrated rig file
@@ -66,9 +66,6 @@ pub struct Arguments {
     /// How many disturbed rigs share the cases; without it one for every 25 cases
     #[arg(long, value_name = "R")]
     rigs: Option<usize>,
-    /// Threads; without it as many as the machine has. Results do not depend on it
-    #[arg(long, value_name = "T")]
-    threads: Option<usize>,
     #[command(flatten)]
     overwriting: Overwriting,
 }
@@ -153,14 +150,17 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     };
     // Of many cases the progress is how many are done, not how far each is.
     let context = if arguments.case.is_some() { context.clone() } else { context.clone().without_progress() };
-    let (context, threads) = super::threads(context, arguments.threads)?;
     let rig = rig.with_context(&context);
     declare(arguments)?;
     let campaign = Campaign::new(rig, options)?;
     if let Some(case) = arguments.case {
         return alone::run(&campaign, &text, case, arguments, out);
     }
-    let begun = Begun { campaign: &campaign, digest: digest(&campaign.options, &campaign.rig, &text), threads };
+    let begun = Begun {
+        campaign: &campaign,
+        digest: digest(&campaign.options, &campaign.rig, &text),
+        threads: context.threads(),
+    };
     let hold = Hold { context: &context, waiting: super::waiting };
     if let (Some(shard), Some(folder)) = (arguments.shard, &arguments.output) {
         return shards::run(&begun, shard, folder, &hold, arguments, out);

@@ -137,6 +137,9 @@ fn fitted(report: &SuggestionReport, finding: Option<&Lacking>, rise: Option<&Ri
     if let Some(first) = report.candidates.first() {
         fitted.table(bars("Error over all sensors, times the sensor noise", &brief::rows(report, first, brief::SHOWN)));
     }
+    if let Some(open) = brief::left_open(report) {
+        fitted.paragraph(open);
+    }
     if let Some(draft) = brief::of_the_file(report, rise) {
         fitted.paragraph(draft);
     }
