@@ -8,11 +8,11 @@ use crate::rig::{InitialPressure, NodeKind, Quantity, Target};
 const SEEN: f64 = 0.01;
 
 /// How far the start of a node may be from where the model has it.
-struct Unknown {
+pub struct Unknown {
     /// One standard deviation of it, SI.
-    sigma: f64,
+    pub sigma: f64,
     /// The part of it that the reading has by noise, where it is remembered; the rest is of the gauge, and of the moment.
-    lasting: f64,
+    pub lasting: f64,
 }
 
 /// What each start, off by one standard deviation, changes of the readings `outputs`. What it does behind the `first` rows is forgotten
@@ -60,7 +60,7 @@ fn is_remembered(problem: &RecordProblem<'_>, change: &[Vec<f64>], share: f64, f
 }
 
 /// How well the start of a node is known; `None` of what is estimated, or another node's.
-fn unknown(problem: &RecordProblem<'_>, parameters: &[f64], node: usize) -> Option<Unknown> {
+pub fn unknown(problem: &RecordProblem<'_>, parameters: &[f64], node: usize) -> Option<Unknown> {
     let rig = &problem.model.rig;
     let shown = problem.drive.shown_at(rig, node);
     let NodeKind::Volume { initial } = rig.nodes[node].kind else {

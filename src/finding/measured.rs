@@ -115,7 +115,10 @@ fn peak(runs: &Runs<'_>, raw: (&[f64], &[f64]), index: usize, phases: &[Range<us
     let rows = phases.iter().max_by(|a, b| by_average(a).total_cmp(&by_average(b)))?;
     let (by, [(at, measured, _), (expected_at, model, _)]) = differs([raw.0, raw.1], rows);
     let differs = by_average(&rows).min(by.abs());
-    if differs < TELLING * sensor.noise {
+    // What a phase begins or ends with is no peak.
+    let higher = if model > measured { raw.1 } else { raw.0 };
+    let around = higher[rows.start].max(higher[rows.end - 1]);
+    if differs.min(measured.max(model) - around) < TELLING * sensor.noise {
         return None;
     }
     let at = if model > measured { expected_at } else { at };

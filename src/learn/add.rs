@@ -4,6 +4,7 @@ use std::path::Path;
 
 use toml_edit::{InlineTable, Item, Table};
 
+use super::departure::nothing;
 use super::evaluated::is_adequate;
 use super::fitted_model::{FittedModel, Judge};
 use super::opened::{neutral, opened};
@@ -11,7 +12,6 @@ use super::refit::range_deviation;
 use super::scoring::candidate;
 use super::spools::{with_dynamics, with_spools};
 use super::suggest::{refitted_alone, restarted, rough_base};
-use super::trial_steps::nothing;
 use super::verdict::warnings;
 use super::warning::Warning;
 use crate::complaint::{Complaint, Kind, Place};

@@ -1,6 +1,6 @@
 //! A candidate: an effect that might be missing, with what the score test says of it.
 
-use super::trial_steps::{nothing, typical};
+use super::departure::{nothing, typical};
 use crate::physics::effect::{FreeParameter, InitialGuess};
 use crate::rig::{EffectInstance, ParameterSetting, Rig};
 

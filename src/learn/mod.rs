@@ -41,6 +41,7 @@ pub mod behind;
 pub mod candidate;
 pub mod compare;
 pub mod comparison;
+mod departure;
 pub mod evaluated;
 pub mod fitted_model;
 mod form;

@@ -1,7 +1,7 @@
 //! Effects of a rig file that a record is to say the size of, whatever the file says.
 
+use super::departure::nothing;
 use super::refit::range_deviation;
-use super::trial_steps::nothing;
 use crate::physics::effect::FreeParameter;
 use crate::rig::{EffectInstance, Rig};
 

@@ -1,9 +1,9 @@
 //! A model with effects in it, fitted with the faults as they were.
 
 use super::candidate::Candidate;
+use super::departure::{nothing, typical};
 use super::evaluated::EvaluatedModel;
 use super::fitted_model::{FittedModel, effect_parameters};
-use super::trial_steps::{nothing, typical};
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate;
 use crate::diagnosis::preliminary::{self, PreliminaryFit};

@@ -1,6 +1,7 @@
 //! Sizes and levels at which an effect is tried, and what the score test says of each.
 
 use super::candidate::Candidate;
+use super::departure::{nothing, typical};
 use super::highest::highest;
 use crate::diagnosis::estimate::Estimate;
 use crate::diagnosis::search::{ROUGH, roughly};
@@ -225,25 +226,6 @@ fn sizes(here: &ScoreContext<'_, '_>, placed: &EffectInstance, onset: f64) -> Ve
 pub(super) fn distance(rig: &Rig, candidate: &Candidate) -> Option<f64> {
     let (free, tried) = candidate.placed.effect.parameters.first().zip(candidate.tried.first())?;
     Some((tried.value - nothing(rig, &candidate.placed, free)?).abs()).filter(|distance| *distance > 0.0)
-}
-
-/// The value, SI, at which a parameter of an effect does nothing: its neutral one, or what the rig file states of a parameter that the
-/// circuit has anyway.
-pub(super) fn nothing(rig: &Rig, placed: &EffectInstance, free: &FreeParameter) -> Option<f64> {
-    let stated = || Some(rig.parameters[rig.bent(placed, free.name)?].value);
-    let Some(neutral) = free.neutral else { return stated() };
-    let neutral = Some(rig.effect_unit(placed, free.name).difference_to_si(neutral));
-    let in_circuit = matches!(placed.effect.form, Form::ParameterChange);
-    let installed = || rig.effects.iter().any(|present| present.id == rig.effect_id(placed));
-    if in_circuit && !installed() { stated().or(neutral) } else { neutral }
-}
-
-/// How far the typical size of an effect is from doing nothing, SI; `None` of a level. What the circuit has anyway, other than nothing, may
-/// have as much more.
-pub(super) fn typical(rig: &Rig, placed: &EffectInstance, free: &FreeParameter) -> Option<f64> {
-    let first = rig.first_size(placed, free)?;
-    let neutral = free.neutral.map(|neutral| rig.effect_unit(placed, free.name).difference_to_si(neutral));
-    Some(first - neutral.or_else(|| nothing(rig, placed, free)).unwrap_or(0.0))
 }
 
 /// Cosine between two changes of the misfits; 0 where one is none.

@@ -2,7 +2,7 @@
 
 use super::learn::multiple;
 use super::table::{Head, aligned};
-pub use super::table::{WIDTH, wrapped};
+pub use super::table::{WIDTH, few, wrapped};
 
 /// Characters of the longest bar of a fall of the error.
 const BAR: usize = 24;
@@ -81,12 +81,6 @@ fn parts(command: &str) -> Vec<String> {
         joins = is_option;
     }
     parts
-}
-
-/// The first names, no more than so many, and how many others there are.
-pub fn few(names: &[&str], most: usize) -> String {
-    let shown = names[..names.len().min(most)].join(", ");
-    if names.len() > most { format!("{shown} and {} more", names.len() - most) } else { shown }
 }
 
 #[cfg(test)]

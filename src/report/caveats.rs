@@ -1,5 +1,6 @@
 //! What one has to know with a verdict: what the record does not say, and what else the verdict may come from.
 
+use super::table::few;
 use crate::diagnosis::OTHER_OIL;
 use crate::diagnosis::summary::reads_otherwise;
 use crate::diagnosis::{
@@ -85,6 +86,14 @@ pub(super) fn unsure_file(unfilled: usize, taken_as_exact: usize, explained: boo
     drafted(unfilled).or_else(|| (taken_as_exact > 0 && !explained).then(|| sheet(taken_as_exact)))
 }
 
+/// What the fit record does not tell of the check record.
+#[cfg(feature = "cli")]
+pub(super) fn left_open(names: &[String]) -> Option<String> {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let told = || format!("Not determined by the fit record, so left open in the check record: {}.", few(&names, 2));
+    (!names.is_empty()).then(told)
+}
+
 /// Values off their data sheets that are named.
 pub(super) const OFF_NAMED: usize = 3;
 
@@ -158,11 +167,11 @@ fn weighed_down(channels: &[ChannelReport]) -> Option<String> {
 
 /// Values of data sheets that a model which does not explain its record takes as exact.
 fn taken_as_exact(ids: &[String]) -> Option<String> {
-    let named = ids.iter().take(EXACT_NAMED).map(String::as_str).collect::<Vec<_>>().join(", ");
-    let more = if ids.len() > EXACT_NAMED { format!(" and {} more", ids.len() - EXACT_NAMED) } else { String::new() };
+    let names: Vec<&str> = ids.iter().map(String::as_str).collect();
+    let named = few(&names, EXACT_NAMED);
     (!ids.is_empty()).then(|| {
         format!(
-            "Before you believe faults or missing physics: {named}{more} are taken as exact, although parts deviate from data sheets. \
+            "Before you believe faults or missing physics: {named} are taken as exact, although parts deviate from data sheets. \
              Calibrate on healthy records, or state `+-`; `borescope check` lists them."
         )
     })

@@ -12,7 +12,7 @@ use crate::number::{rounded, text, with_unit};
 /// Sensors that the short text shows.
 const FEW: usize = 3;
 /// Faults that it shows where they do not explain the record, and where they do.
-const NOT_ENOUGH: usize = 2;
+const NOT_ENOUGH: usize = 1;
 const EXPLAINING: usize = 4;
 
 /// The comparison for people, beside that of an older rig file where there is one; with `all` its sensors, else the worst.
@@ -22,7 +22,7 @@ pub fn brief(comparison: &Comparison, events: &[Consequence], all: bool) -> Stri
     // Faults that explain the record say more than the place where the model without them is off.
     let explained = comparison.with_faults.as_ref().is_some_and(|with| with.adequate);
     if let Some(place) = comparison.place.as_ref().filter(|_| !explained) {
-        lines.extend(located(place));
+        lines.extend(located(place, all));
     }
     lines.extend(read(events).iter().flat_map(|words| wrapped(words, "  ")));
     if let Some(with_faults) = &comparison.with_faults {
@@ -53,10 +53,13 @@ pub fn brief(comparison: &Comparison, events: &[Consequence], all: bool) -> Stri
     if let Some(most) = hidden.iter().map(|&place| comparison.channels[place].times_noise).reduce(f64::max) {
         lines.push(format!("  and {} more, at most {}", hidden.len(), multiple(most)));
     }
+    // Where a sensor is missed, what others have in tolerance is no question.
+    let is_misfit = !comparison.adequate && !all;
     let within = |channel: &ChannelComparison| {
         channel.adequate && channel.samples > 0 && channel.times_noise > CLEARLY_ABOVE_NOISE
     };
-    if comparison.channels.iter().any(within) {
+    let is_shown = |(place, channel): (usize, &ChannelComparison)| !hidden.contains(&place) && within(channel);
+    if !is_misfit && comparison.channels.iter().enumerate().any(is_shown) {
         let told = "in tolerance: more than noise is left, but no more than the rig file allows of sensors and where valves switch.";
         lines.extend(wrapped(told, "  "));
     }
@@ -148,11 +151,11 @@ fn headline(comparison: &Comparison) -> Vec<String> {
     wrapped(&line, "  ")
 }
 
-/// Where the misfit is largest, and what it correlates with.
-fn located(place: &MisfitPlace) -> Vec<String> {
+/// Where the misfit is largest, and with `all` what it correlates with.
+fn located(place: &MisfitPlace, all: bool) -> Vec<String> {
     let goes = match goes_with(place) {
-        nothing if nothing.is_empty() => String::new(),
-        some => format!(" Correlates with {some}."),
+        some if all && !some.is_empty() => format!(" Correlates with {some}."),
+        _ => String::new(),
     };
     let told = format!(
         "  Largest in {} ({}), {} from {:.2} to {:.2} s.{goes}",

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::brief::{ErrorRow, errors, next_line, wrapped};
 use super::caveats::learnt_with;
 use super::digits::plus_minus;
-use super::learn::{PARAMETER_HEADS, at_bounds, estimate, experiment, multiple, parameter_row, sits};
+use super::learn::{PARAMETER_HEADS, at_bounds, estimate, experiment, missed_in_short, multiple, parameter_row, sits};
 use super::suggestion::faults;
 use super::table::aligned;
 use super::unknown::Rise;
@@ -29,8 +29,8 @@ const DIGITS: usize = 5;
 const BAR: f64 = 48.0;
 /// Parameters of an effect up to which they are printed one by one, of all effects together, and caveats, in the short text.
 const SIZES: usize = 6;
-const MOST_SIZES: usize = 8;
-const WARNINGS: usize = 2;
+const MOST_SIZES: usize = 4;
+const WARNINGS: usize = 1;
 
 /// The whole result. Outer errors are normalised by sensor noise over all channels, those of channels are in `unit`.
 #[derive(Debug, Clone, Serialize)]
@@ -289,11 +289,15 @@ impl Ledger {
         let all: Vec<&EffectParameter> = self.effects.iter().flat_map(|effect| &effect.parameters).collect();
         // A curve has twenty values; the page draws it.
         let few = self.effects.iter().filter(|effect| effect.parameters.len() <= SIZES);
-        lines.extend(few.flat_map(|effect| &effect.parameters).take(MOST_SIZES).flat_map(|one| {
+        let sizes: Vec<&EffectParameter> = few.flat_map(|effect| &effect.parameters).collect();
+        lines.extend(sizes.iter().take(MOST_SIZES).flat_map(|one| {
             let shown = estimate(one);
             let interval = if one.ci95 == [None, None] { String::new() } else { format!(" ({})", shown.interval()) };
             wrapped(&format!("{} {}{interval}", one.id, before_unit(shown.value(), &one.unit)), "    ")
         }));
+        if sizes.len() > MOST_SIZES {
+            lines.push(format!("and {} more values", sizes.len() - MOST_SIZES));
+        }
         lines.extend(learnt_with(&self.dynamics).into_iter().flat_map(|words| wrapped(&words, "  ")));
         let curves = self.effects.iter().filter(|effect| effect.parameters.len() > SIZES);
         lines.extend(curves.map(|curve| format!("{}: a curve of {} values", curve.id, curve.parameters.len())));
@@ -304,11 +308,12 @@ impl Ledger {
         lines.extend(self.declined.iter().flat_map(|declined| wrapped(&declined.sentence(), "  ")));
         lines.extend(self.caveats().take(WARNINGS).flat_map(|caveat| wrapped(&caveat, "  ")));
         lines.extend(self.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));
-        lines.extend(self.remaining.as_ref().map(left).into_iter().flat_map(|words| wrapped(&words, "  ")));
+        let remaining = self.remaining.as_ref().map(|place| missed_in_short(place, false));
+        lines.extend(remaining.into_iter().flat_map(|words| wrapped(&words, "  ")));
         let (rig, file) = (argument(&self.rig), argument(new));
         let what = if !all.is_empty() {
             let spools = if self.dynamics.is_empty() { "" } else { " and the spools" };
-            format!("{file} has the effects{spools}. A fault belongs to its record, and is not in it.")
+            format!("{file} has the effects{spools}; a fault belongs to its record.")
         } else if self.dynamics.is_empty() {
             format!("{file} is a copy of {rig}: no effect was added.")
         } else {

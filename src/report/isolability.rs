@@ -282,7 +282,7 @@ fn widths<'a>(all: impl Iterator<Item = &'a ExpectedWidth> + Clone) -> Vec<Strin
     let longest = all.clone().map(|width| width.id.len()).max().unwrap_or(0);
     let line = |ExpectedWidth { id, unit, half_width }: &ExpectedWidth| {
         // At the healthy value a leak through a gap has no slope: it goes with the third power.
-        let unknown = || "not determined by small changes; assume a size, `--with`".to_owned();
+        let unknown = || "not by small changes; assume a size, `--with`".to_owned();
         let width = half_width.map_or_else(unknown, |half| format!("+- {}", number::with_unit(half, unit)));
         format!("  {id:longest$}  {width}")
     };

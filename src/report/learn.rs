@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::caveats::learnt_with;
+use super::caveats::{learnt_with, left_open};
 use super::diagnosis::{explained, of_samples};
 use super::digits::Estimate;
 #[cfg(feature = "cli")]
@@ -388,7 +388,7 @@ pub(super) fn scored_row(scored: &ScoredReport) -> Vec<String> {
 /// The suggestion as a page of text.
 pub fn suggestion(suggestion: &SuggestionReport) -> String {
     let mut lines = vec![conclusion(suggestion)];
-    lines.extend(super::suggestion::left_open(suggestion));
+    lines.extend(left_open(&suggestion.left_open));
     lines.extend(missed(suggestion));
     lines.extend(learnt_with(&suggestion.dynamics));
     lines.extend(suggestion.experiment.as_ref().map(experiment));

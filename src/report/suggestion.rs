@@ -1,7 +1,7 @@
 //! A suggestion in a few lines: the verdict first, the errors with and without the effect, the next command last.
 
-use super::brief::{ErrorRow, errors, few, next_line, wrapped};
-use super::caveats::{learnt_with, unsure_file};
+use super::brief::{ErrorRow, errors, next_line, wrapped};
+use super::caveats::{learnt_with, left_open, unsure_file};
 use super::learn::{conclusion_in_short, estimate, experiment, missed_in_short};
 use super::unknown::Rise;
 use crate::finding::argument;
@@ -56,7 +56,7 @@ pub fn brief(report: &SuggestionReport, finding: Option<&Lacking>, rise: Option<
         (None, Some(_)) => {}
         (None, None) => lines.extend(of_the_file(report, rise).iter().flat_map(|words| wrapped(words, "  "))),
     }
-    lines.extend(left_open(report).iter().flat_map(|words| wrapped(words, "  ")));
+    lines.extend(left_open(&report.left_open).iter().flat_map(|words| wrapped(words, "  ")));
     lines.push("`--all` shows every candidate, and what this record could have shown.".to_owned());
     lines.push(next_line(&next(report, rise)));
     lines.join("\n") + "\n"
@@ -86,13 +86,6 @@ fn size(one: &EffectParameter) -> Vec<String> {
     let interval = if one.ci95 == [None, None] { String::new() } else { format!(" ({})", shown.interval()) };
     let bound = if one.at_bound { ", at the bound of its search" } else { "" };
     wrapped(&format!("  {} {}{interval}{bound}", one.id, before_unit(shown.value(), &one.unit)), "    ")
-}
-
-/// What the fit record does not tell of the check record.
-pub(super) fn left_open(report: &SuggestionReport) -> Option<String> {
-    let names: Vec<&str> = report.left_open.iter().map(String::as_str).collect();
-    let told = || format!("Not determined by the fit record, so left open in the check record: {}.", few(&names, 2));
-    (!names.is_empty()).then(told)
 }
 
 /// Whether a value that has changed since calibration may be what no effect explains.

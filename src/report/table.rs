@@ -111,6 +111,12 @@ fn folded(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
+/// The first names, no more than so many, and how many others there are.
+pub fn few(names: &[&str], most: usize) -> String {
+    let shown = names[..names.len().min(most)].join(", ");
+    if names.len() > most { format!("{shown} and {} more", names.len() - most) } else { shown }
+}
+
 /// A text whose lines are as wide as a terminal at most. What stands behind a label, or behind the columns of a table, stays under
 /// itself; a command to be copied stays in one line.
 pub fn fitted(text: &str) -> String {

@@ -12,7 +12,7 @@ use crate::learn::result::{CandidateReport, EffectParameter, SuggestionReport, p
 use crate::learn::suggest::Suggestion;
 use crate::number::{before_unit, rounded, text};
 use crate::record::Record;
-use crate::report::caveats::learnt_with;
+use crate::report::caveats::{learnt_with, left_open};
 use crate::report::circuit::Marked;
 use crate::report::html::{Card, Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::learn as words;
@@ -137,7 +137,7 @@ fn fitted(report: &SuggestionReport, finding: Option<&Lacking>, rise: Option<&Ri
     if let Some(first) = report.candidates.first() {
         fitted.table(bars("Error over all sensors, times the sensor noise", &brief::rows(report, first, brief::SHOWN)));
     }
-    if let Some(open) = brief::left_open(report) {
+    if let Some(open) = left_open(&report.left_open) {
         fitted.paragraph(open);
     }
     if let Some(draft) = brief::of_the_file(report, rise) {

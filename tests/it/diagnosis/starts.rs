@@ -19,9 +19,9 @@ fn a_level_that_a_sensor_shows_is_as_uncertain_as_its_reading_and_is_not_forgott
     let problem = RecordProblem::new(&model, &drive, &times, Vec::new(), nothing, Vec::new());
     let parameters = rig.nominal();
     let Target::Node(upper) = rig.sensors[0].target else { panic!("a level is that of a node") };
-    let (sigma, lasts) = unknown(&problem, &parameters, upper).unwrap();
-    approx::assert_relative_eq!(sigma, 998.0 * GRAVITY * 5e-4, max_relative = 1e-12);
-    assert!(lasts);
+    let start = unknown(&problem, &parameters, upper).unwrap();
+    approx::assert_relative_eq!(start.sigma, 998.0 * GRAVITY * 5e-4, max_relative = 1e-12);
+    assert_eq!(start.lasting, start.sigma);
     // Half a millimetre at the start still shows behind the first rows.
     let outputs = model.solve(&parameters, &drive, &times).unwrap().values;
     let changed = changes(&problem, &parameters, &outputs, 2).unwrap();

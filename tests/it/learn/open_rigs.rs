@@ -109,7 +109,59 @@ mod studies {
 mod shared {
     use super::*;
 
+    use crate::support::command::borescope;
+
     const SHARED: &str = "../shared/records";
+
+    /// A command that has to succeed, with what it prints: no more lines than a person reads, none wider than a terminal.
+    fn told(arguments: &[&str], most: usize) -> String {
+        let ran = borescope(arguments);
+        assert_eq!(ran.status, Some(0), "{arguments:?}: {}", ran.err);
+        let widest = ran.out.lines().map(|line| line.chars().count()).max().unwrap_or(0);
+        assert!(widest <= 80 && ran.out.lines().count() <= most, "{arguments:?}:\n{}", ran.out);
+        println!("{}", ran.out);
+        ran.out
+    }
+
+    /// Compare, see, learn, add and watch the error fall, as a user does it.
+    #[test]
+    #[ignore = "needs ../shared/records"]
+    fn the_loop_in_a_terminal() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+        let (rig, law) = (telescopic().path.display().to_string(), path("law.toml"));
+        for (hides, effect) in
+            [("a", "external-leakage@A"), ("b", "seal-friction@cylinder"), ("c", "line-resistance@A"), ("d", "")]
+        {
+            let [fit, check] = ["fit", "check"].map(|kind| format!("{SHARED}/rig_{hides}_{kind}.csv"));
+            let new = path(&format!("{hides}.toml"));
+            assert!(told(&["compare", &rig, &fit], 17).starts_with("MISFIT: "));
+            let learnt = told(&["suggest", &rig, &fit, "--check", &check], 17);
+            let (rig, effect) = if effect.is_empty() {
+                // No effect of the library: the law that the curve shows is put into the file, and judged like any other.
+                assert!(learnt.starts_with("UNKNOWN EFFECT: "), "{learnt}");
+                let formula = learnt.lines().skip_while(|line| !line.starts_with("  [own_effects."));
+                let formula: Vec<&str> = formula.take_while(|line| !line.is_empty()).collect();
+                let text = std::fs::read_to_string(&rig).unwrap();
+                std::fs::write(&law, format!("{text}\n{}\n", formula.join("\n"))).unwrap();
+                let learnt = told(&["suggest", &law, &fit, "--check", &check], 17);
+                assert!(learnt.starts_with("EFFECT FOUND: the model lacks extra-friction@"), "{learnt}");
+                let effect = learnt.split_whitespace().find(|word| word.starts_with("extra-friction@")).unwrap();
+                (&law, effect.to_owned())
+            } else {
+                assert!(learnt.starts_with(&format!("EFFECT FOUND: the model lacks {effect}")), "{learnt}");
+                (&rig, effect.to_owned())
+            };
+            told(&["add", rig, &effect, "--fit", &fit, "-o", &new], 17);
+            for record in [&fit, &check] {
+                // What is left is a fault of the record, or nothing.
+                let left = told(&["compare", &new, record, "--before", rig], 24);
+                let verdict = left.split_whitespace().take(24).collect::<Vec<_>>().join(" ");
+                let is_left = verdict.starts_with("ADEQUATE") || verdict.contains("with the faults below it does.");
+                assert!(is_left && left.contains("Before ("), "{left}");
+            }
+        }
+    }
 
     #[test]
     #[ignore = "needs ../shared/records"]
