@@ -153,7 +153,8 @@ mod shared {
                 (&rig, effect.to_owned())
             };
             told(&["add", rig, &effect, "--fit", &fit, "-o", &new], 17);
-            for record in [&fit, &check] {
+            // The fit record takes as long, and says the same: of one rig it is looked at too.
+            for record in if hides == "a" { vec![&fit, &check] } else { vec![&check] } {
                 // What is left is a fault of the record, or nothing.
                 let left = told(&["compare", &new, record, "--before", rig], 24);
                 let verdict = left.split_whitespace().take(24).collect::<Vec<_>>().join(" ");
