@@ -296,7 +296,8 @@ pub fn call(
     notes: &mut Vec<String>,
 ) -> Result<bool, Vec<Complaint>> {
     let command_line = CommandLine::try_parse_from(arguments).map_err(|error| vec![wrong_words(&error.to_string())])?;
-    let (result, made) = terminal::gathering_notes(|| command_line.verb.run(context, out));
+    let context = on_threads(context, command_line.threads).map_err(|complaint| vec![complaint])?;
+    let (result, made) = terminal::gathering_notes(|| command_line.verb.run(&context, out));
     notes.extend(made);
     let result = result.and_then(|status| {
         out.flush()?;

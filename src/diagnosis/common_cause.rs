@@ -52,8 +52,8 @@ struct Explained {
 }
 
 /// The corrected record and its common cause, where that explains a record better than the fault combination of `plain` does.
-/// Asked only of what such causes look like: a record that no fault explains, or one that takes faults of several sensors; of other oil also
-/// where it takes several faults of any kind.
+/// Asked only of what such causes look like: a record that no fault explains, or one that takes faults of several sensors; of other oil alone
+/// where it takes several faults of any other kind.
 pub(super) fn instead(model: &Model, record: &Record, plain: &Diagnosed) -> Option<Corrected> {
     let rig = &model.rig;
     let faults = plain.diagnosis.faults.iter().zip(&rig.faults).filter(|(report, _)| report.present);
@@ -69,8 +69,6 @@ pub(super) fn instead(model: &Model, record: &Record, plain: &Diagnosed) -> Opti
     let mut causes = promising(model, record, by_record);
     if by_record {
         causes.extend(fitted(model, record, Cause::FastClock, 0.0));
-    } else {
-        causes.retain(|cause| matches!(cause, Cause::OtherOil(_)));
     }
     let explained: Vec<Explained> = causes.into_par_iter().filter_map(|cause| explain(model, record, cause)).collect();
     let explains = explained.into_iter().filter(|one| !one.missed);
@@ -135,10 +133,11 @@ impl Diagnosed {
     }
 }
 
-/// Causes that leave the healthy model less to explain than the record as it stands does, the best first, as many as are explained; other
-/// oil `clearly`, or at all.
-fn promising(model: &Model, record: &Record, clearly: bool) -> Vec<Cause> {
-    let causes = costs(model, record, clearly).map_or_else(Vec::new, |costs| costs.causes);
+/// Causes that leave the healthy model less to explain than the record as it stands does, the best first, as many as are explained: `all`
+/// of them, other oil clearly, or other oil alone.
+fn promising(model: &Model, record: &Record, all: bool) -> Vec<Cause> {
+    let mut causes = costs(model, record, all).map_or_else(Vec::new, |costs| costs.causes);
+    causes.retain(|(_, cause)| all || matches!(cause, Cause::OtherOil(_)));
     let best = causes.into_iter().take(model.rig.settings().diagnosis.causes_explained);
     best.filter_map(|(_, cause)| at_best(model, record, cause)).collect()
 }

@@ -361,7 +361,7 @@ fn best_explained<'a>(
 ) -> Result<Explained<'a>, Complaint> {
     let (record, drive) = (first.case.record, first.case.full.drive);
     let settings = first.case.settings();
-    let begun = |first: &Estimate<'_>| onset::find(before, record, drive, first);
+    let begun = |first: &Estimate<'_>| onset::find(before, record, (drive, !asked.begun), first);
     let (mut was_asked, mut known_places) = (false, Vec::new());
     let is_doubtful = !first.explains() || first.isolation.set().len() >= settings.several_faults;
     if asked.from_everywhere && (first.missed() || is_doubtful) {

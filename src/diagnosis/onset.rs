@@ -39,8 +39,13 @@ pub fn is_believed(first: &Estimate<'_>) -> bool {
 
 /// Looks for a beginning of the faults within the record; `first` is an explanation by faults as old as the record, good or
 /// bad, and `model` is that of its rig [with what faults were before](crate::rig::Rig::with_before). `None` also where the
-/// model cannot be solved with one.
-pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estimate<'_>) -> Option<Begun> {
+/// model cannot be solved with one. Where none was found with other values open, it is looked for only if it frees something.
+pub fn find(
+    model: &Model,
+    record: &Record,
+    (plain, is_asked_again): (&InputSignals, bool),
+    first: &Estimate<'_>,
+) -> Option<Begun> {
     let settings = first.case.settings();
     let worth = settings.onset_evidence + (record.time.len() as f64).ln();
     let shaken = plain.pieces.iter().skip(1).find(|piece| piece.jump).map_or(f64::INFINITY, |piece| piece.start);
@@ -48,7 +53,7 @@ pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estima
     let old = [record.time.first().copied()?, shaken];
     let row = row.filter(|&row| old.iter().all(|old| (record.time[row] - old).abs() > settings.onset_clearance))?;
     let mut time = record.time[row];
-    if !is_believed(first) && !frees_something((model, record), begun(model, plain, time), first, worth) {
+    if is_asked_again && !frees_something((model, record), begun(model, plain, time), first, worth) {
         return None;
     }
     let mut found: Option<(Begun, f64, f64)> = None;
@@ -93,17 +98,20 @@ pub fn find(model: &Model, record: &Record, plain: &InputSignals, first: &Estima
     (better.min(alike) > worth).then_some(begun)
 }
 
-/// Whether a beginning frees the first explanation from what speaks against it before: with it, the same faults leave less by more than
-/// `worth` nats, and by more than anything does that follows a misfit a little. Where it does not, others need not be looked for everywhere.
+/// Whether a beginning frees the first explanation from what speaks against it before: near it, there is one that leaves less by more than
+/// `worth` nats, and explains the record or leaves less than what follows any misfit a little. Else others need not be looked for everywhere.
 fn frees_something((model, record): (&Model, &Record), drive: InputSignals, first: &Estimate<'_>, worth: f64) -> bool {
     let mut theta = picked(&model.rig, &model.rig.healthy());
     let known = &first.isolation.best.theta;
     theta[..known.len()].copy_from_slice(known);
-    let rounds = first.case.settings().onset_rounds_compared;
-    let freed = estimate::near(model, record, &drive, Some((&theta, first.isolation.set())), rounds);
+    let settings = first.case.settings();
     let before = first.isolation.best.cost;
-    let most = (before - 2.0 * worth).min(first.case.settings().stuck_share * before);
-    freed.is_ok_and(|freed| freed.isolation.best.cost < most)
+    let near =
+        estimate::near(model, record, &drive, Some((&theta, first.isolation.set())), settings.onset_rounds_compared);
+    near.is_ok_and(|freed| {
+        let after = freed.isolation.best.cost;
+        0.5 * (before - after) > worth && (!freed.missed() || after < settings.stuck_share * before)
+    })
 }
 
 /// The drive with every fault at what it was before until `time`.

@@ -111,16 +111,23 @@ fn peak(runs: &Runs<'_>, raw: (&[f64], &[f64]), index: usize, phases: &[Range<us
         ((measured.1 - measured.2) - (model.1 - model.2), [measured, model])
     };
     let averaged = [&runs.with_fault[index][..], &runs.without_fault[index][..]];
-    let by_average = |rows: &&Range<usize>| differs(averaged, rows).0.abs();
-    let rows = phases.iter().max_by(|a, b| by_average(a).total_cmp(&by_average(b)))?;
-    let (by, [(at, measured, _), (expected_at, model, _)]) = differs([raw.0, raw.1], rows);
-    let differs = by_average(&rows).min(by.abs());
     // What a phase begins or ends with is no peak.
-    let higher = if model > measured { raw.1 } else { raw.0 };
-    let around = higher[rows.start].max(higher[rows.end - 1]);
-    if differs.min(measured.max(model) - around) < TELLING * sensor.noise {
+    let peaks = |rows: &Range<usize>| {
+        let (_, [(_, measured, _), (_, model, _)]) = differs([raw.0, raw.1], rows);
+        let higher = if model > measured { raw.1 } else { raw.0 };
+        measured.max(model) - higher[rows.start].max(higher[rows.end - 1]) >= TELLING * sensor.noise
+    };
+    // As much as both say, and in the same direction.
+    let by_both = |rows: &Range<usize>| {
+        let [averaged, read] = [averaged, [raw.0, raw.1]].map(|curves| differs(curves, rows).0);
+        if averaged * read > 0.0 { averaged.abs().min(read.abs()) } else { 0.0 }
+    };
+    let of_peaks = phases.iter().filter(|rows| peaks(rows)).map(|rows| (by_both(rows), rows));
+    let (differs_by, rows) = of_peaks.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    if differs_by < TELLING * sensor.noise {
         return None;
     }
+    let (_, [(at, measured, _), (expected_at, model, _)]) = differs([raw.0, raw.1], rows);
     let at = if model > measured { expected_at } else { at };
     let unit = runs.rig.sensor_unit(sensor);
     let change = difference_in_unit(measured - model, &unit);
@@ -139,7 +146,7 @@ fn peak(runs: &Runs<'_>, raw: (&[f64], &[f64]), index: usize, phases: &[Range<us
         unit: unit.symbol.clone(),
         from_s: rounded(time, DIGITS),
         to_s: rounded(time, DIGITS),
-        times_noise: rounded(differs / sensor.noise, DIGITS),
+        times_noise: rounded(differs_by / sensor.noise, DIGITS),
         text,
     })
 }

@@ -242,9 +242,12 @@ pub(crate) fn run_under(
     values: &[f64],
     weights: Option<&Weights>,
 ) -> Result<Run, Complaint> {
+    let Some(weights) = weights else {
+        let model = Model::new(without_lack_of_fit(rig));
+        return run_with(&model, record, &InputSignals::from_record(&model.rig, record)?, values);
+    };
     let model = Model::new(rig.clone());
     let drive = InputSignals::from_record(rig, record)?;
-    let Some(weights) = weights else { return run_with(&model, record, &drive, values) };
     let solved = model.solve(values, &drive, &record.time);
     let outputs = solved.map_err(|error| weighed::unsolvable(&model, record, error))?.values;
     run_of(rig, record, outputs, weights.clone())

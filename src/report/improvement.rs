@@ -308,7 +308,7 @@ impl Ledger {
         lines.extend(self.declined.iter().flat_map(|declined| wrapped(&declined.sentence(), "  ")));
         lines.extend(self.caveats().take(WARNINGS).flat_map(|caveat| wrapped(&caveat, "  ")));
         lines.extend(self.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));
-        let remaining = self.remaining.as_ref().map(|place| missed_in_short(place, false));
+        let remaining = self.remaining.as_ref().map(|place| missed_in_short(place, ("Most of the rest", "")));
         lines.extend(remaining.into_iter().flat_map(|words| wrapped(&words, "  ")));
         let (rig, file) = (argument(&self.rig), argument(new));
         let what = if !all.is_empty() {

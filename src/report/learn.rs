@@ -194,14 +194,13 @@ pub(crate) fn missed(suggestion: &SuggestionReport) -> Option<String> {
 }
 
 /// Where your model misses most, in a line.
-pub(super) fn missed_in_short(place: &MisfitPlace, misses_check: bool) -> String {
+pub(super) fn missed_in_short(place: &MisfitPlace, (most, of): (&str, &str)) -> String {
     let goes = match goes_with(place) {
         nothing if nothing.is_empty() => String::new(),
         some => format!("; correlates with {some}"),
     };
-    let of = if misses_check { " of the check record" } else { "" };
     let MisfitPlace { channel, phase, from_s, to_s, .. } = place;
-    format!("Most is missed in {channel}{of}, {phase} from {from_s:.2} to {to_s:.2} s{goes}.")
+    format!("{most} is missed in {channel}{of}, {phase} from {from_s:.2} to {to_s:.2} s{goes}.")
 }
 
 fn at(place: &MisfitPlace) -> String {

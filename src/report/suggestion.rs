@@ -30,17 +30,16 @@ pub fn brief(report: &SuggestionReport, finding: Option<&Lacking>, rise: Option<
     if let Some(rise) = rise {
         lines.extend(rise.lines(&report.rig));
     }
+    let missed = (
+        if best.is_some() && report.conclusion != Conclusion::UnknownEffect { "Without it, most" } else { "Most" },
+        if report.misses_check { " of the check record" } else { "" },
+    );
     // An effect that is found says more than the place that it explains.
     match finding.filter(|_| report.conclusion == Conclusion::EffectFound).and_then(does) {
         Some(does) => lines.extend(wrapped(&does, "  ")),
         None if rise.is_some() => {}
-        None => lines.extend(
-            report
-                .place
-                .as_ref()
-                .into_iter()
-                .flat_map(|place| wrapped(&missed_in_short(place, report.misses_check), "  ")),
-        ),
+        None => lines
+            .extend(report.place.as_ref().into_iter().flat_map(|place| wrapped(&missed_in_short(place, missed), "  "))),
     }
     lines.extend(learnt_with(&report.dynamics).into_iter().flat_map(|words| wrapped(&words, "  ")));
     lines.extend(report.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));

@@ -118,7 +118,7 @@ pub fn few(names: &[&str], most: usize) -> String {
 }
 
 /// A text whose lines are as wide as a terminal at most. What stands behind a label, or behind the columns of a table, stays under
-/// itself; a command to be copied stays in one line.
+/// itself; a command to be copied is left as it is.
 pub fn fitted(text: &str) -> String {
     let fit = |line: &str| -> Vec<String> {
         let is_command = line.starts_with("Next: ") || line.trim_start().starts_with("borescope ");

@@ -194,7 +194,7 @@ fn present(finished: &Finished, arguments: &Arguments, out: &mut dyn Write) -> R
     match arguments.format {
         Format::Text => {
             out.write_all(report.as_bytes())?;
-            writeln!(out, "\nNext: {}", report::campaign::next(finished))?;
+            writeln!(out, "\n{}", report::brief::next_line(&report::campaign::next(finished)))?;
         }
         Format::Json => write_json(out, finished)?,
     }

@@ -70,7 +70,7 @@ pub fn comparison(
     if let Some(draft) = brief::of_the_file(comparison) {
         verdict.paragraph(draft);
     }
-    verdict.preformatted(brief::next(comparison));
+    verdict.preformatted(format!("Next: {}", brief::next(comparison)));
     page.section(verdict);
     let (marks, what) = match &comparison.with_faults {
         Some(with) if !with.faults.is_empty() => {

@@ -15,7 +15,7 @@ fn a_diagnosis_is_the_same_on_any_number_of_threads() {
     assert_eq!(simulated.status, Some(0), "{}{}", simulated.out, simulated.err);
     let [one, two, three] = ["1", "2", "3"].map(|threads| {
         let mut diagnose = Command::new(env!("CARGO_BIN_EXE_borescope"));
-        diagnose.env("RAYON_NUM_THREADS", threads).args(["diagnose", rig]).arg(&record).args(["--format", "json"]);
+        diagnose.args(["diagnose", rig, "--threads", threads]).arg(&record).args(["--format", "json"]);
         let output = diagnose.output().expect("it runs");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).expect("text")
