@@ -87,7 +87,6 @@ pub(super) fn unsure_file(unfilled: usize, taken_as_exact: usize, explained: boo
 }
 
 /// What the fit record does not tell of the check record.
-#[cfg(feature = "cli")]
 pub(super) fn left_open(names: &[String]) -> Option<String> {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let told = || format!("Not determined by the fit record, so left open in the check record: {}.", few(&names, 2));

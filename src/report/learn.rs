@@ -194,6 +194,7 @@ pub(crate) fn missed(suggestion: &SuggestionReport) -> Option<String> {
 }
 
 /// Where your model misses most, in a line.
+#[cfg(feature = "cli")]
 pub(super) fn missed_in_short(place: &MisfitPlace, (most, of): (&str, &str)) -> String {
     let goes = match goes_with(place) {
         nothing if nothing.is_empty() => String::new(),
