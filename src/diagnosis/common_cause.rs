@@ -133,11 +133,11 @@ impl Diagnosed {
     }
 }
 
-/// Causes that leave the healthy model less to explain than the record as it stands does, the best first, as many as are explained: `all`
-/// of them, other oil clearly, or other oil alone.
-fn promising(model: &Model, record: &Record, all: bool) -> Vec<Cause> {
-    let mut causes = costs(model, record, all).map_or_else(Vec::new, |costs| costs.causes);
-    causes.retain(|(_, cause)| all || matches!(cause, Cause::OtherOil(_)));
+/// Causes that leave the healthy model less to explain than the record as it stands does, the best first, as many as are explained: of
+/// any kind and `clearly`, or other oil alone.
+fn promising(model: &Model, record: &Record, clearly: bool) -> Vec<Cause> {
+    let mut causes = costs(model, record, clearly).map_or_else(Vec::new, |costs| costs.causes);
+    causes.retain(|(_, cause)| clearly || matches!(cause, Cause::OtherOil(_)));
     let best = causes.into_iter().take(model.rig.settings().diagnosis.causes_explained);
     best.filter_map(|(_, cause)| at_best(model, record, cause)).collect()
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use toml_edit::{InlineTable, Item, Table};
 
-use super::departure::{nothing, typical};
+use super::departure::{nothing, size};
 use super::evaluated::is_adequate;
 use super::fitted_model::{FittedModel, Judge};
 use super::opened::opened;
@@ -74,7 +74,7 @@ pub fn add(text: &str, rig: &Rig, id: &str, record: Option<&Record>) -> Result<A
                 .at(Place::file(&rig.path))
                 .help("give a record with `--fit`"));
         };
-        let size = free.neutral.map_or(Some(first), |_| typical(rig, &placed, free)).map_or(0.0, f64::abs);
+        let size = size(rig, &placed, free);
         let sigma = if size > 0.0 { rig.settings().learn.unfitted_sigma * size } else { range_deviation(&unit, free) };
         parameters.push(Written { name: free.name, value: nothing(rig, &placed, free).unwrap_or(first), sigma, unit });
     }

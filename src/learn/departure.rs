@@ -22,6 +22,12 @@ pub(super) fn typical(rig: &Rig, placed: &EffectInstance, free: &FreeParameter) 
     Some(first - neutral.or_else(|| nothing(rig, placed, free)).unwrap_or(0.0))
 }
 
+/// How large such an effect typically is, SI, 0 where it has no size: of a parameter that only shapes it, the value that is tried first.
+pub(super) fn size(rig: &Rig, placed: &EffectInstance, free: &FreeParameter) -> f64 {
+    let size = if free.neutral.is_some() { typical(rig, placed, free) } else { rig.first_size(placed, free) };
+    size.map_or(0.0, f64::abs)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,7 @@
 //! A model with effects in it, fitted with the faults as they were.
 
 use super::candidate::Candidate;
-use super::departure::{nothing, typical};
+use super::departure::{nothing, size};
 use super::evaluated::EvaluatedModel;
 use super::fitted_model::{FittedModel, effect_parameters};
 use crate::complaint::Complaint;
@@ -144,8 +144,7 @@ fn with_effects(rig: &Rig, effects: &[Candidate]) -> Option<(Rig, Vec<Start>)> {
             .map(|((free, tried), &neutral)| {
                 let unit = rig.effect_unit(&effect.placed, free.name);
                 // What was tried may be far smaller than what such an effect often is.
-                let first = || rig.first_size(&effect.placed, free);
-                let typical = neutral.map_or_else(first, |_| typical(&rig, &effect.placed, free)).map_or(0.0, f64::abs);
+                let typical = size(&rig, &effect.placed, free);
                 let size = (tried.value - neutral.unwrap_or(0.0)).abs().max(typical);
                 let absolute = matches!(free.first, InitialGuess::Range(_));
                 let sigma = match neutral {
