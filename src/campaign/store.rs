@@ -63,8 +63,8 @@ impl Campaign {
 
 /// What tells two campaigns apart: the options, the rig file with the files that it includes, and the version of this crate,
 /// hashed.
-pub fn digest(options: &CampaignOptions, rig: &Rig, rig_text: &str) -> String {
-    rig.digest(files::digest(format!("{} {options:?}\n{rig_text}", env!("CARGO_PKG_VERSION")).as_bytes()))
+pub fn digest(options: &CampaignOptions, rig: &Rig) -> String {
+    files::digest(format!("{} {options:?}\n{}", env!("CARGO_PKG_VERSION"), rig.digest()).as_bytes())
 }
 
 /// Durations of a diagnosis, s.

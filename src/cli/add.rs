@@ -12,6 +12,7 @@ use crate::finding::argument;
 use crate::learn::add::{Added, add};
 use crate::learn::addition::AdditionReport;
 use crate::report::brief::next_line;
+use crate::report::provenance::{Provenance, WithProvenance};
 use crate::rig::Rig;
 
 /// Add an effect to a rig file, fitted to a record if one is given
@@ -53,7 +54,10 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     if is_kept(&arguments.output) {
         let report = AdditionReport::new(&rig, &new, &arguments.output)?;
         match arguments.format {
-            Format::Json => write_json(out, &report)?,
+            Format::Json => {
+                let provenance = Provenance::of(&rig, &record);
+                write_json(out, &WithProvenance { result: &report, provenance })?;
+            }
             Format::Text => {
                 write!(out, "{report}")?;
                 let new = argument(&arguments.output);

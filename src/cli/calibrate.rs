@@ -15,6 +15,7 @@ use crate::finding::argument;
 use crate::report::brief::next_line;
 use crate::report::calibration::{brief, full};
 use crate::report::pages;
+use crate::report::provenance::{Provenance, WithProvenance};
 use crate::report::table::fitted;
 use crate::rig::Rig;
 
@@ -72,16 +73,19 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     }
     // With `-o /dev/stdout` the summary would stand in the rig file.
     if is_kept(&arguments.output) {
+        let provenance = Provenance::of(&rig, &records);
         match arguments.format {
-            Format::Json => write_json(out, &calibrated.report)?,
+            Format::Json => write_json(out, &WithProvenance { result: &calibrated.report, provenance })?,
             Format::Text => {
                 let report = &calibrated.report;
                 let text =
                     if arguments.all { full(report, &arguments.output) } else { brief(report, &arguments.output) };
-                writeln!(out, "{}\n{}", fitted(&text), next_line(&next(&arguments.output, report)))?;
-                if !arguments.all {
-                    writeln!(out, "`--all` shows every value, the sensors, and the error of each.")?;
+                let text = fitted(&text);
+                match arguments.all {
+                    true => write!(out, "{}", provenance.below(text))?,
+                    false => writeln!(out, "{text}\n`--all` shows every value, the sensors, and the error of each.")?,
                 }
+                writeln!(out, "{}", next_line(&next(&arguments.output, report)))?;
             }
         }
         out.flush()?;

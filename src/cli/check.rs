@@ -42,16 +42,15 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
             }
             if checked.refused.is_none() {
                 let rig = argument(&arguments.rig);
-                match &arguments.record {
-                    Some(record) => {
-                        let command = format!("borescope compare {rig} {}", argument(record));
-                        writeln!(out, "\n{}", next_line(&command))?;
-                    }
-                    None => writeln!(out, "\n{}", next_line(&format!("borescope check {rig} RECORD")))?,
-                }
+                let command = match &arguments.record {
+                    Some(record) => format!("borescope compare {rig} {}", argument(record)),
+                    None => format!("borescope check {rig} RECORD"),
+                };
+                writeln!(out)?;
                 if !arguments.all {
                     writeln!(out, "`--all` lists every part, value, sensor, fault, column and phase.")?;
                 }
+                writeln!(out, "{}", next_line(&command))?;
             }
         }
     }

@@ -13,6 +13,7 @@ use crate::learn::compare::{compare, compared};
 use crate::learn::comparison::{Comparison, Earlier};
 use crate::report;
 use crate::report::curves::Curves;
+use crate::report::provenance::{Provenance, WithProvenance};
 use crate::rig::Rig;
 
 /// Compare the model with a record: how large the misfit is, at which sensor, in which phase
@@ -79,17 +80,21 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
             terminal::note(format_args!("note: {}: {doubt}", arguments.record.display()));
         }
     }
+    let provenance = Provenance::of(&rig, [&record]);
     match arguments.format {
         Format::Text => {
             let mut page = report::comparison::brief(comparison, &events, arguments.all);
             if arguments.all {
                 page.push('\n');
-                page.push_str(&report::learn::comparison(comparison));
+                page.push_str(&provenance.below(report::learn::comparison(comparison)));
             }
             terminal::clear();
             out.write_all(terminal::verdict(&page, report::learn::comparison_tone(comparison)).as_bytes())?;
         }
-        Format::Json => write_json(out, &WithEvents { comparison, events: &events })?,
+        Format::Json => {
+            let result = WithEvents { comparison, events: &events };
+            write_json(out, &WithProvenance { result, provenance })?;
+        }
     }
     Ok(if arguments.exit_code && !comparison.adequate { Status::Found } else { Status::Done })
 }

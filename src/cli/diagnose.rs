@@ -10,7 +10,6 @@ use crate::complaint::{Complaint, Kind};
 use crate::context::Context;
 use crate::diagnosis::watch::Watching;
 use crate::diagnosis::{Diagnosed, DiagnosisOptions, Verdict};
-use crate::files::{MOST_TEXT, read, text};
 use crate::finding::{Finding, WithFindings, findings};
 use crate::learn::behind::diagnose;
 use crate::model::Model;
@@ -20,7 +19,15 @@ use crate::report::curves::Curves;
 use crate::report::diagnosis::write_styled;
 use crate::report::findings::{Left, brief};
 use crate::report::pages::diagnosis::html;
+use crate::report::provenance::{Provenance, WithProvenance};
 use crate::rig::Rig;
+
+/// A record that is diagnosed.
+struct Done {
+    diagnosed: Diagnosed,
+    findings: Vec<Finding>,
+    provenance: Provenance,
+}
 
 /// Stretches that the fit leaves out that are told one by one on standard error.
 const NOTED: usize = 3;
@@ -59,11 +66,8 @@ fn one_by_one(rig: &Path, arguments: &Arguments, context: &Context, out: &mut dy
     }
     declare(arguments)?;
     arguments.window.map_or(Ok(()), windows::check)?;
-    let content = read(rig, MOST_TEXT)?;
-    let digest = content.digest();
-    let rig = Rig::parse(rig, text(rig, content.bytes)?)?.with_context(context);
+    let rig = Rig::read(rig)?.with_context(context);
     super::read::doubts_of(&rig);
-    let digest = rig.digest(digest);
     if let Some(window) = arguments.window {
         let watching = Watching { window, fits: arguments.fits };
         let model = Model::new(rig);
@@ -71,11 +75,11 @@ fn one_by_one(rig: &Path, arguments: &Arguments, context: &Context, out: &mut dy
         return Ok(if arguments.exit_code { found } else { Status::Done });
     }
     let (store, at) = (arguments.store.as_deref(), arguments.at.as_deref());
-    let mut keeper = Keeper::open(store, at, arguments.records.len(), &rig, digest)?;
+    let mut keeper = Keeper::open(store, at, arguments.records.len(), &rig)?;
     let model = Model::new(rig);
     let options = DiagnosisOptions::default();
     let style = terminal::style();
-    let mut done: Vec<(Diagnosed, Vec<Finding>)> = Vec::new();
+    let mut done: Vec<Done> = Vec::new();
     let mut bad: Vec<Complaint> = Vec::new();
     for (number, path) in arguments.records.iter().enumerate() {
         if arguments.records.len() > 1 {
@@ -91,6 +95,7 @@ fn one_by_one(rig: &Path, arguments: &Arguments, context: &Context, out: &mut dy
             if let Some(keeper) = &mut keeper {
                 keeper.keep(&record, &options, &diagnosed.diagnosis)?;
             }
+            let provenance = Provenance::of(&model.rig, [&record]);
             let record = diagnosed.record(&record);
             if let Some(path) = &arguments.curves {
                 let curves = Curves { model: &diagnosed.healthy, found: &diagnosed.model };
@@ -101,20 +106,20 @@ fn one_by_one(rig: &Path, arguments: &Arguments, context: &Context, out: &mut dy
             if let Some(report) = &arguments.report {
                 write_page(report, &html(&model.rig, record, &diagnosed, (&findings, store))?)?;
             }
-            Ok((diagnosed, findings))
+            Ok(Done { diagnosed, findings, provenance })
         });
         match one {
-            Ok((diagnosed, findings)) => {
+            Ok(one) => {
                 if arguments.format == Format::Text {
                     if number > 0 {
                         writeln!(out)?;
                     }
                     terminal::clear();
                     let page = match arguments.all {
-                        true => write_styled(&diagnosed, &model.rig, style),
+                        true => one.provenance.below(write_styled(&one.diagnosed, &model.rig, style)),
                         false => brief(
-                            &diagnosed.diagnosis,
-                            &findings,
+                            &one.diagnosed.diagnosis,
+                            &one.findings,
                             style,
                             Left { page: arguments.report.is_some(), store },
                         ),
@@ -122,13 +127,16 @@ fn one_by_one(rig: &Path, arguments: &Arguments, context: &Context, out: &mut dy
                     out.write_all(page.as_bytes())?;
                     out.flush()?;
                 }
-                done.push((diagnosed, findings));
+                done.push(one);
             }
             Err(complaint) => bad.push(complaint),
         }
     }
     if arguments.format == Format::Json {
-        let answers = done.iter().map(|(one, findings)| WithFindings { diagnosis: &one.diagnosis, findings });
+        let answers = done.iter().map(|one| WithProvenance {
+            result: WithFindings { diagnosis: &one.diagnosed.diagnosis, findings: &one.findings },
+            provenance: one.provenance.clone(),
+        });
         let diagnoses: Vec<_> = answers.collect();
         match diagnoses.as_slice() {
             [] => {}
@@ -139,7 +147,7 @@ fn one_by_one(rig: &Path, arguments: &Arguments, context: &Context, out: &mut dy
     if !bad.is_empty() {
         return Err(Failure::Complaints(bad));
     }
-    let is_well = |(one, _): &(Diagnosed, Vec<Finding>)| {
+    let is_well = |Done { diagnosed: one, .. }: &Done| {
         one.diagnosis.verdict == Verdict::Healthy && one.diagnosis.common_cause.is_none()
     };
     let found = !done.iter().all(is_well);

@@ -8,7 +8,6 @@ use clap::Args;
 use super::{Failure, Format, Overwriting, Status, keep, write_json, write_page};
 use crate::complaint::{Complaint, Kind, Place, help_with_names};
 use crate::context::Context;
-use crate::files::{MOST_TEXT, read, text};
 use crate::finding::argument;
 use crate::history::{By, history};
 use crate::report::brief::next_line;
@@ -43,12 +42,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Result<Status, Failure> {
     let outputs = arguments.overwriting.outputs().reading([&arguments.rig]).adding_to(&arguments.store)?;
     outputs.writing_all(&arguments.report)?;
-    let content = read(&arguments.rig, MOST_TEXT)?;
-    let digest = content.digest();
-    let rig = Rig::parse(&arguments.rig, text(&arguments.rig, content.bytes)?)?.with_context(context);
-    let digest = rig.digest(digest);
+    let rig = Rig::read(&arguments.rig)?.with_context(context);
     let store = Store::open_existing_telling(&arguments.store, keep::waiting)?;
-    let runs = store.runs_of(&RigIdentity::new(&rig, digest).key)?;
+    let runs = store.runs_of(&RigIdentity::new(&rig).key)?;
     if runs.is_empty() {
         let rigs = store.rigs()?;
         let name =

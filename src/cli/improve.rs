@@ -12,6 +12,7 @@ use crate::learn::evaluated::Conclusion;
 use crate::learn::improve::{ImprovementStep, improve};
 use crate::report::curves::Curves;
 use crate::report::improvement::Ledger;
+use crate::report::provenance::{Provenance, WithProvenance};
 use crate::report::{self, pages};
 use crate::rig::Rig;
 
@@ -84,13 +85,14 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     }
     // With `-o /dev/stdout` the ledger would stand in the rig file.
     if is_kept(&arguments.output) {
+        let provenance = Provenance::of(&rig, [&fit, &check]);
         match arguments.format {
-            Format::Json => write_json(out, &ledger)?,
+            Format::Json => write_json(out, &WithProvenance { result: &ledger, provenance })?,
             Format::Text => {
                 let page = if arguments.all {
                     let mut page = Vec::new();
                     ledger.write_text(&mut page)?;
-                    report::table::fitted(&String::from_utf8_lossy(&page))
+                    provenance.below(report::table::fitted(&String::from_utf8_lossy(&page)))
                 } else {
                     ledger.brief(&arguments.output.display().to_string())
                 };

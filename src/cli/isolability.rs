@@ -13,6 +13,7 @@ use crate::isolability::{TakenFault, isolability};
 use crate::report::brief::next_line;
 use crate::report::isolability::{brief, expected_text, signature_text};
 use crate::report::pages::isolability::html;
+use crate::report::provenance::{Provenance, WithProvenance};
 use crate::report::table::fitted;
 use crate::rig::Rig;
 
@@ -64,16 +65,21 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
             };
             out.write_all(text.as_bytes())?;
             let rig_file = argument(&arguments.rig);
-            match &rig.cycle {
-                // What a diagnosis is worth on this rig, measured.
-                Some(_) => writeln!(out, "\n{}", next_line(&format!("borescope campaign {rig_file} --cases 100")))?,
-                None => writeln!(out, "\n{}", next_line(&format!("borescope diagnose {rig_file} RECORD")))?,
-            }
+            writeln!(out)?;
             if !arguments.all {
                 writeln!(out, "`--all` shows which fault explains which, and how every residual answers.")?;
             }
+            let command = match &rig.cycle {
+                // What a diagnosis is worth on this rig, measured.
+                Some(_) => format!("borescope campaign {rig_file} --cases 100"),
+                None => format!("borescope diagnose {rig_file} RECORD"),
+            };
+            writeln!(out, "{}", next_line(&command))?;
         }
-        Format::Json => write_json(out, &report)?,
+        Format::Json => {
+            let provenance = Provenance::of(&rig, &source);
+            write_json(out, &WithProvenance { result: &report, provenance })?;
+        }
     }
     Ok(Status::Done)
 }

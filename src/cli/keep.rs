@@ -27,13 +27,7 @@ pub struct Keeper {
 impl Keeper {
     /// Opens the store before long work is done for it, or makes sure that it can be made; `at` is the time that the user gives
     /// to the only one of `records`.
-    pub fn open(
-        store: Option<&Path>,
-        at: Option<&str>,
-        records: usize,
-        rig: &Rig,
-        digest: String,
-    ) -> Result<Option<Self>, Complaint> {
+    pub fn open(store: Option<&Path>, at: Option<&str>, records: usize, rig: &Rig) -> Result<Option<Self>, Complaint> {
         let at = at
             .map(str::parse::<Moment>)
             .transpose()
@@ -52,7 +46,7 @@ impl Keeper {
         check_folder(path)?;
         check_name(path)?;
         let store = path.exists().then(|| Store::open_telling(path, waiting)).transpose()?;
-        Ok(Some(Self { store, path: path.to_path_buf(), rig: RigIdentity::new(rig, digest), at }))
+        Ok(Some(Self { store, path: path.to_path_buf(), rig: RigIdentity::new(rig), at }))
     }
 
     /// Keeps a diagnosis, and says on standard error under which number and time.

@@ -12,7 +12,7 @@ use super::{Failure, Format, Status, export, terminal, write_json};
 use crate::complaint::{Complaint, Kind};
 use crate::context::{Context, work_off};
 use crate::diagnosis::DiagnosisOptions;
-use crate::files::{MOST_TEXT, is_standard_output, read, text};
+use crate::files::is_standard_output;
 use crate::fleet::manifest::Manifest;
 use crate::fleet::rows::{Counts, FORM, Failure as NotDiagnosed, Row, Work, digest, failures, runs, write_tables};
 use crate::model::Model;
@@ -37,18 +37,15 @@ pub fn run(manifest: &Path, arguments: &Arguments, context: &Context, out: &mut 
             .help("name a folder; `borescope diagnose --merge DIR -o TABLE.csv` makes a table of it")
             .into());
     }
-    let content = read(rig, MOST_TEXT)?;
-    let rig_digest = content.digest();
     let context = context.clone().without_progress();
     let threads = context.threads();
-    let rig = Rig::parse(rig, text(rig, content.bytes)?)?.with_context(&context);
-    let rig_digest = rig.digest(rig_digest);
+    let rig = Rig::read(rig)?.with_context(&context);
     let manifest = Manifest::read(manifest)?;
     if !manifest.unread.is_empty() {
         let columns = manifest.unread.join("`, `");
         terminal::note(format_args!("note: {}: columns that say nothing here: `{columns}`", manifest.path.display()));
     }
-    let digest = digest(&rig_digest, &manifest, &DiagnosisOptions::default());
+    let digest = digest(&rig.digest(), &manifest, &DiagnosisOptions::default());
     let shard = arguments.shard.unwrap_or(WHOLE);
     let folder = shard.folder(work);
     let say = |done: &Done<Work>, how: &str, counts: Option<Counts>, out: &mut dyn Write| -> std::io::Result<()> {
@@ -69,7 +66,7 @@ pub fn run(manifest: &Path, arguments: &Arguments, context: &Context, out: &mut 
         Found::Open(journal, rows) => (journal, rows),
     };
     let range = shard.range(manifest.entries.len());
-    let identity = RigIdentity::new(&rig, rig_digest);
+    let identity = RigIdentity::new(&rig);
     let model = Model::new(rig);
     diagnose(&model, &identity, &manifest, range.clone(), &mut rows, (threads, &mut journal))?;
     write_tables(&folder, &rows)?;

@@ -15,6 +15,7 @@ use crate::learn::addition::AdditionReport;
 use crate::report::components::ComponentsReport;
 use crate::report::effects::LibraryReport;
 use crate::report::improvement::Ledger;
+use crate::report::provenance::WithProvenance;
 use crate::shards::Done;
 use crate::simulation::SimulationReport;
 use crate::{campaign, diagnosis, fleet, history, isolability};
@@ -23,24 +24,24 @@ use crate::{campaign, diagnosis, fleet, history, isolability};
 /// has one in the code.
 pub fn schemas() -> Vec<(String, Value)> {
     vec![
-        of::<AdditionReport>("addition"),
-        of::<CalibrationReport>("calibration"),
+        of::<WithProvenance<AdditionReport>>("addition"),
+        of::<WithProvenance<CalibrationReport>>("calibration"),
         of::<campaign::store::Finished>("campaign"),
         of::<Alone<'_>>("campaign-case"),
         of::<Done<campaign::store::Work>>("campaign-shard"),
         of::<CheckReport>("check"),
-        of::<WithEvents<'_>>("comparison"),
+        of::<WithProvenance<WithEvents<'_>>>("comparison"),
         of::<ComponentsReport>("components"),
-        of::<WithFindings<'_>>("diagnosis"),
+        of::<WithProvenance<WithFindings<'_>>>("diagnosis"),
         of::<Done<fleet::rows::Work>>("diagnosis-shard"),
         of::<LibraryReport>("effects"),
         of::<fleet::Fleet>("fleet"),
         of::<history::History>("history"),
-        of::<Ledger>("improvement"),
-        of::<isolability::IsolabilityReport>("isolability"),
+        of::<WithProvenance<Ledger>>("improvement"),
+        of::<WithProvenance<isolability::IsolabilityReport>>("isolability"),
         of::<Merged<'_>>("records"),
         of::<SimulationReport>("simulation"),
-        of::<WithFinding<'_>>("suggestion"),
+        of::<WithProvenance<WithFinding<'_>>>("suggestion"),
         of::<diagnosis::watch::Watched>("windows"),
     ]
 }

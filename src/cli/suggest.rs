@@ -13,6 +13,7 @@ use crate::learn::result::SuggestionReport;
 use crate::learn::suggest::suggest;
 use crate::report;
 use crate::report::curves::Curves;
+use crate::report::provenance::{Provenance, WithProvenance};
 use crate::report::unknown::Rise;
 use crate::rig::Rig;
 
@@ -80,17 +81,21 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
         let curves = Curves { model, found: best.map_or(model, |best| &best.trial.fit.outputs) };
         write_file(path, |file| curves.write_csv(&rig, &record, file))?;
     }
+    let provenance = Provenance::of(&rig, std::iter::once(&record).chain(&check));
     match arguments.format {
         Format::Text => {
             let page = if arguments.all {
-                report::learn::suggestion(&shown)
+                provenance.below(report::learn::suggestion(&shown))
             } else {
                 report::suggestion::brief(&shown, finding.as_ref(), rise.as_ref())
             };
             terminal::clear();
             out.write_all(terminal::verdict(&page, report::learn::tone(shown.conclusion)).as_bytes())?;
         }
-        Format::Json => write_json(out, &WithFinding { suggestion: &shown, finding: finding.as_ref() })?,
+        Format::Json => {
+            let result = WithFinding { suggestion: &shown, finding: finding.as_ref() };
+            write_json(out, &WithProvenance { result, provenance })?;
+        }
     }
     let found = shown.conclusion != Conclusion::Adequate;
     Ok(if arguments.exit_code && found { Status::Found } else { Status::Done })

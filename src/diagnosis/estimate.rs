@@ -201,7 +201,8 @@ impl<'a> Estimate<'a> {
             } else {
                 self.case.full.weights = before;
             }
-            if explained {
+            // A place whose faults need others beside them has not kept what it promised.
+            if explained && self.isolation.set().len() <= place.faults.len() {
                 break;
             }
         }

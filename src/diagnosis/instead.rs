@@ -20,7 +20,7 @@ const PROBES: [f64; 2] = [0.35, 0.175];
 /// Share of the squares of what a fault does that may be left beside another at another size, for it to be asked at the size that does as
 /// much: a leak twice as large has a piston stop elsewhere, and little of the one is like the other.
 const MOST_LEFT: f64 = 0.9;
-/// Sizes at which that is sought, and the share of a size that a further one is worth.
+/// Sizes at which that is sought, from afar and near there, and the share of a size that a further one is worth.
 const SIZES: usize = 4;
 const SAME: f64 = 1e-3;
 
@@ -119,20 +119,25 @@ impl<'a> Present<'a> {
         alike_at(&far)?;
         let between = healthy + PROBES[1] / PROBES[0] * (value - healthy);
         let (mut before, mut value, mut does) = ((between, self.done_by(other, between)?), value, far);
-        for _ in 0..SIZES {
-            // It does as much where it would with the power with which it grew from the size before to this one.
-            let grown = 0.5 * (dot(&does, &does) / dot(&before.1, &before.1)).ln();
-            let power = grown / ((value - healthy) / (before.0 - healthy)).ln();
-            let factor = alike_at(&does)?.factor;
-            let next = (healthy + factor.powf(power.recip()) * (value - healthy)).clamp(low, high);
-            if !next.is_finite() || (next - value).abs() <= SAME * (value - healthy).abs() {
-                break;
+        let own_alike_at = |change: &[f64]| {
+            alike(self.own(&self.does), self.own(change), self.product(&self.does, change), MOST_LEFT)
+        };
+        // From afar by all that it does, near there by what nothing that follows takes over: the two may be a third apart.
+        for is_near in [false, true] {
+            for _ in 0..SIZES {
+                // It does as much where it would with the power with which it grew from the size before to this one.
+                let grown = 0.5 * (dot(&does, &does) / dot(&before.1, &before.1)).ln();
+                let power = grown / ((value - healthy) / (before.0 - healthy)).ln();
+                let factor = if is_near { own_alike_at(&does)?.factor } else { alike_at(&does)?.factor };
+                let next = (healthy + factor.powf(power.recip()) * (value - healthy)).clamp(low, high);
+                if !next.is_finite() || (next - value).abs() <= SAME * (value - healthy).abs() {
+                    break;
+                }
+                before = (value, std::mem::replace(&mut does, self.done_by(other, next)?));
+                value = next;
             }
-            before = (value, std::mem::replace(&mut does, self.done_by(other, next)?));
-            value = next;
         }
-        let (this, that, product) = (self.own(&self.does), self.own(&does), self.product(&self.does, &does));
-        let Alike { left, .. } = alike(this, that, product, case.settings().unforeseen_share)?;
+        let Alike { left, .. } = own_alike_at(&does).filter(|own| own.left <= case.settings().unforeseen_share)?;
         let mut theta = self.without.0.clone();
         theta[other] = value;
         Some(Substitute { left, set: self.set.difference(FaultSet::of(self.fault)).with(other), theta })

@@ -410,9 +410,10 @@ impl Diagnosis {
         self.verdict != Verdict::ModelInadequate
     }
 
-    /// Whether the record is explained although clearly more than noise is left of it, and not where a valve switches alone.
+    /// Whether the record is explained although half as much again as the variance of the noise is left of it, and not where a valve
+    /// switches alone.
     pub(crate) fn is_above_noise(&self) -> bool {
-        self.is_explained() && self.times_noise_weighed > CLEARLY_ABOVE_NOISE
+        self.is_explained() && self.times_noise_weighed.powi(2) > CLEARLY_ABOVE_NOISE
     }
 
     /// Whether a column reads as if it were in another unit: a mistake in the record, which neither parts nor physics should be fitted to.

@@ -39,14 +39,6 @@ pub struct Content {
     pub modified: Option<SystemTime>,
 }
 
-impl Content {
-    /// SHA-256 of the bytes, in hexadecimal digits.
-    #[cfg(feature = "cli")]
-    pub fn digest(&self) -> String {
-        digest(&self.bytes)
-    }
-}
-
 /// SHA-256 of bytes, in hexadecimal digits.
 pub fn digest(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))

@@ -40,6 +40,8 @@ pub mod learn;
 pub mod pages;
 #[cfg(feature = "cli")]
 pub mod plot;
+#[cfg(feature = "cli")]
+pub mod provenance;
 #[cfg(all(feature = "cli", feature = "internals"))]
 pub mod reference;
 mod residuals;

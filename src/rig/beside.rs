@@ -2,18 +2,18 @@
 
 #[cfg(feature = "cli")]
 use std::fs;
-use std::path::PathBuf;
 #[cfg(feature = "cli")]
-use std::path::{Component, Path};
+use std::path::Component;
+use std::path::{Path, PathBuf};
 
 #[cfg(feature = "cli")]
 use toml_edit::{Item, Value};
 
+use super::Rig;
 #[cfg(feature = "cli")]
-use super::{Rig, document};
+use super::document;
 #[cfg(feature = "cli")]
 use crate::complaint::{Complaint, Kind, Place};
-#[cfg(feature = "cli")]
 use crate::files;
 
 /// A file beside the rig file that was read with it.
@@ -25,17 +25,25 @@ pub(crate) struct Beside {
     pub digest: String,
 }
 
-#[cfg(feature = "cli")]
 impl Rig {
-    /// What tells this rig file from others: the digest of its own text, and where it names other files, of these too.
-    pub(crate) fn digest(&self, own: String) -> String {
-        if self.beside.is_empty() {
-            return own;
-        }
-        let others: Vec<&str> = self.beside.iter().map(|file| file.digest.as_str()).collect();
-        files::digest(format!("{own}\n{}", others.join("\n")).as_bytes())
+    /// The rig file and those that it names, each with its digest.
+    pub(crate) fn files(&self) -> impl Iterator<Item = (&Path, &str)> {
+        let beside = self.beside.iter().map(|file| (file.path.as_path(), file.digest.as_str()));
+        std::iter::once((self.path.as_path(), self.own_digest.as_str())).chain(beside)
     }
 
+    /// What tells this rig file from others: the digest of its own text, and where it names other files, of these too.
+    pub(crate) fn digest(&self) -> String {
+        if self.beside.is_empty() {
+            return self.own_digest.clone();
+        }
+        let all: Vec<&str> = self.files().map(|(_, digest)| digest).collect();
+        files::digest(all.join("\n").as_bytes())
+    }
+}
+
+#[cfg(feature = "cli")]
+impl Rig {
     /// The text of this rig file, or of one made of it, as it has to be where it is written to: files beside it are named from
     /// there.
     ///

@@ -104,6 +104,8 @@ pub struct Rig {
     /// Parameters of faults with those that hold what they were before: see [`Rig::with_before`].
     #[doc(hidden)]
     pub before: Vec<(usize, usize)>,
+    /// SHA-256 of its text, in hexadecimal digits.
+    pub(crate) own_digest: String,
     /// Files beside it that it names, in the order in which they were read.
     pub(crate) beside: Vec<Beside>,
     /// Lines of the file whose values still bear the [mark](PLACEHOLDER) of a draft.
@@ -292,8 +294,8 @@ impl Rig {
     /// # Errors
     /// As [`Rig::read`].
     pub fn parse(path: impl Into<PathBuf>, text: String) -> Result<Self, Complaint> {
-        let unfilled = unfilled(&text);
-        let rig = Self { unfilled, ..parse::parse(source::Source::new(path, text))? };
+        let (unfilled, own_digest) = (unfilled(&text), crate::files::digest(text.as_bytes()));
+        let rig = Self { unfilled, own_digest, ..parse::parse(source::Source::new(path, text))? };
         validate::validate(&rig)?;
         Ok(rig)
     }

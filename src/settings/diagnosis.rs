@@ -137,8 +137,8 @@ settings! {
         settled_deviation: f64 = 0.3, "standard errors",
             "Numerical accuracy: 0.3 standard errors add 4 % to the width of an interval.";
         /// What a preliminary fit may still fall by, in decreases by its last local model.
-        predicted_decreases: f64 = 5.0, "decreases",
-            "Convergence: a sum of decreases that each lose no more than a sixth.";
+        predicted_decreases: f64 = 10.0, "decreases",
+            "Convergence: a sum of decreases that each lose no more than an eleventh.";
         /// Linearisations of the first fit of each of several starts.
         first_linearisations: usize = 2, "linearisations",
             "Cost only: those that could still win go on.";

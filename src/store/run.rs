@@ -18,13 +18,14 @@ pub struct RigIdentity {
     pub path: String,
     /// The name in the rig file, which may be empty.
     pub name: String,
-    /// SHA-256 of the rig file, in hexadecimal digits.
+    /// SHA-256 of the rig file, in hexadecimal digits; where it names other files, of all their digests.
     pub digest: String,
 }
 
 impl RigIdentity {
-    /// The identity of a rig whose file has this digest.
-    pub fn new(rig: &Rig, digest: String) -> Self {
+    /// The identity of a rig.
+    pub fn new(rig: &Rig) -> Self {
+        let digest = rig.digest();
         let absolute = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         let path = rig.context().name_of(&rig.path);
         let key = if !rig.name.is_empty() {

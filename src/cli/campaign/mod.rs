@@ -156,11 +156,8 @@ pub fn run(arguments: &Arguments, context: &Context, out: &mut dyn Write) -> Res
     if let Some(case) = arguments.case {
         return alone::run(&campaign, &text, case, arguments, out);
     }
-    let begun = Begun {
-        campaign: &campaign,
-        digest: digest(&campaign.options, &campaign.rig, &text),
-        threads: context.threads(),
-    };
+    let begun =
+        Begun { campaign: &campaign, digest: digest(&campaign.options, &campaign.rig), threads: context.threads() };
     let hold = Hold { context: &context, waiting: super::waiting };
     if let (Some(shard), Some(folder)) = (arguments.shard, &arguments.output) {
         return shards::run(&begun, shard, folder, &hold, arguments, out);

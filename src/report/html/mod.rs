@@ -9,15 +9,13 @@ use std::fmt::Write;
 use super::escape;
 use super::plot::{Chart, Live, Map};
 use super::style::Tone;
-use crate::record::Record;
+use crate::report::provenance::Provenance;
 
 pub use card::Card;
 pub use table::{Cell, Column, Mark, Scale, Table};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
-/// Characters of a digest that tell files apart.
-const DIGEST: usize = 12;
 /// Forbids the page to load anything.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:";
 
@@ -136,23 +134,18 @@ pub struct Page {
     lead: String,
     sections: Vec<Section>,
     /// From what the page was made, in the foot.
-    provenance: Vec<String>,
+    provenance: Option<Provenance>,
 }
 
 impl Page {
     /// A page with a title and, under it, one sentence that says what it is about; empty for none.
     pub fn new(title: impl Into<String>, lead: impl Into<String>) -> Self {
-        Self { title: title.into(), lead: lead.into(), sections: Vec::new(), provenance: Vec::new() }
+        Self { title: title.into(), lead: lead.into(), sections: Vec::new(), provenance: None }
     }
 
-    /// Says in the foot from which files the page was made, the records with the start of their digests.
-    pub fn provenance(&mut self, rig: &str, records: &[&Record]) -> &mut Self {
-        let record = |record: &&Record| match record.origin.digest.get(..DIGEST) {
-            Some(digest) => format!("record {} ({digest})", record.path.display()),
-            None => format!("record {}", record.path.display()),
-        };
-        self.provenance = vec![format!("borescope {}", env!("CARGO_PKG_VERSION")), format!("rig file {rig}")];
-        self.provenance.extend(records.iter().map(record));
+    /// Says in the foot from what the page was made.
+    pub fn provenance(&mut self, provenance: Provenance) -> &mut Self {
+        self.provenance = Some(provenance);
         self
     }
 
@@ -211,8 +204,8 @@ impl Page {
             out.push_str(if section.folded { "</details>\n</section>\n" } else { "</section>\n" });
         }
         out.push_str("</main>\n");
-        if !self.provenance.is_empty() {
-            line(&mut out, format_args!("<footer>{}</footer>", escape(&self.provenance.join("; "))));
+        if let Some(provenance) = &self.provenance {
+            line(&mut out, format_args!("<footer>{}</footer>", escape(&provenance.to_string())));
         }
         line(&mut out, format_args!("<script>\n{SCRIPT}</script>\n</body>\n</html>"));
         out

@@ -11,6 +11,7 @@ use crate::number::{rounded, text};
 use crate::record::Record;
 use crate::report::digits::plus_minus;
 use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table};
+use crate::report::provenance::Provenance;
 use crate::report::style::Tone;
 use crate::rig::Rig;
 
@@ -23,6 +24,7 @@ pub fn html(rig: &Rig, calibrated: &Calibrated, measured: &[Record]) -> Result<S
     let records = report.records.len();
     let lead = format!("{} healthy record{}", records, if records == 1 { "" } else { "s" });
     let mut page = Page::new(format!("Calibration of {}", named(rig)), lead);
+    page.provenance(Provenance::of(rig, measured));
     page.section(learnt(report));
     let mut parameters = Section::new("Parameters");
     parameters.table(parameter_table(&report.parameters));

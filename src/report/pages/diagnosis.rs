@@ -15,6 +15,7 @@ use crate::report::circuit::{self, Marked};
 use crate::report::diagnosis as words;
 use crate::report::findings::{self, Left};
 use crate::report::html::{Card, Cell, Column, Mark, Page, Scale, Section, Table};
+use crate::report::provenance::Provenance;
 use crate::report::residuals as balances;
 use crate::report::style::Tone;
 use crate::residual::Detection;
@@ -33,7 +34,7 @@ pub fn html(
     let diagnosis = &diagnosed.diagnosis;
     let fitted = diagnosed.rig(rig);
     let mut page = Page::new(format!("Diagnosis of {}", named(rig)), format!("Record {}", diagnosis.record));
-    page.provenance(&diagnosis.rig, &[record]);
+    page.provenance(Provenance::of(rig, [record]));
     let next = findings::next(diagnosis, findings, Left { page: true, store });
     page.section(verdict(rig, diagnosis, findings, next));
     let present: Vec<&FaultReport> = diagnosis.present().collect();

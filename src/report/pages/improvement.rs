@@ -15,6 +15,7 @@ use crate::report::circuit::Marked;
 use crate::report::html::{Cell, Column, Page, Section, Table};
 use crate::report::improvement::{EffectReport, Ledger, Row, left};
 use crate::report::learn::{PARAMETER_HEADS, experiment, parameter_row};
+use crate::report::provenance::Provenance;
 use crate::rig::Rig;
 
 /// Rows of parameters up to which they stand under the verdict.
@@ -33,7 +34,7 @@ pub fn improvement(
 ) -> Result<String, Complaint> {
     let lead = format!("Fitted to {}, judged on {}", ledger.fit_record, ledger.check_record);
     let mut page = Page::new(format!("Improvement of {}", named(rig)), lead);
-    page.provenance(&ledger.rig, &[fit, check]);
+    page.provenance(Provenance::of(rig, [fit, check]));
     page.section(verdict(ledger, new));
     let ids: Vec<String> = ledger.effects.iter().map(|effect| effect.id.clone()).collect();
     let joined = ids.join(" + ");

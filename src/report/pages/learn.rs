@@ -15,6 +15,7 @@ use crate::report::comparison as brief;
 use crate::report::digits::{plus_minus, worth};
 use crate::report::html::{Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::learn as words;
+use crate::report::provenance::Provenance;
 use crate::report::suggestion::faults;
 use crate::rig::Rig;
 
@@ -43,7 +44,7 @@ pub fn comparison(
     let comparison = &compared.comparison;
     let shown = Shown::new(rig, record, "time", 1)?;
     let mut page = Page::new(format!("Comparison of {}", named(rig)), format!("Record {}", comparison.record));
-    page.provenance(&comparison.rig, &[record]);
+    page.provenance(Provenance::of(rig, [record]));
     let mut verdict = Section::new("Verdict");
     verdict.notice(words::comparison_tone(comparison), words::comparison_headline(comparison));
     if let Some(with_faults) = &comparison.with_faults {

@@ -16,6 +16,7 @@ use crate::report::caveats::{learnt_with, left_open};
 use crate::report::circuit::Marked;
 use crate::report::html::{Card, Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::learn as words;
+use crate::report::provenance::Provenance;
 use crate::report::suggestion as brief;
 use crate::report::unknown::Rise;
 use crate::rig::Rig;
@@ -40,7 +41,7 @@ pub fn suggestion(
         lead.push_str(&format!(", judged on {check}"));
     }
     let mut page = Page::new(format!("What the model of {} lacks", named(rig)), lead);
-    page.provenance(&report.rig, &std::iter::once(record).chain(check).collect::<Vec<_>>());
+    page.provenance(Provenance::of(rig, std::iter::once(record).chain(check)));
     let best = found.judged.first();
     let name = best.map(|best| format!("with {}", best.id()));
     // What does not explain the record is no place to look at.

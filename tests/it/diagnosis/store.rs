@@ -92,7 +92,7 @@ impl Bench {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path().join("runs.store")).unwrap();
         let rig = rig();
-        Self { store, identity: RigIdentity::new(&rig, "00".to_owned()), rig, folder }
+        Self { store, identity: RigIdentity::new(&rig), rig, folder }
     }
 
     fn add(&self, digest: &str, at: &str, diagnosis: &Diagnosis) -> i64 {
