@@ -51,21 +51,22 @@ struct Explained {
     missed: bool,
 }
 
-/// The corrected record and its common cause, where that explains a record better than the fault combination of `plain` does.
-/// Asked only of what such causes look like: a record that no fault explains, or one that takes faults of several sensors; of other oil alone
-/// where it takes several faults of any other kind.
-pub(super) fn instead(model: &Model, record: &Record, plain: &Diagnosed) -> Option<Corrected> {
+/// Whether a record looks as if a mistake was made in taking it: no fault explains it, or it takes faults of several sensors.
+fn is_by_record(model: &Model, plain: &Diagnosed) -> bool {
     let rig = &model.rig;
     let faults = plain.diagnosis.faults.iter().zip(&rig.faults).filter(|(report, _)| report.present);
-    let (of_sensors, all) = faults.fold((0, Vec::new()), |(count, mut all), (report, fault)| {
-        all.push(report.id.clone());
-        (count + usize::from(rig.is_of_sensor(fault.parameter)), all)
-    });
-    let missed = !plain.diagnosis.is_explained();
-    let by_record = missed || of_sensors >= 2;
-    if !by_record && plain.diagnosis.present().count() < 2 {
-        return None;
-    }
+    !plain.diagnosis.is_explained() || faults.filter(|(_, fault)| rig.is_of_sensor(fault.parameter)).count() >= 2
+}
+
+/// Whether a common cause is asked for: of what such causes look like, and of other oil alone where a record takes several faults of any
+/// other kind.
+pub(super) fn is_asked(model: &Model, plain: &Diagnosed) -> bool {
+    is_by_record(model, plain) || plain.diagnosis.present().count() >= 2
+}
+
+/// The corrected record and its common cause, where that explains a record better than the fault combination of `plain` does.
+pub(super) fn instead(model: &Model, record: &Record, plain: &Diagnosed) -> Option<Corrected> {
+    let (rig, by_record) = (&model.rig, is_by_record(model, plain));
     let mut causes = promising(model, record, by_record);
     if by_record {
         causes.extend(fitted(model, record, Cause::FastClock, 0.0));
@@ -77,7 +78,7 @@ pub(super) fn instead(model: &Model, record: &Record, plain: &Diagnosed) -> Opti
     (margin > 0.0).then(|| Corrected {
         model: best.cause.model(model),
         record: best.record,
-        cause: best.cause.report(rig, record, all),
+        cause: best.cause.report(rig, record, plain.diagnosis.present().map(|fault| fault.id.clone()).collect()),
     })
 }
 

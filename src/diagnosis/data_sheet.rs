@@ -6,8 +6,9 @@
 //! evidence: what deviates has the Occam factor of what it may deviate by.
 
 use super::doubtful::set_aside;
-use super::estimate::{Estimate, picked};
+use super::estimate::{self, Estimate, picked};
 use super::result::{FaultReport, OffDataSheet, OffSheetValue};
+use super::search::roughly;
 use super::weighed::unweighed;
 use super::weighing::{Around, inflations};
 use super::{DIGITS, Diagnosed, FittedReport};
@@ -17,14 +18,29 @@ use crate::number::rounded;
 use crate::record::Record;
 use crate::rig::{Fault, FaultSet, Rig};
 
+/// What parts that deviate as parts do leave of a record that they explain without any fault, times the noise; `None` where they do not.
+pub(super) fn left_of(model: &Model, record: &Record) -> Option<f64> {
+    let rig = model.rig.as_by_data_sheet()?;
+    let (believed, _) = set_aside(&rig, record);
+    let record = believed.as_ref().unwrap_or(record);
+    let model = roughly(&Model::new(rig));
+    let drive = InputSignals::from_record(&model.rig, record).ok()?;
+    let found = estimate::from_start(&model, record, &drive, None).ok()?;
+    let is_as_parts_are = found.isolation.set().is_empty() && !found.case.is_strained(&found.isolation.best.theta);
+    (found.explains() && is_as_parts_are).then(|| found.times_noise())
+}
+
 /// The rig with parts that deviate, where a record should be diagnosed with it once more: what was found with every value as stated does
 /// not explain it, or has a fault that could go.
 pub(super) fn doubted(model: &Model, record: &Record, stated: &Diagnosed) -> Option<Rig> {
     if stated.diagnosis.is_misread() {
         return None;
     }
-    let doubtful =
-        !stated.diagnosis.is_explained() || stated.is_as_old_as_the_record() && replaces_a_fault(model, record, stated);
+    let is_new = || as_new(&model.rig, &stated.diagnosis.faults).len() == stated.diagnosis.present().count();
+    let is_replaced = || stated.is_as_old_as_the_record() && replaces_a_fault(model, record, stated);
+    // No part leaves its new value by less than new parts differ within a record.
+    let is_no_change = stated.diagnosis.onset_s.is_some() && is_new();
+    let doubtful = !stated.diagnosis.is_explained() || is_no_change || is_replaced();
     if doubtful { model.rig.as_by_data_sheet() } else { None }
 }
 

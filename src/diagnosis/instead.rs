@@ -119,9 +119,8 @@ impl<'a> Present<'a> {
         alike_at(&far)?;
         let between = healthy + PROBES[1] / PROBES[0] * (value - healthy);
         let (mut before, mut value, mut does) = ((between, self.done_by(other, between)?), value, far);
-        let own_alike_at = |change: &[f64]| {
-            alike(self.own(&self.does), self.own(change), self.product(&self.does, change), MOST_LEFT)
-        };
+        let own_alike_at =
+            |change: &[f64]| alike(self.own(&self.does), self.own(change), self.product(&self.does, change), MOST_LEFT);
         // From afar by all that it does, near there by what nothing that follows takes over: the two may be a third apart.
         for is_near in [false, true] {
             for _ in 0..SIZES {

@@ -35,6 +35,8 @@ pub mod watch;
 pub(crate) mod weighed;
 mod weighing;
 
+use std::sync::OnceLock;
+
 use crate::complaint::{Complaint, Kind, Place};
 use crate::estimation::Interval;
 use crate::model::{InputSignals, Model, Shown};
@@ -160,13 +162,20 @@ fn or_by_data_sheet(
 
 /// The same with every value as the rig file has it.
 fn diagnose_as_stated(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
-    let first = Attempt { asks_otherwise: true, ..Attempt::default() };
+    let known = OnceLock::new();
+    let left_by_data_sheet = || *known.get_or_init(|| data_sheet::left_of(model, record));
+    let is_as_by_data_sheet = || left_by_data_sheet().is_some();
+    let first = Attempt { asks_otherwise: true, is_as_by_data_sheet: Some(&is_as_by_data_sheet), ..Attempt::default() };
     let plain = diagnose_again(model, record, (&[], None), options, first)?.ok_or_else(|| no_explanation(record))?;
     if plain.diagnosis.common_cause.is_some() {
         return Ok(plain);
     }
     let faults = |one: &Diagnosed| one.diagnosis.present().count();
-    let Some(corrected) = common_cause::instead(model, record, &plain) else { return Ok(plain) };
+    // Nobody needs a mistake in taking a record of which parts that deviate leave less than faults do.
+    let explains_less = |left: f64| plain.diagnosis.is_explained() && plain.diagnosis.times_noise < left;
+    let is_asked = common_cause::is_asked(model, &plain) && left_by_data_sheet().is_none_or(explains_less);
+    let corrected = if is_asked { common_cause::instead(model, record, &plain) } else { None };
+    let Some(corrected) = corrected else { return Ok(plain) };
     let diagnosed = diagnose_from(&corrected.model, &corrected.record, (&[], None), options)?;
     // A cause that leaves the record unexplained explains nothing, and one that takes more faults than the record as it stands is no
     // simpler story.
@@ -220,6 +229,8 @@ struct Attempt<'a> {
     near: Option<(&'a [f64], FaultSet)>,
     /// Whether one mistake in taking the record, or one value that the file takes as exact, may be it where its faults miss the record.
     asks_otherwise: bool,
+    /// Whether parts that deviate explain the record without any fault, where that may be: then no value is misstated.
+    is_as_by_data_sheet: Option<&'a dyn Fn() -> bool>,
     /// How many of the first faults are reported even where they are absent, if not all.
     reported: Option<usize>,
     /// Whether no beginning within the record was found with other values open: asked for again only where these do not explain it.
@@ -272,6 +283,7 @@ fn diagnose_again(
             rig.context().first_look(|| summary::first_look(first));
         }
         match (common_cause::at_once(model, first.case.record, options)?, places) {
+            (None, Some(_)) if attempt.is_as_by_data_sheet.is_some_and(|is_as| is_as()) => Ok(None),
             (None, Some(places)) => misstated::instead(model, (first, places), options),
             (found, _) => Ok(found),
         }

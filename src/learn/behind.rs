@@ -9,6 +9,7 @@
 
 use super::evaluated::{Conclusion, EvaluatedModel};
 use super::fitted_model::FittedModel;
+use super::opened::neutral;
 use super::rivals::rival_effects;
 use super::spools;
 use super::suggest::suggest;
@@ -17,6 +18,7 @@ use crate::diagnosis::{
     self, CLEARLY_ABOVE_NOISE, Diagnosed, Diagnosis, DiagnosisOptions, DynamicsReport, MissingEffect, RivalEffect,
     Verdict,
 };
+use crate::estimation::profile::QUANTILE;
 use crate::model::Model;
 use crate::record::Record;
 use crate::rig::{Location, Rig};
@@ -55,7 +57,9 @@ pub(super) fn beside_physics(
     let (explained, noise) = (given.diagnosis.is_explained(), given.diagnosis.times_noise);
     // What no fault bends may be forgiven as a matter of switching.
     let is_bent = given.diagnosis.present().next().is_some() || given.diagnosis.is_above_noise();
-    if !is_bent || (explained && given.diagnosis.onset_s.is_some()) || given.diagnosis.is_misread() {
+    // Before a calibration parts that deviate and physics that is missing are not told apart.
+    let is_open = given.diagnosis.off_data_sheet.is_some();
+    if !is_bent || is_open || (explained && given.diagnosis.onset_s.is_some()) || given.diagnosis.is_misread() {
         return Ok(given);
     }
     let seen = given.record(record);
@@ -88,6 +92,18 @@ pub(super) fn beside_physics(
     joined.diagnosis.dynamics.retain(|one| !is_told(one));
     joined.diagnosis.dynamics.splice(0..0, dynamics);
     Ok(joined)
+}
+
+/// Whether an effect that was added differs from nothing (95 %) as a diagnosis has fitted it; one without a value that means nothing does.
+fn is_at_work(rig: &Rig, diagnosis: &Diagnosis, id: &str) -> bool {
+    let Some(present) = rig.effects.iter().find(|present| present.id == id) else { return false };
+    let mut sizes = present.placed.effect.parameters.iter().zip(&present.parameters).filter_map(|(free, &index)| {
+        let (parameter, nothing) = (&rig.parameters[index], neutral(rig, &present.placed, free)?);
+        let fitted = diagnosis.uncertain.iter().find(|one| one.id == parameter.id)?;
+        let sigma = parameter.unit.difference_to_si(fitted.sigma_after?);
+        Some((parameter.unit.to_si(fitted.value) - nothing).abs() > QUANTILE * sigma)
+    });
+    sizes.next().is_none_or(|first| first || sizes.any(|other| other))
 }
 
 /// Whether an effect may explain a record better than the faults do that explain it within what the rig file allows: one in place of a
@@ -128,7 +144,13 @@ fn installed(rig: &Rig, trial: &FittedModel) -> Rig {
 
 /// The diagnosis beside an effect, as one of a rig file that lacks it.
 fn joined(given: Diagnosed, mut beside: Diagnosed, best: &EvaluatedModel, rig: Rig) -> Diagnosed {
-    let is_added = |id: &str| rig.parameter(id).is_some_and(|index| rig.is_of_effect(index));
+    // Beside faults that are isolated anew one of several effects may have nothing left to do, and what does as well in its place neither.
+    let (at_work, idle): (Vec<String>, Vec<String>) =
+        best.effects.iter().map(|effect| effect.id.clone()).partition(|id| is_at_work(&rig, &beside.diagnosis, id));
+    let of_idle =
+        |index: &usize| rig.effects.iter().any(|effect| idle.contains(&effect.id) && effect.parameters.contains(index));
+    let is_added =
+        |id: &str| rig.parameter(id).filter(|index| !of_idle(index)).is_some_and(|index| rig.is_of_effect(index));
     let before = |id: &str| given.diagnosis.uncertain.iter().any(|one| one.id == id);
     let (parameters, uncertain) = std::mem::take(&mut beside.diagnosis.uncertain)
         .into_iter()
@@ -140,9 +162,9 @@ fn joined(given: Diagnosed, mut beside: Diagnosed, best: &EvaluatedModel, rig: R
         detected_at_s: given.diagnosis.detected_at_s,
         residuals: given.diagnosis.residuals,
         missing_effect: Some(MissingEffect {
-            effects: best.effects.iter().map(|effect| effect.id.clone()).collect(),
+            confounded_with: if idle.is_empty() { best.confounded_with.clone() } else { Vec::new() },
+            effects: at_work,
             parameters,
-            confounded_with: best.confounded_with.clone(),
             explained,
             times_noise_without: given.diagnosis.times_noise,
         }),

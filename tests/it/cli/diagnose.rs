@@ -374,7 +374,7 @@ fn a_record_at_odds_with_its_rig_is_told() {
         fs::write(&path, record).unwrap();
         let ran = borescope(["check", RIG, path.to_str().unwrap()]);
         let (_, told) = ran.out.split_once("\nwarnings: ").unwrap();
-        told.split_once("\nNext: ").unwrap().0.to_owned()
+        told.split_once("\n`--all`").unwrap().0.to_owned()
     };
     let right = fs::read_to_string(HEALTHY).unwrap();
     assert_eq!(warned(&right), "0\n");
