@@ -20,14 +20,16 @@ use crate::rig::{Fault, FaultSet, Rig};
 
 /// What parts that deviate as parts do leave of a record that they explain without any fault, times the noise; `None` where they do not.
 pub(super) fn left_of(model: &Model, record: &Record) -> Option<f64> {
-    let rig = model.rig.as_by_data_sheet()?;
+    let commanded = model.rig.as_commanded([record]);
+    let rig = commanded.as_ref().unwrap_or(&model.rig).as_by_data_sheet()?;
     let (believed, _) = set_aside(&rig, record);
     let record = believed.as_ref().unwrap_or(record);
     let model = roughly(&Model::new(rig));
     let drive = InputSignals::from_record(&model.rig, record).ok()?;
     let found = estimate::from_start(&model, record, &drive, None).ok()?;
     let is_as_parts_are = found.isolation.set().is_empty() && !found.case.is_strained(&found.isolation.best.theta);
-    (found.explains() && is_as_parts_are).then(|| found.times_noise())
+    // Nothing is left of a record that cannot be simulated there.
+    (found.explains() && is_as_parts_are).then(|| found.times_noise()).filter(|left| *left > 0.0)
 }
 
 /// The rig with parts that deviate, where a record should be diagnosed with it once more: what was found with every value as stated does

@@ -201,8 +201,7 @@ impl<'a> Estimate<'a> {
             } else {
                 self.case.full.weights = before;
             }
-            // A place whose faults need others beside them has not kept what it promised.
-            if explained && self.isolation.set().len() <= place.faults.len() {
+            if explained {
                 break;
             }
         }

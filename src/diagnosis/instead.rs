@@ -119,24 +119,32 @@ impl<'a> Present<'a> {
         alike_at(&far)?;
         let between = healthy + PROBES[1] / PROBES[0] * (value - healthy);
         let (mut before, mut value, mut does) = ((between, self.done_by(other, between)?), value, far);
-        let own_alike_at =
-            |change: &[f64]| alike(self.own(&self.does), self.own(change), self.product(&self.does, change), MOST_LEFT);
+        let this = self.own(&self.does);
+        let own_alike_at = |change: &[f64]| alike(this, self.own(change), self.product(&self.does, change), MOST_LEFT);
         // From afar by all that it does, near there by what nothing that follows takes over: the two may be a third apart.
+        let mut ends: Vec<(f64, f64)> = Vec::new();
         for is_near in [false, true] {
             for _ in 0..SIZES {
+                let Some(Alike { factor, .. }) = (if is_near { own_alike_at(&does) } else { alike_at(&does) }) else {
+                    break;
+                };
                 // It does as much where it would with the power with which it grew from the size before to this one.
                 let grown = 0.5 * (dot(&does, &does) / dot(&before.1, &before.1)).ln();
                 let power = grown / ((value - healthy) / (before.0 - healthy)).ln();
-                let factor = if is_near { own_alike_at(&does)?.factor } else { alike_at(&does)?.factor };
                 let next = (healthy + factor.powf(power.recip()) * (value - healthy)).clamp(low, high);
                 if !next.is_finite() || (next - value).abs() <= SAME * (value - healthy).abs() {
                     break;
                 }
-                before = (value, std::mem::replace(&mut does, self.done_by(other, next)?));
+                let Some(there) = self.done_by(other, next) else { break };
+                before = (value, std::mem::replace(&mut does, there));
                 value = next;
             }
+            ends.extend(own_alike_at(&does).map(|end| (end.left, value)));
         }
-        let Alike { left, .. } = own_alike_at(&does).filter(|own| own.left <= case.settings().unforeseen_share)?;
+        let (left, value) = ends.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+        if left > case.settings().unforeseen_share {
+            return None;
+        }
         let mut theta = self.without.0.clone();
         theta[other] = value;
         Some(Substitute { left, set: self.set.difference(FaultSet::of(self.fault)).with(other), theta })

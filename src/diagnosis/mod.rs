@@ -120,7 +120,25 @@ fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> 
 
 /// The explanation that is believed among those with every value as stated, with others that nobody declared, and by data sheet.
 fn believed(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
-    let stated = diagnose_as_stated(model, record, options)?;
+    let left_by_data_sheet = OnceLock::new();
+    let left = || *left_by_data_sheet.get_or_init(|| data_sheet::left_of(model, record));
+    let found = believed_among(model, record, options, &left)?;
+    // What was spared for the sake of parts that deviate is owed where they are not the answer.
+    if left_by_data_sheet.get().is_some_and(Option::is_some) && found.diagnosis.off_data_sheet.is_none() {
+        return believed_among(model, record, options, &|| None);
+    }
+    Ok(found)
+}
+
+/// The same with what parts that deviate leave of the record, times the noise, where they explain it without any fault; asked for where it
+/// may spare other questions.
+fn believed_among(
+    model: &Model,
+    record: &Record,
+    options: &DiagnosisOptions,
+    left_by_data_sheet: &dyn Fn() -> Option<f64>,
+) -> Result<Diagnosed, Complaint> {
+    let stated = diagnose_as_stated(model, record, options, left_by_data_sheet)?;
     // No value brings a body to where it starts.
     if !stated.diagnosis.is_explained() && model.rig.begins_within_a_run(record) {
         return Ok(stated);
@@ -161,9 +179,12 @@ fn or_by_data_sheet(
 }
 
 /// The same with every value as the rig file has it.
-fn diagnose_as_stated(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
-    let known = OnceLock::new();
-    let left_by_data_sheet = || *known.get_or_init(|| data_sheet::left_of(model, record));
+fn diagnose_as_stated(
+    model: &Model,
+    record: &Record,
+    options: &DiagnosisOptions,
+    left_by_data_sheet: &dyn Fn() -> Option<f64>,
+) -> Result<Diagnosed, Complaint> {
     let is_as_by_data_sheet = || left_by_data_sheet().is_some();
     let first = Attempt { asks_otherwise: true, is_as_by_data_sheet: Some(&is_as_by_data_sheet), ..Attempt::default() };
     let plain = diagnose_again(model, record, (&[], None), options, first)?.ok_or_else(|| no_explanation(record))?;

@@ -105,12 +105,11 @@ pub fn places(case: &Case<'_>, depth: Depth) -> Vec<Place> {
     if depth.grown == 0 {
         return singles;
     }
-    // One fault that leaves nothing needs no others beside it; where several do so, each is a story of its own.
+    // One fault that leaves nothing needs no others beside it.
     if let Some(one) = singles.first_mut() {
         one.left = search.left(one);
         if one.leaves_nothing(case) {
-            singles.par_iter_mut().skip(1).for_each(|other| other.left = search.left(other));
-            singles.retain(|place| place.leaves_nothing(case));
+            singles.truncate(1);
             return singles;
         }
     }

@@ -57,8 +57,8 @@ pub(super) fn beside_physics(
     let (explained, noise) = (given.diagnosis.is_explained(), given.diagnosis.times_noise);
     // What no fault bends may be forgiven as a matter of switching.
     let is_bent = given.diagnosis.present().next().is_some() || given.diagnosis.is_above_noise();
-    // Before a calibration parts that deviate and physics that is missing are not told apart.
-    let is_open = given.diagnosis.off_data_sheet.is_some();
+    // Before a calibration parts that deviate as parts do and physics that is missing are not told apart.
+    let is_open = given.diagnosis.off_data_sheet.as_ref().is_some_and(|off| off.beyond_chance().is_none());
     if !is_bent || is_open || (explained && given.diagnosis.onset_s.is_some()) || given.diagnosis.is_misread() {
         return Ok(given);
     }
@@ -94,16 +94,25 @@ pub(super) fn beside_physics(
     Ok(joined)
 }
 
-/// Whether an effect that was added differs from nothing (95 %) as a diagnosis has fitted it; one without a value that means nothing does.
+/// Whether an effect that was added does anything as a diagnosis has fitted it: one that has a single size may have it within chance (95 %)
+/// of nothing. Several sizes may do together what none of them does for sure.
 fn is_at_work(rig: &Rig, diagnosis: &Diagnosis, id: &str) -> bool {
     let Some(present) = rig.effects.iter().find(|present| present.id == id) else { return false };
-    let mut sizes = present.placed.effect.parameters.iter().zip(&present.parameters).filter_map(|(free, &index)| {
-        let (parameter, nothing) = (&rig.parameters[index], neutral(rig, &present.placed, free)?);
-        let fitted = diagnosis.uncertain.iter().find(|one| one.id == parameter.id)?;
-        let sigma = parameter.unit.difference_to_si(fitted.sigma_after?);
-        Some((parameter.unit.to_si(fitted.value) - nothing).abs() > QUANTILE * sigma)
-    });
-    sizes.next().is_none_or(|first| first || sizes.any(|other| other))
+    let sizes: Vec<(usize, f64)> = present
+        .placed
+        .effect
+        .parameters
+        .iter()
+        .zip(&present.parameters)
+        .filter_map(|(free, &index)| Some((index, neutral(rig, &present.placed, free)?)))
+        .collect();
+    let [(index, nothing)] = sizes[..] else { return true };
+    let parameter = &rig.parameters[index];
+    let fitted = diagnosis.uncertain.iter().find(|one| one.id == parameter.id);
+    let known = fitted.and_then(|fitted| Some((fitted.value, fitted.sigma_after?)));
+    known.is_none_or(|(value, sigma)| {
+        (parameter.unit.to_si(value) - nothing).abs() > QUANTILE * parameter.unit.difference_to_si(sigma)
+    })
 }
 
 /// Whether an effect may explain a record better than the faults do that explain it within what the rig file allows: one in place of a
@@ -145,15 +154,20 @@ fn installed(rig: &Rig, trial: &FittedModel) -> Rig {
 /// The diagnosis beside an effect, as one of a rig file that lacks it.
 fn joined(given: Diagnosed, mut beside: Diagnosed, best: &EvaluatedModel, rig: Rig) -> Diagnosed {
     // Beside faults that are isolated anew one of several effects may have nothing left to do, and what does as well in its place neither.
-    let (at_work, idle): (Vec<String>, Vec<String>) =
-        best.effects.iter().map(|effect| effect.id.clone()).partition(|id| is_at_work(&rig, &beside.diagnosis, id));
+    let all = best.effects.iter().map(|effect| effect.id.clone());
+    let (mut at_work, mut idle): (Vec<String>, Vec<String>) =
+        all.partition(|id| is_at_work(&rig, &beside.diagnosis, id));
+    // Together they do what brought them here.
+    if at_work.is_empty() {
+        std::mem::swap(&mut at_work, &mut idle);
+    }
     let of_idle =
         |index: &usize| rig.effects.iter().any(|effect| idle.contains(&effect.id) && effect.parameters.contains(index));
-    let is_added =
-        |id: &str| rig.parameter(id).filter(|index| !of_idle(index)).is_some_and(|index| rig.is_of_effect(index));
+    let is_added = |id: &str| rig.parameter(id).is_some_and(|index| rig.is_of_effect(index));
     let before = |id: &str| given.diagnosis.uncertain.iter().any(|one| one.id == id);
     let (parameters, uncertain) = std::mem::take(&mut beside.diagnosis.uncertain)
         .into_iter()
+        .filter(|one| !rig.parameter(&one.id).is_some_and(|index| of_idle(&index)))
         .partition(|one| is_added(&one.id) && !before(&one.id));
     let explained = beside.diagnosis.is_explained();
     beside.diagnosis = Diagnosis {

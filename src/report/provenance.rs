@@ -18,7 +18,7 @@ const DIGITS: usize = 12;
 pub struct ReadFile {
     /// Path, as the user or the rig file named it.
     pub file: String,
-    /// SHA-256 of what it held, in hexadecimal digits.
+    /// SHA-256 of what it held, in hexadecimal digits, without the byte-order mark of a rig file; empty for what came from no file.
     pub sha256: String,
 }
 

@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
 
+use borescope::internals::files::digest;
 use command::{Ran, borescope};
 use serde_json::Value;
 
@@ -32,6 +33,14 @@ fn is(value: &Value, letter: char) -> bool {
         '0' => value.is_null(),
         _ => panic!("no type is called `{letter}`"),
     }
+}
+
+#[test]
+fn a_result_says_from_which_files_it_is_made() {
+    let made = &json(&leak().out)["provenance"];
+    let file = |path: &str| serde_json::json!([{ "file": path, "sha256": digest(&fs::read(path).unwrap()) }]);
+    assert_eq!(made["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!((&made["rig_files"], &made["records"]), (&file(RIG), &file(LEAK)));
 }
 
 /// An object has all of these keys, each of one of the types behind it.
