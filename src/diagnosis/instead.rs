@@ -141,10 +141,8 @@ impl<'a> Present<'a> {
             }
             ends.extend(own_alike_at(&does).map(|end| (end.left, value)));
         }
-        let (left, value) = ends.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
-        if left > case.settings().unforeseen_share {
-            return None;
-        }
+        // The size from near there where it serves: the share that is left tells of the shape, hardly of the size.
+        let (left, value) = ends.into_iter().rev().find(|(left, _)| *left <= case.settings().unforeseen_share)?;
         let mut theta = self.without.0.clone();
         theta[other] = value;
         Some(Substitute { left, set: self.set.difference(FaultSet::of(self.fault)).with(other), theta })
