@@ -2,18 +2,18 @@
 
 #[cfg(feature = "cli")]
 use std::fs;
+use std::path::PathBuf;
 #[cfg(feature = "cli")]
-use std::path::Component;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path};
 
 #[cfg(feature = "cli")]
 use toml_edit::{Item, Value};
 
-use super::Rig;
 #[cfg(feature = "cli")]
-use super::document;
+use super::{Rig, document};
 #[cfg(feature = "cli")]
 use crate::complaint::{Complaint, Kind, Place};
+#[cfg(feature = "cli")]
 use crate::files;
 
 /// A file beside the rig file that was read with it.
@@ -25,6 +25,7 @@ pub(crate) struct Beside {
     pub digest: String,
 }
 
+#[cfg(feature = "cli")]
 impl Rig {
     /// The rig file and those that it names, each with its digest.
     pub(crate) fn files(&self) -> impl Iterator<Item = (&Path, &str)> {
@@ -40,10 +41,7 @@ impl Rig {
         let all: Vec<&str> = self.files().map(|(_, digest)| digest).collect();
         files::digest(all.join("\n").as_bytes())
     }
-}
 
-#[cfg(feature = "cli")]
-impl Rig {
     /// The text of this rig file, or of one made of it, as it has to be where it is written to: files beside it are named from
     /// there.
     ///

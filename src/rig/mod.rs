@@ -105,6 +105,7 @@ pub struct Rig {
     #[doc(hidden)]
     pub before: Vec<(usize, usize)>,
     /// SHA-256 of its text, in hexadecimal digits.
+    #[cfg(feature = "cli")]
     pub(crate) own_digest: String,
     /// Files beside it that it names, in the order in which they were read.
     pub(crate) beside: Vec<Beside>,
@@ -294,8 +295,15 @@ impl Rig {
     /// # Errors
     /// As [`Rig::read`].
     pub fn parse(path: impl Into<PathBuf>, text: String) -> Result<Self, Complaint> {
-        let (unfilled, own_digest) = (unfilled(&text), crate::files::digest(text.as_bytes()));
-        let rig = Self { unfilled, own_digest, ..parse::parse(source::Source::new(path, text))? };
+        let unfilled = unfilled(&text);
+        #[cfg(feature = "cli")]
+        let own_digest = crate::files::digest(text.as_bytes());
+        let rig = Self {
+            unfilled,
+            #[cfg(feature = "cli")]
+            own_digest,
+            ..parse::parse(source::Source::new(path, text))?
+        };
         validate::validate(&rig)?;
         Ok(rig)
     }

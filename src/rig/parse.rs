@@ -57,6 +57,7 @@ pub fn parse(source: Source) -> Result<Rig, Complaint> {
         before: Vec::new(),
         beside: Vec::new(),
         unfilled: Vec::new(),
+        #[cfg(feature = "cli")]
         own_digest: String::new(),
         context: Context::default(),
     };
