@@ -24,7 +24,7 @@ _NAMES = ("id", "name", "effect", "kind", "rig")
 TABLES = frozenset(
     "bins by_count candidates cases channels columns components consequences dynamics effects episodes events failures faults findings "
     "fitted goes_with hypotheses inputs inseparable left_out mapping nodes not_fitted onsets parameters phases ports profiles records refused "
-    "residuals rigs rival_effects rivals runs sensors set signatures states steps tests uncertain values widths windows with worst".split()
+    "residuals rig_files rigs rival_effects rivals runs sensors set signatures states steps tests uncertain values widths windows with worst".split()
 )
 #: Rows of a table that are shown; ``to_pandas()`` has all of them.
 _SHOWN = 40
