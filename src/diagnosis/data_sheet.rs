@@ -5,6 +5,8 @@
 //! deviate, is diagnosed once more with every value as uncertain as its part is ([`Rig::as_by_data_sheet`]). The two compete by their
 //! evidence: what deviates has the Occam factor of what it may deviate by.
 
+use std::cell::{Cell, OnceCell};
+
 use super::doubtful::set_aside;
 use super::estimate::{self, Estimate, picked};
 use super::result::{FaultReport, OffDataSheet, OffSheetValue};
@@ -18,8 +20,36 @@ use crate::number::rounded;
 use crate::record::Record;
 use crate::rig::{Fault, FaultSet, Rig};
 
+/// Whether questions may be spared because parts that deviate as parts do explain a record without any fault. That costs a fit, which is
+/// made once and only where a question comes up.
+pub(super) struct Sparing<'a> {
+    model: &'a Model,
+    record: &'a Record,
+    left: OnceCell<Option<f64>>,
+    has_spared: Cell<bool>,
+}
+
+impl<'a> Sparing<'a> {
+    pub fn of(model: &'a Model, record: &'a Record) -> Self {
+        Self { model, record, left: OnceCell::new(), has_spared: Cell::new(false) }
+    }
+
+    /// Whether a question is spared whose answer so far leaves so much, times the noise.
+    pub fn spares(&self, so_far: f64) -> bool {
+        let left = *self.left.get_or_init(|| left_of(self.model, self.record));
+        let spares = left.is_some_and(|left| left <= so_far);
+        self.has_spared.set(self.has_spared.get() || spares);
+        spares
+    }
+
+    /// Whether any was.
+    pub fn has_spared(&self) -> bool {
+        self.has_spared.get()
+    }
+}
+
 /// What parts that deviate as parts do leave of a record that they explain without any fault, times the noise; `None` where they do not.
-pub(super) fn left_of(model: &Model, record: &Record) -> Option<f64> {
+fn left_of(model: &Model, record: &Record) -> Option<f64> {
     let commanded = model.rig.as_commanded([record]);
     let rig = commanded.as_ref().unwrap_or(&model.rig).as_by_data_sheet()?;
     let (believed, _) = set_aside(&rig, record);

@@ -141,7 +141,7 @@ impl<'a> Present<'a> {
             }
             ends.extend(own_alike_at(&does).map(|end| (end.left, value)));
         }
-        // The size from near there where it serves: the share that is left tells of the shape, hardly of the size.
+        // The later size is the better one, although the earlier may leave a smaller share.
         let (left, value) = ends.into_iter().rev().find(|(left, _)| *left <= case.settings().unforeseen_share)?;
         let mut theta = self.without.0.clone();
         theta[other] = value;

@@ -35,8 +35,6 @@ pub mod watch;
 pub(crate) mod weighed;
 mod weighing;
 
-use std::sync::OnceLock;
-
 use crate::complaint::{Complaint, Kind, Place};
 use crate::estimation::Interval;
 use crate::model::{InputSignals, Model, Shown};
@@ -44,6 +42,7 @@ use crate::record::Record;
 use crate::residual::{self, Detection};
 use crate::rig::{FaultSet, Rig, Target};
 pub(crate) use case::FAR_OFF;
+use data_sheet::Sparing;
 use estimate::Estimate;
 pub use hypotheses::Hypothesis;
 pub(crate) use missed::{adequate, is_there, missed, tame_squares};
@@ -120,25 +119,23 @@ fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> 
 
 /// The explanation that is believed among those with every value as stated, with others that nobody declared, and by data sheet.
 fn believed(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
-    let left_by_data_sheet = OnceLock::new();
-    let left = || *left_by_data_sheet.get_or_init(|| data_sheet::left_of(model, record));
-    let found = believed_among(model, record, options, &left)?;
+    let sparing = Sparing::of(model, record);
+    let found = believed_among(model, record, options, Some(&sparing))?;
     // What was spared for the sake of parts that deviate is owed where they are not the answer.
-    if left_by_data_sheet.get().is_some_and(Option::is_some) && found.diagnosis.off_data_sheet.is_none() {
-        return believed_among(model, record, options, &|| None);
+    if sparing.has_spared() && found.diagnosis.off_data_sheet.is_none() {
+        return believed_among(model, record, options, None);
     }
     Ok(found)
 }
 
-/// The same with what parts that deviate leave of the record, times the noise, where they explain it without any fault; asked for where it
-/// may spare other questions.
+/// The same, questions spared where they may be.
 fn believed_among(
     model: &Model,
     record: &Record,
     options: &DiagnosisOptions,
-    left_by_data_sheet: &dyn Fn() -> Option<f64>,
+    sparing: Option<&Sparing<'_>>,
 ) -> Result<Diagnosed, Complaint> {
-    let stated = diagnose_as_stated(model, record, options, left_by_data_sheet)?;
+    let stated = diagnose_as_stated(model, record, options, sparing)?;
     // No value brings a body to where it starts.
     if !stated.diagnosis.is_explained() && model.rig.begins_within_a_run(record) {
         return Ok(stated);
@@ -183,18 +180,17 @@ fn diagnose_as_stated(
     model: &Model,
     record: &Record,
     options: &DiagnosisOptions,
-    left_by_data_sheet: &dyn Fn() -> Option<f64>,
+    sparing: Option<&Sparing<'_>>,
 ) -> Result<Diagnosed, Complaint> {
-    let is_as_by_data_sheet = || left_by_data_sheet().is_some();
-    let first = Attempt { asks_otherwise: true, is_as_by_data_sheet: Some(&is_as_by_data_sheet), ..Attempt::default() };
+    let first = Attempt { asks_otherwise: true, sparing, ..Attempt::default() };
     let plain = diagnose_again(model, record, (&[], None), options, first)?.ok_or_else(|| no_explanation(record))?;
     if plain.diagnosis.common_cause.is_some() {
         return Ok(plain);
     }
     let faults = |one: &Diagnosed| one.diagnosis.present().count();
     // Nobody needs a mistake in taking a record of which parts that deviate leave less than faults do.
-    let explains_less = |left: f64| plain.diagnosis.is_explained() && plain.diagnosis.times_noise < left;
-    let is_asked = common_cause::is_asked(model, &plain) && left_by_data_sheet().is_none_or(explains_less);
+    let left = if plain.diagnosis.is_explained() { plain.diagnosis.times_noise } else { f64::INFINITY };
+    let is_asked = common_cause::is_asked(model, &plain) && !sparing.is_some_and(|sparing| sparing.spares(left));
     let corrected = if is_asked { common_cause::instead(model, record, &plain) } else { None };
     let Some(corrected) = corrected else { return Ok(plain) };
     let diagnosed = diagnose_from(&corrected.model, &corrected.record, (&[], None), options)?;
@@ -250,8 +246,8 @@ struct Attempt<'a> {
     near: Option<(&'a [f64], FaultSet)>,
     /// Whether one mistake in taking the record, or one value that the file takes as exact, may be it where its faults miss the record.
     asks_otherwise: bool,
-    /// Whether parts that deviate explain the record without any fault, where that may be: then no value is misstated.
-    is_as_by_data_sheet: Option<&'a dyn Fn() -> bool>,
+    /// What may spare the question which value is misstated.
+    sparing: Option<&'a Sparing<'a>>,
     /// How many of the first faults are reported even where they are absent, if not all.
     reported: Option<usize>,
     /// Whether no beginning within the record was found with other values open: asked for again only where these do not explain it.
@@ -304,7 +300,7 @@ fn diagnose_again(
             rig.context().first_look(|| summary::first_look(first));
         }
         match (common_cause::at_once(model, first.case.record, options)?, places) {
-            (None, Some(_)) if attempt.is_as_by_data_sheet.is_some_and(|is_as| is_as()) => Ok(None),
+            (None, Some(_)) if attempt.sparing.is_some_and(|sparing| sparing.spares(f64::INFINITY)) => Ok(None),
             (None, Some(places)) => misstated::instead(model, (first, places), options),
             (found, _) => Ok(found),
         }

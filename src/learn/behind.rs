@@ -153,7 +153,7 @@ fn installed(rig: &Rig, trial: &FittedModel) -> Rig {
 
 /// The diagnosis beside an effect, as one of a rig file that lacks it.
 fn joined(given: Diagnosed, mut beside: Diagnosed, best: &EvaluatedModel, rig: Rig) -> Diagnosed {
-    // Beside faults that are isolated anew one of several effects may have nothing left to do, and what does as well in its place neither.
+    // With the faults isolated again, one of several effects may explain nothing any more; its rivals then do not either.
     let all = best.effects.iter().map(|effect| effect.id.clone());
     let (mut at_work, mut idle): (Vec<String>, Vec<String>) =
         all.partition(|id| is_at_work(&rig, &beside.diagnosis, id));
