@@ -125,7 +125,7 @@ pub fn isolated<'a>(
     (theta, set): (&[f64], FaultSet),
     rounds: u64,
 ) -> Result<Estimate<'a>, Complaint> {
-    let (case, form) = case_at(model, record, drive, theta)?;
+    let (case, form) = case_at(model, record, drive, theta, None)?;
     let isolation = isolate_from(&case, form, set, rounds).map_err(|error| unsolvable(model, record, error))?;
     Ok(Estimate { case, isolation })
 }
@@ -141,7 +141,7 @@ pub fn held_at<'a>(
     (start, set): (&[f64], FaultSet),
     forms: usize,
 ) -> Result<Estimate<'a>, Complaint> {
-    let theta = quick(&roughly(model), record, drive, (start, set), forms)?.theta;
+    let theta = quick(&roughly(model), record, drive, (start, set), forms, None)?.theta;
     held_near(model, record, drive, (&theta, set))
 }
 
@@ -153,9 +153,23 @@ pub fn held_near<'a>(
     model: &'a Model,
     record: &'a Record,
     drive: &'a InputSignals,
-    (theta, set): (&[f64], FaultSet),
+    at: (&[f64], FaultSet),
 ) -> Result<Estimate<'a>, Complaint> {
-    let (case, form) = case_at(model, record, drive, theta)?;
+    held_under(model, record, drive, at, None)
+}
+
+/// The same under given weights.
+///
+/// # Errors
+/// As [`held_near`].
+pub fn held_under<'a>(
+    model: &'a Model,
+    record: &'a Record,
+    drive: &'a InputSignals,
+    (theta, set): (&[f64], FaultSet),
+    weights: Option<&Weights>,
+) -> Result<Estimate<'a>, Complaint> {
+    let (case, form) = case_at(model, record, drive, theta, weights)?;
     let isolation = held(&case, form, set).map_err(|error| unsolvable(model, record, error))?;
     Ok(Estimate { case, isolation })
 }
@@ -171,7 +185,7 @@ impl<'a> Estimate<'a> {
         places
     }
 
-    /// Explains the record anew from these places, each in so many rounds of isolation, if any of them does better.
+    /// Explains the record anew from these of its places, each in so many rounds of isolation, if any of them does better.
     #[must_use]
     pub fn best_from_places(mut self, places: &[search::Place], rounds: u64) -> Self {
         let mut explained = self.explains();
@@ -179,8 +193,9 @@ impl<'a> Estimate<'a> {
             let (before, evidence) = (self.case.full.weights.clone(), weighed_evidence(&self.case, &self.isolation));
             let theta = place.theta(&self.case);
             // A place from which the model cannot be solved is passed over.
-            let weights = weights(&self.case.full, self.case.record, &theta).map_err(FitError::from);
-            let isolation = weights.and_then(|weights| {
+            let known = place.weights.clone().map(Ok);
+            let weights = known.unwrap_or_else(|| weights(&self.case.full, self.case.record, &theta));
+            let isolation = weights.map_err(FitError::from).and_then(|weights| {
                 self.case.full.weights = weights;
                 settle(&mut self.case, &theta, place.set(), rounds)
             });
@@ -312,7 +327,8 @@ impl<'a> Estimate<'a> {
         let samples = unfollowed.full.weights.all_samples() as f64;
         let fitted = starts.par_iter().filter_map(|(start, set)| {
             let fit =
-                quick(&roughly, record, full.drive, (start, *set), self.case.settings().first_linearisations).ok()?;
+                quick(&roughly, record, full.drive, (start, *set), self.case.settings().first_linearisations, None)
+                    .ok()?;
             Some((fit.theta, *set, bic(fit.cost, set.len(), samples)))
         });
         let fitted: Vec<_> = fitted.collect();

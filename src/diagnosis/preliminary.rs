@@ -1,6 +1,7 @@
 //! Fits that look where a start leads, and need not go to their end.
 
 use super::case::Case;
+use super::noise::Weights;
 use super::weighed::{case_at, unsolvable};
 use crate::complaint::Complaint;
 use crate::estimation::{FitError, LocalModel, Options};
@@ -19,8 +20,8 @@ pub struct PreliminaryFit {
 }
 
 /// Fits a record with the faults of `set` present, from values of all estimated parameters.
-/// Weights are those of the start; the form is taken so many times, and as often again from what is expected of everything
-/// uncertain where the fit is to go to its end.
+/// Weights are those given or else of the start; the form is taken so many times, and as often again from what is expected of
+/// everything uncertain where the fit is to go to its end.
 ///
 /// # Errors
 /// A model that cannot be solved there.
@@ -30,8 +31,9 @@ pub fn quick(
     drive: &InputSignals,
     (start, set): (&[f64], FaultSet),
     forms: usize,
+    weights: Option<&Weights>,
 ) -> Result<PreliminaryFit, Complaint> {
-    let (case, form) = case_at(model, record, drive, start)?;
+    let (case, form) = case_at(model, record, drive, start, weights)?;
     let fit = walked(&case, form, (start, set), forms).map_err(|error| unsolvable(model, record, error))?;
     if forms <= model.rig.settings().diagnosis.first_linearisations {
         return Ok(fit);

@@ -52,13 +52,15 @@ pub(crate) fn roughly(model: &Model) -> Model {
 }
 
 /// Few faults of components with their values, SI.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Place {
     pub faults: Vec<(usize, f64)>,
     /// What it leaves of the record, by a loss that large misfits do not rule.
     cost: f64,
     /// The same per sample once its events have got their tolerance; infinite where it is far off or was not asked.
     left: f64,
+    /// Those of there with that tolerance, where they were asked.
+    pub weights: Option<Weights>,
     /// Whether its values are the best ones near it.
     is_fitted: bool,
 }
@@ -107,7 +109,7 @@ pub fn places(case: &Case<'_>, depth: Depth) -> Vec<Place> {
     }
     // One fault that leaves nothing needs no others beside it.
     if let Some(one) = singles.first_mut() {
-        one.left = search.left(one);
+        search.ask_what_is_left(one);
         if one.leaves_nothing(case) {
             singles.truncate(1);
             return singles;
@@ -196,7 +198,7 @@ impl Search<'_> {
         // before it, and would drown the rest.
         let far = Loss::Cauchy { k: self.case.settings().start_loss_width };
         let cost = far.cost(&problem.weigh(&outputs));
-        Some((Place { faults, cost, left: f64::INFINITY, is_fitted: false }, outputs))
+        Some((Place { faults, cost, left: f64::INFINITY, weights: None, is_fitted: false }, outputs))
     }
 
     /// A single fault where it explains most between the levels beside its best one. From there a fit is near: from further away
@@ -270,25 +272,26 @@ impl Search<'_> {
         Weights::without_changes(rig, self.case.full.drive, &record.time, &variance)
     }
 
-    /// Cost per sample that a place leaves once its events have got their tolerance; infinite where it is far off anyway.
-    fn left(&self, place: &Place) -> f64 {
+    /// Asks what a place leaves per sample once its events have got their tolerance, but for one that is far off anyway.
+    fn ask_what_is_left(&self, place: &mut Place) {
         let full = &self.case.full;
         let samples = full.weights.all_samples() as f64;
-        let theta = place.theta(self.case);
-        if place.cost > self.case.settings().start_cost_before * samples {
-            return f64::INFINITY;
+        if place.weights.is_some() || place.cost > self.case.settings().start_cost_before * samples {
+            return;
         }
-        let Ok(weights) = weights(full, self.case.record, &theta) else { return f64::INFINITY };
+        let Ok(weights) = weights(full, self.case.record, &place.theta(self.case)) else { return };
         let mut there = self.problem(&place.faults);
         there.weights = weights;
         let theta: Vec<f64> = place.faults.iter().map(|(_, value)| *value).collect();
-        there.misfit(&theta).map_or(f64::INFINITY, |misfit| robust(self.case.rig()).cost(&misfit) / samples)
+        let misfit = there.misfit(&theta);
+        place.left = misfit.map_or(f64::INFINITY, |misfit| robust(self.case.rig()).cost(&misfit) / samples);
+        place.weights = Some(there.weights);
     }
 
     /// With one fault more at a time, or one for another where there are enough, while each change takes away a good share
     /// of the cost.
     fn grown(&self, mut place: Place) -> Place {
-        place.left = self.left(&place);
+        self.ask_what_is_left(&mut place);
         while !place.leaves_nothing(self.case) {
             let bases: Vec<Vec<(usize, f64)>> = if place.faults.len() < self.case.settings().start_faults {
                 vec![place.faults.clone()]
@@ -317,7 +320,7 @@ impl Search<'_> {
                 Some(next) if next.cost < (1.0 - self.case.settings().growth_share) * place.cost => place = next,
                 _ => break,
             }
-            place.left = self.left(&place);
+            self.ask_what_is_left(&mut place);
         }
         place
     }

@@ -34,15 +34,23 @@ pub(super) fn unweighed<'a>(
     Ok(Case::new(model, record, drive, measured(&model.rig, record)?, none))
 }
 
-/// A record and a rig, weighted by where the model has its events at `theta`, and the form there.
+/// A record and a rig, weighed as given or else by where the model has its events at `theta`, and the form there.
 pub(super) fn case_at<'a>(
     model: &'a Model,
     record: &'a Record,
     drive: &'a InputSignals,
     theta: &[f64],
+    weights: Option<&Weights>,
 ) -> Result<(Case<'a>, LocalModel), Complaint> {
     let mut case = unweighed(model, record, drive)?;
-    let form = renewed(&mut case, theta).map_err(|error| unsolvable(model, record, error))?;
+    let form = match weights {
+        Some(weights) => {
+            case.full.weights = weights.clone();
+            case.local_model(theta)
+        }
+        None => renewed(&mut case, theta),
+    };
+    let form = form.map_err(|error| unsolvable(model, record, error))?;
     Ok((case, form))
 }
 

@@ -48,7 +48,7 @@ pub(super) fn beside_physics(
     // A fault that began within the record is told from an effect by its beginning.
     if given.diagnosis.verdict == Verdict::Faulty && given.diagnosis.onset_s.is_none() {
         let record = given.record(record);
-        let rivals = rival_effects(given.rig(&model.rig), record, &given.diagnosis)?;
+        let rivals = rival_effects(given.rig(&model.rig), record, &given)?;
         given.diagnosis.rival_effects = rivals;
         if !is_doubtful(&model.rig, &given.diagnosis) && !given.diagnosis.is_above_noise() {
             return Ok(given);

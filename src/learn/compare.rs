@@ -122,8 +122,14 @@ fn followed(rig: &Rig, record: &Record, drive: &InputSignals) -> Result<(Vec<f64
     let (mut weighed, mut values, mut weighings) = (known.clone(), rig.healthy(), 1);
     loop {
         let model = Model::new(weighed.clone());
-        (values, _) =
-            refit::fitted(&model, record, drive, &values, (FaultSet::EMPTY, rig.settings().learn.linearisations))?;
+        (values, _) = refit::fitted(
+            &model,
+            record,
+            drive,
+            &values,
+            (FaultSet::EMPTY, rig.settings().learn.linearisations),
+            None,
+        )?;
         let run = run_with(&model, record, drive, &values)?;
         let lacking = with_lack_of_fit(&known, &run);
         // Events stand where the fit has them only once it has been weighed there, as a diagnosis does.

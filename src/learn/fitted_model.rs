@@ -43,9 +43,27 @@ impl FittedModel {
     /// # Errors
     /// The model cannot be solved at it.
     pub fn of(estimate: &Estimate<'_>) -> Result<Self, Complaint> {
+        let full = &estimate.case.full;
+        let values = full.parameters(&estimate.isolation.best.theta);
+        let run = run_with(full.model, estimate.case.record, full.drive, &values)?;
+        Ok(Self::with_run(estimate, values, run))
+    }
+
+    /// The same, judged under the weights of the estimate.
+    ///
+    /// # Errors
+    /// The model cannot be solved at it.
+    pub(super) fn under(estimate: &Estimate<'_>) -> Result<Self, Complaint> {
+        let full = &estimate.case.full;
+        let values = full.parameters(&estimate.isolation.best.theta);
+        let run = run_under(&full.model.rig, estimate.case.record, &values, Some(&full.weights))?;
+        Ok(Self::with_run(estimate, values, run))
+    }
+
+    /// An estimate, and what the model reads with its values of all parameters, SI.
+    fn with_run(estimate: &Estimate<'_>, values: Vec<f64>, fit: Run) -> Self {
         let (case, isolation) = (&estimate.case, &estimate.isolation);
         let theta = &isolation.best.theta;
-        let values = case.full.parameters(theta);
         let inverse = case.information(&isolation.local, isolation.set()).map(|known| known.covariance()).ok();
         let (mut sigmas, mut at_bound) = (BTreeMap::new(), Vec::new());
         let rig = case.rig();
@@ -59,9 +77,8 @@ impl FittedModel {
                 at_bound.push(estimated.parameter);
             }
         }
-        let fit = run_with(case.full.model, case.record, case.full.drive, &values)?;
         let cost = isolation.best.cost;
-        Ok(Self { rig: rig.clone(), values, sigmas, set: isolation.set(), at_bound, cost, fit })
+        Self { rig: rig.clone(), values, sigmas, set: isolation.set(), at_bound, cost, fit }
     }
 
     /// A rig with values of all of its parameters (SI), the faults that are present, and what they cost, under its own weights

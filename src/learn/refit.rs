@@ -6,6 +6,7 @@ use super::evaluated::EvaluatedModel;
 use super::fitted_model::{FittedModel, effect_parameters};
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate;
+use crate::diagnosis::noise::Weights;
 use crate::diagnosis::preliminary::{self, PreliminaryFit};
 use crate::diagnosis::search::ROUGH;
 use crate::estimation::criteria::bic;
@@ -59,13 +60,15 @@ impl BasePoint {
 }
 
 /// Everything fitted jointly with some effects, from the base points where they were scored; from all where they were not. Of several
-/// effects also from the fits with some of them, `smaller`: with one effect more a model is never worse.
+/// effects also from the fits with some of them, `smaller`: with one effect more a model is never worse. Weighed as given or else by
+/// where the model has its events at each start.
 pub(super) fn refitted(
     base: &FittedModel,
     base_points: &[BasePoint],
     smaller: &[&EvaluatedModel],
     record: &Record,
     effects: &[Candidate],
+    weights: Option<&Weights>,
 ) -> Option<PreliminaryModel> {
     let (rig, starts) = with_effects(&base.rig, effects)?;
     let samples = base.fit.weights.all_samples() as f64;
@@ -75,7 +78,8 @@ pub(super) fn refitted(
         for start in starts {
             values[start.parameter] = if at_size { start.tried } else { start.neutral };
         }
-        quick(&rig, record, &values, (set, rig.settings().diagnosis.first_linearisations), Some(ROUGH))
+        let model = Model::new(rig.clone()).with_tolerance(ROUGH);
+        quick_under(model, record, &values, (set, rig.settings().diagnosis.first_linearisations), weights)
     };
     // At its neutral value an effect is nothing: a fit that ends above the one without it has gone astray from its start.
     let not_above = |without: f64, begun: &dyn Fn(bool) -> Option<PreliminaryModel>| {
@@ -183,9 +187,10 @@ pub(super) fn fitted(
     drive: &InputSignals,
     values: &[f64],
     (set, forms): (FaultSet, usize),
+    weights: Option<&Weights>,
 ) -> Result<(Vec<f64>, PreliminaryFit), Complaint> {
     let start = estimate::picked(&model.rig, values);
-    let fit = preliminary::quick(model, record, drive, (&start, set), forms)?;
+    let fit = preliminary::quick(model, record, drive, (&start, set), forms, weights)?;
     let mut values = values.to_vec();
     for (parameter, value) in estimate::estimated_parameters(&model.rig).into_iter().zip(&fit.theta) {
         values[parameter] = *value;
@@ -199,11 +204,23 @@ pub(super) fn quick(
     rig: &Rig,
     record: &Record,
     values: &[f64],
-    (set, forms): (FaultSet, usize),
+    fitted: (FaultSet, usize),
     tolerance: Option<Tolerance>,
 ) -> Option<PreliminaryModel> {
     let model = Model::new(rig.clone()).with_tolerance(tolerance.unwrap_or_default());
+    quick_under(model, record, values, fitted, None)
+}
+
+/// The same with a model as it is, weighed as given or else by where it has its events there.
+pub(super) fn quick_under(
+    model: Model,
+    record: &Record,
+    values: &[f64],
+    (set, forms): (FaultSet, usize),
+    weights: Option<&Weights>,
+) -> Option<PreliminaryModel> {
     let drive = InputSignals::from_record(&model.rig, record).ok()?;
-    let (values, PreliminaryFit { cost, gained, .. }) = fitted(&model, record, &drive, values, (set, forms)).ok()?;
+    let (values, PreliminaryFit { cost, gained, .. }) =
+        fitted(&model, record, &drive, values, (set, forms), weights).ok()?;
     Some(PreliminaryModel { rig: model.rig, values, set, cost, gained })
 }

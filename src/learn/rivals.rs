@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::candidate::Candidate;
 use super::fitted_model::{FittedModel, Judge};
 use super::opened::neutral;
-use super::refit::{BasePoint, quick, refitted};
+use super::refit::{BasePoint, quick_under, refitted};
 use super::scoring::places;
 use super::small_tries::small_tries;
 use super::trial_steps::{ScoreContext, begins_at_a_level, sign_fits};
@@ -21,7 +21,7 @@ use super::warning::Warning;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::search::ROUGH;
-use crate::diagnosis::{Diagnosis, RivalEffect};
+use crate::diagnosis::{Diagnosed, RivalEffect};
 use crate::estimation::{EstimatedAt, Score};
 use crate::model::{InputSignals, Model};
 use crate::number::rounded;
@@ -35,14 +35,15 @@ const DIGITS: usize = 4;
 ///
 /// # Errors
 /// Columns that are missing, or a [context](crate::Context) that was cancelled.
-pub(super) fn rival_effects(rig: &Rig, record: &Record, diagnosis: &Diagnosis) -> Result<Vec<RivalEffect>, Complaint> {
+pub(super) fn rival_effects(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<Vec<RivalEffect>, Complaint> {
+    let Diagnosed { diagnosis, weights, .. } = diagnosed;
     let present = |fault: &usize| diagnosis.present().any(|one| one.id == rig.fault_id(*fault));
     let set: FaultSet = (0..rig.faults.len()).filter(present).collect();
     let model = Model::new(rig.clone());
     let drive = InputSignals::from_record(&model.rig, record)?;
     let theta = estimate::picked(rig, &diagnosis.found(rig));
-    let estimate = estimate::held_near(&model, record, &drive, (&theta, set))?;
-    let base = FittedModel::of(&estimate)?;
+    let estimate = estimate::held_under(&model, record, &drive, (&theta, set), Some(weights))?;
+    let base = FittedModel::under(&estimate)?;
     let judge = Judge::of(&base, &base.fit, record)?;
     rig.context().stage("effects in place of faults");
     let promising = promising(&estimate);
@@ -197,8 +198,10 @@ impl InPlace<'_> {
         let set: FaultSet = base.set.iter().filter(|&other| other != fault).collect();
         let start = [BasePoint { values, set, cost: f64::INFINITY }];
         let effect = Candidate { base_point: Some(0), ..effect };
-        let first = refitted(base, &start, &[], record, std::slice::from_ref(&effect))?;
-        let trial = FittedModel::at(&first.rig, record, &first.values, (first.set, first.cost), None).ok()?;
+        // Where the base has its events: what has others there does something else.
+        let weights = &base.fit.weights;
+        let first = refitted(base, &start, &[], record, std::slice::from_ref(&effect), Some(weights))?;
+        let trial = FittedModel::at(&first.rig, record, &first.values, (first.set, first.cost), Some(weights)).ok()?;
         let delta_bic = trial.gain_over(base, record, judge).ok()?;
         let settings = rig.settings();
         // Far beyond where it is straight an effect may leave more than a model without it and without the fault.
@@ -207,15 +210,15 @@ impl InPlace<'_> {
         if keeps_nothing || is_far {
             return None;
         }
-        let end =
-            quick(&first.rig, record, &first.values, (first.set, rig.settings().learn.linearisations), Some(ROUGH))
-                .unwrap_or(first);
+        let (roughly, further) =
+            (Model::new(first.rig.clone()).with_tolerance(ROUGH), (first.set, rig.settings().learn.linearisations));
+        let end = quick_under(roughly, record, &first.values, further, Some(weights)).unwrap_or(first);
         // A solution as rough as on the way is off by many standard errors of a large fault.
         let model = Model::new(end.rig.clone());
         let drive = InputSignals::from_record(&model.rig, record).ok()?;
         let theta = estimate::picked(&model.rig, &end.values);
-        let estimate = estimate::held_near(&model, record, &drive, (&theta, end.set)).ok()?;
-        let trial = FittedModel::of(&estimate).ok()?;
+        let estimate = estimate::held_under(&model, record, &drive, (&theta, end.set), Some(weights)).ok()?;
+        let trial = FittedModel::under(&estimate).ok()?;
         let delta_bic = trial.gain_over(base, record, judge).ok()? - (away_from_known(&estimate) - away);
         if delta_bic < -rig.settings().learn.rival_bic || warnings(&trial, base).iter().any(Warning::is_senseless) {
             return None;

@@ -154,7 +154,7 @@ impl Screening<'_> {
         let count = base.rig.context().count("effects fitted", chosen.len());
         let fitted = |effects: Vec<Candidate>| {
             let smaller: Vec<&EvaluatedModel> = known.iter().filter(|one| is_among(&one.effects, &effects)).collect();
-            let rough = refitted(base, base_points, &smaller, record, &effects);
+            let rough = refitted(base, base_points, &smaller, record, &effects, None);
             count.one();
             (effects, rough)
         };
@@ -192,8 +192,14 @@ impl Screening<'_> {
             let kept =
                 cost(rough) - price_of_effects(rough) <= promised + (1.0 - self.settings().kept_share) * effect.score;
             if !kept {
-                let again =
-                    refitted(base, &[BasePoint::healthy(&base.rig)], &[], record, &[effect.as_typical(&base.rig)]);
+                let again = refitted(
+                    base,
+                    &[BasePoint::healthy(&base.rig)],
+                    &[],
+                    record,
+                    &[effect.as_typical(&base.rig)],
+                    None,
+                );
                 if cost(&again) < cost(rough) {
                     *rough = again;
                 }
@@ -225,7 +231,7 @@ impl Screening<'_> {
         let ends = starts.into_iter().enumerate().filter_map(|(place, start)| {
             let rough = match place {
                 0 => first.cloned()?,
-                _ => refitted(self.base, &self.base_points, &[], self.record, &start)?,
+                _ => refitted(self.base, &self.base_points, &[], self.record, &start, None)?,
             };
             let further =
                 quick(&rough.rig, self.record, &rough.values, (rough.set, self.settings().linearisations), Some(ROUGH));

@@ -171,7 +171,7 @@ pub(super) fn refitted_alone(
     // It was scored at the first; from the other a fit may end elsewhere. Only where both have ended does it show which is better.
     let from = |start: &Candidate| {
         let ended = [given(), BasePoint::healthy(&base.rig)].into_iter().filter_map(|base_point| {
-            let rough = refitted(base, &[base_point], &[], record, std::slice::from_ref(start))?;
+            let rough = refitted(base, &[base_point], &[], record, std::slice::from_ref(start), None)?;
             let further = (rough.set, settings.linearisations);
             quick(&rough.rig, record, &rough.values, further, Some(search::ROUGH)).or(Some(rough))
         });
