@@ -8,8 +8,9 @@ use super::trace::{Gauges, Trace};
 use crate::complaint::Complaint;
 use crate::estimation::profile::QUANTILE;
 use crate::learn::evaluated::Conclusion;
-use crate::number::rounded;
+use crate::number::{before_unit, rounded};
 use crate::report;
+use crate::report::digits;
 use crate::report::unknown::Rise;
 use crate::rig::{EffectInstance, Location, Rig, Target};
 use crate::units::Unit;
@@ -81,9 +82,12 @@ struct Slider<'a> {
     value: f64,
     low: f64,
     high: f64,
+    /// Empty of a number.
     unit: &'a str,
     /// 95 % by the last fit, or by the rig file.
     interval: Option<[f64; 2]>,
+    /// The same in words, without an end that is a bound of the parameter.
+    known: Option<String>,
 }
 
 /// An effect that may be added.
@@ -226,9 +230,14 @@ impl Desk {
         };
         let stated = (self.rig.is_of_effect(index) && !self.rig.effects.iter().any(moved)).then_some(parameter.sigma);
         let sigma = fitted.or(stated).filter(|sigma| *sigma > 0.0);
-        let end = |side: f64, sigma: f64| {
-            let (low, high) = parameter.bounds;
-            shown(&parameter.unit, (value + side * QUANTILE * sigma).clamp(low, high))
+        let symbol = parameter.unit.symbol.as_str();
+        let (lowest, highest) = parameter.bounds;
+        let end = |side: f64, sigma: f64| value + side * QUANTILE * sigma;
+        let known = |sigma: f64| {
+            let bounded = |end: f64| (lowest < end && end < highest).then(|| parameter.unit.from_si(end));
+            let ends = [-1.0, 1.0].map(|side| bounded(end(side, sigma)));
+            let estimate = digits::Estimate { value: parameter.unit.from_si(value), ends };
+            format!("95 %: {}", before_unit(estimate.interval(), symbol))
         };
         Slider {
             id: &parameter.id,
@@ -236,8 +245,10 @@ impl Desk {
             value: shown(&parameter.unit, value),
             low: shown(&parameter.unit, least),
             high: shown(&parameter.unit, most),
-            unit: &parameter.unit.symbol,
-            interval: sigma.map(|sigma| [end(-1.0, sigma), end(1.0, sigma)]),
+            unit: if symbol == "-" { "" } else { symbol },
+            interval: sigma
+                .map(|sigma| [-1.0, 1.0].map(|side| shown(&parameter.unit, end(side, sigma).clamp(lowest, highest)))),
+            known: sigma.map(known),
         }
     }
 }

@@ -31,6 +31,8 @@ async function fly() {
     // Of the record that is not drawn the gauge follows once the slider rests.
     state.gauges = { fit: drawn.gauges.fit ?? state.gauges.fit, check: drawn.gauges.check ?? state.gauges.check };
     if (changes.length) { say(''); clearTimeout(rest); rest = setTimeout(refresh, 150); }
+    // What has changed meanwhile is not in them.
+    if (drawn.revision < state.revision) stale = true;
     soon();
   } catch (error) { say(error.message, true); }
   flying = false;
@@ -181,7 +183,7 @@ function cards() {
       if (!flying && !pending.size && input !== document.activeElement || input.value === '') input.value = own.value;
       if (input !== document.activeElement) row.querySelector('output').textContent = `${shown(own.value)} ${own.unit}`;
       let mark = row.querySelector('.interval');
-      row.querySelector('small').textContent = own.interval ? `95 %: ${shown(own.interval[0])} to ${shown(own.interval[1])} ${own.unit}` : 'not fitted';
+      row.querySelector('small').textContent = own.known ?? 'not fitted';
       if (!own.interval) { if (mark) mark.remove(); continue; }
       if (!mark) { mark = make('i', undefined, 'interval'); row.querySelector('.track').append(mark); }
       const place = (value) => 100 * Math.min(1, Math.max(0, (value - own.low) / (own.high - own.low)));

@@ -25,9 +25,14 @@ struct Running {
 impl Running {
     /// The telescopic rig beside these records.
     fn new(fit: &Path, check: &Path) -> Self {
+        Self::of(FIXTURES, fit, check)
+    }
+
+    /// The rig of a folder beside these records.
+    fn of(fixtures: &str, fit: &Path, check: &Path) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let rig = folder.path().join("rig.toml");
-        fs::copy(Path::new(FIXTURES).join("rig.toml"), &rig).unwrap();
+        fs::copy(Path::new(fixtures).join("rig.toml"), &rig).unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_borescope"));
         command.arg("desk").arg(&rig).arg("--fit").arg(fit).arg("--check").arg(check).args(["--no-open", "--quiet"]);
         let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().unwrap();

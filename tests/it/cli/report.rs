@@ -37,6 +37,9 @@ const CHARTS: [(&str, u64); 10] = [
     ("calibrate", 4),
 ];
 
+/// Those of which the curves are written too.
+const WITH_CURVES: [&str; 4] = ["diagnose", "compare", "suggest", "improve"];
+
 struct Pages {
     // Removed at the end.
     folder: TempDir,
@@ -92,7 +95,12 @@ fn pages() -> &'static Pages {
         let mut paths = BTreeMap::new();
         for (verb, call) in calls {
             let page = folder.path().join(format!("{verb}.html"));
-            ran(&words(&format!("{call} --report {}", text(&page))));
+            let curves = if WITH_CURVES.contains(&verb) {
+                format!(" --curves {}", text(&page.with_extension("csv")))
+            } else {
+                String::new()
+            };
+            ran(&words(&format!("{call}{curves} --report {}", text(&page))));
             paths.insert(verb, page);
         }
         Pages { folder, paths }
@@ -199,34 +207,36 @@ fn curve(html: &str, chart: &str, curve: usize) -> ([Ends; 2], Vec<(f64, f64)>) 
 
 #[test]
 fn the_misfit_that_is_drawn_is_measured_minus_model_over_the_noise() {
-    let folder = tempfile::tempdir().unwrap();
-    let curves = folder.path().join("curves.csv");
-    ran(&words(&format!("compare {RIG} {LONG} --curves {}", text(&curves))));
-    let rows = fs::read_to_string(&curves).unwrap();
-    let mut rows = rows.lines();
-    let heads: Vec<&str> = rows.next().unwrap().split(',').collect();
-    let rows: Vec<Vec<f64>> =
-        rows.map(|row| row.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect()).collect();
-    let column = |name: &str| heads.iter().position(|head| head.starts_with(name)).unwrap();
-    let html = fs::read_to_string(&pages().paths["compare"]).unwrap();
-    for (sensor, noise) in [("p_P", 0.25), ("q_A", 0.03), ("x", 0.03)] {
-        let measured = column(&format!("{sensor}.measured"));
-        for (drawn, model) in ["model", "found"].into_iter().enumerate() {
-            let model = column(&format!("{sensor}.{model}"));
-            let samples: Vec<(f64, f64)> =
-                rows.iter().map(|row| (row[0], (row[measured] - row[model]) / noise)).collect();
-            let ([x, y], points) = curve(&html, &format!("misfit of {sensor}"), drawn);
-            // Drawn as finely as the chart is, and thinned where it runs straight.
-            assert!(points.len() > 100, "{sensor}: {} points", points.len());
-            // A place of the grid to each side.
-            let grid = (1.01e-4 * (x.1 - x.0), 2.02e-4 * (y.1 - y.0));
-            for (time, misfit) in points {
-                let near = samples.iter().filter(|sample| (sample.0 - time).abs() <= grid.0);
-                assert!(
-                    near.clone().any(|sample| (sample.1 - misfit).abs() <= grid.1),
-                    "{sensor} at {time} s: {misfit} drawn, {:?}",
-                    near.collect::<Vec<_>>()
-                );
+    for verb in WITH_CURVES {
+        let page = &pages().paths[verb];
+        let rows = fs::read_to_string(page.with_extension("csv")).unwrap();
+        let mut rows = rows.lines();
+        let heads: Vec<&str> = rows.next().unwrap().split(',').collect();
+        let rows: Vec<Vec<f64>> =
+            rows.map(|row| row.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect()).collect();
+        let column = |name: &str| heads.iter().position(|head| head.starts_with(&format!("{name} "))).unwrap();
+        let html = fs::read_to_string(page).unwrap();
+        // An improvement shows the check record first; the curves are of the other.
+        let html = if verb == "improve" { html.rsplit_once(">The fit record<").unwrap().1 } else { &html };
+        for (sensor, noise) in [("p_P", 0.25), ("q_A", 0.03), ("x", 0.03)] {
+            let measured = column(&format!("{sensor}.measured"));
+            for (drawn, model) in ["model", "found"].into_iter().enumerate() {
+                let model = column(&format!("{sensor}.{model}"));
+                let samples: Vec<(f64, f64)> =
+                    rows.iter().map(|row| (row[0], (row[measured] - row[model]) / noise)).collect();
+                let ([x, y], points) = curve(html, &format!("misfit of {sensor}"), drawn);
+                // Drawn as finely as the chart is, and thinned where it runs straight.
+                assert!(points.len() > 100, "{verb}, {sensor}: {} points", points.len());
+                // A place of the grid to each side.
+                let grid = (1.01e-4 * (x.1 - x.0), 2.02e-4 * (y.1 - y.0));
+                for (time, misfit) in points {
+                    let near = samples.iter().filter(|sample| (sample.0 - time).abs() <= grid.0);
+                    assert!(
+                        near.clone().any(|sample| (sample.1 - misfit).abs() <= grid.1),
+                        "{verb}, {sensor} at {time} s: {misfit} drawn, {:?}",
+                        near.collect::<Vec<_>>()
+                    );
+                }
             }
         }
     }
