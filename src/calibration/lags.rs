@@ -1,4 +1,5 @@
-//! Mean lags of parts that follow pressures, as healthy records together show them: of relief valves, of the regulators of pumps.
+//! Mean lags of parts that follow pressures, as healthy records together show them: of relief valves, of the regulators of pumps; and
+//! dead times of inputs that the rig file states as uncertain.
 //!
 //! Such a lag may be another in each switching, and weights forgive that within each phase. What a mean lag other than stated does to a
 //! body lasts beyond its phase: the zero and gain of its position sensor would take up the error, and what it leaves in a closed line the
@@ -15,10 +16,16 @@ use crate::estimation::criteria::bic;
 use crate::estimation::pattern::pattern_search;
 use crate::rig::Rig;
 
-/// What may have another mean lag: by index, with the values that a rig has, SI.
+/// What may have another mean lag or dead time: by index, with the values that a rig has, SI.
 pub(super) fn of(rig: &Rig) -> Vec<(usize, f64)> {
-    let own = (0..rig.parameters.len()).filter(|&parameter| rig.is_own_lag(parameter));
+    let dead_times = rig.inputs.iter().filter_map(|input| input.dead_time);
+    let own = own(rig).chain(dead_times.filter(|&own| rig.parameters[own].varies()));
     own.map(|lag| (lag, rig.parameters[lag].value)).collect()
+}
+
+/// What may have another mean lag.
+fn own(rig: &Rig) -> impl Iterator<Item = usize> + '_ {
+    (0..rig.parameters.len()).filter(|&parameter| rig.is_own_lag(parameter))
 }
 
 /// Other mean lags.
@@ -30,10 +37,10 @@ pub(super) struct Found {
 }
 
 /// Mean lags other than stated; `None` where they may be as stated. Asked for by the plain error, they are believed where the fit with
-/// them is better by more than their number.
+/// them is better by more than their number. Dead times are of the drive and have no derivatives: they are asked for at the end alone.
 pub(super) fn other_lags(solutions: &Solutions<'_>, prior: &Gaussian, (theta, cost): (&[f64], f64)) -> Option<Found> {
     let rig = &solutions.model.rig;
-    let lags: Vec<usize> = of(rig).into_iter().map(|(lag, _)| lag).collect();
+    let lags: Vec<usize> = own(rig).collect();
     if lags.is_empty() {
         return None;
     }

@@ -15,7 +15,7 @@ pub struct CalibrationReport {
     pub rig: String,
     /// Every parameter that was calibrated, in the order of the rig.
     pub parameters: Vec<CalibratedParameter>,
-    /// How spools follow their commands and mean lags, where the records show them otherwise than the data sheet has them.
+    /// How spools follow their commands, mean lags and dead times of inputs, where the records show them otherwise than the data sheet has them.
     pub dynamics: Vec<CalibratedDynamics>,
     /// Every sensor, in the order of the rig.
     pub sensors: Vec<CalibratedSensor>,

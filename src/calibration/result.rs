@@ -43,7 +43,7 @@ fn correlation(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     }
 }
 
-/// What was found of how spools follow and of mean lags. `sheet` is the rig before.
+/// What was found of how spools follow, of mean lags and of dead times. `sheet` is the rig before.
 pub(super) fn dynamics(sheet: &Rig, calibrated: &Rig) -> Vec<CalibratedDynamics> {
     let found = calibrated.calibration.iter().flat_map(|calibration| &calibration.dynamics);
     let one = |&index: &usize| {
@@ -263,8 +263,8 @@ impl Rounds<'_> {
             }
             if !steep.is_empty() {
                 warnings.push(format!(
-                    "{name}: measured minus model is {} (root mean square), where the record is steep and counts for little: the fit may have \
-                     ended in a wrong valley; look at it with `compare`, and calibrate on other records too",
+                    "{name}: measured minus model is {} (root mean square), where the record is steep and counts for little: dead times, lags \
+                     or masses of spools may be other than stated, or the fit ended in a wrong valley; `compare` shows when it is missed",
                     steep.join(", ")
                 ));
             }

@@ -59,7 +59,7 @@ fn write_section(out: &mut String, rig: &Rig, report: &CalibrationReport) -> std
     if !calibration.dynamics.is_empty() {
         writeln!(
             out,
-            "\n# How spools follow their commands, and mean lags of parts that follow pressures.\n[calibration.dynamics]"
+            "\n# How spools follow their commands, mean lags of parts that follow pressures, dead times of inputs.\n[calibration.dynamics]"
         )?;
     }
     for parameter in calibration.dynamics.iter().map(|&own| &rig.parameters[own]) {

@@ -167,8 +167,8 @@ fn unstable(
 const INERTIA_TIMES: [f64; 3] = [0.0, 0.5 / 0.8, 0.5 / 0.6];
 
 /// What may have driven the rig instead of what the record says, by one standard deviation each: measured inputs that acted
-/// later, commands that acted later, spools that follow their command with mass, not with a lag alone, and mass and dead time that the
-/// rig file states as uncertain.
+/// later, commands that acted later, spools that follow their command with mass, not with a lag alone, and mass and dead time of spools, and
+/// dead time of inputs, that the rig file states as uncertain.
 fn driven_otherwise(problem: &RecordProblem<'_>, record: &Record, parameters: &[f64]) -> Vec<InputSignals> {
     let rig = &problem.model.rig;
     let Late { measured, commanded } = noise::input_timing(rig, record);
@@ -192,7 +192,13 @@ fn driven_otherwise(problem: &RecordProblem<'_>, record: &Record, parameters: &[
         followings[one] = other;
         problem.drive.clone().followed(rig, &followings)
     });
-    late.chain(reshaped).chain(begun_at_rest(problem, &followings)).collect()
+    let dead_times = rig.inputs.iter().filter_map(|input| input.dead_time).filter(|&own| rig.parameters[own].varies());
+    let later = dead_times.map(|own| {
+        let mut other = rig.clone();
+        other.parameters[own].value += other.parameters[own].sigma;
+        problem.drive.clone().followed(&other, &followings)
+    });
+    late.chain(reshaped).chain(later).chain(begun_at_rest(problem, &followings)).collect()
 }
 
 /// A moment in which nothing moves that a row could show, as a share of the time between two rows.

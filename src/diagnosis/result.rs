@@ -400,6 +400,11 @@ impl Diagnosis {
         self.faults.iter().filter(|fault| fault.present)
     }
 
+    /// Whether all its faults are no further off than new parts may be.
+    pub(crate) fn is_as_new(&self) -> bool {
+        self.verdict == Verdict::Faulty && self.present().all(|fault| self.as_new.contains(&fault.id))
+    }
+
     /// Whether a value that is uncertain is further from where the rig file has it than chance puts one of a right model.
     pub(crate) fn is_strained(&self) -> bool {
         self.uncertain.iter().any(|one| one.deviations() > FAR_OFF)

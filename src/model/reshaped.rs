@@ -128,8 +128,10 @@ impl Spool {
 /// The pieces that act where these are commanded, had the parts behind the inputs of a rig followed them like this; `None` where they
 /// act as they are.
 pub(super) fn acting(commanded: &[Piece], rig: &Rig, followings: &[Following]) -> Option<Vec<Piece>> {
-    let late =
-        |(input, own): (usize, &Input)| Following { input, lag: 0.0, inertia_time: 0.0, dead_time: own.dead_time };
+    let late = |(input, own): (usize, &Input)| {
+        let dead_time = own.dead_time.map_or(0.0, |index| rig.parameters[index].value);
+        Following { input, lag: 0.0, inertia_time: 0.0, dead_time }
+    };
     let of_inputs = rig.inputs.iter().enumerate().map(late);
     let mut lines: Option<Vec<Line>> = None;
     for following in of_inputs.chain(followings.iter().copied()).filter(Following::acts_otherwise) {

@@ -34,7 +34,7 @@ impl fmt::Display for BelowVacuum {
         if self.nodes > 1 {
             write!(f, " ({} nodes fall below it)", self.nodes)?;
         }
-        f.write_str(": oil would cavitate, which the model does not know, so it is not valid there")
+        f.write_str(": oil would cavitate, which the model does not know, so it is not valid there; many machines have a check valve from the tank for that")
     }
 }
 

@@ -157,8 +157,7 @@ fn weighed_down(channels: &[ChannelReport]) -> Option<String> {
     }
     (!above.is_empty()).then(|| {
         format!(
-            "Explained although the error is above the noise ({}): what is left lies within the tolerance of the rig file, or where a valve \
-             switches and the curve is steep, where a small shift in time is a large error and a sample counts for little.",
+            "Above the noise and explained all the same: {}; within the tolerance of the rig file, or by timing where the curve is steep.",
             named.join(", ")
         )
     })
@@ -327,7 +326,7 @@ mod tests {
         assert_eq!(weighed_down(&[one("p_A", 1.4, true), one("p_B", 6.0, false)]), None);
         let told = weighed_down(&[one("p_A", 1.6, true), one("p_B", 6.04, true)]).unwrap();
         assert!(
-            told.starts_with("Explained although the error is above the noise (p_B 6x, p_A 1.6x): what is left lies"),
+            told.starts_with("Above the noise and explained all the same: p_B 6x, p_A 1.6x; within the tolerance"),
             "{told}"
         );
     }

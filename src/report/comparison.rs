@@ -228,7 +228,10 @@ pub(super) fn next(comparison: &Comparison) -> String {
     let (rig, record) = (argument(&comparison.rig), argument(&comparison.record));
     match &comparison.with_faults {
         _ if comparison.unfilled > 0 => format!("borescope check {rig} {record}"),
-        // What lies within the tolerance may be physics all the same.
+        // What lies within the tolerance may be physics all the same, but first what data sheets are not exact enough to tell.
+        _ if comparison.adequate && comparison.times_noise > CLEARLY_ABOVE_NOISE && comparison.taken_as_exact > 0 => {
+            format!("borescope calibrate {rig} HEALTHY_RECORD... -o calibrated.toml")
+        }
         _ if comparison.adequate && comparison.times_noise > CLEARLY_ABOVE_NOISE => {
             format!("borescope suggest {rig} {record} --check ANOTHER_RECORD")
         }

@@ -44,7 +44,10 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
             };
             format!("HEALTHY{without}{condition}: the healthy model explains the record{off}{only}.")
         }
-        (Verdict::Faulty, _) => format!("FAULTY{without}{condition}: {}.", present.join(", ")),
+        (Verdict::Faulty, _) => {
+            let new = if diagnosis.is_as_new() { ", no further off than new parts are" } else { "" };
+            format!("FAULTY{without}{condition}: {}{new}.", present.join(", "))
+        }
         (Verdict::ModelInadequate, Some(missing)) => {
             let beside = match present.as_slice() {
                 [] => "no fault".to_owned(),

@@ -175,7 +175,7 @@ pub(super) fn next(diagnosis: &Diagnosis, findings: &[Finding], written: Left<'_
         }
         return Some(format!("borescope calibrate {rig} HEALTHY_RECORD -o calibrated.toml"));
     }
-    if diagnosis.verdict == Verdict::Faulty && diagnosis.present().all(|fault| diagnosis.as_new.contains(&fault.id)) {
+    if diagnosis.is_as_new() {
         return Some(format!("borescope calibrate {rig} HEALTHY_RECORD -o calibrated.toml"));
     }
     match diagnosis.verdict {

@@ -323,10 +323,14 @@ impl Rig {
         self.context.settings()
     }
 
-    /// Index of the parameter with this id.
+    /// Index of the parameter with this id. Of an effect that has a single place, the place may be written as under `[effects]`.
     #[doc(hidden)]
     pub fn parameter(&self, id: &str) -> Option<usize> {
-        self.parameters.iter().position(|parameter| parameter.id == id)
+        let with_id = |id: &str| self.parameters.iter().position(|parameter| parameter.id == id);
+        with_id(id).or_else(|| {
+            let (effect, name) = id.rsplit_once('.').filter(|(effect, _)| effect.contains('@'))?;
+            with_id(&format!("{}.{name}", self.effect_id(&self.placed(effect).ok()?)))
+        })
     }
 
     /// Help for an id that is no parameter: the near miss; else those of the component that it names; else whose there are.

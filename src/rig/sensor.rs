@@ -180,7 +180,7 @@ pub struct Input {
     pub hold: Hold,
     /// One standard deviation of the noise of a sample, SI; 0 for a command.
     pub noise: f64,
-    /// By how much later than its column says it acts, s.
-    pub dead_time: f64,
+    /// By how much later than its column says it acts, as an index among the parameters; `None` where the rig file says nothing of it.
+    pub dead_time: Option<usize>,
     pub place: Place,
 }

@@ -2,8 +2,9 @@
 
 use super::{difference, named};
 use crate::complaint::{Complaint, Kind};
+use crate::physics::card::Role;
 use crate::rig::source::Value;
-use crate::rig::{Hold, Input, Rig, Scaling, Temperature};
+use crate::rig::{Hold, Input, Parameter, Rig, Scaling, Temperature};
 use crate::units::{Dimension, Unit};
 
 pub(super) fn read_inputs(rig: &mut Rig, inputs: Option<Value<'_>>) -> Result<(), Complaint> {
@@ -30,7 +31,7 @@ pub(super) fn read_inputs(rig: &mut Rig, inputs: Option<Value<'_>>) -> Result<()
             Some(value) => difference(&value, dimension)? * size,
         };
         let column = table.get("column").map(|column| column.name()).transpose()?.unwrap_or(name).to_owned();
-        let dead_time = table.get("dead_time").map(|value| not_negative(&value)).transpose()?.unwrap_or(0.0);
+        let dead_time = table.get("dead_time").map(|value| read_dead_time(rig, name, &value)).transpose()?;
         table.finish()?;
         let (name, place) = (name.to_owned(), value.place());
         rig.inputs.push(Input { name, column, unit, scale, hold, noise, dead_time, place });
@@ -38,15 +39,28 @@ pub(super) fn read_inputs(rig: &mut Rig, inputs: Option<Value<'_>>) -> Result<()
     Ok(())
 }
 
-/// A time that does not run backwards, s.
-fn not_negative(value: &Value<'_>) -> Result<f64, Complaint> {
-    let time = value.quantity(Dimension::TIME)?.value;
-    if time >= 0.0 {
-        return Ok(time);
+/// A time that does not run backwards, as a parameter of the rig: its index.
+fn read_dead_time(rig: &mut Rig, input: &str, value: &Value<'_>) -> Result<usize, Complaint> {
+    let stated = value.stated(Dimension::TIME)?;
+    if stated.value < 0.0 {
+        return Err(Complaint::new(Kind::Bounds, "an input cannot act before its column says so").at(value.place()).help(
+            "write 0 s or more, such as `dead_time = \"3 ms\"`; a logger that is late itself is put right in the record",
+        ));
     }
-    Err(Complaint::new(Kind::Bounds, "an input cannot act before its column says so").at(value.place()).help(
-        "write 0 s or more, such as `dead_time = \"3 ms\"`; a logger that is late itself is put right in the record",
-    ))
+    let sigma = stated.sigma.unwrap_or(0.0);
+    rig.parameters.push(Parameter {
+        id: format!("input.{input}.dead_time"),
+        unit: stated.unit,
+        value: stated.value,
+        bounds: (0.0, f64::INFINITY),
+        sigma,
+        per_event: true,
+        role: Role::DeadTime,
+        spread: sigma,
+        meaning: format!("by how much later than its column says `{input}` acts"),
+        place: value.place(),
+    });
+    Ok(rig.parameters.len() - 1)
 }
 
 /// Where records tell the temperature of the fluid: `{ column = "T_oil", reference = "40 degC", noise = "0.1 degC" }`.
@@ -66,6 +80,6 @@ pub(super) fn read_temperature(value: &Value<'_>) -> Result<Temperature, Complai
     }
     table.finish()?;
     let (name, unit, place) = (column.clone(), reference.unit.clone(), value.place());
-    let input = Input { name, column, unit, scale: None, hold: Hold::Linear, noise, dead_time: 0.0, place };
+    let input = Input { name, column, unit, scale: None, hold: Hold::Linear, noise, dead_time: None, place };
     Ok(Temperature { input, reference: reference.value })
 }
