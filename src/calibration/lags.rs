@@ -16,10 +16,15 @@ use crate::estimation::criteria::bic;
 use crate::estimation::pattern::pattern_search;
 use crate::rig::Rig;
 
-/// What may have another mean lag or dead time: by index, with the values that a rig has, SI.
+/// What may have another mean lag or dead time: by index, with the values that a rig has, SI. An input whose one part has a dead time of
+/// its own has none beside it: that is asked for with the part's lag and mass.
 pub(super) fn of(rig: &Rig) -> Vec<(usize, f64)> {
-    let dead_times = rig.inputs.iter().filter_map(|input| input.dead_time);
-    let own = own(rig).chain(dead_times.filter(|&own| rig.parameters[own].varies()));
+    let has_its_own = |input: usize| {
+        rig.followers().any(|part| part.input == input && part.dead_time.is_some() && rig.is_alone(&part))
+    };
+    let inputs = rig.inputs.iter().enumerate().filter(|&(input, _)| !has_its_own(input));
+    let dead_times = inputs.filter_map(|(_, input)| input.dead_time).filter(|&own| rig.parameters[own].varies());
+    let own = own(rig).chain(dead_times);
     own.map(|lag| (lag, rig.parameters[lag].value)).collect()
 }
 
@@ -84,7 +89,7 @@ pub(super) fn again(
     if stated.is_empty() {
         return None;
     }
-    rig.context().stage("mean lags");
+    rig.context().stage("mean lags and dead times");
     let at_hand: Vec<(usize, f64)> = stated.iter().map(|&(lag, _)| (lag, rig.parameters[lag].value)).collect();
     let profile = Profile::at(solutions, prior, theta).ok()??;
     let lags: Vec<usize> = stated.iter().map(|&(lag, _)| lag).collect();
@@ -128,16 +133,23 @@ fn searched(
 }
 
 /// Whether any of the lags by itself takes a share of what is beyond noise, by the parabola through the costs at one standard deviation
-/// to both sides.
+/// to both sides, or as far as it may go.
 fn is_worth_it(profile: &Profile<'_, '_>, theta: &[f64], lags: &[usize]) -> bool {
     let rig = &profile.solutions.model.rig;
-    let rise = |lag: usize, factor: f64| {
-        let value = rig.parameters[lag].value + factor * rig.parameters[lag].sigma;
+    let rise = |lag: usize, away: f64| {
+        let value = rig.parameters[lag].value + away;
         Some(profile.of(&profile.curves(&applied(rig, &[(lag, value)]), theta)?) - profile.cost)
     };
     let fall = |&lag: &usize| {
-        let (below, above) = (rise(lag, -1.0)?, rise(lag, 1.0)?);
-        let (slope, bend) = (0.5 * (above - below), above + below);
+        let parameter = &rig.parameters[lag];
+        let (down, up) = (parameter.sigma.min(parameter.value - parameter.bounds.0), parameter.sigma);
+        let above = rise(lag, up)?;
+        if down <= 0.0 {
+            return Some(-above);
+        }
+        let below = rise(lag, -down)?;
+        let bend = 2.0 * (below / down + above / up) / (down + up);
+        let slope = above / up - 0.5 * bend * up;
         Some(if bend > 0.0 { 0.5 * slope * slope / bend } else { -below.min(above) })
     };
     let most = lags.iter().filter_map(fall).filter(|fall| fall.is_finite()).fold(f64::NEG_INFINITY, f64::max);

@@ -166,14 +166,14 @@ fn taken<'a>(rig: &Rig, records: impl IntoIterator<Item = &'a Record>) -> Result
 #[derive(Clone)]
 struct Given {
     margins: Vec<String>,
-    /// Parameters of how spools follow.
+    /// Parameters of how spools follow, mean lags and dead times.
     dynamics: Vec<usize>,
 }
 
 /// What a calibration has begun with.
 struct Begun<'a> {
     given: Given,
-    /// What may have another mean lag, with what the data sheet has, SI.
+    /// What may have another mean lag or dead time, with what the data sheet has, SI.
     lags: Vec<(usize, f64)>,
     prior: &'a Gaussian,
     /// Errors of the model as stated, root mean squares `[record][sensor]`, SI.
@@ -284,7 +284,7 @@ fn estimated(rig: &Rig, lags: &[usize]) -> Vec<Estimated> {
             parameter.value + rig.settings().calibration.search_reach * known,
         );
         // What is positive by its nature does not vanish: laws are singular there.
-        let low = if low >= 0.0 && parameter.value > 0.0 {
+        let low = if low >= 0.0 && parameter.value > 0.0 && !parameter.role.is_of_the_drive() {
             low.max(rig.settings().calibration.least_share * parameter.value)
         } else {
             low

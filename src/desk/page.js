@@ -31,8 +31,8 @@ async function fly() {
     // Of the record that is not drawn the gauge follows once the slider rests.
     state.gauges = { fit: drawn.gauges.fit ?? state.gauges.fit, check: drawn.gauges.check ?? state.gauges.check };
     if (changes.length) { say(''); clearTimeout(rest); rest = setTimeout(refresh, 150); }
-    // What has changed meanwhile is not in them.
-    if (drawn.revision < state.revision) stale = true;
+    // What has changed meanwhile is not in them; work that runs counts up without changing the model.
+    if (drawn.revision < state.revision && state.running === null) stale = true;
     soon();
   } catch (error) { say(error.message, true); }
   flying = false;

@@ -31,7 +31,7 @@ fn models_saturation(rig: &Rig, finding: &Finding) -> bool {
 
 /// The record without the samples of dead, stuck and saturated sensors and without spikes, and everything that the fit does
 /// not have: those, samples that were never there, and rows that are missing. `None` where nothing had to be set aside.
-pub(super) fn set_aside(rig: &Rig, record: &Record) -> (Option<Record>, Vec<Finding>) {
+pub(crate) fn set_aside(rig: &Rig, record: &Record) -> (Option<Record>, Vec<Finding>) {
     let mut found = surveyed(rig, record);
     let removed =
         |finding: &&Finding| matches!(finding.doubt, Doubt::Dead | Doubt::Stuck | Doubt::Saturated | Doubt::Spike);

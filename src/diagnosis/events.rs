@@ -221,6 +221,30 @@ mod tests {
     use super::*;
 
     #[test]
+    fn an_input_may_act_as_much_later_as_its_dead_time_is_uncertain() {
+        let text = std::fs::read_to_string("fixtures/telescopic/rig.toml").unwrap();
+        let after = "[inputs.valve_command]";
+        let jumps_and_others = |dead_time: &str| {
+            let text = text.replacen(after, &format!("{after}\ndead_time = \"{dead_time}\""), 1);
+            let model = Model::new(Rig::parse("fixtures/telescopic/rig.toml", text).unwrap());
+            let record = model.rig.record("fixtures/telescopic/healthy_1.csv").unwrap();
+            let drive = InputSignals::from_record(&model.rig, &record).unwrap();
+            let nothing = Weights::new(&model.rig, &[], &[], &[]);
+            let problem = RecordProblem::new(&model, &drive, &record.time, Vec::new(), nothing, Vec::new());
+            let first = |drive: &InputSignals| {
+                drive.pieces.iter().find(|piece| piece.jump && piece.start > 0.1).map(|piece| piece.start).unwrap()
+            };
+            let others = driven_otherwise(&problem, &record, &model.rig.nominal());
+            (first(&drive), others.iter().map(first).collect::<Vec<f64>>())
+        };
+        let (at, exact) = jumps_and_others("4 ms");
+        let (same, open) = jumps_and_others("4 ms +- 3 ms");
+        assert_eq!((at, exact.len() + 1), (same, open.len()));
+        assert!(open.iter().any(|start| (start - at - 3e-3).abs() < 1e-9), "{at}: {open:?}");
+        assert!(!exact.iter().any(|start| (start - at - 3e-3).abs() < 1e-9), "{at}: {exact:?}");
+    }
+
+    #[test]
     fn a_rounding_error_that_grows_to_noise_is_unstable() {
         let rig = Rig::read("fixtures/telescopic/rig.toml").unwrap();
         let lag = rig.parameter("directional_valve.lag").unwrap();

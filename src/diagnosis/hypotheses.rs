@@ -101,17 +101,12 @@ impl Isolation {
     pub fn hypotheses(&self, case: &Case<'_>) -> Vec<Hypothesis> {
         let rig = case.rig();
         let id = |fault: usize| rig.fault_id(fault).to_owned();
-        let mut hypotheses: Vec<Hypothesis> = Vec::new();
-        for (set, probability) in self.weighed.iter().zip(self.probabilities()) {
-            let faults: Vec<String> = set.set.iter().map(id).collect();
-            // A fault before a beginning and since then has one name.
-            match hypotheses.iter_mut().find(|known| known.faults == faults) {
-                Some(known) => known.probability += probability,
-                None => hypotheses.push(Hypothesis { faults, probability }),
-            }
-        }
-        hypotheses.retain(|one| one.probability >= NEGLIGIBLE);
-        hypotheses
+        self.weighed
+            .iter()
+            .zip(self.probabilities())
+            .filter(|(_, probability)| *probability >= NEGLIGIBLE)
+            .map(|(set, probability)| Hypothesis { faults: set.set.iter().map(id).collect(), probability })
+            .collect()
     }
 }
 

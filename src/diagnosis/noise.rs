@@ -239,6 +239,20 @@ impl Weights {
         weights
     }
 
+    /// Those of so many first rows, up to the end of the phase in which the last of them lies, and how many rows that is.
+    pub(crate) fn of_first_phases(&self, rows: usize) -> (usize, Self) {
+        let last = self.phases.iter().find(|phase| phase.rows.end >= rows);
+        let rows = last.map_or(rows, |phase| phase.rows.end).min(self.rows);
+        let mut first = Self {
+            rows,
+            inverse: self.inverse.iter().map(|inverse| inverse[..rows].to_vec()).collect(),
+            phases: self.phases.iter().filter(|phase| phase.rows.end <= rows).cloned().collect(),
+            ..self.clone()
+        };
+        first.shared = first.shared_by_sensor();
+        (rows, first)
+    }
+
     /// From the variance of each sample alone, with phases between the events that it shows.
     pub fn without_changes(rig: &Rig, drive: &InputSignals, times: &[f64], variance: &[Vec<f64>]) -> Self {
         Self::new(rig, &phases(rig, drive, times, variance), variance, &[])

@@ -19,6 +19,7 @@ use super::trial_steps::{ScoreContext, begins_at_a_level, sign_fits};
 use super::verdict::warnings;
 use super::warning::Warning;
 use crate::complaint::Complaint;
+use crate::diagnosis::doubtful::set_aside;
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::search::ROUGH;
 use crate::diagnosis::{Diagnosed, RivalEffect};
@@ -37,6 +38,8 @@ const DIGITS: usize = 4;
 /// Columns that are missing, or a [context](crate::Context) that was cancelled.
 pub(super) fn rival_effects(rig: &Rig, record: &Record, diagnosed: &Diagnosed) -> Result<Vec<RivalEffect>, Complaint> {
     let Diagnosed { diagnosis, weights, .. } = diagnosed;
+    let (cleared, _) = set_aside(rig, record);
+    let record = cleared.as_ref().unwrap_or(record);
     let present = |fault: &usize| diagnosis.present().any(|one| one.id == rig.fault_id(*fault));
     let set: FaultSet = (0..rig.faults.len()).filter(present).collect();
     let model = Model::new(rig.clone());
@@ -126,16 +129,16 @@ fn left_by_the_beginning(
 ) -> Vec<EffectInstance> {
     let case = &estimate.case;
     let (full, set) = (&case.full, estimate.isolation.set());
-    let rows = telling_rows(estimate, here, faults);
+    // To the end of a phase: what samples of one share is not to be cut.
+    let (rows, weights) = full.weights.of_first_phases(telling_rows(estimate, here, faults));
     if 2 * rows > full.times.len() {
         return places;
     }
     let part = case.record.clone().take_first(rows);
     let Ok(drive) = InputSignals::from_record(case.rig(), &part) else { return places };
     let drive = drive.in_run_of(full.drive);
-    let Ok(part) = estimate::held_near(full.model, &part, &drive, (&estimate.isolation.best.theta, set)) else {
-        return places;
-    };
+    let at = (&estimate.isolation.best.theta[..], set);
+    let Ok(part) = estimate::held_under(full.model, &part, &drive, at, Some(&weights)) else { return places };
     let (Some(there), Some(in_part)) = (ScoreContext::of(&part, 0.0), faults_present(&part)) else { return places };
     let most = 1.0 - case.rig().settings().learn.rival_share;
     let may_be = |(placed, tries): (EffectInstance, Vec<(Candidate, Score)>)| {

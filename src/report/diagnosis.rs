@@ -42,7 +42,8 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
             } else {
                 String::new()
             };
-            format!("HEALTHY{without}{condition}: the healthy model explains the record{off}{only}.")
+            let strained = strained(diagnosis).unwrap_or_default();
+            format!("HEALTHY{without}{condition}: the healthy model explains the record{off}{only}{strained}.")
         }
         (Verdict::Faulty, _) => {
             let new = if diagnosis.is_as_new() { ", no further off than new parts are" } else { "" };
@@ -69,6 +70,15 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
             )
         }
     }
+}
+
+/// The value of the rig file that a healthy explanation has furthest from stated, where that is further than chance puts one: a fault
+/// by another name, or a file that is wrong.
+fn strained(diagnosis: &Diagnosis) -> Option<String> {
+    let furthest = diagnosis.uncertain.iter().max_by(|a, b| a.deviations().total_cmp(&b.deviations()));
+    let furthest = furthest.filter(|_| diagnosis.is_strained())?;
+    let deviations = text(rounded(furthest.deviations(), 2));
+    Some(format!(", only with {} {deviations} standard deviations from stated", furthest.id))
 }
 
 /// Effects that explain the record as well, as an aside.

@@ -181,6 +181,9 @@ pub(super) fn next(diagnosis: &Diagnosis, findings: &[Finding], written: Left<'_
     match diagnosis.verdict {
         // What lies within the tolerance may be physics all the same.
         _ if diagnosis.is_above_noise() => Some(format!("borescope suggest {rig} {record} --check ANOTHER_RECORD")),
+        Verdict::Healthy if diagnosis.is_strained() => {
+            Some(format!("borescope suggest {rig} {record} --check ANOTHER_RECORD"))
+        }
         Verdict::Healthy => Some(format!("borescope isolability {rig} --input {record}")),
         // Physics that may be missing is asked of a second record first.
         Verdict::Faulty => {

@@ -12,7 +12,7 @@ pub struct Calibration {
     pub records: Vec<String>,
     /// What no circuit is quite without, and is uncertain in this one: see [`Rig::give_margin`].
     pub margins: Vec<String>,
-    /// Parameters of how spools follow their commands that were found and are exact, as indices.
+    /// Parameters of how spools follow their commands, mean lags and dead times of inputs that were found, as indices.
     pub dynamics: Vec<usize>,
     /// Indices among the rig's parameters.
     pub parameters: Vec<usize>,

@@ -81,7 +81,7 @@ pub struct Rig {
     pub inputs: Vec<Input>,
     /// Where records tell the temperature of the fluid.
     pub(crate) temperature: Option<Temperature>,
-    /// Every parameter there is: the fluid's, then each component's in the order of its card, then each sensor's offset
+    /// Every parameter there is: the fluid's, dead times of inputs, then each component's in the order of its card, then each sensor's offset
     /// and gain, then those of components that were joined later.
     #[doc(hidden)]
     pub parameters: Vec<Parameter>,
@@ -323,14 +323,10 @@ impl Rig {
         self.context.settings()
     }
 
-    /// Index of the parameter with this id. Of an effect that has a single place, the place may be written as under `[effects]`.
+    /// Index of the parameter with this id.
     #[doc(hidden)]
     pub fn parameter(&self, id: &str) -> Option<usize> {
-        let with_id = |id: &str| self.parameters.iter().position(|parameter| parameter.id == id);
-        with_id(id).or_else(|| {
-            let (effect, name) = id.rsplit_once('.').filter(|(effect, _)| effect.contains('@'))?;
-            with_id(&format!("{}.{name}", self.effect_id(&self.placed(effect).ok()?)))
-        })
+        self.parameters.iter().position(|parameter| parameter.id == id)
     }
 
     /// Help for an id that is no parameter: the near miss; else those of the component that it names; else whose there are.

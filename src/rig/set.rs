@@ -6,13 +6,13 @@ use crate::units::Quantity;
 
 impl Rig {
     /// Gives the parameter `id`, such as `cylinder.clearance`, the value of a text with its unit, such as `0.2 mm`; returns what
-    /// was read.
+    /// was read. Of an effect that has a single place, that may be written as under `[effects]`: `pump-slip@pump.conductance`.
     ///
     /// # Errors
     /// An id that is no parameter; a text that is no number or has no unit, one that is not known, or one of another dimension;
     /// a value outside the physical bounds.
     pub fn set(&mut self, id: &str, value: &str) -> Result<Quantity, Complaint> {
-        let id = id.trim();
+        let id = &self.with_own_effect(id.trim());
         let Some(index) = self.parameter(id) else {
             return Err(Complaint::new(Kind::UnknownName, format!("the rig has no parameter `{id}`"))
                 .at(Place::file(&self.path))
@@ -30,6 +30,15 @@ impl Rig {
         }
         parameter.value = quantity.value;
         Ok(quantity)
+    }
+
+    /// An id with the effect in it called as parameters are.
+    fn with_own_effect(&self, id: &str) -> String {
+        let own = || {
+            let (effect, parameter) = id.rsplit_once('.').filter(|(effect, _)| effect.contains('@'))?;
+            Some(format!("{}.{parameter}", self.effect_id(&self.placed(effect).ok()?)))
+        };
+        own().unwrap_or_else(|| id.to_owned())
     }
 
     /// Help for a parameter of an effect that the rig may have and does not.

@@ -61,3 +61,26 @@ fn effects_that_are_all_but_nothing_change_no_direction() {
         approx::assert_relative_eq!(*found, few, max_relative = 1e-9);
     }
 }
+
+/// Cut at the end of a phase, weights do to the first rows what they did before.
+#[test]
+fn weights_of_the_first_phases_are_those_of_all() {
+    let rig = Rig::parse("rig.toml", include_str!("../../../fixtures/two_tanks/rig.toml").to_owned()).unwrap();
+    let (rows, sensors) = (12, rig.sensors.len());
+    let rig = Rig { sensors: rig.sensors.iter().map(|one| Sensor { tolerance: 0.02, ..one.clone() }).collect(), ..rig };
+    let of = |size: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
+        (0..sensors).map(|sensor| (0..rows).map(|row| size(row, sensor)).collect()).collect()
+    };
+    let (variance, change) = (of(&|row, sensor| 1e-4 * (1 + row + sensor) as f64), of(&|row, _| 0.01 * row as f64));
+    let weights = Weights::new(&rig, &[0..3, 3..8, 8..rows], &variance, &[change]);
+    let misfit = of(&|row, sensor| (row * 7 + sensor).rem_euclid(5) as f64 - 2.0);
+    let (last, first) = weights.of_first_phases(5);
+    assert_eq!((last, first.rows(), first.shared.len()), (8, 8, sensors));
+    let mut whole: Vec<f64> = misfit.iter().flatten().copied().collect();
+    let mut part: Vec<f64> = misfit.iter().flat_map(|of_sensor| of_sensor[..last].to_vec()).collect();
+    weights.apply(&mut whole);
+    first.apply(&mut part);
+    for (whole, part) in whole.chunks(rows).zip(part.chunks(last)) {
+        assert_eq!(whole[..last], *part);
+    }
+}

@@ -66,7 +66,7 @@ fn spread(of_kind: f64, stated: Option<f64>) -> f64 {
 
 pub(super) fn read_component(rig: &mut Rig, kinds: &Kinds, name: &str, value: &Value<'_>) -> Result<(), Complaint> {
     let table = value.table(format!("component `{name}`"))?;
-    if matches!(name, "fluid" | "sensor" | "input") {
+    if matches!(name, "fluid" | "sensor") {
         return Err(Complaint::new(Kind::Contradiction, format!("`{name}` cannot be the name of a component"))
             .at(value.place())
             .help("the name stands for other parameters; choose another"));

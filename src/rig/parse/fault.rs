@@ -17,7 +17,7 @@ pub(super) fn read_fault(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<(
             format!("`{id}` cannot be a fault: no sensitivity shows what it does"),
         )
         .at(value.place())
-        .help("`diagnose` finds how a spool follows its command by itself; as a fault take its `lag`"));
+        .help("how a spool follows its command is found by itself; as a fault take the `lag` of a part"));
     }
     let (dimension, limits) = (rig.parameters[parameter].unit.dimension, rig.parameters[parameter].bounds);
     let table = value.table(format!("fault `{id}`"))?;

@@ -170,7 +170,9 @@ fn an_uncertain_dead_time_of_an_input_is_calibrated() {
             all.iter().find(|one| one["id"] == id).and_then(|one| one["after"].as_f64())
         };
         let dead_time = of("dynamics", "input.u.dead_time");
-        assert!(Rig::read(path("new.toml")).is_ok(), "{}", ran.err);
+        let written = Rig::read(path("new.toml")).unwrap();
+        let written = &written.parameters[written.parameter("input.u.dead_time").unwrap()];
+        assert!((1e3 * written.value - dead_time.unwrap_or(4.0)).abs() < 1e-3, "{} s", written.value);
         (of("parameters", "valve.natural_frequency").unwrap(), dead_time)
     };
     let (exact, none) = frequency("4 ms");

@@ -68,6 +68,7 @@ impl Desk {
         [(&self.records[0], "fit"), (&self.records[1], "check")].map(|(record, name)| {
             let ran = borescope(["compare".as_ref(), better.as_os_str(), record.as_os_str(), "--format=json".as_ref()]);
             let compared: Value = serde_json::from_str(&ran.out).unwrap();
+            assert!(compared["times_noise"].is_number(), "{compared}");
             for key in ["times_noise", "chi2_reduced", "channels", "with_faults"] {
                 assert_eq!(compared[key], judged[name][key], "{name} {key}");
             }
