@@ -185,7 +185,7 @@ impl<'a> Estimate<'a> {
         places
     }
 
-    /// Explains the record anew from these of its places, each in so many rounds of isolation, if any of them does better.
+    /// Explains the record again from these of its places, each in so many rounds of isolation, if any of them does better.
     #[must_use]
     pub fn best_from_places(mut self, places: &[search::Place], rounds: u64) -> Self {
         let mut explained = self.explains();

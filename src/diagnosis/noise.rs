@@ -247,7 +247,8 @@ impl Weights {
             rows,
             inverse: self.inverse.iter().map(|inverse| inverse[..rows].to_vec()).collect(),
             phases: self.phases.iter().filter(|phase| phase.rows.end <= rows).cloned().collect(),
-            ..self.clone()
+            shared: Vec::new(),
+            events_are_judged: self.events_are_judged,
         };
         first.shared = first.shared_by_sensor();
         (rows, first)

@@ -34,7 +34,7 @@ pub(super) fn unweighed<'a>(
     Ok(Case::new(model, record, drive, measured(&model.rig, record)?, none))
 }
 
-/// A record and a rig, weighed as given or else by where the model has its events at `theta`, and the form there.
+/// A record and a rig under given weights, or those of the model's events at `theta`, and the local model there.
 pub(super) fn case_at<'a>(
     model: &'a Model,
     record: &'a Record,

@@ -44,9 +44,7 @@ impl FittedModel {
     /// The model cannot be solved at it.
     pub fn of(estimate: &Estimate<'_>) -> Result<Self, Complaint> {
         let full = &estimate.case.full;
-        let values = full.parameters(&estimate.isolation.best.theta);
-        let run = run_with(full.model, estimate.case.record, full.drive, &values)?;
-        Ok(Self::with_run(estimate, values, run))
+        Self::with_run(estimate, |values| run_with(full.model, estimate.case.record, full.drive, values))
     }
 
     /// The same, judged under the weights of the estimate.
@@ -54,16 +52,23 @@ impl FittedModel {
     /// # Errors
     /// The model cannot be solved at it.
     pub(super) fn under(estimate: &Estimate<'_>) -> Result<Self, Complaint> {
-        let full = &estimate.case.full;
-        let values = full.parameters(&estimate.isolation.best.theta);
-        let run = run_under(&full.model.rig, estimate.case.record, &values, Some(&full.weights))?;
-        Ok(Self::with_run(estimate, values, run))
+        let (full, record) = (&estimate.case.full, estimate.case.record);
+        Self::with_run(estimate, |values| {
+            let outputs = full.outputs(values, full.drive);
+            let outputs = outputs.map_err(|error| weighed::unsolvable(full.model, record, error))?;
+            run_of(&full.model.rig, record, outputs, full.weights.clone())
+        })
     }
 
-    /// An estimate, and what the model reads with its values of all parameters, SI.
-    fn with_run(estimate: &Estimate<'_>, values: Vec<f64>, fit: Run) -> Self {
+    /// From an estimate and the run with its values of all parameters, SI.
+    fn with_run(
+        estimate: &Estimate<'_>,
+        run: impl FnOnce(&[f64]) -> Result<Run, Complaint>,
+    ) -> Result<Self, Complaint> {
         let (case, isolation) = (&estimate.case, &estimate.isolation);
         let theta = &isolation.best.theta;
+        let values = case.full.parameters(theta);
+        let fit = run(&values)?;
         let inverse = case.information(&isolation.local, isolation.set()).map(|known| known.covariance()).ok();
         let (mut sigmas, mut at_bound) = (BTreeMap::new(), Vec::new());
         let rig = case.rig();
@@ -78,7 +83,7 @@ impl FittedModel {
             }
         }
         let cost = isolation.best.cost;
-        Self { rig: rig.clone(), values, sigmas, set: isolation.set(), at_bound, cost, fit }
+        Ok(Self { rig: rig.clone(), values, sigmas, set: isolation.set(), at_bound, cost, fit })
     }
 
     /// A rig with values of all of its parameters (SI), the faults that are present, and what they cost, under its own weights

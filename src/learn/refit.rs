@@ -60,8 +60,8 @@ impl BasePoint {
 }
 
 /// Everything fitted jointly with some effects, from the base points where they were scored; from all where they were not. Of several
-/// effects also from the fits with some of them, `smaller`: with one effect more a model is never worse. Weighed as given or else by
-/// where the model has its events at each start.
+/// effects also from the fits with some of them, `smaller`: with one effect more a model is never worse. Under given weights, or those of
+/// the model's events at each start.
 pub(super) fn refitted(
     base: &FittedModel,
     base_points: &[BasePoint],
@@ -211,7 +211,7 @@ pub(super) fn quick(
     quick_under(model, record, values, fitted, None)
 }
 
-/// The same with a model as it is, weighed as given or else by where it has its events there.
+/// The same with a model as it is, under given weights or those of its events there.
 pub(super) fn quick_under(
     model: Model,
     record: &Record,

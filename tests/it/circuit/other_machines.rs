@@ -178,7 +178,7 @@ fn an_uncertain_dead_time_of_an_input_is_calibrated() {
     let (exact, none) = frequency("4 ms");
     let (open, found) = frequency("4 ms +- 3 ms");
     println!("{exact} Hz with 4 ms, {open} Hz with {found:?} ms");
-    // 55 Hz and 7.5 ms are true; what delays is told from a slow spool by the overshoot alone.
+    // 55 Hz and 7.5 ms are true; only the overshoot tells a delay from a slow spool.
     assert!(none.is_none() && (found.unwrap() - 7.5).abs() < 2.0 && (open - 55.0).abs() < 0.7 * (exact - 55.0).abs());
 }
 

@@ -55,7 +55,7 @@ impl Desk {
         found.as_str().unwrap().to_owned()
     }
 
-    /// Judges the model on both records and saves it; the command says the same of it, which is returned by record.
+    /// Judges the model on both records, saves it, and compares the saved file on the command line: its comparison with each record.
     fn judged_and_saved(&mut self) -> [Value; 2] {
         self.work("#judge");
         self.tab.wait("state.judged !== null", SOON);
