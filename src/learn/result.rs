@@ -159,7 +159,21 @@ pub struct SuggestionReport {
     pub calibrated: bool,
 }
 
+impl CandidateReport {
+    /// Whether the error that is printed is smaller with it, on the check record where there is one.
+    pub(crate) fn lowers_the_error(&self) -> bool {
+        let error = |fit: f64, check: Option<f64>| rounded(check.unwrap_or(fit), 2);
+        error(self.rmse_after, self.check_rmse_after) < error(self.rmse_before, self.check_rmse_before)
+    }
+}
+
 impl SuggestionReport {
+    /// The best candidate, if it is worth a name: where none explains the record, one that lowers no error is no neighbour either.
+    pub(crate) fn worth_naming(&self) -> Option<&CandidateReport> {
+        let is_unknown = self.conclusion == Conclusion::UnknownEffect;
+        self.candidates.first().filter(|best| best.supported && (!is_unknown || best.lowers_the_error()))
+    }
+
     /// What was found on a record, and on a check record if there was one.
     ///
     /// # Errors

@@ -13,6 +13,8 @@ pub struct Parameter {
     pub unit: &'static str,
     /// Value where the rig file is silent; `None` where it has to speak.
     pub default: Option<f64>,
+    /// Parameter of the same card whose stated value it has instead where the rig file is silent.
+    pub default_from: Option<&'static str>,
     /// Physical limits, in `unit`.
     pub bounds: (f64, f64),
     /// Standard uncertainty where the rig file states none, relative, or in `unit` where the value is 0, as its default is; 0 for a
@@ -41,6 +43,7 @@ impl Parameter {
             symbol,
             unit,
             default: None,
+            default_from: None,
             bounds: (0.0, f64::INFINITY),
             tolerance: 0.0,
             per_event: false,
@@ -67,6 +70,13 @@ impl Parameter {
     /// The same, with a default value in `unit`.
     pub const fn or(mut self, default: f64) -> Self {
         self.default = Some(default);
+        self
+    }
+
+    /// The same, by default as another parameter of the card is stated: what that one becomes later, by wear or in a fit, leaves it alone.
+    pub const fn or_as(mut self, other: &'static str) -> Self {
+        self.default_from = Some(other);
+        self.role = Role::Reference;
         self
     }
 
@@ -139,6 +149,8 @@ pub enum Role {
     Laminar,
     /// How a gas is compressed, by the heat that it exchanges: no property of a part, so that no two rigs of a kind differ in it.
     GasLaw,
+    /// A condition at which another value of the data sheet holds, or the form of a law: what nothing wears.
+    Reference,
     /// What the instrument of the component's input shows per true value; known where the input is exact.
     Instrument,
 }

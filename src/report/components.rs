@@ -42,8 +42,10 @@ pub struct ParameterReport {
     pub name: &'static str,
     /// Unit of the numbers beside it.
     pub unit: &'static str,
-    /// `None` where the rig file has to speak.
+    /// `None` where the rig file has to speak, or another parameter stands for it.
     pub default: Option<f64>,
+    /// Parameter whose stated value it has where the rig file is silent.
+    pub default_from: Option<&'static str>,
     /// Physical limits; an end is `None` where there is none.
     pub bounds: [Option<f64>; 2],
     /// In words.
@@ -137,6 +139,7 @@ fn parameter(own: &Parameter) -> ParameterReport {
         name: own.name,
         unit: own.unit,
         default: own.default,
+        default_from: own.default_from,
         bounds: [low, high].map(|end| end.is_finite().then_some(end)),
         meaning: own.meaning,
     }
@@ -179,7 +182,11 @@ pub fn card(card: &Card) -> String {
     lines.extend(aligned(&NAMED_HEADS, &ports.chain(inputs).chain(states).collect::<Vec<_>>()));
     if !report.parameters.is_empty() {
         let row = |own: &ParameterReport| {
-            let default = own.default.map_or_else(|| "must be given".to_owned(), crate::number::text);
+            let default = match (own.default_from, own.default) {
+                (Some(other), _) => other.to_owned(),
+                (None, Some(default)) => crate::number::text(default),
+                (None, None) => "must be given".to_owned(),
+            };
             vec![own.name.to_owned(), own.unit.to_owned(), default, own.meaning.to_owned()]
         };
         lines.push(String::new());

@@ -9,7 +9,7 @@ use super::brief::{ErrorRow, errors, next_line, wrapped};
 use super::caveats::learnt_with;
 use super::digits::plus_minus;
 use super::learn::{PARAMETER_HEADS, at_bounds, estimate, experiment, missed_in_short, multiple, parameter_row, sits};
-use super::suggestion::faults;
+use super::suggestion::{OWN_LAW, faults};
 use super::table::aligned;
 use super::unknown::Rise;
 use crate::diagnosis::DynamicsReport;
@@ -310,6 +310,9 @@ impl Ledger {
         lines.extend(self.experiment.as_ref().map(experiment).into_iter().flat_map(|words| wrapped(&words, "  ")));
         let remaining = self.remaining.as_ref().map(|place| missed_in_short(place, ("Most of the rest", "")));
         lines.extend(remaining.into_iter().flat_map(|words| wrapped(&words, "  ")));
+        if self.conclusion == Conclusion::UnknownEffect && self.rise.is_none() {
+            lines.extend(wrapped(OWN_LAW, "  "));
+        }
         let (rig, file) = (argument(&self.rig), argument(new));
         let what = if !all.is_empty() {
             let spools = if self.dynamics.is_empty() { "" } else { " and the spools" };

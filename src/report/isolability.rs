@@ -76,7 +76,12 @@ fn apart(rig: &Rig, report: &IsolabilityReport) -> Vec<String> {
     if named.is_empty() {
         return Vec::new();
     }
-    let mut said = format!("At one instant no residual tells apart: {}", named.join("; "));
+    let apart = named.join("; ");
+    let mut said = if generators(rig).is_empty() {
+        format!("These sensors allow no residual. What one instant would not tell apart: {apart}")
+    } else {
+        format!("At one instant no residual tells apart: {apart}")
+    };
     if let Some(numbers) = &report.expected {
         said += &match numbers.of - numbers.rank {
             0 => ". A fit of the whole record does".to_owned(),

@@ -266,7 +266,7 @@ pub(super) fn conclusion_in_short(suggestion: &SuggestionReport) -> String {
             named(best),
             at_bounds(&best.parameters)
         ),
-        (Conclusion::UnknownEffect, Some(best)) if best.supported => {
+        (Conclusion::UnknownEffect, Some(best)) if suggestion.worth_naming().is_some() => {
             format!("UNKNOWN EFFECT: no effect of the library explains the misfit; {} comes nearest.", best.effect)
         }
         (Conclusion::UnknownEffect, Some(_)) => {

@@ -156,7 +156,11 @@ fn parameters(out: &mut String, parameters: &[Parameter]) -> fmt::Result {
         "| parameter | symbol | unit | default | range | uncertainty | calibrated | meaning |\n|---|---|---|---|---|---|---|---|"
     )?;
     for parameter in parameters {
-        let default = parameter.default.map_or_else(|| "must be given".to_owned(), number);
+        let default = match (parameter.default_from, parameter.default) {
+            (Some(other), _) => format!("`{other}`"),
+            (None, Some(default)) => number(default),
+            (None, None) => "must be given".to_owned(),
+        };
         // Cards are constants whose units a test reads.
         let unit = Unit::parse(parameter.unit).unwrap_or_else(|_| Unit::dimensionless());
         let bounds = (unit.difference_to_si(parameter.bounds.0), unit.difference_to_si(parameter.bounds.1));

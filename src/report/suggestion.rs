@@ -18,6 +18,9 @@ const SIZES: usize = 3;
 /// Parameters from which on an effect is a curve.
 pub(super) const CURVE: usize = 12;
 
+/// What is left where the library has no law.
+pub(super) const OWN_LAW: &str = "What the library has no law for can be written as a formula, under `[own_effects]`.";
+
 /// The suggestion for people, no wider than a terminal.
 pub fn brief(report: &SuggestionReport, finding: Option<&Lacking>, rise: Option<&Rise>) -> String {
     let verdict = match rise {
@@ -25,7 +28,7 @@ pub fn brief(report: &SuggestionReport, finding: Option<&Lacking>, rise: Option<
         Some(rise) => format!("UNKNOWN EFFECT: no effect of the library explains the misfit. {}", rise.sentence()),
     };
     let mut lines = wrapped(&verdict, "  ");
-    let best = report.candidates.first().filter(|best| best.supported);
+    let best = report.worth_naming();
     lines.extend(best.filter(|_| rise.is_none()).into_iter().flat_map(sizes));
     if let Some(rise) = rise {
         lines.extend(rise.lines(&report.rig));
@@ -56,6 +59,9 @@ pub fn brief(report: &SuggestionReport, finding: Option<&Lacking>, rise: Option<
         (None, None) => lines.extend(of_the_file(report, rise).iter().flat_map(|words| wrapped(words, "  "))),
     }
     lines.extend(left_open(&report.left_open).iter().flat_map(|words| wrapped(words, "  ")));
+    if report.conclusion == Conclusion::UnknownEffect && rise.is_none() {
+        lines.extend(wrapped(OWN_LAW, "  "));
+    }
     lines.push("`--all` shows every candidate, and what this record could have shown.".to_owned());
     lines.push(next_line(&next(report, rise)));
     lines.join("\n") + "\n"
@@ -104,11 +110,10 @@ pub(super) fn of_the_file(report: &SuggestionReport, rise: Option<&Rise>) -> Opt
 pub(super) fn rows(report: &SuggestionReport, first: &CandidateReport, most: usize) -> Vec<ErrorRow> {
     let with = if report.faults.is_empty() { String::new() } else { format!(", with {}", faults(&report.faults)) };
     let yours = ErrorRow { name: format!("your model{with}"), fit: first.rmse_before, check: first.check_rmse_before };
-    let error = |fit: f64, check: Option<f64>| rounded(check.unwrap_or(fit), 2);
-    let before = error(first.rmse_before, first.check_rmse_before);
-    // With what is refused and reduces nothing there is nothing to compare.
-    let reduces = |one: &&CandidateReport| one.supported || error(one.rmse_after, one.check_rmse_after) < before;
-    let shown = report.candidates.iter().filter(reduces).take(most);
+    // With what is refused, or explains nothing, and reduces nothing there is nothing to compare.
+    let explains = report.conclusion != Conclusion::UnknownEffect;
+    let is_told = |one: &&CandidateReport| one.supported && explains || one.lowers_the_error();
+    let shown = report.candidates.iter().filter(is_told).take(most);
     let each = shown.map(|one| {
         let rejected = if one.supported { "" } else { " (not supported)" };
         let name = format!("+ {}{rejected}", one.effect);

@@ -49,7 +49,8 @@ impl Rig {
         for own in card.parameters {
             let unit = Unit::parse(own.unit).unwrap_or_else(|_| Unit::dimensionless());
             let bounds = (unit.difference_to_si(own.bounds.0), unit.difference_to_si(own.bounds.1));
-            let given = values.iter().find(|(key, _)| *key == own.name).map(|(_, value)| *value);
+            let given = |name: &str| values.iter().find(|(key, _)| *key == name).map(|(_, value)| *value);
+            let given = given(own.name).or_else(|| own.default_from.and_then(given));
             let Some(value) = given.or_else(|| own.default.map(|default| unit.difference_to_si(default))) else {
                 return refuse(Kind::MissingEntry, format!("its `{}` is not given", own.name));
             };

@@ -15,7 +15,10 @@ pub(super) fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &T
         let unit = card_unit(parameter.unit);
         let id = format!("{owner}.{}", parameter.name);
         let bounds = (unit.difference_to_si(parameter.bounds.0), unit.difference_to_si(parameter.bounds.1));
-        let (value, written, sigma, place) = match (table.get(parameter.name), parameter.default) {
+        let own = table.get(parameter.name);
+        let is_own = own.is_some();
+        let entry = own.or_else(|| parameter.default_from.and_then(|other| table.get(other)));
+        let (value, written, sigma, place) = match (entry, parameter.default) {
             (Some(entry), _) => {
                 let stated = entry.stated(unit.dimension)?;
                 if stated.value < bounds.0 || stated.value > bounds.1 {
@@ -30,7 +33,7 @@ pub(super) fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &T
                     .at(entry.place())
                     .help(format!("{}: {}", parameter.meaning, range(bounds, &unit))));
                 }
-                (stated.value, stated.unit, stated.sigma, entry.place())
+                (stated.value, stated.unit, stated.sigma.filter(|_| is_own), entry.place())
             }
             (None, Some(default)) => (unit.difference_to_si(default), unit.clone(), None, table.place()),
             (None, None) => {

@@ -92,23 +92,34 @@ fn unit(line: &Table<'_>) -> Result<Unit, Complaint> {
 /// Its parameters, and which of them belong to effects.
 pub(super) fn parameters(table: &Table<'_>) -> Result<(Vec<Parameter>, Vec<Belongs>), Complaint> {
     let (mut parameters, mut of_effects) = (Vec::new(), Vec::new());
-    for (name, value) in lines(table, "parameters")? {
-        if OF_EVERY_COMPONENT.contains(&name) {
+    let lines = lines(table, "parameters")?;
+    let units = |other: &str| {
+        let (_, line) = lines.iter().find(|(name, _)| *name == other)?;
+        Unit::parse(line.table(other).ok()?.get("unit")?.text().ok()?).ok()
+    };
+    for (name, value) in &lines {
+        if OF_EVERY_COMPONENT.contains(name) {
             return Err(Complaint::new(Kind::Duplicate, format!("a parameter cannot be called `{name}`"))
                 .at(value.place())
                 .help("every component has an entry of this name: take another"));
         }
         if parameters.len() == MOST_PARAMETERS {
-            return Err(too_many(&value, "parameters", MOST_PARAMETERS, "make two components of it"));
+            return Err(too_many(value, "parameters", MOST_PARAMETERS, "make two components of it"));
         }
-        let (parameter, of_effect) = parameter(name, &value)?;
+        let (parameter, of_effect) = parameter(name, value, &units)?;
         parameters.push(parameter);
         of_effects.extend(of_effect);
     }
     Ok((parameters, of_effects))
 }
 
-fn parameter(name: &str, value: &Value<'_>) -> Result<(Parameter, Option<Belongs>), Complaint> {
+/// A parameter, and the effect of which it is the size. `units` are those of the others by their names: one whose default is the name of
+/// another has that one's stated value.
+fn parameter(
+    name: &str,
+    value: &Value<'_>,
+    units: &dyn Fn(&str) -> Option<Unit>,
+) -> Result<(Parameter, Option<Belongs>), Complaint> {
     const ROLES: &[(&str, Role)] = &[
         ("lag", Role::Lag),
         ("smoothing", Role::Smoothing),
@@ -116,10 +127,22 @@ fn parameter(name: &str, value: &Value<'_>) -> Result<(Parameter, Option<Belongs
         ("volume", Role::Volume),
         ("viscous", Role::Viscous),
         ("laminar", Role::Laminar),
+        ("reference", Role::Reference),
     ];
     let line = value.table(format!("parameter `{name}`"))?;
     let unit = unit(&line)?;
-    let default = line.get("default").map(|value| value.stated(unit.dimension)).transpose()?;
+    let stated = line.get("default");
+    let other = stated.as_ref().and_then(|value| value.text().ok()).filter(|other| *other != name);
+    let other = other.and_then(|other| Some((other, units(other)?)));
+    if let (Some((other, of_other)), Some(value)) = (&other, &stated)
+        && of_other.symbol != unit.symbol
+    {
+        return Err(Complaint::new(Kind::Unit, format!("`{name}` is by default as `{other}`, which is in {of_other}"))
+            .at(value.place())
+            .help(format!("write both in one unit, such as `unit = \"{of_other}\"`")));
+    }
+    let number = stated.filter(|_| other.is_none());
+    let default = number.map(|value| value.stated(unit.dimension)).transpose()?;
     let positive = line.get("positive").map(|value| value.flag()).transpose()?.unwrap_or(false);
     let least = if positive { f64::MIN_POSITIVE } else { 0.0 };
     let bounds = match line.get("bounds") {
@@ -147,7 +170,8 @@ fn parameter(name: &str, value: &Value<'_>) -> Result<(Parameter, Option<Belongs
             .at(value.place())
             .help("write a share of the value, such as `calibrated = \"5 %\"`"));
     }
-    let role = line.get("role").map(|value| named(&value, "roles", ROLES)).transpose()?.unwrap_or_default();
+    let plain = if other.is_some() { Role::Reference } else { Role::Plain };
+    let role = line.get("role").map(|value| named(&value, "roles", ROLES)).transpose()?.unwrap_or(plain);
     let (name, symbol, meaning) = (kept(name), kept(&unit.symbol), meaning(&line)?);
     let neutral = default.as_ref().map(|stated| shown(stated.value));
     let effect = line.get("effect");
@@ -155,6 +179,7 @@ fn parameter(name: &str, value: &Value<'_>) -> Result<(Parameter, Option<Belongs
     line.finish()?;
     let parameter = Parameter {
         default: neutral,
+        default_from: other.map(|(other, _)| kept(other)),
         bounds,
         tolerance: default.as_ref().map_or(0.0, |stated| tolerance(stated, &unit)),
         per_event,
