@@ -275,7 +275,8 @@ fn estimated(rig: &Rig, lags: &[usize]) -> Vec<Estimated> {
     for (index, parameter) in rig.parameters.iter().enumerate() {
         let fault = rig.faults.iter().find(|fault| fault.parameter == index);
         let known = parameter.spread.max(parameter.sigma);
-        if known == 0.0 || parameter.per_event && !lags.contains(&index) {
+        let is_asked = !parameter.per_event || lags.contains(&index);
+        if known == 0.0 || !is_asked || parameter.role.is_reference() {
             continue;
         }
         let (low, high) = fault.map_or(parameter.bounds, |fault| fault.bounds);

@@ -4,7 +4,7 @@ use super::data_sheet;
 use super::estimate::Estimate;
 use super::problem::over_sensors;
 use super::result::{Diagnosis, FitReport, Verdict};
-use super::{DIGITS, Diagnosed, SCHEMA, fitted, hypotheses, missed, onset, summary};
+use super::{DIGITS, Diagnosed, SCHEMA, alike, fitted, hypotheses, missed, onset, summary};
 use crate::estimation::Interval;
 use crate::model::Model;
 use crate::number::rounded;
@@ -55,6 +55,13 @@ pub(super) fn reported(
         let misfit = outputs.get(index)?.iter().zip(full.measured[index]).map(|(model, measured)| model - measured);
         Some(full.weights.mean_square(index, misfit)?.sqrt() / sensor.noise)
     });
+    let present: Vec<usize> =
+        (0..rig.faults.len()).filter(|&fault| faults.get(fault).is_some_and(|one| one.present)).collect();
+    let alike = alike::alike(estimate, &present).into_iter().map(|(fault, values)| {
+        let values = values.into_iter().map(|value| rig.parameters[value].id.clone());
+        std::iter::once(id(fault)).chain(values).collect()
+    });
+    let alike = alike.collect();
     let groups = hypotheses::ambiguity(isolation, case);
     let (parameters, correlation) = fitted::fitted(estimate);
     let diagnosis = Diagnosis {
@@ -73,6 +80,7 @@ pub(super) fn reported(
         detected_at_s,
         onset_s: seen.onset.map(|time| rounded(time, DIGITS)),
         ambiguity: groups.into_iter().map(|group| group.into_iter().map(id).collect()).collect(),
+        alike,
         hypotheses: isolation.hypotheses(case),
         residuals: seen.residuals,
         fit: FitReport {

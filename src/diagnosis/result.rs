@@ -364,6 +364,8 @@ pub struct Diagnosis {
     pub onset_s: Option<f64>,
     /// Groups of faults that this record cannot tell apart: one of each is there, which one stays open.
     pub ambiguity: Vec<Vec<String>>,
+    /// Present faults, each followed by values of the rig file that are no declared faults and explain the record as well in its place.
+    pub alike: Vec<Vec<String>>,
     /// Every fault of the rig, in its order.
     pub faults: Vec<FaultReport>,
     /// Sets of faults with their probabilities, the most probable first.

@@ -13,7 +13,6 @@ use super::{Attempt, Diagnosed, DiagnosisOptions, diagnose_again};
 use crate::complaint::Complaint;
 use crate::estimation::profile::QUANTILE;
 use crate::model::Model;
-use crate::physics::card::Role;
 use crate::record::Record;
 use crate::rig::{Fault, FaultSet, Rig};
 
@@ -104,8 +103,7 @@ pub(super) fn calibrated(rig: &Rig) -> impl Iterator<Item = usize> + '_ {
 /// Whether a value is of a part or a sensor, is no fault, and may be one.
 pub(super) fn may_be_a_fault(rig: &Rig, parameter: usize) -> bool {
     let of_a_part = rig.parts().any(|(_, part)| part.owns(parameter)) && !rig.is_of_effect(parameter);
-    let role = rig.parameters[parameter].role;
-    let may_be = !rig.is_fault(parameter) && !role.is_of_the_drive() && role != Role::Reference;
+    let may_be = !rig.is_fault(parameter) && rig.parameters[parameter].role.may_wear();
     (of_a_part || rig.is_of_sensor(parameter)) && may_be
 }
 

@@ -1,13 +1,15 @@
 //! What drives the circuit: the recorded commands and loads as pieces between which nothing jumps.
 
+use std::borrow::Cow;
+
 use super::piece::{Piece, merge, split, value};
 use super::readings::{FirstReading, Shown, positions, readings, states};
-use super::reshaped::{Following, acting};
+use super::reshaped::{Following, acting, shifted};
 use super::rows::cycle_times;
 use super::stretch::{Stretch, broken_line, fit_line, through};
 use crate::complaint::{Complaint, Kind, Place};
 use crate::record::{Channel, Record, Sampling};
-use crate::rig::{Cycle, Hold, Rig, Target, Temperature};
+use crate::rig::{Cycle, Hold, Input, Rig, Target, Temperature};
 
 /// The pieces of a whole record, one after the other without gap.
 #[derive(Debug, Clone)]
@@ -16,6 +18,8 @@ pub struct InputSignals {
     pub pieces: Vec<Piece>,
     /// What was commanded, where that acts on parts with mass or after a dead time: `pieces` are then reshaped.
     pub commanded: Option<Vec<Piece>>,
+    /// By how much later than commanded each input acts in `pieces` by its own dead time, s.
+    pub dead_times: Vec<f64>,
     /// First readings of the nodes' gauge pressures; none where nothing measures.
     pub readings: Vec<FirstReading>,
     /// What is added to the pressure that each node starts with, Pa: zeros, but for asking what another start would do.
@@ -115,6 +119,7 @@ impl InputSignals {
         let drive = Self {
             pieces: merge(&lines, rig.inputs.len(), start, last),
             commanded: None,
+            dead_times: Vec::new(),
             begun: start,
             readings: vec![FirstReading::default(); rig.nodes.len()],
             nudges: vec![0.0; rig.nodes.len()],
@@ -142,6 +147,7 @@ impl InputSignals {
             begun: 0.0,
             pieces,
             commanded: None,
+            dead_times: Vec::new(),
             readings: vec![FirstReading::default(); rig.nodes.len()],
             nudges: vec![0.0; rig.nodes.len()],
             onset: None,
@@ -238,7 +244,26 @@ impl InputSignals {
         if let Some(acting) = acting(&self.pieces, rig, followings) {
             self.commanded = Some(std::mem::replace(&mut self.pieces, acting));
         }
+        let dead_time = |input: &Input| input.dead_time.map_or(0.0, |own| rig.parameters[own].value);
+        self.dead_times = rig.inputs.iter().map(dead_time).collect();
         self
+    }
+
+    /// The drive as it acts with the parameters of a rig, SI, where dead times that are fitted like any other value are others than it has.
+    pub(crate) fn with_dead_times(&self, rig: &Rig, parameters: &[f64]) -> Cow<'_, Self> {
+        let later = |(input, (own, &at_hand)): (usize, (&Input, &f64))| {
+            let own = own.dead_time.filter(|&own| !rig.parameters[own].per_event)?;
+            Some((input, parameters[own] - at_hand)).filter(|&(_, later)| later != 0.0)
+        };
+        let by: Vec<(usize, f64)> = rig.inputs.iter().zip(&self.dead_times).enumerate().filter_map(later).collect();
+        if by.is_empty() {
+            return Cow::Borrowed(self);
+        }
+        let mut drive = self.clone();
+        let pieces = shifted(&drive.pieces, &by, rig.inputs.len());
+        drive.commanded.get_or_insert(std::mem::replace(&mut drive.pieces, pieces));
+        by.into_iter().for_each(|(input, later)| drive.dead_times[input] += later);
+        Cow::Owned(drive)
     }
 
     /// What a sensor shows of a node at the start, if one does.

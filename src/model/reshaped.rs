@@ -141,6 +141,13 @@ pub(super) fn acting(commanded: &[Piece], rig: &Rig, followings: &[Following]) -
     lines.map(|lines| merged(lines, commanded, rig.inputs.len()))
 }
 
+/// The pieces had inputs acted later by so many s, each by its index, or sooner.
+pub(super) fn shifted(pieces: &[Piece], by: &[(usize, f64)], inputs: usize) -> Vec<Piece> {
+    let mut lines = Line::all(pieces);
+    by.iter().for_each(|&(input, later)| lines[input].shift(later));
+    merged(lines, pieces, inputs)
+}
+
 /// One input of a drive by itself, with corners only where it bends: the solver stops at each.
 struct Line {
     stretches: Vec<Stretch>,
@@ -174,17 +181,35 @@ impl Line {
 
     /// Acts as what follows it needs it.
     fn follow(&mut self, following: &Following) {
-        let begins = self.stretches.first().map(|first| first.start);
-        for stretch in &mut self.stretches {
-            (stretch.start, stretch.end) = (stretch.start + following.dead_time, stretch.end + following.dead_time);
-        }
-        self.jumps.iter_mut().for_each(|jump| *jump += following.dead_time);
-        // What acted before the first piece is what it began with.
-        if let Some((first, begins)) = self.stretches.first_mut().zip(begins) {
-            first.start = begins;
-        }
+        self.shift(following.dead_time);
         if following.has_mass() {
             self.stretches = with_mass(&self.stretches, following, &self.jumps);
+        }
+    }
+
+    /// Acts later by so many s, or sooner. Before the first stretch acted what it began with, behind the last one acts what it ended with.
+    fn shift(&mut self, later: f64) {
+        let (Some(&first), Some(&last)) = (self.stretches.first(), self.stretches.last()) else { return };
+        let (begin, end) = (first.start, last.end);
+        for stretch in &mut self.stretches {
+            (stretch.start, stretch.end) = (stretch.start + later, stretch.end + later);
+        }
+        self.jumps.iter_mut().for_each(|jump| *jump += later);
+        if later < 0.0 {
+            self.jumps.retain(|&jump| jump > begin);
+            self.stretches.retain(|stretch| stretch.end > begin);
+        }
+        let still = |start: f64, end: f64, value: f64| Stretch { start, end, from: value, to: value, may_jump: false };
+        match self.stretches.first_mut() {
+            Some(first) if first.start > begin && first.from != first.to => {
+                let before = still(begin, first.start, first.from);
+                self.stretches.insert(0, before);
+            }
+            Some(first) => (first.start, first.from) = (begin, first.at(begin.max(first.start))),
+            None => {}
+        }
+        if later < 0.0 {
+            self.stretches.push(still((end + later).max(begin), end, last.to));
         }
     }
 }

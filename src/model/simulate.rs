@@ -12,6 +12,7 @@ use super::slopes::LANES;
 use super::start;
 
 use crate::numeric::{Options, Rosenbrock, Step};
+use crate::physics::card::Role;
 use crate::physics::effect::{self, Form};
 use crate::rig::{InstalledEffect, Location, NodeKind, Rig};
 
@@ -19,6 +20,9 @@ use crate::rig::{InstalledEffect, Location, NodeKind, Rig};
 const GROUP: usize = 32;
 /// Fewest parameters for which a second integration pays: then another thread leads half of them.
 const SHARED: usize = 2 * LANES;
+
+/// Step of the differences by a dead time, as a share of its standard deviation: far more than the solver errs, far less than a record bends.
+const DEAD_TIME_STEP: f64 = 0.25;
 
 /// Steps that a run may take besides those of its rows, and for each row: half a period, the fastest that a record shows, takes
 /// about 20.
@@ -130,6 +134,10 @@ impl Model {
         drive: &InputSignals,
         times: &[f64],
     ) -> Result<Sensitivities, SimulationError> {
+        let late: Vec<usize> = by.iter().copied().filter(|&one| self.is_fitted_dead_time(one)).collect();
+        if !late.is_empty() {
+            return self.sensitivities_by_dead_times((parameters, drive, times), by, &late);
+        }
         self.rig.context().solved(true);
         let least = if by.len() > SHARED { 2 } else { 1 };
         let groups = by.len().div_ceil(GROUP).max(least);
@@ -149,6 +157,42 @@ impl Model {
             Some(all) => Ok(all),
             None => Ok(Sensitivities { outputs: self.solve(parameters, drive, times)?, derivatives: Vec::new() }),
         }
+    }
+
+    /// Whether a parameter is a dead time that is fitted like any other value.
+    fn is_fitted_dead_time(&self, parameter: usize) -> bool {
+        self.rig.parameters[parameter].role == Role::DeadTime
+            && self.rig.inputs.iter().any(|input| input.dead_time == Some(parameter))
+    }
+
+    /// Derivatives where some are by dead times of inputs, `late`: those by differences of two runs, since what drives the rig carries none.
+    fn sensitivities_by_dead_times(
+        &self,
+        (parameters, drive, times): (&[f64], &InputSignals, &[f64]),
+        by: &[usize],
+        late: &[usize],
+    ) -> Result<Sensitivities, SimulationError> {
+        let others: Vec<usize> = by.iter().copied().filter(|one| !late.contains(one)).collect();
+        let Sensitivities { outputs, derivatives } = self.sensitivities(parameters, &others, drive, times)?;
+        let mut derivatives = derivatives.into_iter();
+        let shifted = |own: usize, step: f64| {
+            let mut parameters = parameters.to_vec();
+            parameters[own] += step;
+            self.solve(&parameters, drive, times)
+        };
+        let column = |&own: &usize| {
+            if !late.contains(&own) {
+                return Ok(derivatives.next().unwrap_or_default());
+            }
+            let step = DEAD_TIME_STEP * self.rig.parameters[own].sigma.max(f64::MIN_POSITIVE);
+            let (mut later, sooner) = (shifted(own, step)?.values, shifted(own, -step)?.values);
+            for (later, sooner) in later.iter_mut().flatten().zip(sooner.iter().flatten()) {
+                *later = (*later - sooner) / (2.0 * step);
+            }
+            Ok(later)
+        };
+        let derivatives = by.iter().map(column).collect::<Result<_, SimulationError>>()?;
+        Ok(Sensitivities { outputs, derivatives })
     }
 
     /// The formula of the rig file that acts on a state, with its effect.
@@ -201,6 +245,8 @@ impl Model {
         watch: &mut impl Watch<N>,
     ) -> Result<SolverEffort, SimulationError> {
         let (tolerance, context) = (self.tolerance, self.rig.context());
+        let acting = drive.with_dead_times(&self.rig, parameters);
+        let drive = acting.as_ref();
         let changed: &[(usize, Before)] = drive.onset.as_ref().map_or(&[], |onset| &onset.before);
         let (before, moment) = drive.before(parameters);
         let after = parameters;

@@ -14,9 +14,14 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
+    /// Its value at a time, s.
+    pub(super) fn at(&self, time: f64) -> f64 {
+        self.from + (time - self.start) / (self.end - self.start) * (self.to - self.from)
+    }
+
     /// Whether a later point lies on its line.
     pub(super) fn goes_through(&self, time: f64, value: f64) -> bool {
-        let there = self.from + (time - self.start) / (self.end - self.start) * (self.to - self.from);
+        let there = self.at(time);
         (there - value).abs() <= STRAIGHT * there.abs().max(self.from.abs()).max(self.to.abs())
     }
 }

@@ -149,7 +149,8 @@ pub enum Role {
     Laminar,
     /// How a gas is compressed, by the heat that it exchanges: no property of a part, so that no two rigs of a kind differ in it.
     GasLaw,
-    /// A condition at which another value of the data sheet holds, or the form of a law: what nothing wears.
+    /// A condition at which another value of the data sheet holds, or the form of a law away from it: nothing wears it, and no healthy
+    /// record says anything of it.
     Reference,
     /// What the instrument of the component's input shows per true value; known where the input is exact.
     Instrument,
@@ -295,6 +296,16 @@ impl Role {
     /// Whether the parameter changes what drives the law and not the law, so that no sensitivity shows what it does.
     pub const fn is_of_the_drive(self) -> bool {
         matches!(self, Self::InertiaTime | Self::DeadTime)
+    }
+
+    /// Whether it is [`Role::Reference`].
+    pub const fn is_reference(self) -> bool {
+        matches!(self, Self::Reference)
+    }
+
+    /// Whether the value may be another than it was, as a part wears.
+    pub const fn may_wear(self) -> bool {
+        !self.is_of_the_drive() && !self.is_reference()
     }
 }
 

@@ -68,7 +68,10 @@ fn brief_record(record: &RecordPage) -> Vec<String> {
         columns += &format!(", {} do not: {}", names.len(), few(&names, FEW));
     }
     if record.usable {
-        columns += &format!("; {} phases between jumps of the inputs", record.phases.len());
+        columns += &match record.phases.len() {
+            1 => "; no input jumps".to_owned(),
+            several => format!("; {several} phases between jumps of the inputs"),
+        };
     }
     lines.extend(wrapped(&format!("{columns}."), "  "));
     if !record.mapping.is_empty() {

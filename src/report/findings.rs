@@ -111,7 +111,18 @@ fn found(diagnosis: &Diagnosis, findings: &[Finding]) -> Vec<String> {
         (place == 0 || rival.probability.is_none()).then(|| instead(rival, finding))
     });
     lines.extend(rivals.take(RIVALS).flat_map(|words| wrapped(&words, "  ")));
+    lines.extend(
+        diagnosis.alike.iter().take(RIVALS).filter_map(|group| alike(group)).flat_map(|words| wrapped(&words, "  ")),
+    );
     lines
+}
+
+/// A fault and what no rig file declares and does the same, in a sentence; `None` of nothing.
+pub(super) fn alike(group: &[String]) -> Option<String> {
+    let (fault, values) = group.split_first()?;
+    let (are, does) =
+        if values.len() > 1 { ("are no declared faults", "do") } else { ("is no declared fault", "does") };
+    Some(format!("{} {are}, and {does} the same to this record as {fault}.", values.join(", ")))
 }
 
 /// A finding: its size, its interval, how sure; what it is; its largest consequences.

@@ -8,7 +8,7 @@ use crate::finding::argument;
 use crate::finding::lacking::{Lacking, does};
 use crate::learn::evaluated::Conclusion;
 use crate::learn::result::{CandidateReport, EffectParameter, SuggestionReport};
-use crate::number::{before_unit, rounded};
+use crate::number::before_unit;
 
 /// Candidates that a page shows, the best included, and those of the short text.
 pub(super) const SHOWN: usize = 3;

@@ -20,8 +20,7 @@ impl Scaling {
     pub(super) fn read(value: &Value<'_>, dimension: Dimension, zero: Option<&Value<'_>>) -> Result<Self, Complaint> {
         let text = value.text()?;
         let wrong = || {
-            let what = format!("{} is `{text}`, and should be {dimension} per unit of the column", value.what);
-            Complaint::new(Kind::Unit, what).at(value.place()).help(
+            Complaint::new(Kind::Unit, format!("{} is `{text}`", value.what)).at(value.place()).help(
                 "write what one unit of the column stands for, the column's unit behind the last `/`: `1 cm/V`, `36.65 mm/s/rpm` of a \
                  speed in rpm, or `1450 rev/min` of a column without unit",
             )

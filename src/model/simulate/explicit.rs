@@ -62,6 +62,8 @@ impl Model {
         drive: &InputSignals,
         times: &[f64],
     ) -> Result<Outputs, SimulationError> {
+        let acting = drive.with_dead_times(&self.rig, parameters);
+        let drive = acting.as_ref();
         let mut values = vec![vec![0.0; times.len()]; self.rig.sensors.len()];
         let mut effort = SolverEffort::default();
         let assembly = RefCell::new(Assembly::new(&self.rig, &self.layout, parameters));

@@ -19,7 +19,7 @@ pub const CARD: Card = Card {
     meaning: "Pressure-relief valve whose opening follows the overpressure with a lag.",
     law: "tau e' = (o + sqrt(o² + w²))/2 - e with o = p_P - p_T - p_c;  q = q_r (e/e_r) ((p_c + e_r)/(p_r + e_r))^m sqrt(dp/(p_c + e_r))",
     source: "static gradient of a data sheet; Merritt (1967), section 5-6, for the lag and for m = 1/2",
-    validity: "Static line through cracking and rated point; no hysteresis, no flow below the cracking pressure. A poppet whose spring is set otherwise opens as far per overpressure as before, so that the flow goes with the root of the pressure: m = 1/2. Pilot-operated valves have parallel lines in their data sheets: m = 0. By default either may be.",
+    validity: "Static line through cracking and rated point; no hysteresis, no flow below the cracking pressure. A poppet whose spring is set otherwise opens as far per overpressure as before, so that the flow goes with the root of the pressure: m = 1/2. Pilot-operated valves have parallel lines in their data sheets: m = 0. By default it is uncertain which.",
     parameters: &[
         Parameter::required("set_pressure", "p_c", "bar", "cracking pressure").calibrated(0.02),
         Parameter::required("rated_flow", "q_r", "L/min", "flow at the rated overpressure"),
@@ -36,9 +36,9 @@ pub const CARD: Card = Card {
             .or_as("set_pressure"),
         Parameter::required("setting_exponent", "m", "-", "power with which the flow per overpressure goes with the setting")
             .is(Role::Reference)
-            .or(0.25)
+            .or(0.0)
             .within(0.0, 1.0)
-            .uncertain(1.0),
+            .uncertain(0.5),
     ],
     ports: &[Port::hydraulic("P", "pressure side"), Port::hydraulic("T", "tank side")],
     states: &[State {

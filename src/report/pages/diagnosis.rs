@@ -95,6 +95,11 @@ pub fn html(
         why.subheading("Ambiguity groups");
         why.list(groups.collect());
     }
+    let alike: Vec<String> = diagnosis.alike.iter().filter_map(|group| findings::alike(group)).collect();
+    if !alike.is_empty() {
+        why.subheading("Values that do the same");
+        why.list(alike);
+    }
     page.section(why);
     if !diagnosis.residuals.is_empty() {
         page.section(residual_section(&shown, diagnosis)?);

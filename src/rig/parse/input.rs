@@ -31,7 +31,7 @@ pub(super) fn read_inputs(rig: &mut Rig, inputs: Option<Value<'_>>) -> Result<()
             Some(value) => difference(&value, dimension)? * size,
         };
         let column = table.get("column").map(|column| column.name()).transpose()?.unwrap_or(name).to_owned();
-        let dead_time = table.get("dead_time").map(|value| read_dead_time(rig, name, &value)).transpose()?;
+        let dead_time = table.get("dead_time").map(|value| read_dead_time(rig, (name, hold), &value)).transpose()?;
         table.finish()?;
         let (name, place) = (name.to_owned(), value.place());
         rig.inputs.push(Input { name, column, unit, scale, hold, noise, dead_time, place });
@@ -39,8 +39,9 @@ pub(super) fn read_inputs(rig: &mut Rig, inputs: Option<Value<'_>>) -> Result<()
     Ok(())
 }
 
-/// A time that does not run backwards, as a parameter of the rig: its index.
-fn read_dead_time(rig: &mut Rig, input: &str, value: &Value<'_>) -> Result<usize, Complaint> {
+/// A time that does not run backwards, as a parameter of the rig: its index. Where commands switch each switching may have another; where
+/// an input runs straight from row to row nothing switches, and it is one value.
+fn read_dead_time(rig: &mut Rig, (input, hold): (&str, Hold), value: &Value<'_>) -> Result<usize, Complaint> {
     let stated = value.stated(Dimension::TIME)?;
     if stated.value < 0.0 {
         return Err(Complaint::new(Kind::Bounds, "an input cannot act before its column says so").at(value.place()).help(
@@ -54,7 +55,7 @@ fn read_dead_time(rig: &mut Rig, input: &str, value: &Value<'_>) -> Result<usize
         value: stated.value,
         bounds: (0.0, f64::INFINITY),
         sigma,
-        per_event: true,
+        per_event: hold != Hold::Linear,
         role: Role::DeadTime,
         spread: sigma,
         meaning: format!("by how much later than its column says `{input}` acts"),

@@ -165,21 +165,112 @@ fn an_uncertain_dead_time_of_an_input_is_calibrated() {
             ["calibrate", &rig, &records[0], &records[1], "-o", &path("new.toml"), "--force", "--format", "json"];
         let ran = borescope(calibrate);
         let found: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
-        let of = |list: &str, id: &str| {
-            let all = found[list].as_array().unwrap();
-            all.iter().find(|one| one["id"] == id).and_then(|one| one["after"].as_f64())
-        };
-        let dead_time = of("dynamics", "input.u.dead_time");
+        let all = found["parameters"].as_array().unwrap();
+        let of = |id: &str| all.iter().find(|one| one["id"] == id).and_then(|one| one["after"].as_f64());
+        let dead_time = of("input.u.dead_time");
         let written = Rig::read(path("new.toml")).unwrap();
         let written = &written.parameters[written.parameter("input.u.dead_time").unwrap()];
         assert!((1e3 * written.value - dead_time.unwrap_or(4.0)).abs() < 1e-3, "{} s", written.value);
-        (of("parameters", "valve.natural_frequency").unwrap(), dead_time)
+        (of("valve.natural_frequency").unwrap(), dead_time)
     };
     let (exact, none) = frequency("4 ms");
     let (open, found) = frequency("4 ms +- 3 ms");
     println!("{exact} Hz with 4 ms, {open} Hz with {found:?} ms");
     // 55 Hz and 7.5 ms are true; only the overshoot tells a delay from a slow spool.
     assert!(none.is_none() && (found.unwrap() - 7.5).abs() < 2.0 && (open - 55.0).abs() < 0.7 * (exact - 55.0).abs());
+}
+
+/// As a value that is fitted a dead time does what the file does that states it, and its derivative is how the readings differ.
+#[test]
+fn a_dead_time_that_is_fitted_acts_as_a_stated_one() {
+    let path = "fixtures/hydrostatic_drive/rig.toml";
+    let text = fs::read_to_string(path).unwrap();
+    let line = r#"swash = { unit = "-", hold = "linear""#;
+    let rig = |dead_time: &str| {
+        Rig::parse(path, text.replacen(line, &format!("{line}, dead_time = \"{dead_time}\""), 1)).unwrap()
+    };
+    let open = rig("25 ms +- 8 ms");
+    let record = open.record("fixtures/hydrostatic_drive/healthy_1.csv").unwrap();
+    let own = open.parameter("input.swash.dead_time").unwrap();
+    let model = Model::new(open);
+    let drive = InputSignals::from_record(&model.rig, &record).unwrap();
+    let solve = |dead_time: f64| {
+        let mut values = model.rig.nominal();
+        values[own] = dead_time;
+        model.solve(&values, &drive, &record.time).unwrap().values
+    };
+    let apart = |a: &[Vec<f64>], b: &[Vec<f64>]| {
+        let of = |(sensor, (a, b)): (usize, (&Vec<f64>, &Vec<f64>))| {
+            let most = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            most / model.rig.sensors[sensor].noise
+        };
+        a.iter().zip(b).enumerate().map(of).fold(0.0, f64::max)
+    };
+    for (seconds, stated) in [(0.033, "33 ms"), (0.004, "4 ms"), (0.025, "25 ms")] {
+        let rig = rig(stated);
+        let other = InputSignals::from_record(&rig, &record).unwrap();
+        let values = rig.nominal();
+        let wanted = Model::new(rig).solve(&values, &other, &record.time).unwrap().values;
+        let found = solve(seconds);
+        println!("{stated}: {} of the noise", apart(&found, &wanted));
+        assert!(apart(&found, &wanted) < 0.05, "{stated}: {}", apart(&found, &wanted));
+    }
+    assert!(apart(&solve(0.033), &solve(0.025)) > 20.0);
+    let leak = model.rig.parameter("motor.case_leakage").unwrap();
+    let found = model.sensitivities(&model.rig.nominal(), &[own, leak], &drive, &record.time).unwrap();
+    let alone = model.sensitivities(&model.rig.nominal(), &[leak], &drive, &record.time).unwrap();
+    assert_eq!(found.derivatives[1], alone.derivatives[0]);
+    // A millisecond to both sides, where the derivative takes two.
+    let (later, sooner) = (solve(0.026), solve(0.024));
+    let unseen = |sensor: usize| record.time.len() as f64 * (0.1 * model.rig.sensors[sensor].noise / 8e-3).powi(2);
+    let squares = |of: &dyn Fn(usize) -> f64| (0..record.time.len()).map(|row| of(row).powi(2)).sum::<f64>();
+    for sensor in 0..model.rig.sensors.len() {
+        let slope = |row: usize| (later[sensor][row] - sooner[sensor][row]) / 2e-3;
+        let wrong = squares(&|row| found.derivatives[0][sensor][row] - slope(row));
+        assert!(wrong <= 0.01 * squares(&slope) + unseen(sensor), "{}", model.rig.sensors[sensor].name);
+    }
+}
+
+/// Pump and motor leak across in parallel, and only the motor's leak is declared: that the pump may be what leaks is said, and only of it.
+#[test]
+fn what_is_not_declared_and_does_the_same_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (rig, record) = (path("rig.toml"), path("record.csv"));
+    let whole = fs::read_to_string("fixtures/hydrostatic_drive/rig.toml").unwrap();
+    let exact = r#"internal_leakage = "0.012 L/min/bar""#;
+    assert_eq!(whole.matches(exact).count(), 1);
+    fs::write(&rig, whole.replacen(exact, r#"internal_leakage = "0.012 L/min/bar +- 30 %""#, 1)).unwrap();
+    let alike = |set: &str| {
+        let input = "fixtures/hydrostatic_drive/healthy_1.csv";
+        let simulate = ["simulate", &rig, "--input", input, "--set", set, "--seed", "2", "-o", &record, "--force"];
+        assert_eq!(borescope(simulate).status, Some(0));
+        let found = borescope(["diagnose", &rig, &record, "--format", "json"]);
+        let found: serde_json::Value = serde_json::from_str(&found.out).unwrap();
+        assert_eq!(found["verdict"], "faulty");
+        found["alike"].clone()
+    };
+    let twins = alike("motor.internal_leakage=0.04L/min/bar");
+    assert_eq!(twins, serde_json::json!([["motor.internal_leakage", "pump.internal_leakage"]]));
+    assert_eq!(alike("motor.case_leakage=0.02L/min/bar"), serde_json::json!([]));
+    let told = borescope(["diagnose", &rig, &record]).out;
+    assert!(!told.contains("no declared fault"), "{told}");
+}
+
+/// A poppet whose spring is set otherwise passes with the root of the pressure, a pilot-operated valve by parallel lines: a weak spring of
+/// either is a weak spring, and no other part beside it.
+#[test]
+fn a_weak_spring_is_found_whichever_way_the_valve_is_built() {
+    let folder = tempfile::tempdir().unwrap();
+    let record = folder.path().join("record.csv").to_str().unwrap().to_owned();
+    let (rig, input) = ("fixtures/hydrostatic_drive/rig.toml", "fixtures/hydrostatic_drive/healthy_1.csv");
+    for exponent in ["0", "0.5"] {
+        let exponent = format!("charge_relief.setting_exponent={exponent}");
+        let set = ["--set", "charge_relief.set_pressure=12bar", "--set", &exponent];
+        let simulate = ["simulate", rig, "--input", input, "--seed", "1", "-o", &record, "--force"];
+        assert_eq!(borescope(simulate.into_iter().chain(set)).status, Some(0));
+        is_found_on(rig, &record, "charge_relief.set_pressure", 12.0);
+    }
 }
 
 mod studies {

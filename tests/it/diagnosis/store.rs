@@ -41,6 +41,7 @@ fn diagnosis(record: &str, value: f64, half: f64) -> Diagnosis {
         detected_at_s: Some(0.5),
         onset_s: None,
         ambiguity: Vec::new(),
+        alike: Vec::new(),
         faults: vec![FaultReport {
             id: "upper_outlet.diameter".to_owned(),
             meaning: "diameter".to_owned(),

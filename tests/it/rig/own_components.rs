@@ -51,6 +51,35 @@ quantities.conductance = "0.7 * 0.785398163397 * diameter^2 * sqrt(2 / fluid.den
 flow = { from = "in", to = "out", formula = "conductance * root(in.p - out.p, [0.2 bar])" }
 "#;
 
+/// A default that names another parameter is what the file states of that one, and stays where that one goes.
+#[test]
+fn a_default_may_be_what_another_parameter_is_stated_as() {
+    let own = |default: &str| {
+        let drawn = format!("drawn = {{ unit = \"mm\", default = \"{default}\" }}");
+        let ratio = "conductance = \"0.7 * 0.785398163397 * drawn * diameter * sqrt(2 / fluid.density)\"";
+        let (before, rest) = ORIFICE.split_once("quantities.").unwrap();
+        let rest = rest.split_once('\n').unwrap().1;
+        format!("{before}parameters.{drawn}\nquantities.{ratio}\n{rest}")
+    };
+    let with = |default: &str, stated: &str| {
+        let hole = format!("hole = {{ kind = \"own:hole\", ports = {{ in = \"clean\", out = \"tank\" }}, {stated} }}");
+        text().replacen("[components]\n", &format!("[components]\n{hole}\n"), 1) + &own(default)
+    };
+    let value = |rig: &Rig, id: &str| rig.parameters[rig.parameter(id).unwrap()].clone();
+    let rig = parse(with("diameter", "diameter = \"2 mm +- 0.1 mm\""));
+    let drawn = value(&rig, "hole.drawn");
+    assert_eq!((drawn.value, drawn.sigma, value(&rig, "hole.diameter").sigma), (2e-3, 0.0, 1e-4));
+    let rig = parse(with("diameter", "diameter = \"2 mm\", drawn = \"3 mm\""));
+    assert_eq!(value(&rig, "hole.drawn").value, 3e-3);
+    // What is no name of another is a number, and an unlike unit is told.
+    let told = |text: String| Rig::parse(FILTER, text).unwrap_err().to_string();
+    assert!(told(with("diametre", "diameter = \"2 mm\"")).contains("diametre"));
+    let unlike =
+        with("diameter", "diameter = \"2 mm\"").replacen("drawn = { unit = \"mm\"", "drawn = { unit = \"cm\"", 1);
+    let told = told(unlike);
+    assert!(told.contains("`drawn` is by default as `diameter`") && told.contains("unit = \"mm\""), "{told}");
+}
+
 #[test]
 fn a_formula_acts_like_the_built_in_law() {
     let outlet = |line: &str| {

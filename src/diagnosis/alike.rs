@@ -1,0 +1,64 @@
+//! Values that nobody declared as faults and that do what a fault does.
+//!
+//! Two motors drive one shaft, and the rig file declares the friction of the first: the record has more of it, and does not say in which. A
+//! search among declared faults finds the one that it knows. So each value that the rig file leaves uncertain, of another part, is asked
+//! whether the record would have it in place of the fault.
+
+use nalgebra::DMatrix;
+
+use super::estimate::Estimate;
+use super::undeclared::{fault, may_be_a_fault};
+use crate::estimation::profile::QUANTILE;
+
+/// How many are named, the likest first.
+const NAMED: usize = 3;
+
+/// For each fault that is present, by its index: parameters of the rig with which, free in its place, the record is explained as well (95 %),
+/// the likest first; faults that have none are left out.
+///
+/// With the covariance `C` of all that is estimated beside the fault `f` and the precision `P` of what was known before, a value `u` that is
+/// free of what was known gives the fault the variance `v = C_ff + (CP)_fu² / (P - PCP)_uu`; without its deviation `d` the cost is `d²/v` more.
+/// Worked: two columns that are the same, of information 4, and a value known to 0.1: `C_ff = 1/4 + 1/100`, `P = 100`, `(CP)_fu = -1`,
+/// `(P - PCP)_uu = 0`: any deviation of the fault may as well be one of the value.
+pub(super) fn alike(estimate: &Estimate<'_>, present: &[usize]) -> Vec<(usize, Vec<usize>)> {
+    let (case, isolation) = (&estimate.case, &estimate.isolation);
+    let (rig, full, set) = (case.rig(), &case.full, isolation.set());
+    let Ok(information) = isolation.local.information(&case.problem(set)) else { return Vec::new() };
+    let scale = &isolation.local.scale;
+    let covariance = information.covariance().map_with_location(|i, j, value| value * scale[i] * scale[j]);
+    let known = case.prior(set);
+    let (members, precision) = (&known.members, known.precision());
+    // (CP) of the members, and P - PCP.
+    let of_members = DMatrix::from_fn(covariance.nrows(), members.len(), |i, k| covariance[(i, members[k])]);
+    let gain = &of_members * &precision;
+    let inside = DMatrix::from_fn(members.len(), members.len(), |i, k| covariance[(members[i], members[k])]);
+    let left = &precision - &precision * inside * &precision;
+    // What a part has otherwise is its fault, whichever of its values says so.
+    let is_of_one_part = |fault: usize, value: usize| {
+        let fault = rig.faults[fault].parameter;
+        rig.parts().any(|(_, part)| part.owns(fault) && part.owns(value))
+            || rig.sensors.iter().any(|sensor| sensor.owns(fault) && sensor.owns(value))
+    };
+    let theta = &isolation.best.theta;
+    let one = |&f: &usize| {
+        let away = theta[f] - case.mean[f];
+        let of_value = |(place, &u): (usize, &usize)| {
+            let parameter = full.estimated[u].parameter;
+            if u < case.faults() || !may_be_a_fault(rig, parameter) || is_of_one_part(f, parameter) {
+                return None;
+            }
+            let (by, own) = (gain[(f, place)], left[(place, place)].max(f64::EPSILON * precision[(place, place)]));
+            let variance = covariance[(f, f)] + by * by / own;
+            let rise = away * away / (variance * isolation.inflation[f]);
+            // Where the value goes as the fault returns.
+            let there = theta[u] - away * by / own / variance;
+            let (low, high) = fault(rig, parameter).bounds;
+            (rise < QUANTILE * QUANTILE && (low..=high).contains(&there)).then_some((rise, parameter))
+        };
+        let mut values: Vec<(f64, usize)> = members.iter().enumerate().filter_map(of_value).collect();
+        values.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let values: Vec<usize> = values.into_iter().take(NAMED).map(|(_, parameter)| parameter).collect();
+        (!values.is_empty()).then_some((f, values))
+    };
+    present.iter().filter_map(one).collect()
+}
