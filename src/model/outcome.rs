@@ -101,7 +101,8 @@ impl fmt::Display for SimulationError {
             Self::Unstable { parameter, sensor, t } => {
                 write!(
                     f,
-                    "from {t:.3} s on the model is unstable: a rounding error of {parameter} grows until it shows in {sensor}"
+                    "from {t:.3} s on the model is unstable or rings undamped: a rounding error of {parameter} grows until it shows in {sensor}; a shorter \
+                     lag of that part, or more volume beside it, damps it"
                 )
             }
             Self::Interrupted => Interrupted.fmt(f),

@@ -246,12 +246,10 @@ pub(super) fn channel_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     diagnosis.channels.iter().map(row).collect()
 }
 
-#[cfg(feature = "cli")]
 pub(super) const UNCERTAIN_HEADS: [Head; 5] =
     [("parameter", false), ("estimate", true), ("rig file", true), ("unit", false), ("pull", true)];
 
 /// Parameters that were estimated along; the pull is how far the record draws one from its rig file.
-#[cfg(feature = "cli")]
 pub(super) fn uncertain_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     // Both with as many decimals as two digits of the uncertainty ask for.
     let with = |value: f64, sigma: Option<f64>| match sigma {
@@ -269,6 +267,19 @@ pub(super) fn uncertain_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
         ]
     };
     diagnosis.uncertain.iter().map(row).collect()
+}
+
+const PULLED: &str = "Uncertain values that the record draws furthest, +- one standard deviation";
+
+/// How many of them a text shows.
+const MOST_PULLED: usize = 6;
+
+/// The rows of those that are drawn by a standard deviation or more, the furthest first.
+fn most_pulled(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
+    let mut rows: Vec<_> = diagnosis.uncertain.iter().zip(uncertain_rows(diagnosis)).collect();
+    rows.retain(|(one, _)| one.deviations() >= 1.0);
+    rows.sort_by(|(a, _), (b, _)| b.deviations().total_cmp(&a.deviations()));
+    rows.into_iter().take(MOST_PULLED).map(|(_, row)| row).collect()
 }
 
 pub(super) const OPEN_INTERVALS: &str = "Intervals that are open, or whose search did not converge";
@@ -435,6 +446,10 @@ fn page(diagnosis: &Diagnosis, style: Style, [scales, courses]: [Vec<String>; 2]
     let left_out = left_out(&diagnosis.left_out, TOLD);
     if !left_out.is_empty() {
         block("Left out of the fit", indented(left_out));
+    }
+    let pulled = most_pulled(diagnosis);
+    if !pulled.is_empty() {
+        block(PULLED, aligned(&UNCERTAIN_HEADS, &pulled));
     }
     lines.extend([String::new(), fitted(diagnosis), String::new()]);
     lines_fitted(&lines.join("\n"))
