@@ -55,8 +55,9 @@ pub(super) fn reported(
         let misfit = outputs.get(index)?.iter().zip(full.measured[index]).map(|(model, measured)| model - measured);
         Some(full.weights.mean_square(index, misfit)?.sqrt() / sensor.noise)
     });
-    let present: Vec<usize> =
-        (0..rig.faults.len()).filter(|&fault| faults.get(fault).is_some_and(|one| one.present)).collect();
+    // What explains nothing has no like.
+    let is_present = |&fault: &usize| adequate && faults.get(fault).is_some_and(|one| one.present);
+    let present: Vec<usize> = (0..rig.faults.len()).filter(is_present).collect();
     let alike = alike::alike(estimate, &present).into_iter().map(|(fault, values)| {
         let values = values.into_iter().map(|value| rig.parameters[value].id.clone());
         std::iter::once(id(fault)).chain(values).collect()

@@ -246,6 +246,14 @@ impl InputSignals {
         }
         let dead_time = |input: &Input| input.dead_time.map_or(0.0, |own| rig.parameters[own].value);
         self.dead_times = rig.inputs.iter().map(dead_time).collect();
+        self.beginning_at_onset()
+    }
+
+    /// The same, a piece beginning where parameters change: inputs that act later take their corners with them.
+    fn beginning_at_onset(mut self) -> Self {
+        if let Some(onset) = &self.onset {
+            split(&mut self.pieces, onset.time);
+        }
         self
     }
 
@@ -263,7 +271,7 @@ impl InputSignals {
         let pieces = shifted(&drive.pieces, &by, rig.inputs.len());
         drive.commanded.get_or_insert(std::mem::replace(&mut drive.pieces, pieces));
         by.into_iter().for_each(|(input, later)| drive.dead_times[input] += later);
-        Cow::Owned(drive)
+        Cow::Owned(drive.beginning_at_onset())
     }
 
     /// What a sensor shows of a node at the start, if one does.

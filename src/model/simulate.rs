@@ -14,15 +14,18 @@ use super::start;
 use crate::numeric::{Options, Rosenbrock, Step};
 use crate::physics::card::Role;
 use crate::physics::effect::{self, Form};
-use crate::rig::{InstalledEffect, Location, NodeKind, Rig};
+use crate::rig::{InstalledEffect, Location, NodeKind, Parameter, Rig};
 
 /// Most parameters whose sensitivities are carried along with one integration.
 const GROUP: usize = 32;
 /// Fewest parameters for which a second integration pays: then another thread leads half of them.
 const SHARED: usize = 2 * LANES;
 
-/// Step of the differences by a dead time, as a share of its standard deviation: far more than the solver errs, far less than a record bends.
+/// Step of the differences by a dead time, as a share of its standard deviation: far more than the solver errs. What is quicker than that is
+/// smoothed by it.
 const DEAD_TIME_STEP: f64 = 0.25;
+/// Standard deviation of one that is exact, s.
+const LEAST_DEVIATION: f64 = 1e-4;
 
 /// Steps that a run may take besides those of its rows, and for each row: half a period, the fastest that a record shows, takes
 /// about 20.
@@ -161,7 +164,9 @@ impl Model {
 
     /// Whether a parameter is a dead time that is fitted like any other value.
     fn is_fitted_dead_time(&self, parameter: usize) -> bool {
-        self.rig.parameters[parameter].role == Role::DeadTime
+        let own = &self.rig.parameters[parameter];
+        own.role == Role::DeadTime
+            && !own.per_event
             && self.rig.inputs.iter().any(|input| input.dead_time == Some(parameter))
     }
 
@@ -184,7 +189,8 @@ impl Model {
             if !late.contains(&own) {
                 return Ok(derivatives.next().unwrap_or_default());
             }
-            let step = DEAD_TIME_STEP * self.rig.parameters[own].sigma.max(f64::MIN_POSITIVE);
+            let Parameter { sigma, spread, .. } = self.rig.parameters[own];
+            let step = DEAD_TIME_STEP * if sigma > 0.0 { sigma } else { spread.max(LEAST_DEVIATION) };
             let (mut later, sooner) = (shifted(own, step)?.values, shifted(own, -step)?.values);
             for (later, sooner) in later.iter_mut().flatten().zip(sooner.iter().flatten()) {
                 *later = (*later - sooner) / (2.0 * step);

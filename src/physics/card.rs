@@ -119,6 +119,14 @@ impl Parameter {
     }
 }
 
+impl Card {
+    /// What a parameter is by default, in `unit`: by itself, or as the other that it is stated as.
+    pub fn default_of(&self, own: &Parameter) -> Option<f64> {
+        let other = || self.parameters.iter().find(|other| Some(other.name) == own.default_from)?.default;
+        own.default.or_else(other)
+    }
+}
+
 /// What a parameter is to the rest of the program, whatever its name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Role {
@@ -149,8 +157,8 @@ pub enum Role {
     Laminar,
     /// How a gas is compressed, by the heat that it exchanges: no property of a part, so that no two rigs of a kind differ in it.
     GasLaw,
-    /// A condition at which another value of the data sheet holds, or the form of a law away from it: nothing wears it, and no healthy
-    /// record says anything of it.
+    /// A condition at which another value of the data sheet holds, or the form of a law away from it: nothing wears it, and a healthy
+    /// record of a part at that condition says nothing of it. A calibration leaves it as it is.
     Reference,
     /// What the instrument of the component's input shows per true value; known where the input is exact.
     Instrument,

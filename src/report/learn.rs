@@ -269,6 +269,9 @@ pub(super) fn conclusion_in_short(suggestion: &SuggestionReport) -> String {
         (Conclusion::UnknownEffect, Some(best)) if suggestion.worth_naming().is_some() => {
             format!("UNKNOWN EFFECT: no effect of the library explains the misfit; {} comes nearest.", best.effect)
         }
+        (Conclusion::UnknownEffect, Some(_)) if suggestion.candidates.iter().any(|one| one.lowers_the_error()) => {
+            "UNKNOWN EFFECT: no effect of the library explains the misfit.".to_owned()
+        }
         (Conclusion::UnknownEffect, Some(_)) => {
             "UNKNOWN EFFECT: no effect of the library explains the misfit; none reduces it.".to_owned()
         }

@@ -45,7 +45,7 @@ pub fn suggestion(
     let best = found.judged.first();
     let name = best.map(|best| format!("with {}", best.id()));
     // What does not explain the record is no place to look at.
-    let supported = best.filter(|best| best.supported);
+    let supported = best.filter(|_| report.worth_naming().is_some());
     let more = supported.map(|best| (best.id(), &best.trial));
     let picture = match report.conclusion {
         Conclusion::Adequate => None,
@@ -123,7 +123,7 @@ fn headline(report: &SuggestionReport, rise: Option<&Rise>) -> Section {
 
 /// The effect as a card, the law of a curve, the fall of the error, the next step.
 fn fitted(report: &SuggestionReport, finding: Option<&Lacking>, rise: Option<&Rise>) -> Section {
-    let best = report.candidates.first().filter(|best| best.supported);
+    let best = report.worth_naming();
     let mut fitted = Section::new(if best.is_some() { "What was found" } else { "What was tried" });
     if let Some((best, finding)) = best.zip(finding) {
         fitted.cards(vec![card(report, best, finding)]);

@@ -18,7 +18,7 @@ pub(super) fn read_parameters(rig: &mut Rig, owner: &str, card: &Card, table: &T
         let own = table.get(parameter.name);
         let is_own = own.is_some();
         let entry = own.or_else(|| parameter.default_from.and_then(|other| table.get(other)));
-        let (value, written, sigma, place) = match (entry, parameter.default) {
+        let (value, written, sigma, place) = match (entry, card.default_of(parameter)) {
             (Some(entry), _) => {
                 let stated = entry.stated(unit.dimension)?;
                 if stated.value < bounds.0 || stated.value > bounds.1 {

@@ -14,7 +14,7 @@ pub(super) fn read_fault(rig: &mut Rig, id: &str, value: &Value<'_>) -> Result<(
     if rig.parameters[parameter].role.is_of_the_drive() {
         return Err(Complaint::new(
             Kind::Contradiction,
-            format!("`{id}` cannot be a fault: no sensitivity shows what it does"),
+            format!("`{id}` cannot be a fault: it is of what drives the rig"),
         )
         .at(value.place())
         .help("how a spool follows its command is found by itself; as a fault take the `lag` of a part"));

@@ -3,7 +3,7 @@
 
 use borescope::Rig;
 use borescope::internals::diagnosis::{DiagnosisOptions, Verdict, diagnose, estimate};
-use borescope::internals::model::{InputSignals, Model};
+use borescope::internals::model::{Before, InputSignals, Model, Onset};
 
 use crate::support::command::borescope;
 use crate::support::cycle::Run;
@@ -180,6 +180,27 @@ fn an_uncertain_dead_time_of_an_input_is_calibrated() {
     assert!(none.is_none() && (found.unwrap() - 7.5).abs() < 2.0 && (open - 55.0).abs() < 0.7 * (exact - 55.0).abs());
 }
 
+/// Where commands switch, the mean of a dead time is asked for when the rounds have ended.
+#[test]
+fn an_uncertain_dead_time_of_commands_that_switch_is_calibrated() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let whole = fs::read_to_string("fixtures/own_filter/rig.toml").unwrap();
+    let input = "[inputs.u]\nunit = \"V\"";
+    assert_eq!(whole.matches(input).count(), 1);
+    let rig = path("rig.toml");
+    fs::write(&rig, whole.replacen(input, &format!("{input}\ndead_time = \"10 ms +- 10 ms\""), 1)).unwrap();
+    let record = path("record.csv");
+    let simulate = ["simulate", &rig, "--set", "input.u.dead_time=28ms", "--seed", "1", "-o", &record];
+    assert_eq!(borescope(simulate).status, Some(0));
+    let ran = borescope(["calibrate", &rig, &record, "-o", &path("new.toml"), "--format", "json"]);
+    let found: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+    let dynamics = found["dynamics"].as_array().unwrap();
+    let dead_time = dynamics.iter().find(|one| one["id"] == "input.u.dead_time").unwrap()["after"].as_f64().unwrap();
+    println!("{dead_time} ms");
+    assert!((dead_time - 28.0).abs() < 3.0, "{dead_time} ms");
+}
+
 /// As a value that is fitted a dead time does what the file does that states it, and its derivative is how the readings differ.
 #[test]
 fn a_dead_time_that_is_fitted_acts_as_a_stated_one() {
@@ -194,11 +215,16 @@ fn a_dead_time_that_is_fitted_acts_as_a_stated_one() {
     let own = open.parameter("input.swash.dead_time").unwrap();
     let model = Model::new(open);
     let drive = InputSignals::from_record(&model.rig, &record).unwrap();
-    let solve = |dead_time: f64| {
+    // Parameters change at the moment of an onset, whatever the inputs do: here where a ramp ends as it acts 25 ms late.
+    let leak = model.rig.parameter("motor.case_leakage").unwrap();
+    let moment = drive.pieces.iter().map(|piece| piece.start).find(|&start| start > 2.0).unwrap();
+    let onset = Onset { time: moment, before: vec![(leak, Before::Value(0.0))] };
+    let solve_with = |drive: &InputSignals, dead_time: f64| {
         let mut values = model.rig.nominal();
         values[own] = dead_time;
-        model.solve(&values, &drive, &record.time).unwrap().values
+        model.solve(&values, drive, &record.time).unwrap().values
     };
+    let (solve, begun) = (|dead_time: f64| solve_with(&drive, dead_time), drive.clone().with_onset(onset.clone()));
     let apart = |a: &[Vec<f64>], b: &[Vec<f64>]| {
         let of = |(sensor, (a, b)): (usize, (&Vec<f64>, &Vec<f64>))| {
             let most = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -210,13 +236,15 @@ fn a_dead_time_that_is_fitted_acts_as_a_stated_one() {
         let rig = rig(stated);
         let other = InputSignals::from_record(&rig, &record).unwrap();
         let values = rig.nominal();
-        let wanted = Model::new(rig).solve(&values, &other, &record.time).unwrap().values;
-        let found = solve(seconds);
-        println!("{stated}: {} of the noise", apart(&found, &wanted));
-        assert!(apart(&found, &wanted) < 0.05, "{stated}: {}", apart(&found, &wanted));
+        let other_begun = other.clone().with_onset(onset.clone());
+        let stated_model = Model::new(rig);
+        let wanted = |drive: &InputSignals| stated_model.solve(&values, drive, &record.time).unwrap().values;
+        for (found, wanted) in [(solve(seconds), wanted(&other)), (solve_with(&begun, seconds), wanted(&other_begun))] {
+            println!("{stated}: {} of the noise", apart(&found, &wanted));
+            assert!(apart(&found, &wanted) < 0.05, "{stated}: {}", apart(&found, &wanted));
+        }
     }
     assert!(apart(&solve(0.033), &solve(0.025)) > 20.0);
-    let leak = model.rig.parameter("motor.case_leakage").unwrap();
     let found = model.sensitivities(&model.rig.nominal(), &[own, leak], &drive, &record.time).unwrap();
     let alone = model.sensitivities(&model.rig.nominal(), &[leak], &drive, &record.time).unwrap();
     assert_eq!(found.derivatives[1], alone.derivatives[0]);
@@ -252,6 +280,12 @@ fn what_is_not_declared_and_does_the_same_is_named() {
     };
     let twins = alike("motor.internal_leakage=0.04L/min/bar");
     assert_eq!(twins, serde_json::json!([["motor.internal_leakage", "pump.internal_leakage"]]));
+    let said =
+        "pump.internal_leakage is no declared fault, and does the same to this record as motor.internal_leakage.";
+    let page = path("page.html");
+    let told = borescope(["diagnose", &rig, &record, "--report", &page]).out;
+    assert!(told.split_whitespace().collect::<Vec<_>>().join(" ").contains(said), "{told}");
+    assert!(fs::read_to_string(page).unwrap().contains(said));
     assert_eq!(alike("motor.case_leakage=0.02L/min/bar"), serde_json::json!([]));
     let told = borescope(["diagnose", &rig, &record]).out;
     assert!(!told.contains("no declared fault"), "{told}");

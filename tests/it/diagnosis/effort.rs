@@ -31,6 +31,6 @@ mod studies {
         let record = |name: &str| Record::read(format!("fixtures/learning/{name}.csv")).unwrap();
         suggest(&rig, &record("line_fit"), Some(&record("line_check"))).unwrap();
         let effort = rig.context().effort();
-        is_as_pinned([effort.simulations(), effort.linearisations()], [1391, 120]);
+        is_as_pinned([effort.simulations(), effort.linearisations()], [1439, 134]);
     }
 }

@@ -114,7 +114,7 @@ fn check(card: &'static Card, worked: &Worked, value: &Value<'_>) -> Result<(), 
     for own in card.parameters {
         let given = |name: &str| worked.parameters.iter().find(|(own, _)| *own == name).map(|(_, value)| *value);
         let given = given(own.name).or_else(|| own.default_from.and_then(given));
-        let Some(number) = given.or(own.default) else {
+        let Some(number) = given.or(card.default_of(own)) else {
             return Err(Complaint::new(Kind::MissingEntry, format!("the worked number lacks `{}`", own.name))
                 .at(value.place())
                 .help("name it under `with`: it has no default"));
