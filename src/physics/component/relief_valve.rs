@@ -34,11 +34,16 @@ pub const CARD: Card = Card {
         Parameter::required("knee", "w", "bar", "width of a soft knee at the cracking pressure").or(0.0),
         Parameter::required("rated_setting", "p_r", "bar", "cracking pressure at which the rated flow was measured")
             .or_as("set_pressure"),
-        Parameter::required("setting_exponent", "m", "-", "power with which the flow per overpressure goes with the setting")
-            .is(Role::Reference)
-            .or(0.0)
-            .within(0.0, 1.0)
-            .uncertain(0.5),
+        Parameter::required(
+            "setting_exponent",
+            "m",
+            "-",
+            "power with which the flow per overpressure goes with the setting",
+        )
+        .is(Role::Reference)
+        .or(0.0)
+        .within(0.0, 1.0)
+        .uncertain(0.5),
     ],
     ports: &[Port::hydraulic("P", "pressure side"), Port::hydraulic("T", "tank side")],
     states: &[State {
