@@ -42,8 +42,8 @@ pub(super) struct Found {
 }
 
 /// Mean lags other than stated; `None` where they may be as stated. Asked for by the plain error, they are believed where the fit with
-/// them is better by more than their number. Dead times of inputs that
-/// switch are asked for at the end alone.
+/// them is better by more than their number. Dead times of inputs that switch are asked for at the
+/// end alone.
 pub(super) fn other_lags(solutions: &Solutions<'_>, prior: &Gaussian, (theta, cost): (&[f64], f64)) -> Option<Found> {
     let rig = &solutions.model.rig;
     let lags: Vec<usize> = own(rig).collect();

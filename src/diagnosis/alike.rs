@@ -1,8 +1,8 @@
 //! Values that nobody declared as faults and that do what a fault does.
 //!
 //! Two motors drive one shaft, and the rig file declares the friction of the first: the record has more of it, and does not say in which. A
-//! search among declared faults finds the one that it knows. So each value of another part that is fitted along is asked
-//! whether the record would have it in place of the fault.
+//! search among declared faults finds the one that it knows. So for each value of another part that is fitted along it is
+//! computed how well that would explain the record in place of the fault.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -4,8 +4,8 @@
 //! together ([`estimate`]), every set of faults with its probability ([`hypotheses`]), and an interval for each fault that may
 //! be open ([`interval`]).
 
-pub(crate) mod alike;
-mod candidates;
+mod alike;
+pub(crate) mod candidates;
 pub mod case;
 mod cause;
 mod common_cause;

@@ -227,12 +227,11 @@ impl InputSignals {
     pub fn with_onset(mut self, mut onset: Onset) -> Self {
         let (Some(first), Some(last)) = (self.pieces.first(), self.pieces.last()) else { return self };
         onset.time = onset.time.clamp(first.start, last.end);
-        split(&mut self.pieces, onset.time);
         if let Some(commanded) = &mut self.commanded {
             split(commanded, onset.time);
         }
         self.onset = Some(onset);
-        self
+        self.beginning_at_onset()
     }
 
     /// The same commands, had the parts behind the inputs of a rig followed them like this.
@@ -259,11 +258,8 @@ impl InputSignals {
 
     /// The drive as it acts with the parameters of a rig, SI, where dead times that are fitted like any other value are others than it has.
     pub(crate) fn with_dead_times(&self, rig: &Rig, parameters: &[f64]) -> Cow<'_, Self> {
-        let later = |(input, (own, &at_hand)): (usize, (&Input, &f64))| {
-            let own = own.dead_time.filter(|&own| !rig.parameters[own].per_event)?;
-            Some((input, parameters[own] - at_hand)).filter(|&(_, later)| later != 0.0)
-        };
-        let by: Vec<(usize, f64)> = rig.inputs.iter().zip(&self.dead_times).enumerate().filter_map(later).collect();
+        let later = rig.fitted_dead_times().map(|(input, own)| (input, parameters[own] - self.dead_times[input]));
+        let by: Vec<(usize, f64)> = later.filter(|&(_, later)| later != 0.0).collect();
         if by.is_empty() {
             return Cow::Borrowed(self);
         }

@@ -12,7 +12,6 @@ use super::slopes::LANES;
 use super::start;
 
 use crate::numeric::{Options, Rosenbrock, Step};
-use crate::physics::card::Role;
 use crate::physics::effect::{self, Form};
 use crate::rig::{InstalledEffect, Location, NodeKind, Parameter, Rig};
 
@@ -137,7 +136,8 @@ impl Model {
         drive: &InputSignals,
         times: &[f64],
     ) -> Result<Sensitivities, SimulationError> {
-        let late: Vec<usize> = by.iter().copied().filter(|&one| self.is_fitted_dead_time(one)).collect();
+        let late: Vec<usize> =
+            self.rig.fitted_dead_times().map(|(_, own)| own).filter(|own| by.contains(own)).collect();
         if !late.is_empty() {
             return self.sensitivities_by_dead_times((parameters, drive, times), by, &late);
         }
@@ -160,14 +160,6 @@ impl Model {
             Some(all) => Ok(all),
             None => Ok(Sensitivities { outputs: self.solve(parameters, drive, times)?, derivatives: Vec::new() }),
         }
-    }
-
-    /// Whether a parameter is a dead time that is fitted like any other value.
-    fn is_fitted_dead_time(&self, parameter: usize) -> bool {
-        let own = &self.rig.parameters[parameter];
-        own.role == Role::DeadTime
-            && !own.per_event
-            && self.rig.inputs.iter().any(|input| input.dead_time == Some(parameter))
     }
 
     /// Derivatives where some are by dead times of inputs, `late`: those by differences of two runs, since what drives the rig carries none.

@@ -36,6 +36,11 @@ pub struct Parameter {
 }
 
 impl Parameter {
+    /// What is given of it by its name, or else of the parameter that it is stated as.
+    pub fn given<T>(&self, by_name: impl Fn(&str) -> Option<T>) -> Option<T> {
+        by_name(self.name).or_else(|| by_name(self.default_from?))
+    }
+
     /// A parameter that the rig file must give and that is never negative.
     pub const fn required(name: &'static str, symbol: &'static str, unit: &'static str, meaning: &'static str) -> Self {
         Self {

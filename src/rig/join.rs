@@ -49,8 +49,7 @@ impl Rig {
         for own in card.parameters {
             let unit = Unit::parse(own.unit).unwrap_or_else(|_| Unit::dimensionless());
             let bounds = (unit.difference_to_si(own.bounds.0), unit.difference_to_si(own.bounds.1));
-            let given = |name: &str| values.iter().find(|(key, _)| *key == name).map(|(_, value)| *value);
-            let given = given(own.name).or_else(|| own.default_from.and_then(given));
+            let given = own.given(|name| values.iter().find(|(key, _)| *key == name).map(|(_, value)| *value));
             let Some(value) = given.or_else(|| card.default_of(own).map(|default| unit.difference_to_si(default)))
             else {
                 return refuse(Kind::MissingEntry, format!("its `{}` is not given", own.name));

@@ -416,6 +416,12 @@ impl Rig {
         lags && self.followers().all(|follower| follower.lag != parameter)
     }
 
+    /// Inputs whose dead time is fitted like any other value, by index, with its parameter: those that run straight from row to row.
+    pub(crate) fn fitted_dead_times(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let own = self.inputs.iter().enumerate().filter_map(|(input, own)| Some((input, own.dead_time?)));
+        own.filter(|&(_, own)| !self.parameters[own].per_event)
+    }
+
     /// Whether nothing else has the input of a follower: reshaped for one part, it drives no other.
     pub(crate) fn is_alone(&self, follower: &Follower) -> bool {
         let inputs = self.components.iter().flat_map(|component| &component.inputs);

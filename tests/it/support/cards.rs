@@ -29,8 +29,9 @@ pub fn worked_numbers_come_out(
             .parameters
             .iter()
             .map(|p| {
-                let given = |name| worked.parameters.iter().find(|(own, _)| *own == name).map(|(_, value)| *value);
-                let given = given(p.name).or_else(|| p.default_from.and_then(given));
+                let stated =
+                    |name: &str| worked.parameters.iter().find(|(own, _)| *own == name).map(|(_, value)| *value);
+                let given = p.given(stated);
                 // Volumes and the like that the worked number does not depend on.
                 unit(p.unit).difference_to_si(given.or(p.default).unwrap_or(1.0))
             })

@@ -112,8 +112,8 @@ fn answer(card: &Card, name: &str, value: &Value<'_>) -> Result<(Answer, Dimensi
 fn check(card: &'static Card, worked: &Worked, value: &Value<'_>) -> Result<(), Complaint> {
     let mut parameters = Vec::new();
     for own in card.parameters {
-        let given = |name: &str| worked.parameters.iter().find(|(own, _)| *own == name).map(|(_, value)| *value);
-        let given = given(own.name).or_else(|| own.default_from.and_then(given));
+        let stated = |name: &str| worked.parameters.iter().find(|(own, _)| *own == name).map(|(_, value)| *value);
+        let given = own.given(stated);
         let Some(number) = given.or(card.default_of(own)) else {
             return Err(Complaint::new(Kind::MissingEntry, format!("the worked number lacks `{}`", own.name))
                 .at(value.place())
