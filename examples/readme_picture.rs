@@ -13,7 +13,7 @@ use borescope::Rig;
 use borescope::internals::diagnosis::{DiagnosisOptions, diagnose};
 use borescope::internals::files::write_atomically;
 use borescope::internals::learn::improve::improve;
-use borescope::internals::report::diagnosis::headline;
+use borescope::internals::report::headline::headline;
 use borescope::internals::report::plot::{Axis, Chart, Figure, Rule, Series};
 
 const DIAGNOSIS: &str = "docs/figures/series-1.svg";

@@ -207,7 +207,7 @@ pub(super) fn table(comparison: &Comparison) -> (Vec<Head>, Vec<Vec<String>>) {
         let with = with_faults.and_then(|with_faults| same(&with_faults.channels));
         row.push(match with {
             Some(with) if with.adequate && !channel.adequate => with_faults.map_or("", of_the_other).to_owned(),
-            _ => super::diagnosis::explained(
+            _ => super::diagnosis_tables::explained(
                 channel.adequate,
                 (channel.samples, channel.times_noise),
                 channel.within_noise,

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::caveats::{learnt_with, left_open};
-use super::diagnosis::{explained, of_samples};
+use super::diagnosis_tables::{explained, of_samples};
 use super::digits::Estimate;
 #[cfg(feature = "cli")]
 use super::html::Table;

@@ -20,6 +20,7 @@ pub mod components;
 #[cfg(feature = "cli")]
 pub mod curves;
 pub mod diagnosis;
+mod diagnosis_tables;
 pub mod digits;
 #[cfg(feature = "cli")]
 pub mod effects;
@@ -27,6 +28,7 @@ pub mod effects;
 pub mod findings;
 #[cfg(feature = "cli")]
 pub mod fleet;
+pub mod headline;
 #[cfg(feature = "cli")]
 pub mod history;
 #[cfg(feature = "cli")]

@@ -1,7 +1,8 @@
 //! A record that was watched window by window, for people.
 
 use super::caveats::{TOLD, caveats, left_out};
-use super::diagnosis::{FAULT_HEADS, fault_rows, headline};
+use super::diagnosis_tables::{FAULT_HEADS, fault_rows};
+use super::headline::{self, headline};
 use super::style::{Style, Tone};
 use super::table::{Head, aligned};
 use crate::diagnosis::Diagnosis;
@@ -101,7 +102,7 @@ fn of_episode(number: usize, episode: &Episode, style: Style) -> Vec<String> {
 
 /// The diagnosis of a stretch, s.
 fn of_stretch([from, to]: [f64; 2], diagnosis: &Diagnosis, style: Style) -> Vec<String> {
-    let tone = super::diagnosis::tone(diagnosis.verdict);
+    let tone = headline::tone(diagnosis.verdict);
     let mut lines = vec![format!("  diagnosed from {} to {}", seconds(from), seconds(to))];
     lines.push(format!("  {}", style.painted(&headline(diagnosis), tone)));
     lines.extend(caveats(diagnosis).into_iter().map(|caveat| format!("  {caveat}")));

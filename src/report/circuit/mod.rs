@@ -13,7 +13,7 @@ use crate::diagnosis::FaultReport;
 use crate::learn::result::EffectParameter;
 use crate::number::{rounded, with_unit};
 use crate::physics::card::PortKind;
-use crate::report::diagnosis::sized;
+use crate::report::diagnosis_tables::sized;
 use crate::report::escape;
 use crate::report::suggestion::CURVE;
 use crate::rig::{Quantity, Rig, Target};

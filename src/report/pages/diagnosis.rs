@@ -12,8 +12,9 @@ use crate::number::{in_unit, with_unit};
 use crate::record::Record;
 use crate::report::caveats::{TOLD, caveats, detected, left_out};
 use crate::report::circuit::{self, Marked};
-use crate::report::diagnosis as words;
+use crate::report::diagnosis_tables as words;
 use crate::report::findings::{self, Left};
+use crate::report::headline::{headline, left_by, sizes, tone};
 use crate::report::html::{Card, Cell, Column, Mark, Page, Scale, Section, Table};
 use crate::report::provenance::Provenance;
 use crate::report::residuals as balances;
@@ -112,7 +113,7 @@ pub fn html(
 /// The verdict, a card for each finding, and what one has to know with them.
 fn verdict(rig: &Rig, diagnosis: &Diagnosis, findings: &[Finding], next: Option<String>) -> Section {
     let mut verdict = Section::new("Verdict");
-    verdict.notice(words::tone(diagnosis.verdict), words::headline(diagnosis));
+    verdict.notice(tone(diagnosis.verdict), headline(diagnosis));
     let mut cards: Vec<Card> = Vec::new();
     if let Some(missing) = &diagnosis.missing_effect {
         let effects = missing.effects.join(" + ");
@@ -121,9 +122,9 @@ fn verdict(rig: &Rig, diagnosis: &Diagnosis, findings: &[Finding], next: Option<
             title: "An effect that the model lacks".to_owned(),
             id: effects,
             size: String::new(),
-            about: words::sizes(missing).trim().to_owned(),
+            about: sizes(missing).trim().to_owned(),
             scale: None,
-            facts: vec![("what it explains".to_owned(), words::left_by(missing, diagnosis))],
+            facts: vec![("what it explains".to_owned(), left_by(missing, diagnosis))],
             command: String::new(),
         });
     }

@@ -4,7 +4,7 @@ use crate::diagnosis::{Diagnosed, FaultReport};
 use crate::estimation::Interval;
 use crate::estimation::ProfilePoint;
 use crate::estimation::profile::RISE;
-use crate::report::diagnosis as words;
+use crate::report::diagnosis_tables as words;
 use crate::report::html::Section;
 use crate::report::plot::{Axis, Band, Chart, Live, Rule, Series};
 use crate::rig::{Fault, Rig};
