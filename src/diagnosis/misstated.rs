@@ -33,21 +33,14 @@ pub(super) fn instead(
     }
     let wider = Model::new(rig).with_tolerance(model.tolerance);
     let settings = &wider.rig.settings().diagnosis;
-    let is_one = |estimate: &Estimate<'_>| {
-        let set = estimate.isolation.set();
-        let mut others = set.iter().filter(|fault| *fault >= declared);
-        let one = others.next().filter(|_| others.next().is_none());
-        let few = set.len() < settings.several_faults;
-        let changed = one.is_some_and(|one| has_changed(&wider.rig, one, estimate.isolation.best.theta[one]));
-        few && changed
-    };
     // Told roughly: physics that is missing is no value of the file, and need not be missed exactly.
     let (roughly, healthy) = (search::roughly(&wider), wider.rig.healthy());
     let (record, drive) = (first.case.record, first.case.full.drive);
     let from = |values: &[f64], set: FaultSet| {
         let start = estimate::picked(&wider.rig, values);
         let found = estimate::near(&roughly, record, drive, Some((&start, set)), settings.isolation_rounds).ok()?;
-        (!found.missed() && is_one(&found)).then_some(found)
+        let one = the_one(&found, declared).filter(|_| !found.missed())?;
+        Some((found, one))
     };
     let from_place = || {
         let place = places.first()?;
@@ -55,15 +48,28 @@ pub(super) fn instead(
         place.faults.iter().for_each(|&(fault, value)| values[wider.rig.faults[fault].parameter] = value);
         from(&values, place.set())
     };
-    let Some(found) = from(&healthy, FaultSet::EMPTY).or_else(from_place) else { return Ok(None) };
-    let near = (&found.case.full.parameters(&found.isolation.best.theta)[..], found.isolation.set());
-    let is_wanted = |estimate: &Estimate<'_>| is_one(estimate) && estimate.explains();
+    let Some((found, one)) = from(&healthy, FaultSet::EMPTY).or_else(from_place) else { return Ok(None) };
+    // The others have had their say: from here on it is this one beside those declared.
+    let mut rig = model.rig.clone();
+    rig.faults.push(wider.rig.faults[one].clone());
+    let with_one = Model::new(rig).with_tolerance(model.tolerance);
+    let set: FaultSet = found.isolation.set().iter().map(|fault| fault.min(declared)).collect();
+    let near = (&found.case.full.parameters(&found.isolation.best.theta)[..], set);
+    let is_wanted = |estimate: &Estimate<'_>| the_one(estimate, declared).is_some() && estimate.explains();
     let attempt =
         Attempt { is_wanted: Some(&is_wanted), near: Some(near), reported: Some(declared), ..Attempt::default() };
-    let found = diagnose_again(&wider, record, (&[], None), options, attempt)?;
+    let found = diagnose_again(&with_one, record, (&[], None), options, attempt)?;
     let Some(found) = found.filter(|found| found.diagnosis.is_explained()) else { return Ok(None) };
-    let names = undeclared(&wider.rig, declared, &found, false).filter(|names| names.len() == 1);
-    Ok(names.map(|names| told(declared, (wider.rig, found), names)))
+    let names = undeclared(&with_one.rig, declared, &found, false).filter(|names| names.len() == 1);
+    Ok(names.map(|names| told(declared, (with_one.rig, found), names)))
+}
+
+/// The one fault behind the `declared` ones of an explanation that takes few faults, where it has changed; `None` where there are others too.
+fn the_one(estimate: &Estimate<'_>, declared: usize) -> Option<usize> {
+    let (case, set) = (&estimate.case, estimate.isolation.set());
+    let mut behind = set.iter().filter(|fault| *fault >= declared);
+    let one = behind.next().filter(|_| behind.next().is_none() && set.len() < case.settings().several_faults);
+    one.filter(|&one| has_changed(case.rig(), one, estimate.isolation.best.theta[one]))
 }
 
 /// Values of parts and sensors that the file takes as exact, and that are no faults. Of what is nothing nobody knows how far it could go.
