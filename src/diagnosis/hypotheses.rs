@@ -129,11 +129,12 @@ pub(super) fn isolate_from(
     most_rounds: u64,
 ) -> Result<Isolation, FitError> {
     let (mut rounds, mut damping) = (0, 0.0);
+    let mut turns = Turns::default();
     loop {
         case.rig().context().check()?;
         rounds += 1;
         let schur = case.schur_complement(&local);
-        let inflation = inflations(case, &local, &schur, centre);
+        let inflation = turns.no_less(inflations(case, &local, &schur, centre));
         let around = Around { local: &local, schur: &schur, centre, damping, inflation: &inflation };
         let Weighing { mut weighed, reached } = weigh(case, around);
         let Some((set, best)) = weighed.iter().find_map(|set| Some((set.set, set.point.clone()?))) else {
@@ -152,6 +153,8 @@ pub(super) fn isolate_from(
         };
         let gained = case.cost(set, &local.misfit, &local.theta) - best.cost;
         let stays = set == centre && gained < case.settings().isolation_decrease;
+        let before = case.cost(centre, &local.misfit, &local.theta);
+        turns.take((centre, before), (set, best.cost + case.settings().isolation_decrease), &inflation);
         let further = match stays {
             _ if rounds >= most_rounds => None,
             true => overtaking(case, around, &mut weighed, reached),
@@ -165,6 +168,40 @@ pub(super) fn isolate_from(
         damping = point.damping;
         local = case.local_model(&point.theta)?;
         centre = set;
+    }
+}
+
+/// Sets that were the best in turn, and what is held against the faults in which they differ.
+///
+/// Two sets are compared by the variance inflation of the faults in which they differ, the most of any. So one set may win beside a second
+/// one, that beside a third, and the third beside the first, none of them any better than before. From then on the faults in which these
+/// differ share the most that any of them had, by which all of them compare.
+#[derive(Default)]
+struct Turns {
+    /// Of each round: the set that it began with, what that cost, and the variance inflation of each fault.
+    before: Vec<(FaultSet, f64, Vec<f64>)>,
+    held: Vec<f64>,
+}
+
+impl Turns {
+    /// Variance inflations that are no less than what is held.
+    fn no_less(&self, mut inflation: Vec<f64>) -> Vec<f64> {
+        inflation.iter_mut().zip(&self.held).for_each(|(own, held)| *own = own.max(*held));
+        inflation
+    }
+
+    /// A round from a set and what it cost to its winner and what that has to have cost before to be better now.
+    fn take(&mut self, (centre, before): (FaultSet, f64), (set, cost): (FaultSet, f64), inflation: &[f64]) {
+        self.before.push((centre, before, inflation.to_vec()));
+        let is_no_better = |(other, before, _): &(FaultSet, f64, Vec<f64>)| *other == set && *before < cost;
+        let Some(first) = self.before.iter().position(is_no_better).filter(|_| set != centre) else { return };
+        let turns = self.before.split_off(first);
+        let differ =
+            |all: FaultSet, (other, ..): &(FaultSet, f64, Vec<f64>)| all.union(other.symmetric_difference(set));
+        let differing = turns.iter().fold(FaultSet::EMPTY, differ);
+        let most = turns.iter().flat_map(|(.., own)| differing.iter().map(|fault| own[fault])).fold(1.0, f64::max);
+        self.held.resize(inflation.len(), 1.0);
+        differing.iter().for_each(|fault| self.held[fault] = self.held[fault].max(most));
     }
 }
 
