@@ -22,6 +22,10 @@ use crate::settings::DiagnosisSettings;
 const LEVELS: [f64; 3] = [0.2, 0.5, 0.75];
 /// The same for each of a pair.
 const PAIRED: [f64; 1] = [0.45];
+/// A level that costs this little more or less than none at all does nothing: half a chi-square of one, a standard error.
+const NOTHING: f64 = 0.5;
+/// Halvings of the way between a level that does nothing and one that acts: to a sixty-fourth of it.
+const HALVINGS: usize = 6;
 /// Errors of a thousandth of a bar, which is far below what places, or rough fits, differ by.
 pub(crate) const ROUGH: Tolerance = Tolerance { relative: 1e-5, absolute: 1e-5 };
 
@@ -87,12 +91,17 @@ impl Place {
 
 /// Places that few faults explain best, the best first.
 pub fn places(case: &Case<'_>, depth: Depth) -> Vec<Place> {
-    let search = Search {
+    let mut search = Search {
         case,
         model: roughly(case.full.model),
         variance: noise::variances(case.rig(), case.record, &case.full.measured, true),
+        begins: Vec::new(),
     };
     let mut screened = search.screened(search.singles());
+    let begins = search.beginnings(&screened);
+    search.begins = begins.iter().map(|place| place.faults[0]).collect();
+    screened.extend(begins);
+    sort(&mut screened);
     // Of each fault its best level: several of one would take the place of others.
     let mut singles: Vec<Place> = Vec::new();
     for place in &screened {
@@ -143,6 +152,8 @@ struct Search<'a> {
     model: Model,
     /// Of each sample as measured, `[sensor][row]`, SI squared.
     variance: Vec<Vec<f64>>,
+    /// Faults that do nothing until they have gone a good part of their way, each where it explains most of what it does first, SI.
+    begins: Vec<(usize, f64)>,
 }
 
 /// What the sensors would read, `[sensor][row]`, SI.
@@ -199,6 +210,58 @@ impl Search<'_> {
         let far = Loss::Cauchy { k: self.case.settings().start_loss_width };
         let cost = far.cost(&problem.weigh(&outputs));
         Some((Place { faults, cost, left: f64::INFINITY, weights: None, is_fitted: false }, outputs))
+    }
+
+    /// Values of a fault at shares of the way to each of its bounds, and where it begins to act.
+    fn levels<'s>(&'s self, fault: usize, shares: &'s [f64]) -> impl Iterator<Item = f64> + use<'s> {
+        let begins = self.begins.iter().filter(move |(own, _)| *own == fault).map(|(_, value)| *value);
+        self.case.levels(fault, shares).chain(begins)
+    }
+
+    /// Where single faults explain most near the point at which they begin to act, of those that do nothing at the first of their levels: a
+    /// relief valve that is set lower does nothing until it opens, and soon after a pump moves nothing any more.
+    fn beginnings(&self, screened: &[Place]) -> Vec<Place> {
+        let cost =
+            |faults: &[(usize, f64)]| screened.iter().find(|place| place.faults == faults).map(|place| place.cost);
+        let Some(none) = cost(&[]) else { return Vec::new() };
+        let acts = |cost: Option<f64>| cost.is_none_or(|cost| (cost - none).abs() > NOTHING);
+        let to_an_end = |(fault, end): (usize, f64)| {
+            let healthy = self.case.mean[fault];
+            let at = |share: &f64| healthy + share * (end - healthy);
+            if acts(cost(&[(fault, at(&LEVELS[0]))])) {
+                return None;
+            }
+            let mut idle = at(&LEVELS[0]);
+            let mut levels = LEVELS[1..].iter().map(at);
+            let acting = levels.find(|&level| {
+                let acts = acts(cost(&[(fault, level)]));
+                idle = if acts { idle } else { level };
+                acts
+            });
+            let mut acting = acting.or_else(|| Some(end).filter(|_| acts(self.cost_at(fault, end))))?;
+            let mut best: Option<Place> = None;
+            for _ in 0..HALVINGS {
+                let between = f64::midpoint(idle, acting);
+                let there = self.simulated(vec![(fault, between)]);
+                if acts(there.as_ref().map(|place| place.cost)) {
+                    acting = between;
+                    best = best.into_iter().chain(there).min_by(|a, b| a.cost.total_cmp(&b.cost));
+                } else {
+                    idle = between;
+                }
+            }
+            best
+        };
+        let ends = |fault: usize| {
+            let (low, high) = self.case.rig().faults[fault].bounds;
+            [low, high].into_iter().filter(move |&end| end != self.case.mean[fault]).map(move |end| (fault, end))
+        };
+        self.components().into_iter().flat_map(ends).collect::<Vec<_>>().into_par_iter().filter_map(to_an_end).collect()
+    }
+
+    /// What a single fault at a value costs; `None` where the model cannot be solved.
+    fn cost_at(&self, fault: usize, value: f64) -> Option<f64> {
+        self.simulated(vec![(fault, value)]).map(|place| place.cost)
     }
 
     /// A single fault where it explains most between the levels beside its best one. From there a fit is near: from further away
@@ -306,7 +369,7 @@ impl Search<'_> {
                 (0..bases.len()).flat_map(|base| others.iter().map(move |&other| (base, other))).collect();
             let at_its_best_level = |(base, fault): (usize, usize)| {
                 let pointed = pointed[base].iter().filter(|(other, _)| *other == fault).map(|(_, value)| *value);
-                let levels = self.case.levels(fault, &LEVELS).chain(pointed).filter_map(|at| {
+                let levels = self.levels(fault, &LEVELS).chain(pointed).filter_map(|at| {
                     let mut faults = bases[base].clone();
                     faults.push((fault, at));
                     self.simulated(faults)
@@ -377,9 +440,9 @@ impl Search<'_> {
         let components = self.components();
         let mut all = Vec::new();
         for (place, &a) in components.iter().enumerate() {
-            for at in self.case.levels(a, &PAIRED) {
+            for at in self.levels(a, &PAIRED) {
                 for &b in &components[..place] {
-                    all.extend(self.case.levels(b, &PAIRED).map(|other| vec![(a, at), (b, other)]));
+                    all.extend(self.levels(b, &PAIRED).map(|other| vec![(a, at), (b, other)]));
                 }
             }
         }
