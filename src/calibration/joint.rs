@@ -56,7 +56,8 @@ impl<'a> Solutions<'a> {
     /// With what the rig has otherwise in each record as an estimated parameter of that record.
     pub fn new(model: &'a Model, records: &'a [Healthy<'a>], open: Vec<Estimated>) -> Self {
         let rig = &model.rig;
-        let (of_one, mut estimated): (Vec<_>, Vec<_>) = open.into_iter().partition(|one| rig.is_start(one.parameter));
+        let (of_one, mut estimated): (Vec<_>, Vec<_>) =
+            open.into_iter().partition(|one| rig.is_of_record(one.parameter));
         let mut of_record = vec![None; estimated.len()];
         for record in 0..records.len() {
             estimated.extend(of_one.iter().cloned());

@@ -10,12 +10,12 @@ use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::events::LeftOpen;
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::problem::away;
-use crate::diagnosis::{events, weighed};
+use crate::diagnosis::{events, preliminary, weighed};
 use crate::estimation::Problem;
 use crate::model::{InputSignals, Model};
+use crate::physics::card::Role;
 use crate::record::Record;
-use crate::rig::FaultSet;
-use crate::rig::Rig;
+use crate::rig::{FaultSet, Parameter, Rig};
 
 /// Share of the variance that a rig file states from which on a record has told less than the file does.
 const LEFT_OPEN: f64 = 0.5;
@@ -128,14 +128,15 @@ impl FittedModel {
     /// # Errors
     /// Columns that are missing, or a model that cannot be solved on it.
     pub fn check(&self, record: &Record) -> Result<Run, Complaint> {
-        let run = self.check_under(record, None)?;
+        let values = self.values_on(record)?;
+        let run = run_under(&self.rig, record, &values, None)?;
         let open = self.left_open();
         if run.is_adequate || open.is_empty() {
             return Ok(run);
         }
         let model = Model::new(without_lack_of_fit(&self.rig));
         let drive = InputSignals::from_record(&model.rig, record)?;
-        let solved = events::weights_leaving_open(&model, record, (&drive, &self.values), &open);
+        let solved = events::weights_leaving_open(&model, record, (&drive, &values), &open);
         let LeftOpen { weights, outputs, most } = solved.map_err(|error| weighed::unsolvable(&model, record, error))?;
         let mut shows: Vec<(usize, f64)> =
             open.iter().map(|one| one.0).zip(most).filter(|(_, most)| *most > 1.0).collect();
@@ -163,7 +164,36 @@ impl FittedModel {
     /// # Errors
     /// As [`FittedModel::check`].
     pub fn check_under(&self, record: &Record, weights: Option<&Weights>) -> Result<Run, Complaint> {
-        run_under(&self.rig, record, &self.values, weights)
+        run_under(&self.rig, record, &self.values_on(record)?, weights)
+    }
+
+    /// Every parameter of the rig on another record, SI: as fitted, but for those that are another in each record, which are fitted to this
+    /// one by themselves.
+    ///
+    /// # Errors
+    /// Columns that are missing, or a model that cannot be solved on it.
+    fn values_on(&self, record: &Record) -> Result<Vec<f64>, Complaint> {
+        let is_own = |parameter: &Parameter| parameter.role == Role::OfRecord && parameter.is_uncertain();
+        let mut values = self.values.clone();
+        if !self.rig.parameters.iter().any(is_own) {
+            return Ok(values);
+        }
+        let mut rig = without_lack_of_fit(&self.rig);
+        rig.faults.clear();
+        for (parameter, &fitted) in rig.parameters.iter_mut().zip(&self.values) {
+            if !is_own(parameter) {
+                (parameter.value, parameter.sigma) = (fitted, 0.0);
+            }
+        }
+        let model = Model::new(rig);
+        let drive = InputSignals::from_record(&model.rig, record)?;
+        let start = estimate::picked(&model.rig, &model.rig.nominal());
+        let most = model.rig.settings().learn.linearisations;
+        let fit = preliminary::quick(&model, record, &drive, (&start, FaultSet::EMPTY), most, None)?;
+        for (parameter, value) in estimate::estimated_parameters(&model.rig).into_iter().zip(fit.theta) {
+            values[parameter] = value;
+        }
+        Ok(values)
     }
 
     /// Fall of the information criterion against a model without its effects, on the record that both are fitted to, under the

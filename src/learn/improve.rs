@@ -7,7 +7,7 @@ use super::fitted_model::FittedModel;
 use super::run::Run;
 use super::separate::Experiment;
 use super::suggest::{Suggestion, suggest, suggest_from};
-use super::verdict::{are_part, explained};
+use super::verdict::{are_part, explained, takes_most};
 use super::warning::Warning;
 use crate::complaint::Complaint;
 use crate::diagnosis::{CLEARLY_ABOVE_NOISE, DynamicsReport, estimate};
@@ -164,17 +164,19 @@ fn add_while_asked(
             (reached.fit, reached.check) = (trial.fit.clone(), on_check.clone());
         }
     }
+    let (first, end) = (&steps[0], &steps[steps.len() - 1]);
+    let is_most = takes_most([(&first.fit, &end.fit), (&first.check, &end.check)]);
     let conclusion = match (steps.len(), last.conclusion) {
         // Adequate as given, or nothing to add.
         (1, conclusion) => conclusion,
         (_, Conclusion::Adequate) if found == Conclusion::Confounded => Conclusion::Confounded,
-        (_, Conclusion::Adequate) if !has_curve(&trial) => Conclusion::EffectFound,
+        (_, Conclusion::Adequate) if !has_curve(&trial) && is_most => Conclusion::EffectFound,
         (_, Conclusion::Confounded) if !has_curve(&trial) => Conclusion::Confounded,
         // What a curve takes away is of an unknown effect; laws before it may be a part nevertheless.
         _ if are_part(&rig.settings().learn, explained_by(&steps[0], &steps[by_laws])) => Conclusion::PartlyExplained,
         _ => Conclusion::UnknownEffect,
     };
-    let rest = if last.conclusion == Conclusion::Adequate {
+    let rest = if last.conclusion == Conclusion::Adequate && conclusion != Conclusion::PartlyExplained {
         None
     } else {
         let model = Model::new(trial.rig.clone());

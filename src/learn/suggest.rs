@@ -74,7 +74,9 @@ pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Sugges
         let mut found = with_spools(&opened(rig), fit, suggested, Suggestion::best)?;
         while let Some(best) = found.judged.first_mut().filter(|best| best.supported) {
             best.finish(fit, check)?;
-            if found.conclusion == Conclusion::EffectFound && !takes_most(best, &found.base, &found.base_check) {
+            let on_check = found.base_check.as_ref().zip(best.check.as_ref());
+            let runs = std::iter::once((&found.base.fit, &best.trial.fit)).chain(on_check);
+            if found.conclusion == Conclusion::EffectFound && !takes_most(runs) {
                 found.conclusion = Conclusion::PartlyExplained;
             }
             let before = found.base_check.as_ref().unwrap_or(&found.base.fit).normalised;

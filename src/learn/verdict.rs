@@ -113,12 +113,11 @@ pub(super) fn is_whole(judged: &EvaluatedModel) -> bool {
 
 /// Whether an explanation takes more of the plain error beyond noise than it leaves, of each record of which clearly more than noise is left:
 /// what tolerances of switching forgive is not explained.
-pub(super) fn takes_most(judged: &EvaluatedModel, base: &FittedModel, base_check: &Option<Run>) -> bool {
+pub(super) fn takes_most<'a>(runs: impl IntoIterator<Item = (&'a Run, &'a Run)>) -> bool {
     let beyond = |run: &Run| (run.normalised * run.normalised - 1.0).max(0.0);
     let takes =
         |before: &Run, after: &Run| after.normalised <= CLEARLY_ABOVE_NOISE || beyond(after) < 0.5 * beyond(before);
-    let on_check = base_check.as_ref().zip(judged.check.as_ref());
-    takes(&base.fit, &judged.trial.fit) && on_check.is_none_or(|(before, after)| takes(before, after))
+    runs.into_iter().all(|(before, after)| takes(before, after))
 }
 
 /// Whether an explanation is whole and nothing else stands in for physics beside it: no fault that the model does without elsewhere, no

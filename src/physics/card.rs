@@ -165,6 +165,9 @@ pub enum Role {
     /// A condition at which another value of the data sheet holds, or the form of a law away from it: nothing wears it, and a healthy
     /// record of a part at that condition says nothing of it. A calibration leaves it as it is.
     Reference,
+    /// What is another in each record and is known of none: a load that was not weighed. Nothing wears it; a calibration, and the check of
+    /// a model on another record, fit it to each record by itself.
+    OfRecord,
     /// What the instrument of the component's input shows per true value; known where the input is exact.
     Instrument,
 }
@@ -318,7 +321,7 @@ impl Role {
 
     /// Whether the value may be another than it was, as a part wears.
     pub const fn may_wear(self) -> bool {
-        !self.is_of_the_drive() && !self.is_reference()
+        !self.is_of_the_drive() && !matches!(self, Self::Reference | Self::OfRecord)
     }
 }
 

@@ -7,7 +7,7 @@ use crate::diagnosis::{
     ChannelReport, Diagnosis, DynamicsReport, FAR_OFF, OffDataSheet, OffSheetValue, UncertainReport, Verdict,
 };
 use crate::estimation::Identifiable;
-use crate::number::{rounded, text, with_unit};
+use crate::number::{before_unit, rounded, text, with_unit, worth};
 use crate::record::survey::{Doubt, Finding, told};
 
 /// Faults that could be there at any size without showing, and what a verdict other than healthy may come from although
@@ -98,7 +98,7 @@ pub(super) const OFF_NAMED: usize = 3;
 
 /// A value with what the rig file states.
 pub(super) fn off_sheet(off: &OffSheetValue) -> String {
-    let value = with_unit(rounded(off.value, 4), &off.unit);
+    let value = before_unit(worth(off.value, off.sigma_before), &off.unit);
     format!("{} {value} (stated {})", off.id, text(rounded(off.nominal, 4)))
 }
 

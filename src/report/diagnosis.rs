@@ -106,7 +106,7 @@ fn pictured(
 
 fn page(diagnosis: &Diagnosis, style: Style, [scales, courses]: [Vec<String>; 2]) -> String {
     let mut lines = vec![style.painted(&headline(diagnosis), tone(diagnosis.verdict))];
-    lines.extend(diagnosis.missing_effect.as_ref().map(sizes));
+    lines.extend(diagnosis.missing_effect.as_ref().and_then(sizes));
     lines.extend(caveats(diagnosis));
     lines.push(String::new());
     lines.extend([format!("rig     {}", diagnosis.rig), format!("record  {}", diagnosis.record)]);

@@ -44,7 +44,7 @@ pub fn brief(diagnosis: &Diagnosis, findings: &[Finding], style: Style, written:
         (Verdict::Healthy, _) => lines.extend(wrapped(&most_suspect(diagnosis), "  ")),
         (Verdict::Faulty, _) => lines.extend(found(diagnosis, findings)),
         (Verdict::ModelInadequate, Some(missing)) => {
-            lines.extend(wrapped(&sizes(missing), "  "));
+            lines.extend(sizes(missing).iter().flat_map(|sizes| wrapped(sizes, "  ")));
             lines.extend(found(diagnosis, findings));
         }
         (Verdict::ModelInadequate, None) => lines.extend(wrapped(&attempted(diagnosis), "  ")),

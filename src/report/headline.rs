@@ -83,8 +83,11 @@ pub(super) fn left_by(missing: &MissingEffect, diagnosis: &Diagnosis) -> String 
 /// Sizes of a missing effect that are told one by one.
 const SIZES: usize = 4;
 
-/// How large the effect is that the model lacks.
-pub(super) fn sizes(missing: &MissingEffect) -> String {
+/// How large the effect is that the model lacks; `None` of one that stands in the rig file with a value that is fitted anyway.
+pub(super) fn sizes(missing: &MissingEffect) -> Option<String> {
+    if missing.parameters.is_empty() {
+        return None;
+    }
     let size = |parameter: &UncertainReport| {
         let value = match parameter.sigma_after {
             Some(sigma) if sigma > 0.0 => plus_minus(parameter.value, sigma),
@@ -95,7 +98,7 @@ pub(super) fn sizes(missing: &MissingEffect) -> String {
     let more = missing.parameters.len().saturating_sub(SIZES);
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     let told: Vec<String> = missing.parameters.iter().take(SIZES).map(size).collect();
-    format!("Its size: {}{more} (one standard deviation).", told.join(", "))
+    Some(format!("Its size: {}{more} (one standard deviation).", told.join(", ")))
 }
 
 /// The sensors that a verdict had to do without, throughout or in part, as the end of its first words.

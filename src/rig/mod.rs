@@ -353,10 +353,10 @@ impl Rig {
         self.faults.iter().any(|fault| fault.parameter == parameter)
     }
 
-    /// Whether a parameter is what a node starts with: of one record, and of no other.
-    pub(crate) fn is_start(&self, parameter: usize) -> bool {
+    /// Whether a parameter is of one record, and of no other: what a node starts with, or what its component has as such.
+    pub(crate) fn is_of_record(&self, parameter: usize) -> bool {
         let uncertain = NodeKind::Volume { initial: InitialPressure::Uncertain(parameter) };
-        self.nodes.iter().any(|node| node.kind == uncertain)
+        self.parameters[parameter].role == Role::OfRecord || self.nodes.iter().any(|node| node.kind == uncertain)
     }
 
     /// The name of the fault with this index among the rig's: that of its parameter.

@@ -81,6 +81,7 @@ mod diagnosis {
     mod effort;
     mod honest;
     mod measured;
+    mod of_record;
     mod open_records;
     mod settings;
     mod starts;

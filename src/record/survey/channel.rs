@@ -38,13 +38,15 @@ pub(super) struct Known<'a> {
 impl<'a> Known<'a> {
     pub fn new(channel: &'a Channel, scatter: Option<Scatter>) -> Self {
         let is_measured = scatter.is_some_and(|scatter| is_measured(channel, scatter.noise));
-        let bends = scatter.map_or_else(Vec::new, |scatter| bends(&channel.values, scatter.noise));
+        let bends = scatter.map_or_else(Vec::new, |scatter| bends(&channel.values, scatter));
         Self { channel, scatter, is_measured, bends }
     }
 }
 
-fn bends(values: &[f64], noise: f64) -> Vec<usize> {
-    let bent = |three: &[f64]| (three[0] - 2.0 * three[1] + three[2]).abs() > BEND * 6f64.sqrt() * noise;
+/// The rows at which values bend beyond their noise and what rounding to steps of the last digit adds, half a step to each.
+fn bends(values: &[f64], scatter: Scatter) -> Vec<usize> {
+    let least = BEND * 6f64.sqrt() * scatter.noise + 2.0 * scatter.resolution;
+    let bent = |three: &[f64]| (three[0] - 2.0 * three[1] + three[2]).abs() > least;
     values.windows(3).enumerate().filter(|(_, three)| bent(three)).map(|(row, _)| row + 1).collect()
 }
 
@@ -101,7 +103,7 @@ pub(super) fn survey(
             row += run.len();
         }
     }
-    let leaps = (1..values.len().saturating_sub(1)).filter(|row| is_spike(values, *row, scatter.noise));
+    let leaps = (1..values.len().saturating_sub(1)).filter(|row| is_spike(values, *row, scatter));
     let leaps: Vec<usize> = leaps.collect();
     let spikes = leaps.iter().copied().filter(|&row| {
         let is_switched = time.get(row).is_some_and(|&time| switches(time));
@@ -138,7 +140,7 @@ fn is_measured(channel: &Channel, noise: f64) -> bool {
 }
 
 /// Rows of one value from which on it is no chance, as often as neighbours are alike where the channel moves, and as one at rest in the
-/// middle of a step of its last digit reads the same again; `None` where they nearly always are.
+/// middle of a step of its last digit reads the same again; `None` where they nearly always are alike.
 fn length_beyond_chance(values: &[f64], scatter: Scatter) -> Option<usize> {
     let (mut alike, mut pairs) = (0, 0);
     for run in values.chunk_by(|a, b| a == b).filter(|run| run.len() < FEWEST) {
@@ -149,17 +151,22 @@ fn length_beyond_chance(values: &[f64], scatter: Scatter) -> Option<usize> {
     if share > MOSTLY {
         return None;
     }
-    let share = share.max(at_rest.min(MOSTLY)).max(1e-3);
+    let share = share.max(at_rest).max(1e-3);
+    if share >= 1.0 {
+        return None;
+    }
     let length = 1.0 + (BY_CHANCE / values.len().max(1) as f64).ln() / share.ln();
     Some((length.ceil() as usize).max(FEWEST))
 }
 
 /// Whether a value stands off from both its neighbours to the same side, and they are alike.
-fn is_spike(values: &[f64], row: usize, noise: f64) -> bool {
+fn is_spike(values: &[f64], row: usize, scatter: Scatter) -> bool {
     let [before, here, after] = [values[row - 1], values[row], values[row + 1]];
     let (up, down) = (here - before, here - after);
     let height = up.abs().min(down.abs());
-    if !(up * down > 0.0 && height > SPIKE * noise && (after - before).abs() < BESIDE * height) {
+    // What lies at the edge of two steps of the last digit reads one or the other.
+    let least = SPIKE * scatter.noise + scatter.resolution;
+    if !(up * down > 0.0 && height > least && (after - before).abs() < BESIDE * height) {
         return false;
     }
     let around = values.get(row.saturating_sub(AROUND)..(row + AROUND + 1).min(values.len())).unwrap_or_default();
@@ -182,8 +189,21 @@ mod tests {
         assert_eq!(length_beyond_chance(&moving, scatter(0.0)), Some(FEWEST));
         // 0.584 to the power of 27 is one in two millions.
         assert_eq!(length_beyond_chance(&moving, scatter(0.244)), Some(28));
-        // A coarser one still sticks: after a run that one in 1.25 neighbours would make by chance.
-        assert_eq!(length_beyond_chance(&moving, scatter(0.5)), Some(67));
+        // Of a coarser one it takes 0.904 to the power of 144; one of eight standard deviations may read the same for an hour.
+        assert_eq!(length_beyond_chance(&moving, scatter(0.5)), Some(146));
+        assert!(length_beyond_chance(&moving, scatter(1.2)).is_none_or(|length| length > 200_000));
+    }
+
+    #[test]
+    fn a_coarse_sensor_at_the_edge_of_two_steps_leaps_not() {
+        // An encoder of 1 mm on a parked car, with noise of 0.12 mm: it flips once in a while, back with the next row.
+        let mut values = vec![3798.0; 60];
+        values[20] = 3799.0;
+        let coarse = Scatter { noise: 0.12, resolution: 1.0 };
+        assert!(!is_spike(&values, 20, coarse) && bends(&values, coarse).is_empty());
+        // Three steps are a leap.
+        values[40] = 3801.0;
+        assert!(is_spike(&values, 40, coarse) && bends(&values, coarse).contains(&40));
     }
 
     /// Noise of standard deviation 1 that no chance repeats, rounded to a fifth of it.

@@ -122,7 +122,7 @@ fn verdict(rig: &Rig, diagnosis: &Diagnosis, findings: &[Finding], next: Option<
             title: "An effect that the model lacks".to_owned(),
             id: effects,
             size: String::new(),
-            about: sizes(missing).trim().to_owned(),
+            about: sizes(missing).unwrap_or_default(),
             scale: None,
             facts: vec![("what it explains".to_owned(), left_by(missing, diagnosis))],
             command: String::new(),

@@ -53,3 +53,18 @@ fn stands_beside_its_twin(new: f64) {
         assert!((0.4..0.6).contains(&fault.probability), "{fault:?}");
     }
 }
+
+/// A relief valve does nothing until it is set so low that it opens, and not much lower a pump lifts nothing any more.
+#[test]
+fn a_fault_that_acts_only_far_from_healthy_is_found() {
+    let fault = "\n[faults]\n\"relief.set_pressure\" = { bounds = [\"20 bar\", \"220 bar\"] }\n\
+                 \"pump.leakage\" = { bounds = [\"0 L/min/bar\", \"0.2 L/min/bar\"] }\n\n[cycle]\n";
+    let text = include_str!("scissor_lift.toml").replace("\n[cycle]\n", fault);
+    let model = Model::new(Rig::parse("lift.toml", text).unwrap());
+    let record = Run::of(&model).with_quantities(&[("relief.set_pressure", "116 bar")]).seed(3).record("lift");
+    let found = diagnose(&model, &record, &DiagnosisOptions::default()).unwrap().diagnosis;
+    let present: Vec<&str> = found.present().map(|fault| fault.id.as_str()).collect();
+    assert_eq!(present, ["relief.set_pressure"], "{found:?}");
+    let relief = found.present().next().unwrap();
+    assert!((relief.value - 116.0).abs() < 0.5, "{relief:?}");
+}

@@ -128,6 +128,7 @@ fn parameter(
         ("viscous", Role::Viscous),
         ("laminar", Role::Laminar),
         ("reference", Role::Reference),
+        ("record", Role::OfRecord),
     ];
     let line = value.table(format!("parameter `{name}`"))?;
     let unit = unit(&line)?;
