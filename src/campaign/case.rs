@@ -99,7 +99,7 @@ impl Campaign {
             let simulated = Model::new(disturbed.rig.clone());
             let healthy = disturbed.rig.nominal();
             let records = (0..RECORDS).map(|number| {
-                let run = Run::draw(&self.rig, &self.cycle, &mut random);
+                let run = Run::draw(&disturbed.rig, &self.cycle, &mut random);
                 let seed = random.seed();
                 let outputs = simulated.solve(&healthy, &run.drive, &run.times)?;
                 let name = format!("rig_{rig}_healthy_{}.csv", number + 1);
@@ -134,7 +134,7 @@ impl Campaign {
         let mut last = String::new();
         for redrawn in 0..DRAWS {
             let mut random = Stream::of(self.options.seed, Purpose::Case(case, redrawn));
-            let run = Run::draw(&self.rig, &self.cycle, &mut random);
+            let run = Run::draw(&prepared.disturbed.rig, &self.cycle, &mut random);
             let injected = Injected::draw(&prepared.disturbed, &run, count, &mut random);
             let drive = injected.drive(&prepared.disturbed.rig, &prepared.disturbed.healthy, &run);
             let parameters = injected.parameters(&prepared.disturbed);

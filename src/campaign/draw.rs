@@ -45,7 +45,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// The rig's cycle with other loads and durations.
+    /// The cycle with other loads and durations, and parts that follow their inputs as those of this rig do.
     pub fn draw(rig: &Rig, cycle: &Cycle, random: &mut Stream) -> Self {
         let factors: Vec<f64> = rig
             .inputs

@@ -1,7 +1,7 @@
 //! Faults behind physics that the model lacks.
 //!
 //! A model that lacks an effect is bent towards the record by whatever may move, faults first: friction that nobody wrote down
-//! becomes a narrow opening with an interval as small as if it were the truth. So where faults are found and yet do not explain
+//! becomes a narrow opening with an interval as small as if it were the truth. So where faults, or none, do not explain
 //! the record, effects compete with them under the one criterion of [`suggest`], and the faults are isolated again beside the
 //! effect that wins. Where they do explain it, effects that would explain it as well are named beside them ([`super::rivals`]); where one
 //! of these does better, or clearly more than noise is left, effects compete all the same, also where no fault is present: what
@@ -55,11 +55,12 @@ pub(super) fn beside_physics(
         }
     }
     let (explained, noise) = (given.diagnosis.is_explained(), given.diagnosis.times_noise);
-    // What no fault bends may be forgiven as a matter of switching.
+    // What no fault bends may be forgiven as a matter of switching; what nothing explains may be where record and rig file differ.
     let is_bent = given.diagnosis.present().next().is_some() || given.diagnosis.is_above_noise();
+    let is_asked = is_bent || !explained && given.diagnosis.at_odds.is_empty();
     // Before a calibration parts that deviate as parts do and physics that is missing are not told apart.
     let is_open = given.diagnosis.off_data_sheet.as_ref().is_some_and(|off| off.beyond_chance().is_none());
-    if !is_bent || is_open || (explained && given.diagnosis.onset_s.is_some()) || given.diagnosis.is_misread() {
+    if !is_asked || is_open || (explained && given.diagnosis.onset_s.is_some()) || given.diagnosis.is_misread() {
         return Ok(given);
     }
     let seen = given.record(record);
@@ -161,14 +162,15 @@ fn joined(given: Diagnosed, mut beside: Diagnosed, best: &EvaluatedModel, rig: R
     if at_work.is_empty() {
         std::mem::swap(&mut at_work, &mut idle);
     }
-    let of_idle =
-        |index: &usize| rig.effects.iter().any(|effect| idle.contains(&effect.id) && effect.parameters.contains(index));
-    let is_added = |id: &str| rig.parameter(id).is_some_and(|index| rig.is_of_effect(index));
-    let before = |id: &str| given.diagnosis.uncertain.iter().any(|one| one.id == id);
+    let is_of = |ids: &[String], parameter: &str| {
+        let index = rig.parameter(parameter);
+        let of = |index: usize| rig.effects.iter().any(|one| ids.contains(&one.id) && one.parameters.contains(&index));
+        index.is_some_and(of)
+    };
     let (parameters, uncertain) = std::mem::take(&mut beside.diagnosis.uncertain)
         .into_iter()
-        .filter(|one| !rig.parameter(&one.id).is_some_and(|index| of_idle(&index)))
-        .partition(|one| is_added(&one.id) && !before(&one.id));
+        .filter(|one| !is_of(&idle, &one.id))
+        .partition(|one| is_of(&at_work, &one.id));
     let explained = beside.diagnosis.is_explained();
     beside.diagnosis = Diagnosis {
         verdict: Verdict::ModelInadequate,

@@ -59,7 +59,9 @@ pub(super) fn caveats(diagnosis: &Diagnosis) -> Vec<String> {
         _ if !diagnosis.as_new.is_empty() => told.push(no_further_off(&diagnosis.as_new)),
         _ => told.extend(which_are_exact(&diagnosis.taken_as_exact)),
     }
-    told.extend(longest_gap(diagnosis).map(|gap| {
+    // A record that is explained across the gap need not be split there.
+    let gap = longest_gap(diagnosis).filter(|_| !diagnosis.is_explained());
+    told.extend(gap.map(|gap| {
         let [from, to] = [gap.from_s, gap.to_s].map(|time| text(rounded(time, 9)));
         format!("Rows are missing from {from} s to {to} s: the commands there are not known; split the record there.")
     }));
