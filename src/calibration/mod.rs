@@ -274,7 +274,9 @@ fn estimated(rig: &Rig, lags: &[usize]) -> Vec<Estimated> {
     let mut open = Vec::new();
     for (index, parameter) in rig.parameters.iter().enumerate() {
         let fault = rig.faults.iter().find(|fault| fault.parameter == index);
-        let known = parameter.spread.max(parameter.sigma);
+        // Parts differ from data sheets, and what is of a record is of no part.
+        let spread = if parameter.role.is_of_record() { 0.0 } else { parameter.spread };
+        let known = spread.max(parameter.sigma);
         let is_asked = !parameter.per_event || lags.contains(&index);
         if known == 0.0 || !is_asked || parameter.role.is_reference() {
             continue;
@@ -284,8 +286,8 @@ fn estimated(rig: &Rig, lags: &[usize]) -> Vec<Estimated> {
             parameter.value - rig.settings().calibration.search_reach * known,
             parameter.value + rig.settings().calibration.search_reach * known,
         );
-        // What is positive by its nature does not vanish: laws are singular there.
-        let low = if low >= 0.0 && parameter.value > 0.0 && !parameter.role.is_of_the_drive() {
+        // What is positive by its nature does not vanish, since laws are singular there; what a fault may take away may.
+        let low = if fault.is_none() && low >= 0.0 && parameter.value > 0.0 && !parameter.role.is_of_the_drive() {
             low.max(rig.settings().calibration.least_share * parameter.value)
         } else {
             low

@@ -111,6 +111,10 @@ impl Rounds<'_> {
         }
         // What each record has of its own is as uncertain as it was: the next record has its own again.
         for (parameter, mean) in joint.solutions.means_of_records(&fit.theta) {
+            // What no record knows of the next one is stated, and the mean of a few says nothing of it.
+            if rig.parameters[parameter].role.is_of_record() {
+                continue;
+            }
             rig.parameters[parameter].value = mean;
             parameters.push(parameter);
         }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::Campaign;
-use super::disturb::{Disturbed, disturb};
+use super::disturb::{Disturbed, disturb, of_record};
 use super::draw::{Injected, Run};
 use super::measured::measured;
 use super::random::{Purpose, Stream};
@@ -99,9 +99,11 @@ impl Campaign {
             let simulated = Model::new(disturbed.rig.clone());
             let healthy = disturbed.rig.nominal();
             let records = (0..RECORDS).map(|number| {
-                let run = Run::draw(&disturbed.rig, &self.cycle, &mut random);
+                let run = Run::draw(&self.rig, &self.cycle, &mut random);
                 let seed = random.seed();
-                let outputs = simulated.solve(&healthy, &run.drive, &run.times)?;
+                let mut parameters = healthy.clone();
+                of_record(&disturbed.rig, &mut parameters, self.options.disturbance, &mut random);
+                let outputs = simulated.solve(&parameters, &run.drive_of(&disturbed.rig), &run.times)?;
                 let name = format!("rig_{rig}_healthy_{}.csv", number + 1);
                 Ok(measured(&disturbed, name, &run.drive, &run.times, run.interval, &outputs, seed))
             });
@@ -134,10 +136,11 @@ impl Campaign {
         let mut last = String::new();
         for redrawn in 0..DRAWS {
             let mut random = Stream::of(self.options.seed, Purpose::Case(case, redrawn));
-            let run = Run::draw(&prepared.disturbed.rig, &self.cycle, &mut random);
+            let run = Run::draw(&self.rig, &self.cycle, &mut random);
             let injected = Injected::draw(&prepared.disturbed, &run, count, &mut random);
             let drive = injected.drive(&prepared.disturbed.rig, &prepared.disturbed.healthy, &run);
-            let parameters = injected.parameters(&prepared.disturbed);
+            let mut parameters = injected.parameters(&prepared.disturbed);
+            of_record(&prepared.disturbed.rig, &mut parameters, self.options.disturbance, &mut random);
             let outputs = match prepared.simulated.solve(&parameters, &drive, &run.times) {
                 Ok(outputs) => outputs,
                 Err(error) => {

@@ -77,7 +77,7 @@ pub fn well_known(rig: &Rig) -> Rig {
 /// None with a rig that was read; those of [`Rig::join`].
 pub fn disturb(rig: &Rig, size: f64, random: &mut Stream) -> Result<Disturbed, Complaint> {
     let mut disturbed = rig.clone();
-    let is_of_a_part = |own: &&mut Parameter| !matches!(own.role, Role::Instrument | Role::GasLaw);
+    let is_of_a_part = |own: &&mut Parameter| !matches!(own.role, Role::Instrument | Role::GasLaw | Role::OfRecord);
     for parameter in disturbed.parameters.iter_mut().filter(is_of_a_part) {
         let value = parameter.value;
         let by = random.normal() * size;
@@ -115,6 +115,14 @@ pub fn disturb(rig: &Rig, size: f64, random: &mut Stream) -> Result<Disturbed, C
     }
     leave_out(rig, size, random, &mut disturbed)?;
     Ok(Disturbed { rig: disturbed, healthy })
+}
+
+/// Draws what is another in each record, SI, in proportion to `size`.
+pub fn of_record(rig: &Rig, parameters: &mut [f64], size: f64, random: &mut Stream) {
+    let all = parameters.iter_mut().zip(&rig.parameters);
+    for (value, parameter) in all.filter(|(_, parameter)| parameter.role.is_of_record()) {
+        *value = (*value + parameter.sigma * random.normal() * size).clamp(parameter.bounds.0, parameter.bounds.1);
+    }
 }
 
 /// Indices of the parameters that tell what the instrument of an input shows.

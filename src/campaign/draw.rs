@@ -37,6 +37,8 @@ pub fn plan(cases: usize, healthy: f64, faults: usize, seed: u64) -> Vec<usize> 
 
 /// Commands and loads of one run.
 pub struct Run {
+    cycle: Cycle,
+    /// As the parts of the rig file follow their inputs.
     pub drive: InputSignals,
     /// Times of the rows, s.
     pub times: Vec<f64>,
@@ -45,7 +47,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// The cycle with other loads and durations, and parts that follow their inputs as those of this rig do.
+    /// The rig's cycle with other loads and durations.
     pub fn draw(rig: &Rig, cycle: &Cycle, random: &mut Stream) -> Self {
         let factors: Vec<f64> = rig
             .inputs
@@ -60,7 +62,13 @@ impl Run {
             drive: InputSignals::from_cycle(rig, &cycle),
             times: model::cycle_times(rig, &cycle),
             interval: cycle.interval,
+            cycle,
         }
+    }
+
+    /// The same as the parts of a rig follow their inputs.
+    pub fn drive_of(&self, rig: &Rig) -> InputSignals {
+        InputSignals::from_cycle(rig, &self.cycle)
     }
 
     /// When a command first leaves zero, s; the start where there is none. Before that, most faults cannot show.
@@ -114,11 +122,11 @@ impl Injected {
         parameters
     }
 
-    /// The run's drive, with the healthy values of a rig's faults (SI) before these began.
+    /// The drive of a rig in a run, with the healthy values of a rig's faults (SI) before these began.
     pub fn drive(&self, rig: &Rig, healthy: &[f64], run: &Run) -> InputSignals {
-        let Some(time) = self.onset else { return run.drive.clone() };
+        let Some(time) = self.onset else { return run.drive_of(rig) };
         let before = |&(index, _): &(usize, f64)| (rig.faults[index].parameter, model::Before::Value(healthy[index]));
-        run.drive.clone().with_onset(model::Onset { time, before: self.faults.iter().map(before).collect() })
+        run.drive_of(rig).with_onset(model::Onset { time, before: self.faults.iter().map(before).collect() })
     }
 }
 

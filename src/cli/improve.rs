@@ -11,7 +11,7 @@ use crate::files::{is_kept, read_text};
 use crate::learn::evaluated::Conclusion;
 use crate::learn::improve::{ImprovementStep, improve};
 use crate::report::curves::Curves;
-use crate::report::improvement::Ledger;
+use crate::report::ledger::Ledger;
 use crate::report::provenance::{Provenance, WithProvenance};
 use crate::report::{self, pages};
 use crate::rig::Rig;

@@ -14,7 +14,7 @@ use crate::finding::measured::WithEvents;
 use crate::learn::addition::AdditionReport;
 use crate::report::components::ComponentsReport;
 use crate::report::effects::LibraryReport;
-use crate::report::improvement::Ledger;
+use crate::report::ledger::Ledger;
 use crate::report::provenance::WithProvenance;
 use crate::shards::Done;
 use crate::simulation::SimulationReport;

@@ -39,6 +39,8 @@ pub struct Isolation {
     pub schur: SchurComplement,
     /// Of each fault: variance inflation by autocorrelation of the misfits.
     pub inflation: Vec<f64>,
+    /// The same as combinations were compared by: no less than [`Turns`] hold.
+    pub compared: Vec<f64>,
     pub rounds: u64,
     pub stopped: Stopped,
 }
@@ -134,8 +136,9 @@ pub(super) fn isolate_from(
         case.rig().context().check()?;
         rounds += 1;
         let schur = case.schur_complement(&local);
-        let inflation = turns.no_less(inflations(case, &local, &schur, centre));
-        let around = Around { local: &local, schur: &schur, centre, damping, inflation: &inflation };
+        let inflation = inflations(case, &local, &schur, centre);
+        let compared = turns.no_less(inflation.clone());
+        let around = Around { local: &local, schur: &schur, centre, damping, inflation: &compared };
         let Weighing { mut weighed, reached } = weigh(case, around);
         let Some((set, best)) = weighed.iter().find_map(|set| Some((set.set, set.point.clone()?))) else {
             // Nothing could be solved: the guess is all there is.
@@ -149,12 +152,12 @@ pub(super) fn isolate_from(
                 .fit(&local, centre, &local.theta, Options::steps(0, case.settings().rough_decrease))
                 .map_err(|_| unsolvable())?;
             let stopped = Stopped::Unsolvable;
-            return Ok(Isolation { weighed, best, local, schur, inflation, rounds, stopped });
+            return Ok(Isolation { weighed, best, local, schur, inflation, compared, rounds, stopped });
         };
         let gained = case.cost(set, &local.misfit, &local.theta) - best.cost;
         let stays = set == centre && gained < case.settings().isolation_decrease;
         let before = case.cost(centre, &local.misfit, &local.theta);
-        turns.take((centre, before), (set, best.cost + case.settings().isolation_decrease), &inflation);
+        turns.take((centre, before), (set, best.cost + case.settings().isolation_decrease), &compared);
         let further = match stays {
             _ if rounds >= most_rounds => None,
             true => overtaking(case, around, &mut weighed, reached),
@@ -163,7 +166,7 @@ pub(super) fn isolate_from(
         let Some((set, point)) = further else {
             let stopped =
                 if stays { Stopped::Settled { decrease: case.settings().isolation_decrease } } else { Stopped::Rounds };
-            return Ok(Isolation { weighed, best, local, schur, inflation, rounds, stopped });
+            return Ok(Isolation { weighed, best, local, schur, inflation, compared, rounds, stopped });
         };
         damping = point.damping;
         local = case.local_model(&point.theta)?;
@@ -211,7 +214,7 @@ impl Turns {
 /// The model cannot be solved there.
 pub(super) fn held(case: &Case<'_>, local: LocalModel, set: FaultSet) -> Result<Isolation, FitError> {
     let schur = case.schur_complement(&local);
-    let inflation = vec![1.0; case.faults()];
+    let [inflation, compared] = [(); 2].map(|()| vec![1.0; case.faults()]);
     let best = case.fit(
         &local,
         set,
@@ -225,6 +228,7 @@ pub(super) fn held(case: &Case<'_>, local: LocalModel, set: FaultSet) -> Result<
         local,
         schur,
         inflation,
+        compared,
         rounds: 1,
         stopped: Stopped::Settled { decrease: case.settings().isolation_decrease },
     })

@@ -65,7 +65,7 @@ impl Base {
         let (set, best) = (isolation.set(), isolation.best.cost);
         let near = self.local.as_ref().unwrap_or(&isolation.local);
         let occam = case.schur_complement(near).occam([fault].into_iter(), 1.0);
-        let evidence = 0.5 * (best - self.best.cost) / isolation.inflation[fault] + prior_odds(case) + occam;
+        let evidence = 0.5 * (best - self.best.cost) / isolation.compared[fault] + prior_odds(case) + occam;
         let without = || fitted(case, near, set, &case.without_others(&self.best.theta, set));
         evidence > 0.0 || without().is_some_and(|alone| alone.cost < best - case.settings().restart_decrease)
     }

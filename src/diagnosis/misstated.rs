@@ -49,9 +49,10 @@ pub(super) fn instead(
         from(&values, place.set())
     };
     let Some((found, one)) = from(&healthy, FaultSet::EMPTY).or_else(from_place) else { return Ok(None) };
-    // The others have had their say: from here on it is this one beside those declared.
+    // The others have had their say: from here on it is this one beside those declared, and what may stand in its place.
     let mut rig = model.rig.clone();
-    rig.faults.push(wider.rig.faults[one].clone());
+    let all = std::iter::once(one).chain(in_its_place(&found, one, declared));
+    rig.faults.extend(all.map(|fault| wider.rig.faults[fault].clone()));
     let with_one = Model::new(rig).with_tolerance(model.tolerance);
     let set: FaultSet = found.isolation.set().iter().map(|fault| fault.min(declared)).collect();
     let near = (&found.case.full.parameters(&found.isolation.best.theta)[..], set);
@@ -62,6 +63,19 @@ pub(super) fn instead(
     let Some(found) = found.filter(|found| found.diagnosis.is_explained()) else { return Ok(None) };
     let names = undeclared(&with_one.rig, declared, &found, false).filter(|names| names.len() == 1);
     Ok(names.map(|names| told(declared, (with_one.rig, found), names)))
+}
+
+/// Faults behind the `declared` ones of combinations without `one` that are probable enough to be named beside it.
+fn in_its_place<'e>(found: &'e Estimate<'_>, one: usize, declared: usize) -> impl Iterator<Item = usize> + use<'e> {
+    let (case, isolation) = (&found.case, &found.isolation);
+    let mut probability = vec![0.0; case.faults()];
+    for (other, probable) in isolation.weighed.iter().zip(isolation.probabilities()) {
+        if !other.set.contains(one) {
+            other.set.iter().for_each(|fault| probability[fault] += probable);
+        }
+    }
+    let least = case.settings().ambiguity_probability;
+    (declared..case.faults()).filter(move |&fault| probability[fault] >= least)
 }
 
 /// The one fault behind the `declared` ones of an explanation that takes few faults, where it has changed; `None` where there are others too.

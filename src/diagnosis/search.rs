@@ -250,7 +250,7 @@ impl Search<'_> {
                     idle = between;
                 }
             }
-            best
+            best.filter(|best| best.cost < none)
         };
         let ends = |fault: usize| {
             let (low, high) = self.case.rig().faults[fault].bounds;

@@ -66,7 +66,7 @@ fn replaced<'s>(case: &'s Case<'_>, set: FaultSet, theta: &[f64]) -> impl Iterat
 /// Logarithm of the evidence of another set over that of the best, where it leaves a cost near a local model of its own.
 pub(super) fn gained(case: &Case<'_>, isolation: &Isolation, (other, near): (FaultSet, &LocalModel), cost: f64) -> f64 {
     let set = isolation.set();
-    let inflation = inflation_between(other, set, &isolation.inflation);
+    let inflation = inflation_between(other, set, &isolation.compared);
     let occam = case.schur_complement(near).occam(other.iter(), 1.0) - isolation.schur.occam(set.iter(), 1.0);
     let more = prior_odds(case) * (other.len() as f64 - set.len() as f64);
     -0.5 * (cost - isolation.best.cost) / inflation + occam + more
@@ -107,7 +107,7 @@ pub fn in_step(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)
 /// fault does at a probe, at any size of it: a record that shows a fault smaller than the probe shows the same in small.
 pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)> {
     let odds = prior_odds(case);
-    let Isolation { local, best: point, inflation, .. } = isolation;
+    let Isolation { local, best: point, compared, .. } = isolation;
     let set = isolation.set();
     let test = local.score_test(&case.problem(set), &point.theta, &point.misfit).ok()?;
     let others = (0..case.faults()).filter(|&fault| !set.contains(fault) && !case.is_of_sensor(fault));
@@ -121,7 +121,7 @@ pub fn unseen(case: &Case<'_>, isolation: &Isolation) -> Option<(FaultSet, Fit)>
         }
         let change: Vec<f64> = misfit.iter().zip(&point.misfit).map(|(there, here)| there - here).collect();
         let score = test.of(&change);
-        let gain = 0.5 * score.fall_at(score.factor.max(0.0)) / inflation[fault] + odds;
+        let gain = 0.5 * score.fall_at(score.factor.max(0.0)) / compared[fault] + odds;
         (gain > 0.0).then_some((gain, set.with(fault), theta))
     };
     let mut gains: Vec<(f64, FaultSet, Vec<f64>)> =

@@ -13,7 +13,6 @@ use crate::diagnosis::problem::away;
 use crate::diagnosis::{events, preliminary, weighed};
 use crate::estimation::Problem;
 use crate::model::{InputSignals, Model};
-use crate::physics::card::Role;
 use crate::record::Record;
 use crate::rig::{FaultSet, Parameter, Rig};
 
@@ -154,6 +153,8 @@ impl FittedModel {
             stated > 0.0
                 && !self.rig.is_of_effect(index)
                 && !is_present(index)
+                // What is fitted to the other record by itself is not open there.
+                && !parameter.role.is_of_record()
                 && sigma * sigma > LEFT_OPEN * stated * stated
         });
         known.map(|(&index, &sigma)| (index, sigma)).collect()
@@ -167,33 +168,9 @@ impl FittedModel {
         run_under(&self.rig, record, &self.values_on(record)?, weights)
     }
 
-    /// Every parameter of the rig on another record, SI: as fitted, but for those that are another in each record, which are fitted to this
-    /// one by themselves.
-    ///
-    /// # Errors
-    /// Columns that are missing, or a model that cannot be solved on it.
+    /// [`values_on`] of this model.
     fn values_on(&self, record: &Record) -> Result<Vec<f64>, Complaint> {
-        let is_own = |parameter: &Parameter| parameter.role == Role::OfRecord && parameter.is_uncertain();
-        let mut values = self.values.clone();
-        if !self.rig.parameters.iter().any(is_own) {
-            return Ok(values);
-        }
-        let mut rig = without_lack_of_fit(&self.rig);
-        rig.faults.clear();
-        for (parameter, &fitted) in rig.parameters.iter_mut().zip(&self.values) {
-            if !is_own(parameter) {
-                (parameter.value, parameter.sigma) = (fitted, 0.0);
-            }
-        }
-        let model = Model::new(rig);
-        let drive = InputSignals::from_record(&model.rig, record)?;
-        let start = estimate::picked(&model.rig, &model.rig.nominal());
-        let most = model.rig.settings().learn.linearisations;
-        let fit = preliminary::quick(&model, record, &drive, (&start, FaultSet::EMPTY), most, None)?;
-        for (parameter, value) in estimate::estimated_parameters(&model.rig).into_iter().zip(fit.theta) {
-            values[parameter] = value;
-        }
-        Ok(values)
+        values_on(&self.rig, &self.values, record)
     }
 
     /// Fall of the information criterion against a model without its effects, on the record that both are fitted to, under the
@@ -215,6 +192,40 @@ impl FittedModel {
         let samples = base.fit.weights.all_samples() as f64;
         Ok(fall - waived - (parameters(self) - parameters(base)) * samples.ln())
     }
+}
+
+/// Every parameter of a rig on another record than that which it was fitted to with these `values`, SI: the same, but for those that are
+/// another in each record, which are fitted to this one by themselves.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved on it.
+pub(super) fn values_on(rig: &Rig, values: &[f64], record: &Record) -> Result<Vec<f64>, Complaint> {
+    let is_own = |parameter: &Parameter| parameter.role.is_of_record() && parameter.is_uncertain();
+    let mut values = values.to_vec();
+    if !rig.parameters.iter().any(is_own) {
+        return Ok(values);
+    }
+    let mut alone = without_lack_of_fit(rig);
+    alone.faults.clear();
+    for (parameter, &fitted) in alone.parameters.iter_mut().zip(&values) {
+        if is_own(parameter) {
+            continue;
+        }
+        parameter.value = fitted;
+        // How far each switching may be from the mean is no knowledge of this record.
+        if !parameter.per_event {
+            parameter.sigma = 0.0;
+        }
+    }
+    let model = Model::new(alone);
+    let drive = InputSignals::from_record(&model.rig, record)?;
+    let start = estimate::picked(&model.rig, &model.rig.nominal());
+    let most = model.rig.settings().learn.linearisations;
+    let fit = preliminary::quick(&model, record, &drive, (&start, FaultSet::EMPTY), most, None)?;
+    for (parameter, value) in estimate::estimated_parameters(&model.rig).into_iter().zip(fit.theta) {
+        values[parameter] = value;
+    }
+    Ok(values)
 }
 
 /// Number of parameters of effects that are fitted.

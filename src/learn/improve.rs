@@ -48,7 +48,7 @@ pub struct Improvement {
     /// What explains the records best of what was not added although something is missing.
     #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the ledger names it"))]
     pub(crate) declined: Option<Declined>,
-    /// Where the model at the end still misses; `None` where it is adequate.
+    /// Where the model at the end still misses; `None` where it is adequate and has taken most of the error beyond noise.
     pub rest: Option<MisfitPlace>,
     /// What explains the records alike, where several do.
     pub alike: Vec<String>,
@@ -176,7 +176,7 @@ fn add_while_asked(
         _ if are_part(&rig.settings().learn, explained_by(&steps[0], &steps[by_laws])) => Conclusion::PartlyExplained,
         _ => Conclusion::UnknownEffect,
     };
-    let rest = if last.conclusion == Conclusion::Adequate && conclusion != Conclusion::PartlyExplained {
+    let rest = if last.conclusion == Conclusion::Adequate && is_most {
         None
     } else {
         let model = Model::new(trial.rig.clone());

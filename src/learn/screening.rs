@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::candidate::Candidate;
 use super::evaluated::{EvaluatedModel, is_adequate, joined};
-use super::fitted_model::{FittedModel, Judge, effect_parameters, run_under};
+use super::fitted_model::{FittedModel, Judge, effect_parameters, run_under, values_on};
 use super::refit::{BasePoint, PreliminaryModel, charged, quick, refitted};
 use super::run::Run;
 use super::verdict::{is_among, warnings};
@@ -237,7 +237,8 @@ impl Screening<'_> {
                 quick(&rough.rig, self.record, &rough.values, (rough.set, self.settings().linearisations), Some(ROUGH));
             let end = further.unwrap_or(rough);
             let on_check = self.check.map_or(Some(0.0), |record| {
-                let run = run_under(&end.rig, record, &end.values, None).ok()?;
+                let values = values_on(&end.rig, &end.values, record).ok()?;
+                let run = run_under(&end.rig, record, &values, None).ok()?;
                 Some(run.chi2 * run.weights.all_samples() as f64)
             });
             Some((end.priced(samples) + on_check?, end, start))

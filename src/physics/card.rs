@@ -319,9 +319,14 @@ impl Role {
         matches!(self, Self::Reference)
     }
 
+    /// Whether it is [`Role::OfRecord`].
+    pub const fn is_of_record(self) -> bool {
+        matches!(self, Self::OfRecord)
+    }
+
     /// Whether the value may be another than it was, as a part wears.
     pub const fn may_wear(self) -> bool {
-        !self.is_of_the_drive() && !matches!(self, Self::Reference | Self::OfRecord)
+        !self.is_of_the_drive() && !self.is_reference() && !self.is_of_record()
     }
 }
 

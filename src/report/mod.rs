@@ -39,6 +39,8 @@ pub mod improvement;
 pub mod isolability;
 pub mod learn;
 #[cfg(feature = "cli")]
+pub mod ledger;
+#[cfg(feature = "cli")]
 pub mod pages;
 #[cfg(feature = "cli")]
 pub mod plot;

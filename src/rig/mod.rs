@@ -356,7 +356,7 @@ impl Rig {
     /// Whether a parameter is of one record, and of no other: what a node starts with, or what its component has as such.
     pub(crate) fn is_of_record(&self, parameter: usize) -> bool {
         let uncertain = NodeKind::Volume { initial: InitialPressure::Uncertain(parameter) };
-        self.parameters[parameter].role == Role::OfRecord || self.nodes.iter().any(|node| node.kind == uncertain)
+        self.parameters[parameter].role.is_of_record() || self.nodes.iter().any(|node| node.kind == uncertain)
     }
 
     /// The name of the fault with this index among the rig's: that of its parameter.

@@ -92,9 +92,13 @@ pub(super) fn survey(
     }
     if known.is_measured {
         let length = length_beyond_chance(values, scatter);
+        // At rest a coarse sensor may read the same for ever: it sticks where another channel says that the circuit moves meanwhile.
+        let is_coarse = at_rest(scatter) > MOSTLY;
+        let moves = |rows: std::ops::Range<usize>| rows.into_iter().any(&restless);
         let mut row = 0;
         for run in values.chunk_by(|a, b| a == b) {
-            if length.is_some_and(|length| run.len() >= length) {
+            let inside = row + 2 * BEHIND..(row + run.len()).saturating_sub(BEHIND);
+            if length.is_some_and(|length| run.len() >= length) && (!is_coarse || moves(inside)) {
                 let value = run.first().copied();
                 let doubt =
                     if value == Some(least) || value == Some(greatest) { Doubt::Saturated } else { Doubt::Stuck };
@@ -146,17 +150,18 @@ fn length_beyond_chance(values: &[f64], scatter: Scatter) -> Option<usize> {
     for run in values.chunk_by(|a, b| a == b).filter(|run| run.len() < FEWEST) {
         (alike, pairs) = (alike + run.len() - 1, pairs + run.len());
     }
-    let at_rest = statrs::function::erf::erf(0.5 * scatter.resolution / (scatter.noise * std::f64::consts::SQRT_2));
     let share = alike as f64 / f64::from(pairs.max(1) as u32);
     if share > MOSTLY {
         return None;
     }
-    let share = share.max(at_rest).max(1e-3);
-    if share >= 1.0 {
-        return None;
-    }
+    let share = share.max(at_rest(scatter).min(MOSTLY)).max(1e-3);
     let length = 1.0 + (BY_CHANCE / values.len().max(1) as f64).ln() / share.ln();
     Some((length.ceil() as usize).max(FEWEST))
+}
+
+/// Share of the readings of a sensor at rest in the middle of a step of its last digit that are the same.
+fn at_rest(scatter: Scatter) -> f64 {
+    statrs::function::erf::erf(0.5 * scatter.resolution / (scatter.noise * std::f64::consts::SQRT_2))
 }
 
 /// Whether a value stands off from both its neighbours to the same side, and they are alike.
@@ -189,9 +194,25 @@ mod tests {
         assert_eq!(length_beyond_chance(&moving, scatter(0.0)), Some(FEWEST));
         // 0.584 to the power of 27 is one in two millions.
         assert_eq!(length_beyond_chance(&moving, scatter(0.244)), Some(28));
-        // Of a coarser one it takes 0.904 to the power of 144; one of eight standard deviations may read the same for an hour.
-        assert_eq!(length_beyond_chance(&moving, scatter(0.5)), Some(146));
-        assert!(length_beyond_chance(&moving, scatter(1.2)).is_none_or(|length| length > 200_000));
+        // A coarser one still sticks: after a run that one in 1.25 neighbours would make by chance.
+        assert_eq!(length_beyond_chance(&moving, scatter(0.5)), Some(67));
+    }
+
+    #[test]
+    fn a_coarse_sensor_sticks_only_while_the_circuit_moves() {
+        // An encoder of 1 mm that reads the same for 200 rows between two travels.
+        let travel = |from: f64| (0..200).map(move |row| (from + 1.3 * f64::from(row)).round());
+        let values: Vec<f64> = travel(0.0).chain(std::iter::repeat_n(259.0, 200)).chain(travel(259.0)).collect();
+        let time: Vec<f64> = (0..values.len()).map(|row| row as f64).collect();
+        let channel = Channel::new("x", Unit::dimensionless(), values);
+        let known = Known::new(&channel, Some(Scatter { noise: 0.12, resolution: 1.0 }));
+        let told = |moves: &dyn Fn(usize) -> bool| {
+            let found = survey(&known, &time, true, (moves, |_| false));
+            found.iter().filter(|one| matches!(one.doubt, Doubt::Stuck | Doubt::Saturated)).count()
+        };
+        // Where it stops and where it starts again pressures bend; in between only if the circuit moves.
+        assert_eq!(told(&|row| (198..212).contains(&row) || (395..410).contains(&row)), 0);
+        assert_eq!(told(&|row| (300..315).contains(&row)), 1);
     }
 
     #[test]

@@ -13,8 +13,9 @@ use crate::record::Record;
 use crate::report::brief::ErrorRow;
 use crate::report::circuit::Marked;
 use crate::report::html::{Cell, Column, Page, Section, Table};
-use crate::report::improvement::{EffectReport, Ledger, Row, left};
+use crate::report::improvement::left;
 use crate::report::learn::{PARAMETER_HEADS, experiment, parameter_row};
+use crate::report::ledger::{EffectReport, Ledger, Row};
 use crate::report::provenance::Provenance;
 use crate::rig::Rig;
 

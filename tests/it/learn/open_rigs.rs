@@ -9,7 +9,7 @@ use borescope::internals::learn::evaluated::Conclusion;
 use borescope::internals::learn::improve::{Improvement, improve};
 use borescope::internals::learn::suggest::suggest;
 use borescope::internals::model::{InputSignals, Model};
-use borescope::internals::report::improvement::Ledger;
+use borescope::internals::report::ledger::Ledger;
 
 fn telescopic() -> Rig {
     Rig::read("fixtures/telescopic/rig.toml").unwrap()
