@@ -122,7 +122,7 @@ impl Injected {
         parameters
     }
 
-    /// The drive of a rig in a run, with the healthy values of a rig's faults (SI) before these began.
+    /// The drive of a rig in a run, with the healthy values of its faults (SI) before these began.
     pub fn drive(&self, rig: &Rig, healthy: &[f64], run: &Run) -> InputSignals {
         let Some(time) = self.onset else { return run.drive_of(rig) };
         let before = |&(index, _): &(usize, f64)| (rig.faults[index].parameter, model::Before::Value(healthy[index]));

@@ -1,7 +1,7 @@
 //! Values that nobody declared as faults and that do what a fault does.
 //!
 //! Two motors drive one shaft, and the rig file declares the friction of the first: the record has more of it, and does not say in which. A
-//! search among declared faults finds the one that it knows. So for each value of another part that is fitted along it is
+//! search among declared faults finds the one that it knows. So for each value of another part that is also estimated it is
 //! computed how well that would explain the record in place of the fault.
 
 use nalgebra::{DMatrix, DVector};

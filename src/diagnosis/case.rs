@@ -137,9 +137,14 @@ impl<'a> Case<'a> {
 
     /// Values of a fault at shares of the way from its healthy value to each of its bounds, SI.
     pub fn levels<'s>(&self, fault: usize, shares: &'s [f64]) -> impl Iterator<Item = f64> + use<'s> {
+        let healthy = self.mean[fault];
+        self.ends(fault).flat_map(move |end| shares.iter().map(move |share| level(healthy, end, *share)))
+    }
+
+    /// The bounds of a fault, SI, that are not its healthy value.
+    pub fn ends(&self, fault: usize) -> impl Iterator<Item = f64> + use<> {
         let (healthy, (low, high)) = (self.mean[fault], self.rig().faults[fault].bounds);
-        let ends = [low, high].into_iter().filter(move |&end| end != healthy);
-        ends.flat_map(move |end| shares.iter().map(move |share| healthy + share * (end - healthy)))
+        [low, high].into_iter().filter(move |&end| end != healthy)
     }
 
     /// All estimated parameters, SI, with the faults outside `set` at their healthy values.
@@ -267,6 +272,11 @@ impl<'a> Case<'a> {
         let bounds: Vec<(f64, f64)> = self.rig().faults.iter().map(|fault| fault.bounds).collect();
         SchurComplement::new(near, &self.healthy_prior(), &self.mean, &bounds)
     }
+}
+
+/// The value of a fault at a share of the way from its healthy value to one of its bounds.
+pub fn level(healthy: f64, end: f64, share: f64) -> f64 {
+    healthy + share * (end - healthy)
 }
 
 /// A parameter held at a value.

@@ -99,6 +99,12 @@ impl Isolation {
         faults.into_iter().map(|probability| probability.min(1.0)).collect()
     }
 
+    /// Probability of the sets with one fault and without another, of those of all sets in their order.
+    pub fn of_instead(&self, probabilities: &[f64], fault: usize, other: usize) -> f64 {
+        let sets = self.weighed.iter().zip(probabilities);
+        sets.filter(|(one, _)| one.set.contains(fault) && !one.set.contains(other)).map(|(_, probable)| probable).sum()
+    }
+
     /// Sets that are not negligible, with the ids of their faults.
     pub fn hypotheses(&self, case: &Case<'_>) -> Vec<Hypothesis> {
         let rig = case.rig();
@@ -156,8 +162,9 @@ pub(super) fn isolate_from(
         };
         let gained = case.cost(set, &local.misfit, &local.theta) - best.cost;
         let stays = set == centre && gained < case.settings().isolation_decrease;
-        let before = case.cost(centre, &local.misfit, &local.theta);
-        turns.take((centre, before), (set, best.cost + case.settings().isolation_decrease), &compared);
+        let cost = case.cost(centre, &local.misfit, &local.theta);
+        let round = Round { set: centre, cost, inflation: compared.clone() };
+        turns.take(round, (set, best.cost + case.settings().isolation_decrease));
         let further = match stays {
             _ if rounds >= most_rounds => None,
             true => overtaking(case, around, &mut weighed, reached),
@@ -181,9 +188,15 @@ pub(super) fn isolate_from(
 /// differ share the most that any of them had, by which all of them compare.
 #[derive(Default)]
 struct Turns {
-    /// Of each round: the set that it began with, what that cost, and the variance inflation of each fault.
-    before: Vec<(FaultSet, f64, Vec<f64>)>,
+    before: Vec<Round>,
     held: Vec<f64>,
+}
+
+/// The set that a round began with, what that cost, and the variance inflation of each fault.
+struct Round {
+    set: FaultSet,
+    cost: f64,
+    inflation: Vec<f64>,
 }
 
 impl Turns {
@@ -193,17 +206,18 @@ impl Turns {
         inflation
     }
 
-    /// A round from a set and what it cost to its winner and what that has to have cost before to be better now.
-    fn take(&mut self, (centre, before): (FaultSet, f64), (set, cost): (FaultSet, f64), inflation: &[f64]) {
-        self.before.push((centre, before, inflation.to_vec()));
-        let is_no_better = |(other, before, _): &(FaultSet, f64, Vec<f64>)| *other == set && *before < cost;
-        let Some(first) = self.before.iter().position(is_no_better).filter(|_| set != centre) else { return };
+    /// A round with its winner and what that has to have cost before to be better now.
+    fn take(&mut self, round: Round, (set, cost): (FaultSet, f64)) {
+        let stays = round.set == set;
+        self.before.push(round);
+        let is_no_better = |before: &Round| before.set == set && before.cost < cost;
+        let Some(first) = self.before.iter().position(is_no_better).filter(|_| !stays) else { return };
         let turns = self.before.split_off(first);
-        let differ =
-            |all: FaultSet, (other, ..): &(FaultSet, f64, Vec<f64>)| all.union(other.symmetric_difference(set));
+        let differ = |all: FaultSet, round: &Round| all.union(round.set.symmetric_difference(set));
         let differing = turns.iter().fold(FaultSet::EMPTY, differ);
-        let most = turns.iter().flat_map(|(.., own)| differing.iter().map(|fault| own[fault])).fold(1.0, f64::max);
-        self.held.resize(inflation.len(), 1.0);
+        let of_round = |round: &Round| differing.iter().map(|fault| round.inflation[fault]).fold(1.0, f64::max);
+        let most = turns.iter().map(of_round).fold(1.0, f64::max);
+        self.held.resize(turns[0].inflation.len(), 1.0);
         differing.iter().for_each(|fault| self.held[fault] = self.held[fault].max(most));
     }
 }
@@ -214,7 +228,7 @@ impl Turns {
 /// The model cannot be solved there.
 pub(super) fn held(case: &Case<'_>, local: LocalModel, set: FaultSet) -> Result<Isolation, FitError> {
     let schur = case.schur_complement(&local);
-    let [inflation, compared] = [(); 2].map(|()| vec![1.0; case.faults()]);
+    let inflation = vec![1.0; case.faults()];
     let best = case.fit(
         &local,
         set,
@@ -227,8 +241,8 @@ pub(super) fn held(case: &Case<'_>, local: LocalModel, set: FaultSet) -> Result<
         best,
         local,
         schur,
+        compared: inflation.clone(),
         inflation,
-        compared,
         rounds: 1,
         stopped: Stopped::Settled { decrease: case.settings().isolation_decrease },
     })
@@ -238,10 +252,7 @@ pub(super) fn held(case: &Case<'_>, local: LocalModel, set: FaultSet) -> Result<
 /// some probability.
 pub fn ambiguity(isolation: &Isolation, case: &Case<'_>) -> Vec<Vec<usize>> {
     let probabilities = isolation.probabilities();
-    let instead = |a: usize, b: usize| -> f64 {
-        let pairs = isolation.weighed.iter().zip(&probabilities);
-        pairs.filter(|(set, _)| set.set.contains(a) && !set.set.contains(b)).map(|(_, probability)| probability).sum()
-    };
+    let instead = |a: usize, b: usize| isolation.of_instead(&probabilities, a, b);
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for a in 0..case.faults() {
         for b in 0..a {

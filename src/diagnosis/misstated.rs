@@ -68,14 +68,8 @@ pub(super) fn instead(
 /// Faults behind the `declared` ones of combinations without `one` that are probable enough to be named beside it.
 fn in_its_place<'e>(found: &'e Estimate<'_>, one: usize, declared: usize) -> impl Iterator<Item = usize> + use<'e> {
     let (case, isolation) = (&found.case, &found.isolation);
-    let mut probability = vec![0.0; case.faults()];
-    for (other, probable) in isolation.weighed.iter().zip(isolation.probabilities()) {
-        if !other.set.contains(one) {
-            other.set.iter().for_each(|fault| probability[fault] += probable);
-        }
-    }
-    let least = case.settings().ambiguity_probability;
-    (declared..case.faults()).filter(move |&fault| probability[fault] >= least)
+    let (probabilities, least) = (isolation.probabilities(), case.settings().ambiguity_probability);
+    (declared..case.faults()).filter(move |&fault| isolation.of_instead(&probabilities, fault, one) >= least)
 }
 
 /// The one fault behind the `declared` ones of an explanation that takes few faults, where it has changed; `None` where there are others too.

@@ -9,7 +9,7 @@ use argmin::core::{CostFunction, Error, Executor};
 use argmin::solver::brent::BrentOpt;
 use rayon::prelude::*;
 
-use super::case::{Case, robust};
+use super::case::{Case, level, robust};
 use super::events::weights;
 use super::noise::{self, Weights};
 use super::problem::RecordProblem;
@@ -226,19 +226,15 @@ impl Search<'_> {
         let Some(none) = cost(&[]) else { return Vec::new() };
         let acts = |cost: Option<f64>| cost.is_none_or(|cost| (cost - none).abs() > NOTHING);
         let to_an_end = |(fault, end): (usize, f64)| {
-            let healthy = self.case.mean[fault];
-            let at = |share: &f64| healthy + share * (end - healthy);
-            if acts(cost(&[(fault, at(&LEVELS[0]))])) {
+            let levels = LEVELS.map(|share| level(self.case.mean[fault], end, share));
+            let first = levels.iter().position(|&level| acts(cost(&[(fault, level)])));
+            let (mut idle, mut acting) = match first {
+                Some(first) => (levels[first.checked_sub(1)?], levels[first]),
+                None => (levels[LEVELS.len() - 1], end),
+            };
+            if first.is_none() && !acts(self.simulated(vec![(fault, end)]).map(|place| place.cost)) {
                 return None;
             }
-            let mut idle = at(&LEVELS[0]);
-            let mut levels = LEVELS[1..].iter().map(at);
-            let acting = levels.find(|&level| {
-                let acts = acts(cost(&[(fault, level)]));
-                idle = if acts { idle } else { level };
-                acts
-            });
-            let mut acting = acting.or_else(|| Some(end).filter(|_| acts(self.cost_at(fault, end))))?;
             let mut best: Option<Place> = None;
             for _ in 0..HALVINGS {
                 let between = f64::midpoint(idle, acting);
@@ -252,16 +248,8 @@ impl Search<'_> {
             }
             best.filter(|best| best.cost < none)
         };
-        let ends = |fault: usize| {
-            let (low, high) = self.case.rig().faults[fault].bounds;
-            [low, high].into_iter().filter(move |&end| end != self.case.mean[fault]).map(move |end| (fault, end))
-        };
+        let ends = |fault: usize| self.case.ends(fault).map(move |end| (fault, end));
         self.components().into_iter().flat_map(ends).collect::<Vec<_>>().into_par_iter().filter_map(to_an_end).collect()
-    }
-
-    /// What a single fault at a value costs; `None` where the model cannot be solved.
-    fn cost_at(&self, fault: usize, value: f64) -> Option<f64> {
-        self.simulated(vec![(fault, value)]).map(|place| place.cost)
     }
 
     /// A single fault where it explains most between the levels beside its best one. From there a fit is near: from further away

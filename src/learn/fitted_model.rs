@@ -127,7 +127,7 @@ impl FittedModel {
     /// # Errors
     /// Columns that are missing, or a model that cannot be solved on it.
     pub fn check(&self, record: &Record) -> Result<Run, Complaint> {
-        let values = self.values_on(record)?;
+        let values = values_on(&self.rig, &self.values, record)?;
         let run = run_under(&self.rig, record, &values, None)?;
         let open = self.left_open();
         if run.is_adequate || open.is_empty() {
@@ -165,12 +165,7 @@ impl FittedModel {
     /// # Errors
     /// As [`FittedModel::check`].
     pub fn check_under(&self, record: &Record, weights: Option<&Weights>) -> Result<Run, Complaint> {
-        run_under(&self.rig, record, &self.values_on(record)?, weights)
-    }
-
-    /// [`values_on`] of this model.
-    fn values_on(&self, record: &Record) -> Result<Vec<f64>, Complaint> {
-        values_on(&self.rig, &self.values, record)
+        run_under(&self.rig, record, &values_on(&self.rig, &self.values, record)?, weights)
     }
 
     /// Fall of the information criterion against a model without its effects, on the record that both are fitted to, under the

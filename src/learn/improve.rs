@@ -183,7 +183,7 @@ fn add_while_asked(
         let of = |record, run| Comparison::of(&model, record, run).map(|comparison| comparison.place);
         match of(fit, &trial.fit)? {
             Some(place) => Some(place),
-            None => of(check, &steps[steps.len() - 1].check)?,
+            None => of(check, &end.check)?,
         }
     };
     if conclusion != Conclusion::Confounded {

@@ -5,7 +5,7 @@ use super::table::Head;
 use crate::diagnosis::{CLEARLY_ABOVE_NOISE, Diagnosis, FaultReport, UncertainReport};
 use crate::number::{before_unit, rounded, text, with_unit};
 
-/// What is told of a fault, with the digits that its interval is worth.
+/// A fault as it is shown, with the digits that its interval is worth.
 fn estimate(fault: &FaultReport) -> Estimate {
     Estimate { value: fault.value, ends: fault.ci95 }
 }

@@ -80,7 +80,7 @@ pub(super) fn left_by(missing: &MissingEffect, diagnosis: &Diagnosis) -> String 
     format!("It brings the error from {without}x to {with}x the sensor noise{rest}.")
 }
 
-/// Sizes of a missing effect that are told one by one.
+/// Sizes of a missing effect that are shown one by one.
 const SIZES: usize = 4;
 
 /// How large the effect is that the model lacks; `None` of one that stands in the rig file with a value that is fitted anyway.
