@@ -114,7 +114,7 @@ impl<'a> Rounds<'a> {
     }
 
     pub(super) fn weights(rig: &Rig, events: &[Events]) -> Vec<Weights> {
-        events.iter().map(|one| Weights::new(rig, &one.phases, &one.variance, &one.changes)).collect()
+        events.iter().map(|one| one.weights(rig)).collect()
     }
 
     fn estimate_noise(&mut self, theta: &[f64]) -> Result<(), SimulationError> {
@@ -138,7 +138,7 @@ impl<'a> Rounds<'a> {
         let mut seen = Vec::new();
         for (record, one) in events.iter().enumerate() {
             seen.push(PortVariables {
-                weights: Weights::new(&free, &one.phases, &one.variance, &one.changes),
+                weights: one.weights(&free),
                 phases: one.phases.clone(),
                 misfit: self.solutions.misfit(&curves, record),
                 columns: self.solutions.columns(theta, record)?,

@@ -75,8 +75,7 @@ pub(super) fn weights_along(
 /// Weights of events, which are judged where they are straight.
 fn judged(problem: &RecordProblem<'_>, record: &Record, events: &Events) -> Weights {
     let rig = &problem.model.rig;
-    let weights = Weights::new(rig, &events.phases, &events.variance, &events.changes);
-    weights.judging_events(noise::are_events_straight(rig, record))
+    events.weights(rig).judging_events(noise::are_events_straight(rig, record))
 }
 
 /// What weights are made of, but for the tolerances.
@@ -87,6 +86,15 @@ pub(crate) struct Events {
     pub phases: Vec<Range<usize>>,
     /// Of all readings, by one standard deviation of what may be another in each phase: `[what][sensor][row]`, SI.
     pub changes: Vec<Vec<Vec<f64>>>,
+    /// The same by what may be another, and is one and the same in all phases.
+    pub throughout: Vec<Vec<Vec<f64>>>,
+}
+
+impl Events {
+    /// Weights with the tolerances of a rig.
+    pub fn weights(&self, rig: &Rig) -> Weights {
+        Weights::new(rig, &self.phases, &self.variance, &self.changes).with_throughout(&self.throughout)
+    }
 }
 
 /// Events at `theta`, where the model has them.
@@ -133,8 +141,12 @@ fn events_along(
     let otherwise = driven_otherwise(problem, record, &parameters).into_par_iter();
     let otherwise = otherwise.map(|drive| problem.change(&drive, &parameters, outputs, problem.times.len()));
     changes.extend(otherwise.collect::<Result<Vec<_>, _>>()?);
-    changes.extend(starts::changes(problem, &parameters, outputs, phases.first().map_or(0, |phase| phase.end))?);
-    Ok((Events { variance, phases, changes }, Sensitivities { outputs: run, derivatives }))
+    let starts = starts::changes(problem, &parameters, outputs, phases.first().map_or(0, |phase| phase.end))?;
+    changes.extend(starts.first);
+    Ok((
+        Events { variance, phases, changes, throughout: starts.throughout },
+        Sensitivities { outputs: run, derivatives },
+    ))
 }
 
 /// The first sample in which the derivatives `[parameter][sensor][row]` make a rounding error of a parameter's uncertainty as large as

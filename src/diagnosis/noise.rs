@@ -14,6 +14,8 @@
 //!   this one switching, by what a measured load would have done had it acted later, and at the
 //!   beginning by what another starting pressure would have done. These are random effects: directions of the misfit in which
 //!   a phase has `1 + (size)²` times the variance of noise.
+//! - *Throughout.* Where an accumulator, a tank or a body started is remembered through all phases, and is one and the same in them:
+//!   a direction over the whole record.
 //! - A phase therefore says no more about a constant or a slope than the tolerance allows, however many samples it has.
 
 mod directions;
@@ -184,6 +186,8 @@ pub struct Weights {
     /// `1/sigma` of each sample, `[sensor][row]`; 0 of those that the record does not have.
     inverse: Vec<Vec<f64>>,
     phases: Vec<Phase>,
+    /// Orthonormal directions over all weighted samples, and the share that is taken away of each behind what phases take.
+    throughout: (Vec<Vec<f64>>, Vec<f64>),
     /// What the samples of each sensor may have in common.
     pub shared: Vec<Shared>,
     /// Whether what is asked of events can be judged.
@@ -209,6 +213,7 @@ impl Weights {
             rows: variance.first().map_or(0, Vec::len),
             inverse: variance.iter().map(|row| row.iter().map(|variance| 1.0 / variance.sqrt()).collect()).collect(),
             phases: Vec::new(),
+            throughout: Default::default(),
             shared: Vec::new(),
             events_are_judged: true,
         };
@@ -239,6 +244,19 @@ impl Weights {
         weights
     }
 
+    /// The same where one thing each, off by one standard deviation, changes all readings of the record at once: `[what][sensor][row]`, SI.
+    #[must_use]
+    pub fn with_throughout(mut self, changes: &[Vec<Vec<f64>>]) -> Self {
+        let weighted = |change: &Vec<Vec<f64>>| {
+            let mut column = change.concat();
+            self.apply(&mut column);
+            column
+        };
+        self.throughout = random_directions(&changes.iter().map(weighted).collect::<Vec<_>>());
+        self.shared = self.shared_by_sensor();
+        self
+    }
+
     /// Those of so many first rows, up to the end of the phase in which the last of them lies, and how many rows that is.
     pub(crate) fn of_first_phases(&self, rows: usize) -> (usize, Self) {
         let last = self.phases.iter().find(|phase| phase.rows.end >= rows);
@@ -247,11 +265,24 @@ impl Weights {
             rows,
             inverse: self.inverse.iter().map(|inverse| inverse[..rows].to_vec()).collect(),
             phases: self.phases.iter().filter(|phase| phase.rows.end <= rows).cloned().collect(),
+            throughout: Default::default(),
             shared: Vec::new(),
             events_are_judged: self.events_are_judged,
         };
+        first.throughout = random_directions(&self.throughout_in(rows));
         first.shared = first.shared_by_sensor();
         (rows, first)
+    }
+
+    /// What is the same throughout, by one standard deviation, in so many first rows: of the weighted samples.
+    fn throughout_in(&self, rows: usize) -> Vec<Vec<f64>> {
+        let (directions, taken) = &self.throughout;
+        let part = |(direction, taken): (&Vec<f64>, &f64)| {
+            let size = ((1.0 - taken).powi(-2) - 1.0).sqrt();
+            let of_sensors = direction.chunks_exact(self.rows.max(1));
+            of_sensors.flat_map(|part| part[..rows].iter().map(|value| size * value)).collect()
+        };
+        directions.iter().zip(taken).map(part).collect()
     }
 
     /// From the variance of each sample alone, with phases between the events that it shows.
@@ -270,7 +301,8 @@ impl Weights {
     pub fn apply(&self, column: &mut [f64]) {
         self.scale(column);
         self.level(column);
-        self.take_events(&mut [column]);
+        self.take_events(&mut [&mut *column]);
+        self.take_throughout(column);
     }
 
     /// The same to each column of a matrix.
@@ -283,7 +315,17 @@ impl Weights {
                 self.level(column);
             }
             self.take_events(&mut columns);
+            columns.iter_mut().for_each(|column| self.take_throughout(column));
         });
+    }
+
+    /// Takes what is the same throughout.
+    fn take_throughout(&self, column: &mut [f64]) {
+        let (directions, taken) = &self.throughout;
+        let samples = self.rows * self.sensors();
+        for (direction, taken) in directions.iter().zip(taken) {
+            take_along(&mut column[..samples], direction, *taken);
+        }
     }
 
     /// Takes from each phase what events can explain. The directions of a phase stay in the cache for all columns.
@@ -308,6 +350,7 @@ impl Weights {
     /// Of weighted misfits: takes once more what samples of a phase have in common, so that what is left is their own. With weights
     /// `W = S D^(-1/2)`, this is `S'`.
     pub fn leave_own(&self, column: &mut [f64]) {
+        self.take_throughout(column);
         self.take_events(&mut [&mut *column]);
         self.level(column);
     }
@@ -319,8 +362,12 @@ impl Weights {
             for (shared, (_, taken)) in shared.iter_mut().zip(&phase.levels) {
                 taken.iter().for_each(|&taken| shared.add(share(taken), 1.0));
             }
-            for (direction, &taken) in phase.directions.iter().zip(&phase.taken) {
-                for (shared, part) in shared.iter_mut().zip(direction.chunks_exact(phase.rows.len().max(1))) {
+        }
+        let of_phases = self.phases.iter().map(|phase| (phase.rows.len(), &phase.directions, &phase.taken));
+        let throughout = (self.rows, &self.throughout.0, &self.throughout.1);
+        for (rows, directions, taken) in of_phases.chain([throughout]) {
+            for (direction, &taken) in directions.iter().zip(taken) {
+                for (shared, part) in shared.iter_mut().zip(direction.chunks_exact(rows.max(1))) {
                     shared.add(share(taken), dot(part, part));
                 }
             }
@@ -379,6 +426,7 @@ impl Weights {
             let of_levels = phase.levels.iter().flat_map(|(_, taken)| taken);
             of_levels.chain(&phase.taken)
         });
+        let taken = taken.chain(&self.throughout.1);
         samples.sum::<f64>() + taken.map(|taken| (-taken).ln_1p()).sum::<f64>()
     }
 

@@ -15,15 +15,23 @@ pub struct Unknown {
     pub lasting: f64,
 }
 
-/// What each start, off by one standard deviation, changes of the readings `outputs`. What it does behind the `first` rows is forgotten
-/// with most pressures; a position, a level or an accumulator keeps it.
+/// What each start, off by one standard deviation, changes of the readings: `[what][sensor][row]`, SI.
+#[derive(Default)]
+pub struct Changes {
+    /// Over the first rows alone: what it does behind them is forgotten with most pressures, and is not of the start.
+    pub first: Vec<Vec<Vec<f64>>>,
+    /// Over all rows, in which it is one and the same: a position, a level or an accumulator keeps it.
+    pub throughout: Vec<Vec<Vec<f64>>>,
+}
+
+/// What each start changes of the readings `outputs`, over the `first` rows or throughout.
 pub fn changes(
     problem: &RecordProblem<'_>,
     parameters: &[f64],
     outputs: &[Vec<f64>],
     first: usize,
-) -> Result<Vec<Vec<Vec<f64>>>, SimulationError> {
-    let (rig, mut changes) = (&problem.model.rig, Vec::new());
+) -> Result<Changes, SimulationError> {
+    let (rig, mut changes) = (&problem.model.rig, Changes::default());
     let all = problem.times.len();
     for node in 0..rig.nodes.len() {
         let Some(Unknown { sigma, lasting }) = unknown(problem, parameters, node).filter(|one| one.sigma > 0.0) else {
@@ -32,21 +40,31 @@ pub fn changes(
         let mut drive = problem.drive.clone();
         drive.nudges[node] = sigma;
         let share = lasting / sigma;
-        let rows = if share < 1.0 { first } else { all };
-        let mut change = problem.change(&drive, parameters, outputs, rows)?;
-        if rows < all && is_remembered(problem, &change, share, first) {
-            change = problem.change(&drive, parameters, outputs, all)?;
-            change.iter_mut().flat_map(|curve| &mut curve[first..]).for_each(|value| *value *= share);
+        let mut change = problem.change(&drive, parameters, outputs, if share < 1.0 { first } else { all })?;
+        if share < 1.0 && !is_remembered(problem, &change, share, first) {
+            changes.first.push(change);
+            continue;
         }
-        changes.push(change);
+        if share < 1.0 {
+            let of_first = (1.0 - share * share).sqrt();
+            changes.first.push(scaled(change, of_first));
+            change = scaled(problem.change(&drive, parameters, outputs, all)?, share);
+        }
+        changes.throughout.push(change);
     }
     let of_states = problem.drive.shown.iter().enumerate();
     for (place, shown) in of_states.filter(|(_, one)| matches!(rig.sensors[one.sensor].target, Target::State(..))) {
         let mut drive = problem.drive.clone();
         drive.shown[place].value += shown.sigma;
-        changes.push(problem.change(&drive, parameters, outputs, problem.times.len())?);
+        changes.throughout.push(problem.change(&drive, parameters, outputs, all)?);
     }
     Ok(changes)
+}
+
+/// So many times a change.
+fn scaled(mut change: Vec<Vec<f64>>, share: f64) -> Vec<Vec<f64>> {
+    change.iter_mut().flatten().for_each(|value| *value *= share);
+    change
 }
 
 /// Whether a share of what a start changes shows behind the `first` rows, where all of them have of it what the last of the first has.
@@ -119,8 +137,8 @@ mod tests {
         let first = 100;
         let all = changes(&problem, &parameters, &outputs, first).unwrap();
         let behind = |change: &Vec<Vec<f64>>, name: &str| change[sensor(name)][first + 10].abs();
-        let kept: Vec<&Vec<Vec<f64>>> = all.iter().filter(|change| behind(change, "p_H") > 0.0).collect();
-        let [kept] = kept.as_slice() else { panic!("{} starts are remembered", kept.len()) };
+        let [kept] = all.throughout.as_slice() else { panic!("{} starts are remembered", all.throughout.len()) };
+        assert!(!all.first.is_empty() && all.first.iter().all(|change| behind(change, "p_H") == 0.0));
         // Gas of 2.3 L at 100 bar that the pump has pressed to 1.93 L in 2 s is stiffer: p V^1.25 stays, so what the start was off by is there
         // 2.3/1.93 to the power 2.25 times, 1.48; a consumer has taken some of it since.
         let share = behind(kept, "p_H") / of_record;

@@ -43,6 +43,52 @@ fn the_determinant_is_that_of_what_is_done_to_the_samples() {
     approx::assert_relative_eq!(weights.log_determinant(), done.determinant().ln(), max_relative = 1e-9);
 }
 
+/// What is one and the same in all phases is an effect over all samples: with `W` the matrix of the weights, `W' W` is the inverse of the
+/// covariance of the samples, that of the phases with the square of the effect added. So it is of the first phases alone.
+#[test]
+fn what_is_the_same_throughout_adds_its_square_to_the_covariance() {
+    let rig = Rig::parse("rig.toml", include_str!("../../../fixtures/two_tanks/rig.toml").to_owned()).unwrap();
+    let (rows, sensors) = (8, rig.sensors.len());
+    let rig = Rig { sensors: rig.sensors.iter().map(|one| Sensor { tolerance: 0.02, ..one.clone() }).collect(), ..rig };
+    let of = |size: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
+        (0..sensors).map(|sensor| (0..rows).map(|row| size(row, sensor)).collect()).collect()
+    };
+    let variance = of(&|row, sensor| 1e-4 * (1 + row + sensor) as f64);
+    let in_phases = of(&|row, sensor| 0.01 * (row as f64 - sensor as f64));
+    let throughout = of(&|row, sensor| 0.03 * ((3 * row + sensor) as f64).sin());
+    let matrix = |weights: &Weights| {
+        let samples = weights.rows() * sensors;
+        let mut done = DMatrix::identity(samples, samples);
+        done.column_iter_mut().for_each(|mut column| weights.apply(column.as_mut_slice()));
+        done
+    };
+    let phases = [0..3, 3..rows];
+    let of_phases = Weights::new(&rig, &phases, &variance, &[in_phases]);
+    let weights = of_phases.clone().with_throughout(std::slice::from_ref(&throughout));
+    let (before, done) = (matrix(&of_phases), matrix(&weights));
+    let effect = DMatrix::from_iterator(rows * sensors, 1, throughout.iter().flatten().copied());
+    let covariance = (before.transpose() * &before).try_inverse().unwrap() + &effect * effect.transpose();
+    let identity = DMatrix::identity(rows * sensors, rows * sensors);
+    approx::assert_relative_eq!(done.transpose() * &done * covariance, identity, epsilon = 1e-9);
+    approx::assert_relative_eq!(weights.log_determinant(), done.determinant().ln(), max_relative = 1e-9);
+    // Columns of a matrix are weighed like one alone.
+    let mut together = DMatrix::identity(rows * sensors, rows * sensors);
+    weights.apply_to_columns(&mut together);
+    approx::assert_relative_eq!(together, done, epsilon = 1e-12);
+    // What neighbours share is put back: with weights `S D^(-1/2)`, `S'` of them is `S' S D^(-1/2)`.
+    let scaled = DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(
+        rows * sensors,
+        variance.iter().flatten().map(|variance| variance.powf(-0.5)),
+    ));
+    let mut own = done.clone();
+    own.column_iter_mut().for_each(|mut column| weights.leave_own(column.as_mut_slice()));
+    approx::assert_relative_eq!(own, scaled.try_inverse().unwrap() * done.transpose() * &done, epsilon = 1e-9);
+    let first = weights.of_first_phases(3).1;
+    let cut: Vec<Vec<f64>> = throughout.iter().map(|curve| curve[..3].to_vec()).collect();
+    let alone = of_phases.of_first_phases(3).1.with_throughout(&[cut]);
+    approx::assert_relative_eq!(matrix(&first), matrix(&alone), epsilon = 1e-9);
+}
+
 /// Parts that do next to nothing in a phase, as most of a large rig, leave what the others do as it is.
 #[test]
 fn effects_that_are_all_but_nothing_change_no_direction() {
