@@ -26,7 +26,7 @@ pub(super) fn instead(
 ) -> Result<Option<Diagnosed>, Complaint> {
     let declared = model.rig.faults.len();
     let mut rig = model.rig.clone();
-    let values = exact(&model.rig).chain(calibrated(&model.rig));
+    let values = may_be_misstated(&model.rig);
     rig.faults.extend(values.take(FaultSet::CAPACITY - declared).map(|value| fault(&model.rig, value)));
     if rig.faults.len() == declared {
         return Ok(None);
@@ -78,6 +78,11 @@ fn the_one(estimate: &Estimate<'_>, declared: usize) -> Option<usize> {
     let mut behind = set.iter().filter(|fault| *fault >= declared);
     let one = behind.next().filter(|_| behind.next().is_none() && set.len() < case.settings().several_faults);
     one.filter(|&one| has_changed(case.rig(), one, estimate.isolation.best.theta[one]))
+}
+
+/// Values that are no declared faults and may be another than the file has, by index among the rig's parameters.
+pub(crate) fn may_be_misstated(rig: &Rig) -> impl Iterator<Item = usize> + '_ {
+    exact(rig).chain(calibrated(rig))
 }
 
 /// Values of parts and sensors that the file takes as exact, and that are no faults. Of what is nothing nobody knows how far it could go.

@@ -19,7 +19,7 @@ pub mod hypotheses;
 mod instead;
 pub mod interval;
 mod missed;
-mod misstated;
+pub(crate) mod misstated;
 pub mod noise;
 pub mod onset;
 pub(crate) mod preliminary;
@@ -35,6 +35,8 @@ mod unseen;
 pub mod watch;
 pub(crate) mod weighed;
 mod weighing;
+
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::complaint::{Complaint, Kind, Place};
 use crate::estimation::Interval;
@@ -106,12 +108,56 @@ const DIGITS: usize = 7;
 /// # Errors
 /// Columns that are missing, a model that cannot be solved, or a [context](crate::Context) that was cancelled.
 pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
-    model.rig.context().run(|| diagnose_here(model, record, options))
+    model.rig.context().run(|| diagnose_here(model, record, options, None))
+}
+
+/// The same where physics that the model lacks may be behind a record. Where it is, what was found is what declared faults leave of the
+/// record, and no other explanation was looked for.
+///
+/// # Errors
+/// As [`diagnose`].
+pub(crate) fn diagnose_unless(
+    model: &Model,
+    record: &Record,
+    options: &DiagnosisOptions,
+    physics: &Physics<'_>,
+) -> Result<Diagnosed, Complaint> {
+    model.rig.context().run(|| diagnose_here(model, record, options, Some(physics)))
+}
+
+/// Physics that the model lacks, asked about a record that declared faults miss, ahead of values that nobody declared, of a beginning
+/// within the record and of parts that deviate.
+pub(crate) struct Physics<'a> {
+    explains: &'a (dyn Fn(&Estimate<'_>) -> Result<bool, Complaint> + Sync),
+    has_explained: AtomicBool,
+}
+
+impl<'a> Physics<'a> {
+    /// `explains`: whether it explains what an estimate with declared faults does not.
+    pub fn new(explains: &'a (dyn Fn(&Estimate<'_>) -> Result<bool, Complaint> + Sync)) -> Self {
+        Self { explains, has_explained: AtomicBool::new(false) }
+    }
+
+    /// Whether it was found to explain the record.
+    pub fn has_explained(&self) -> bool {
+        self.has_explained.load(Ordering::Relaxed)
+    }
+
+    fn explains(&self, first: &Estimate<'_>) -> Result<bool, Complaint> {
+        let explains = (self.explains)(first)?;
+        self.has_explained.store(explains, Ordering::Relaxed);
+        Ok(explains)
+    }
 }
 
 /// The same on the threads of the caller.
-fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
-    let mut found = believed(model, record, options)?;
+fn diagnose_here(
+    model: &Model,
+    record: &Record,
+    options: &DiagnosisOptions,
+    physics: Option<&Physics<'_>>,
+) -> Result<Diagnosed, Complaint> {
+    let mut found = believed(model, record, options, physics)?;
     if !found.diagnosis.is_explained() {
         found.diagnosis.at_odds = model.rig.at_odds(record);
     }
@@ -119,14 +165,35 @@ fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> 
 }
 
 /// The explanation that is believed among those with every value as stated, with others that nobody declared, and by data sheet.
-fn believed(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
+fn believed(
+    model: &Model,
+    record: &Record,
+    options: &DiagnosisOptions,
+    physics: Option<&Physics<'_>>,
+) -> Result<Diagnosed, Complaint> {
     let sparing = Sparing::of(model, record);
-    let found = believed_among(model, record, options, Some(&sparing))?;
+    let found = believed_among(model, record, options, Spared { sparing: Some(&sparing), physics })?;
     // What was spared for the sake of parts that deviate is owed where they are not the answer.
     if sparing.has_spared() && found.diagnosis.off_data_sheet.is_none() {
-        return believed_among(model, record, options, None);
+        return believed_among(model, record, options, Spared { sparing: None, physics });
     }
     Ok(found)
+}
+
+/// What may spare questions about a record.
+#[derive(Clone, Copy, Default)]
+struct Spared<'a> {
+    /// Parts that deviate: the question which value is misstated.
+    sparing: Option<&'a Sparing<'a>>,
+    /// Physics that is missing: every question but how spools follow.
+    physics: Option<&'a Physics<'a>>,
+}
+
+impl Spared<'_> {
+    /// Whether physics explains what an explanation leaves, so that no other is looked for.
+    fn by_physics(&self, found: &Diagnosed) -> bool {
+        !found.diagnosis.is_explained() && self.physics.is_some_and(Physics::has_explained)
+    }
 }
 
 /// The same, questions spared where they may be.
@@ -134,9 +201,12 @@ fn believed_among(
     model: &Model,
     record: &Record,
     options: &DiagnosisOptions,
-    sparing: Option<&Sparing<'_>>,
+    spared: Spared<'_>,
 ) -> Result<Diagnosed, Complaint> {
-    let stated = diagnose_as_stated(model, record, options, sparing)?;
+    let stated = diagnose_as_stated(model, record, options, spared)?;
+    if spared.by_physics(&stated) {
+        return Ok(stated);
+    }
     // No value brings a body to where it starts.
     if !stated.diagnosis.is_explained() && model.rig.begins_within_a_run(record) {
         return Ok(stated);
@@ -181,17 +251,17 @@ fn diagnose_as_stated(
     model: &Model,
     record: &Record,
     options: &DiagnosisOptions,
-    sparing: Option<&Sparing<'_>>,
+    spared: Spared<'_>,
 ) -> Result<Diagnosed, Complaint> {
-    let first = Attempt { asks_otherwise: true, sparing, ..Attempt::default() };
+    let first = Attempt { asks_otherwise: true, spared, ..Attempt::default() };
     let plain = diagnose_again(model, record, (&[], None), options, first)?.ok_or_else(|| no_explanation(record))?;
-    if plain.diagnosis.common_cause.is_some() {
+    if plain.diagnosis.common_cause.is_some() || spared.by_physics(&plain) {
         return Ok(plain);
     }
     let faults = |one: &Diagnosed| one.diagnosis.present().count();
     // Nobody needs a mistake in taking a record of which parts that deviate leave less than faults do.
     let left = if plain.diagnosis.is_explained() { plain.diagnosis.times_noise } else { f64::INFINITY };
-    let is_asked = common_cause::is_asked(model, &plain) && !sparing.is_some_and(|sparing| sparing.spares(left));
+    let is_asked = common_cause::is_asked(model, &plain) && !spared.sparing.is_some_and(|sparing| sparing.spares(left));
     let corrected = if is_asked { common_cause::instead(model, record, &plain) } else { None };
     let Some(corrected) = corrected else { return Ok(plain) };
     let diagnosed = diagnose_from(&corrected.model, &corrected.record, (&[], None), options)?;
@@ -247,8 +317,8 @@ struct Attempt<'a> {
     near: Option<(&'a [f64], FaultSet)>,
     /// Whether one mistake in taking the record, or one value that the file takes as exact, may be it where its faults miss the record.
     asks_otherwise: bool,
-    /// What may spare the question which value is misstated.
-    sparing: Option<&'a Sparing<'a>>,
+    /// What may spare further questions.
+    spared: Spared<'a>,
     /// How many of the first faults are reported even where they are absent, if not all.
     reported: Option<usize>,
     /// Whether no beginning within the record was found with other values open: asked for again only where these do not explain it.
@@ -300,11 +370,18 @@ fn diagnose_again(
         if places.is_some() {
             rig.context().first_look(|| summary::first_look(first));
         }
-        match (common_cause::at_once(model, first.case.record, options)?, places) {
-            (None, Some(_)) if attempt.sparing.is_some_and(|sparing| sparing.spares(f64::INFINITY)) => Ok(None),
-            (None, Some(places)) => misstated::instead(model, (first, places), options),
-            (found, _) => Ok(found),
+        let Spared { sparing, physics } = attempt.spared;
+        if let Some(found) = common_cause::at_once(model, first.case.record, options)? {
+            return Ok(Instead::Found(Box::new(found)));
         }
+        let Some(places) = places.filter(|_| !sparing.is_some_and(|sparing| sparing.spares(f64::INFINITY))) else {
+            return Ok(Instead::Nothing);
+        };
+        if !first.explains() && physics.map_or(Ok(false), |physics| physics.explains(first))? {
+            return Ok(Instead::Physics);
+        }
+        let found = misstated::instead(model, (first, places), options)?;
+        Ok(found.map_or(Instead::Nothing, |found| Instead::Found(Box::new(found))))
     };
     let asked =
         Asked { from_everywhere: guess.is_none(), otherwise: attempt.asks_otherwise, begun: !attempt.is_as_old };
@@ -369,6 +446,15 @@ enum Explained<'a> {
     Otherwise(Box<Diagnosed>),
 }
 
+/// What explains a record in place of the declared faults.
+enum Instead {
+    Nothing,
+    /// A mistake in taking the record, or a value that is no declared fault.
+    Found(Box<Diagnosed>),
+    /// Physics that the model lacks.
+    Physics,
+}
+
 /// What an attempt asks of a record.
 #[derive(Clone, Copy)]
 struct Asked {
@@ -387,7 +473,7 @@ fn best_explained<'a>(
     mut first: Estimate<'a>,
     before: &Model,
     asked: Asked,
-    otherwise: impl Fn(&Estimate<'_>, Option<&[search::Place]>) -> Result<Option<Diagnosed>, Complaint>,
+    otherwise: impl Fn(&Estimate<'_>, Option<&[search::Place]>) -> Result<Instead, Complaint>,
 ) -> Result<Explained<'a>, Complaint> {
     let (record, drive) = (first.case.record, first.case.full.drive);
     let settings = first.case.settings();
@@ -401,12 +487,12 @@ fn best_explained<'a>(
         first = first.best_from_places(&places, settings.isolation_rounds);
         // Places know nothing of what is uncertain beside the faults. What leaves nothing once that follows needs neither.
         if let Some(before) = before.filter(|_| !onset::is_believed(&first)) {
-            let from_places = first.explained(before);
-            if asked.otherwise
-                && let Some(found) = otherwise(&first, Some(&places))?
-            {
-                return Ok(Explained::Otherwise(Box::new(found)));
+            match if asked.otherwise { otherwise(&first, Some(&places))? } else { Instead::Nothing } {
+                Instead::Found(found) => return Ok(Explained::Otherwise(found)),
+                Instead::Physics => return Ok(Explained::Declared(Box::new((first, None)))),
+                Instead::Nothing => {}
             }
+            let from_places = first.explained(before);
             if let Some(begun) = begun(&first) {
                 return Ok(Explained::Declared(Box::new((first, Some(begun)))));
             }
@@ -432,9 +518,10 @@ fn best_explained<'a>(
         let is_calibrated = first.case.rig().calibration.is_some();
         let places = (is_strained && is_calibrated && !was_asked).then_some(&known_places[..]);
         if (left > CLEARLY_ABOVE_NOISE || is_strained)
-            && let Some(found) = otherwise(&first, places)?.filter(is_better)
+            && let Instead::Found(found) = otherwise(&first, places)?
+            && is_better(&found)
         {
-            return Ok(Explained::Otherwise(Box::new(found)));
+            return Ok(Explained::Otherwise(found));
         }
     }
     let begun = if is_asked { begun(&first) } else { None };

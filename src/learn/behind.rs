@@ -7,16 +7,20 @@
 //! of these does better, or clearly more than noise is left, effects compete all the same, also where no fault is present: what
 //! tolerances of switching forgive need not be a matter of switching.
 
+use std::sync::OnceLock;
+
 use super::evaluated::{Conclusion, EvaluatedModel};
 use super::fitted_model::FittedModel;
 use super::opened::neutral;
+use super::outright::suggested_outright;
 use super::rivals::rival_effects;
 use super::spools;
-use super::suggest::suggest;
+use super::suggest::{Suggestion, suggest};
 use crate::complaint::Complaint;
+use crate::diagnosis::estimate::Estimate;
 use crate::diagnosis::{
-    self, CLEARLY_ABOVE_NOISE, Diagnosed, Diagnosis, DiagnosisOptions, DynamicsReport, MissingEffect, RivalEffect,
-    Verdict,
+    self, CLEARLY_ABOVE_NOISE, Diagnosed, Diagnosis, DiagnosisOptions, DynamicsReport, MissingEffect, Physics,
+    RivalEffect, Verdict,
 };
 use crate::estimation::profile::QUANTILE;
 use crate::model::Model;
@@ -35,6 +39,20 @@ pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> R
 
 /// The same on the threads of the caller.
 fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
+    let suggested = OnceLock::new();
+    let explains = |first: &Estimate<'_>| {
+        let found = suggested_outright(first)?;
+        Ok(found.is_some_and(|found| suggested.set(found).is_ok()))
+    };
+    let given = diagnosis::diagnose_unless(model, record, options, &Physics::new(&explains))?;
+    let Some(suggestion) = suggested.into_inner().filter(|_| !given.diagnosis.is_explained()) else {
+        return beside_physics(model, record, options, given);
+    };
+    let found = beside_suggested(model, record, options, given, suggestion)?;
+    if found.diagnosis.missing_effect.as_ref().is_some_and(|missing| missing.explained) {
+        return Ok(found);
+    }
+    // What was spared for the sake of physics is owed where that is not the answer.
     beside_physics(model, record, options, diagnosis::diagnose(model, record, options)?)
 }
 
@@ -54,7 +72,7 @@ pub(super) fn beside_physics(
             return Ok(given);
         }
     }
-    let (explained, noise) = (given.diagnosis.is_explained(), given.diagnosis.times_noise);
+    let explained = given.diagnosis.is_explained();
     // What no fault bends may be forgiven as a matter of switching; what nothing explains may be where record and rig file differ.
     let is_bent = given.diagnosis.present().next().is_some() || given.diagnosis.is_above_noise();
     let is_asked = is_bent || !explained && given.diagnosis.at_odds.is_empty();
@@ -63,8 +81,20 @@ pub(super) fn beside_physics(
     if !is_asked || is_open || (explained && given.diagnosis.onset_s.is_some()) || given.diagnosis.is_misread() {
         return Ok(given);
     }
+    let suggestion = suggest(&model.rig, given.record(record), None)?;
+    beside_suggested(model, record, options, given, suggestion)
+}
+
+/// A diagnosis beside the best of the effects that are suggested for its record, where that is what the model lacks.
+fn beside_suggested(
+    model: &Model,
+    record: &Record,
+    options: &DiagnosisOptions,
+    given: Diagnosed,
+    suggestion: Suggestion,
+) -> Result<Diagnosed, Complaint> {
+    let (explained, noise) = (given.diagnosis.is_explained(), given.diagnosis.times_noise);
     let seen = given.record(record);
-    let suggestion = suggest(&model.rig, seen, None)?;
     let takes_place = |one: &EvaluatedModel| {
         let named = |rival: &str| one.effects.iter().any(|effect| effect.id == rival);
         given.diagnosis.rival_effects.iter().any(|one| named(&one.effect))

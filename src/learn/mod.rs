@@ -55,6 +55,7 @@ pub mod law_on_axis;
 #[cfg(feature = "cli")]
 pub mod missing;
 pub mod opened;
+mod outright;
 pub mod phase;
 mod refit;
 pub mod result;

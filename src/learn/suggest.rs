@@ -55,7 +55,7 @@ impl Suggestion {
     }
 
     /// Whether the best explanation leaves nothing to explain, on the check record too.
-    fn explains_all(&self) -> bool {
+    pub(super) fn explains_all(&self) -> bool {
         let all = |best: &EvaluatedModel| is_adequate(&best.trial.fit) && best.check.as_ref().is_none_or(is_adequate);
         self.conclusion == Conclusion::Adequate || self.judged.first().is_some_and(|best| best.supported && all(best))
     }
@@ -70,26 +70,32 @@ pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Sugges
     let suggested = |rig: &Rig, near: Option<&FittedModel>| {
         rough_base((rig, near), fit, Suggestion::explains_all, |estimate, base| suggest_from(estimate, base, check))
     };
-    let found = rig.context().run(|| {
-        let mut found = with_spools(&opened(rig), fit, suggested, Suggestion::best)?;
-        while let Some(best) = found.judged.first_mut().filter(|best| best.supported) {
-            best.finish(fit, check)?;
-            let on_check = found.base_check.as_ref().zip(best.check.as_ref());
-            let runs = std::iter::once((&found.base.fit, &best.trial.fit)).chain(on_check);
-            if found.conclusion == Conclusion::EffectFound && !takes_most(runs) {
-                found.conclusion = Conclusion::PartlyExplained;
-            }
-            let before = found.base_check.as_ref().unwrap_or(&found.base.fit).normalised;
-            // Led to its end, what seemed nearest may explain no more of a record that nothing was fitted to.
-            if found.conclusion != Conclusion::UnknownEffect || best.error() < before {
-                break;
-            }
-            best.supported = false;
-            found.judged.sort_by_key(|one| !one.supported);
-        }
-        Ok::<_, Complaint>(found)
-    })?;
+    let found =
+        rig.context().run(|| finished(with_spools(&opened(rig), fit, suggested, Suggestion::best)?, fit, check))?;
     Ok(Suggestion { dynamics: spools::report(rig, &found.base.rig), ..found })
+}
+
+/// A suggestion with the fit of its best effect led to its end, and judged by that.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved there.
+pub(super) fn finished(mut found: Suggestion, fit: &Record, check: Option<&Record>) -> Result<Suggestion, Complaint> {
+    while let Some(best) = found.judged.first_mut().filter(|best| best.supported) {
+        best.finish(fit, check)?;
+        let on_check = found.base_check.as_ref().zip(best.check.as_ref());
+        let runs = std::iter::once((&found.base.fit, &best.trial.fit)).chain(on_check);
+        if found.conclusion == Conclusion::EffectFound && !takes_most(runs) {
+            found.conclusion = Conclusion::PartlyExplained;
+        }
+        let before = found.base_check.as_ref().unwrap_or(&found.base.fit).normalised;
+        // Led to its end, what seemed nearest may explain no more of a record that nothing was fitted to.
+        if found.conclusion != Conclusion::UnknownEffect || best.error() < before {
+            break;
+        }
+        best.supported = false;
+        found.judged.sort_by_key(|one| !one.supported);
+    }
+    Ok(found)
 }
 
 /// Fits a rig to a record as it is, with none or one of its components faulty, and hands it on; where what that gives is not

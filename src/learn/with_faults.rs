@@ -2,9 +2,10 @@
 
 use super::behind::beside_physics;
 use super::comparison::{Comparison, PresentFault, WithFaults};
+use super::outright::explains_outright;
 use super::run::run_of;
 use crate::complaint::Complaint;
-use crate::diagnosis::{DiagnosisOptions, diagnose};
+use crate::diagnosis::{DiagnosisOptions, Physics, diagnose_unless};
 use crate::model::Model;
 use crate::number::rounded;
 use crate::record::Record;
@@ -23,13 +24,17 @@ pub(super) struct Explained {
 /// place. Faults that do not explain the record are what they are: physics beside them is sought by [`suggest`](super::suggest).
 ///
 /// # Errors
-/// As [`diagnose`].
+/// As [`diagnose_unless`].
 pub(super) fn with_faults(model: &Model, record: &Record) -> Result<Option<Explained>, Complaint> {
     if model.rig.faults.is_empty() {
         return Ok(None);
     }
     let options = DiagnosisOptions::default();
-    let mut diagnosed = diagnose(model, record, &options)?;
+    let physics = Physics::new(&explains_outright);
+    let mut diagnosed = diagnose_unless(model, record, &options, &physics)?;
+    if physics.has_explained() {
+        return Ok(None);
+    }
     if diagnosed.diagnosis.is_explained() {
         diagnosed = beside_physics(model, record, &options, diagnosed)?;
     }
