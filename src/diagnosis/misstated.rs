@@ -8,6 +8,7 @@
 
 use super::estimate::{self, Estimate};
 use super::search::{self, Place};
+pub(crate) use super::undeclared::fault as undeclared_fault;
 use super::undeclared::{calibrated, fault, has_changed, may_be_a_fault, told, undeclared};
 use super::{Attempt, Diagnosed, DiagnosisOptions, diagnose_again};
 use crate::complaint::Complaint;

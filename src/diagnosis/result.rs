@@ -397,9 +397,12 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
-    /// The faults that are present.
+    /// The faults that are present, the surest first; of those as sure to a thousandth, as people read it, in the order of the rig.
     pub fn present(&self) -> impl Iterator<Item = &FaultReport> {
-        self.faults.iter().filter(|fault| fault.present)
+        let mut present: Vec<&FaultReport> = self.faults.iter().filter(|fault| fault.present).collect();
+        let doubt = |fault: &&FaultReport| ((1.0 - fault.probability) * 1e3).round();
+        present.sort_by(|a, b| doubt(a).total_cmp(&doubt(b)));
+        present.into_iter()
     }
 
     /// Whether all its faults are no further off than new parts may be.

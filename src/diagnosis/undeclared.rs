@@ -130,7 +130,7 @@ fn pull(fitted: &UncertainReport) -> f64 {
 
 /// A fault of a parameter of which nobody has said how far it may go: to a tenth of its value and to ten times as much, as far as the
 /// physics allows; of one that is nothing, as far as uncertain values are searched.
-pub(super) fn fault(rig: &Rig, index: usize) -> Fault {
+pub(crate) fn fault(rig: &Rig, index: usize) -> Fault {
     let (parameter, settings) = (&rig.parameters[index], &rig.settings().diagnosis);
     let value = parameter.value;
     let (low, high) = match value.abs() {

@@ -12,7 +12,7 @@ use std::sync::OnceLock;
 use super::evaluated::{Conclusion, EvaluatedModel};
 use super::fitted_model::FittedModel;
 use super::opened::neutral;
-use super::outright::suggested_outright;
+use super::outright::{Outright, suggested_outright};
 use super::rivals::rival_effects;
 use super::spools;
 use super::suggest::{Suggestion, suggest};
@@ -39,36 +39,39 @@ pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> R
 
 /// The same on the threads of the caller.
 fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
-    let suggested = OnceLock::new();
+    let found = OnceLock::new();
     let explains = |first: &Estimate<'_>| {
-        let found = suggested_outright(first)?;
-        Ok(found.is_some_and(|found| suggested.set(found).is_ok()))
+        let found = found.get_or_init(|| suggested_outright(first));
+        found.as_ref().map(|found| matches!(found, Outright::Physics(_))).map_err(Clone::clone)
     };
     let given = diagnosis::diagnose_unless(model, record, options, &Physics::new(&explains))?;
-    let Some(suggestion) = suggested.into_inner().filter(|_| !given.diagnosis.is_explained()) else {
-        return beside_physics(model, record, options, given);
+    let suggestion = match found.into_inner() {
+        Some(Ok(Outright::Physics(suggestion))) if !given.diagnosis.is_explained() => suggestion,
+        Some(Ok(Outright::AValue)) => return beside_physics(model, record, options, (given, true)),
+        _ => return beside_physics(model, record, options, (given, false)),
     };
     let found = beside_suggested(model, record, options, given, suggestion)?;
     if found.diagnosis.missing_effect.as_ref().is_some_and(|missing| missing.explained) {
         return Ok(found);
     }
     // What was spared for the sake of physics is owed where that is not the answer.
-    beside_physics(model, record, options, diagnosis::diagnose(model, record, options)?)
+    beside_physics(model, record, options, (diagnosis::diagnose(model, record, options)?, false))
 }
 
-/// A diagnosis with the physics that its faults compete with.
+/// A diagnosis with the physics that its faults compete with, unless a value that nobody declared is known to do as well.
 pub(super) fn beside_physics(
     model: &Model,
     record: &Record,
     options: &DiagnosisOptions,
-    mut given: Diagnosed,
+    (mut given, is_as_good): (Diagnosed, bool),
 ) -> Result<Diagnosed, Complaint> {
     // A fault that began within the record is told from an effect by its beginning.
     if given.diagnosis.verdict == Verdict::Faulty && given.diagnosis.onset_s.is_none() {
         let record = given.record(record);
         let rivals = rival_effects(given.rig(&model.rig), record, &given)?;
         given.diagnosis.rival_effects = rivals;
-        if !is_doubtful(&model.rig, &given.diagnosis) && !given.diagnosis.is_above_noise() {
+        let is_told = is_as_good && !given.diagnosis.undeclared.is_empty();
+        if is_told || !is_doubtful(&model.rig, &given.diagnosis) && !given.diagnosis.is_above_noise() {
             return Ok(given);
         }
     }

@@ -10,42 +10,55 @@ use rayon::prelude::*;
 use super::candidate::Candidate;
 use super::fitted_model::{FittedModel, run_under};
 use super::lack_of_fit::with_lack_of_fit;
-use super::refit::{BasePoint, charged, quick, refitted};
+use super::refit::{BasePoint, PreliminaryModel, charged, quick, refitted};
 use super::scoring::{candidates, worth};
 use super::suggest::{Suggestion, finished, suggest_from};
 use super::trial_steps::ScoreContext;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate::{self, Estimate};
-use crate::diagnosis::misstated::may_be_misstated;
+use crate::diagnosis::misstated::{may_be_misstated, undeclared_fault};
 use crate::diagnosis::search::ROUGH;
 use crate::model::Model;
-use crate::rig::Location;
+use crate::record::Record;
+use crate::rig::{FaultSet, Location, Rig};
 
-/// Whether one effect of the library explains a record that the declared faults of `first` miss, and no value that nobody declared promises
-/// nearly as much.
+/// What explains a record outright that declared faults miss.
+pub(super) enum Outright<T> {
+    /// No single effect.
+    Nothing,
+    /// An effect, and a value that nobody declared nearly as well.
+    AValue,
+    /// An effect, and what was asked of it.
+    Physics(T),
+}
+
+/// Whether one effect of the library explains a record that the declared faults of `first` miss, and no value that nobody declared does
+/// nearly as well.
 ///
 /// # Errors
 /// Columns that are missing, a model that cannot be solved, or a [context](crate::Context) that was cancelled.
 pub(super) fn explains_outright(first: &Estimate<'_>) -> Result<bool, Complaint> {
-    Ok(where_it_does(first, |_, _| Ok(()))?.is_some())
+    Ok(matches!(outright(first, |_, _| Ok(()))?, Outright::Physics(())))
 }
 
-/// What is suggested where one effect does; `None` also where the best of all is none of physics, or leaves something.
+/// What is suggested where one effect does; nothing also where the best of all leaves something.
 ///
 /// # Errors
 /// As [`explains_outright`].
-pub(super) fn suggested_outright(first: &Estimate<'_>) -> Result<Option<Suggestion>, Complaint> {
+pub(super) fn suggested_outright(first: &Estimate<'_>) -> Result<Outright<Suggestion>, Complaint> {
     let record = first.case.record;
     let suggested = |with: &Estimate<'_>, base: FittedModel| finished(suggest_from(with, base, None)?, record, None);
-    Ok(where_it_does(first, suggested)?.filter(Suggestion::explains_all))
+    Ok(match outright(first, suggested)? {
+        Outright::Physics(found) if !found.explains_all() => Outright::Nothing,
+        found => found,
+    })
 }
 
-/// What `then` gives of the estimate, weighed by its lack of fit, and of the model fitted so, where one effect explains outright what it
-/// leaves.
-fn where_it_does<T>(
+/// What explains a record outright; with what `then` gives of the estimate, weighed by its lack of fit, and of the model fitted so.
+fn outright<T>(
     first: &Estimate<'_>,
     then: impl FnOnce(&Estimate<'_>, FittedModel) -> Result<T, Complaint>,
-) -> Result<Option<T>, Complaint> {
+) -> Result<Outright<T>, Complaint> {
     let (rig, record, full) = (first.case.rig(), first.case.record, &first.case.full);
     let settings = &rig.settings().learn;
     rig.context().stage("effects in place of faults");
@@ -81,11 +94,21 @@ fn where_it_does<T>(
     };
     let left = tried.into_par_iter().filter_map(fitted).reduce_with(f64::min);
     rig.context().check()?;
-    let Some(left) = left else { return Ok(None) };
-    let value = stands.iter().zip(&base_points).map(|(stand, point)| point.cost - fall_by_a_value(stand));
+    let Some(left) = left else { return Ok(Outright::Nothing) };
     let given = base_points[0].cost;
-    let is_value = given - value.fold(given, f64::min) >= settings.rival_share * (given - left);
-    if is_value { Ok(None) } else { then(&stands[0], base).map(Some) }
+    let enough = given - settings.rival_share * (given - left);
+    let values: Vec<(usize, &BasePoint)> = stands
+        .iter()
+        .zip(&base_points)
+        .flat_map(|(stand, point)| promising_values(stand).into_iter().map(move |value| (value, point)))
+        .collect();
+    let is_as_good = |&(value, point): &(usize, &BasePoint)| {
+        with_value(&base.rig, record, point, value).is_some_and(|with| with.priced(samples) <= enough)
+    };
+    if values.par_iter().any(is_as_good) {
+        return Ok(Outright::AValue);
+    }
+    then(&stands[0], base).map(Outright::Physics)
 }
 
 /// Where a model without effects stands.
@@ -99,19 +122,33 @@ fn base_point(stand: &Estimate<'_>, samples: f64) -> BasePoint {
     }
 }
 
-/// The most that the cost falls, by the local model, with one value that is no declared fault as free as a fault; 0 where the model cannot
-/// be solved.
-fn fall_by_a_value(stand: &Estimate<'_>) -> f64 {
+/// The first few values that are no declared faults, by the fall of the cost that they promise in the local model, as free as faults; none
+/// where the model cannot be solved.
+fn promising_values(stand: &Estimate<'_>) -> Vec<usize> {
     let full = &stand.case.full;
     let by: Vec<usize> = may_be_misstated(&full.model.rig).collect();
     let values = full.parameters(&stand.isolation.local.theta);
-    let Some(here) = ScoreContext::of(stand, 0.0) else { return 0.0 };
-    let Ok(solved) = full.model.sensitivities(&values, &by, full.drive, full.times) else { return 0.0 };
-    let fall = |derivative: &Vec<Vec<f64>>| {
+    let Some(here) = ScoreContext::of(stand, 0.0) else { return Vec::new() };
+    let Ok(solved) = full.model.sensitivities(&values, &by, full.drive, full.times) else { return Vec::new() };
+    let promised = |(&value, derivative): (&usize, &Vec<Vec<f64>>)| {
         let mut change = derivative.concat();
         full.weights.apply(&mut change);
         let score = here.scoring.of(&change);
-        score.fall_at(score.factor)
+        (score.fall_at(score.factor), value)
     };
-    solved.derivatives.iter().map(fall).filter(|fall| fall.is_finite()).fold(0.0, f64::max)
+    let mut promised: Vec<(f64, usize)> = by.iter().zip(&solved.derivatives).map(promised).collect();
+    promised.retain(|(fall, _)| fall.is_finite());
+    promised.sort_by(|a, b| b.0.total_cmp(&a.0));
+    promised.into_iter().map(|(_, value)| value).take(full.model.rig.settings().learn.rivals_fitted).collect()
+}
+
+/// The model with a value as free as a fault, fitted; `None` where it cannot be solved.
+fn with_value(rig: &Rig, record: &Record, point: &BasePoint, value: usize) -> Option<PreliminaryModel> {
+    if rig.faults.len() == FaultSet::CAPACITY {
+        return None;
+    }
+    let mut rig = rig.clone();
+    let set = point.set.with(rig.faults.len());
+    rig.faults.push(undeclared_fault(&rig, value));
+    quick(&rig, record, &point.values, (set, rig.settings().learn.linearisations), Some(ROUGH))
 }

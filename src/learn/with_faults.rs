@@ -36,7 +36,7 @@ pub(super) fn with_faults(model: &Model, record: &Record) -> Result<Option<Expla
         return Ok(None);
     }
     if diagnosed.diagnosis.is_explained() {
-        diagnosed = beside_physics(model, record, &options, diagnosed)?;
+        diagnosed = beside_physics(model, record, &options, (diagnosed, false))?;
     }
     if diagnosed.diagnosis.missing_effect.is_some() {
         return Ok(None);

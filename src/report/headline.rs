@@ -1,15 +1,15 @@
 //! The verdict of a diagnosis in one line, and what it says of a missing effect.
 
-use super::diagnosis_tables::sized;
+use super::diagnosis_tables::{percent, sized};
 use super::digits::plus_minus;
 use super::style::Tone;
-use crate::diagnosis::{Diagnosis, MissingEffect, UncertainReport, Verdict};
+use crate::diagnosis::{Diagnosis, FaultReport, MissingEffect, UncertainReport, Verdict};
 use crate::number::{before_unit, rounded, text};
 use crate::record::survey::Doubt;
 
 /// The verdict in one line.
 pub fn headline(diagnosis: &Diagnosis) -> String {
-    let present: Vec<String> = diagnosis.present().map(|fault| format!("{} {}", fault.id, sized(fault))).collect();
+    let present: Vec<String> = diagnosis.present().map(named).collect();
     let without = without(diagnosis);
     let condition = diagnosis.common_cause.as_ref().map_or_else(String::new, |cause| format!(", if {}", cause.clause));
     match (diagnosis.verdict, &diagnosis.missing_effect) {
@@ -52,6 +52,15 @@ pub fn headline(diagnosis: &Diagnosis) -> String {
         }
     }
 }
+
+/// A fault with its size, and how probable it is where that leaves a doubt as large as intervals do.
+fn named(fault: &FaultReport) -> String {
+    let sized = format!("{} {}", fault.id, sized(fault));
+    if fault.probability < COVERED { format!("{sized} ({})", percent(fault.probability)) } else { sized }
+}
+
+/// Probability with which intervals hold the truth.
+const COVERED: f64 = 0.95;
 
 /// The value of the rig file that a healthy explanation has furthest from stated, where that is further than chance puts one: a fault
 /// by another name, or a file that is wrong.
