@@ -30,7 +30,7 @@ pub(crate) mod search;
 pub mod starts;
 pub(crate) mod summary;
 pub(crate) mod switching;
-mod undeclared;
+pub(crate) mod undeclared;
 mod unseen;
 pub mod watch;
 pub(crate) mod weighed;
@@ -111,8 +111,8 @@ pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> R
     model.rig.context().run(|| diagnose_here(model, record, options, None))
 }
 
-/// The same where physics that the model lacks may be behind a record. Where it is, what was found is what declared faults leave of the
-/// record, and no other explanation was looked for.
+/// [`diagnose`] where physics that the model lacks may be behind a record. Where it is, what was found is what declared faults leave of the
+/// record, and neither a value that nobody declared, nor a beginning, nor parts that deviate were looked for.
 ///
 /// # Errors
 /// As [`diagnose`].
@@ -185,7 +185,7 @@ fn believed(
 struct Spared<'a> {
     /// Parts that deviate: the question which value is misstated.
     sparing: Option<&'a Sparing<'a>>,
-    /// Physics that is missing: every question but how spools follow.
+    /// Physics that is missing: the same, beginnings within the record, and parts that deviate.
     physics: Option<&'a Physics<'a>>,
 }
 
@@ -255,7 +255,7 @@ fn diagnose_as_stated(
 ) -> Result<Diagnosed, Complaint> {
     let first = Attempt { asks_otherwise: true, spared, ..Attempt::default() };
     let plain = diagnose_again(model, record, (&[], None), options, first)?.ok_or_else(|| no_explanation(record))?;
-    if plain.diagnosis.common_cause.is_some() || spared.by_physics(&plain) {
+    if plain.diagnosis.common_cause.is_some() {
         return Ok(plain);
     }
     let faults = |one: &Diagnosed| one.diagnosis.present().count();
@@ -366,18 +366,19 @@ fn diagnose_again(
     let near = attempt.near.map(|(values, set)| (picked_of(rig, values), set));
     let guess = near.as_ref().map(|(theta, set)| (&theta[..], *set));
     let first = estimate::from_start(&roughly, record, &drive, guess)?;
-    let otherwise = |first: &Estimate<'_>, places: Option<&[search::Place]>| {
+    // Before a calibration parts that deviate as parts do and physics that is missing are not told apart; where record and rig file differ
+    // neither is asked for.
+    let physics = attempt.spared.physics.filter(|_| rig.exact_by_sheet().is_empty() && rig.at_odds(record).is_empty());
+    let otherwise = |first: &Estimate<'_>, places: Option<&[search::Place]>, physics: Option<&Physics<'_>>| {
         if places.is_some() {
             rig.context().first_look(|| summary::first_look(first));
         }
-        let Spared { sparing, physics } = attempt.spared;
         if let Some(found) = common_cause::at_once(model, first.case.record, options)? {
             return Ok(Instead::Found(Box::new(found)));
         }
-        let Some(places) = places.filter(|_| !sparing.is_some_and(|sparing| sparing.spares(f64::INFINITY))) else {
-            return Ok(Instead::Nothing);
-        };
-        if !first.explains() && physics.map_or(Ok(false), |physics| physics.explains(first))? {
+        let is_spared = || attempt.spared.sparing.is_some_and(|sparing| sparing.spares(f64::INFINITY));
+        let Some(places) = places.filter(|_| !is_spared()) else { return Ok(Instead::Nothing) };
+        if physics.map_or(Ok(false), |physics| physics.explains(first))? {
             return Ok(Instead::Physics);
         }
         let found = misstated::instead(model, (first, places), options)?;
@@ -385,7 +386,7 @@ fn diagnose_again(
     };
     let asked =
         Asked { from_everywhere: guess.is_none(), otherwise: attempt.asks_otherwise, begun: !attempt.is_as_old };
-    let (first, begun) = match best_explained(first, &before_roughly, asked, otherwise)? {
+    let (first, begun) = match best_explained(first, &before_roughly, (asked, physics), otherwise)? {
         Explained::Declared(declared) => *declared,
         Explained::Otherwise(found) => return Ok(Some(*found)),
     };
@@ -472,8 +473,8 @@ struct Asked {
 fn best_explained<'a>(
     mut first: Estimate<'a>,
     before: &Model,
-    asked: Asked,
-    otherwise: impl Fn(&Estimate<'_>, Option<&[search::Place]>) -> Result<Instead, Complaint>,
+    (asked, physics): (Asked, Option<&Physics<'_>>),
+    otherwise: impl Fn(&Estimate<'_>, Option<&[search::Place]>, Option<&Physics<'_>>) -> Result<Instead, Complaint>,
 ) -> Result<Explained<'a>, Complaint> {
     let (record, drive) = (first.case.record, first.case.full.drive);
     let settings = first.case.settings();
@@ -487,7 +488,8 @@ fn best_explained<'a>(
         first = first.best_from_places(&places, settings.isolation_rounds);
         // Places know nothing of what is uncertain beside the faults. What leaves nothing once that follows needs neither.
         if let Some(before) = before.filter(|_| !onset::is_believed(&first)) {
-            match if asked.otherwise { otherwise(&first, Some(&places))? } else { Instead::Nothing } {
+            let physics = physics.filter(|_| !first.explains());
+            match if asked.otherwise { otherwise(&first, Some(&places), physics)? } else { Instead::Nothing } {
                 Instead::Found(found) => return Ok(Explained::Otherwise(found)),
                 Instead::Physics => return Ok(Explained::Declared(Box::new((first, None)))),
                 Instead::Nothing => {}
@@ -518,7 +520,7 @@ fn best_explained<'a>(
         let is_calibrated = first.case.rig().calibration.is_some();
         let places = (is_strained && is_calibrated && !was_asked).then_some(&known_places[..]);
         if (left > CLEARLY_ABOVE_NOISE || is_strained)
-            && let Instead::Found(found) = otherwise(&first, places)?
+            && let Instead::Found(found) = otherwise(&first, places, None)?
             && is_better(&found)
         {
             return Ok(Explained::Otherwise(found));

@@ -2,7 +2,7 @@
 //!
 //! A model that is right but for the moment of an event misses by tens of standard deviations while valves or the load
 //! switch, and trapped oil remembers it: an edge of a valve that closes a tenth of a millisecond later than the other
-//! leaves a third of a bar more in both chambers until the valve opens again. Three things follow, none of them taken from
+//! leaves a third of a bar more in both chambers until the valve opens again. Four things follow, none of them taken from
 //! the misfit:
 //!
 //! - *Events.* Their moment is uncertain by `tau`: a jump that a logger shows between two rows may have come anywhere
@@ -244,7 +244,8 @@ impl Weights {
         weights
     }
 
-    /// The same where one thing each, off by one standard deviation, changes all readings of the record at once: `[what][sensor][row]`, SI.
+    /// These, and a direction over the whole record for each thing that is the same throughout: what it changes, off by one standard deviation,
+    /// `[what][sensor][row]`, SI.
     #[must_use]
     pub fn with_throughout(mut self, changes: &[Vec<Vec<f64>>]) -> Self {
         let weighted = |change: &Vec<Vec<f64>>| {
@@ -347,7 +348,7 @@ impl Weights {
         }
     }
 
-    /// Of weighted misfits: takes once more what samples of a phase have in common, so that what is left is their own. With weights
+    /// Of weighted misfits: takes once more what samples of a phase, or of the record, have in common, so that what is left is their own. With weights
     /// `W = S D^(-1/2)`, this is `S'`.
     pub fn leave_own(&self, column: &mut [f64]) {
         self.take_throughout(column);

@@ -397,10 +397,12 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
-    /// The faults that are present, the surest first; of those as sure to a thousandth, as people read it, in the order of the rig.
+    /// The faults that are present, the surest first; of those as sure to a tenth of a per cent, as people read it, in the order of the rig.
     pub fn present(&self) -> impl Iterator<Item = &FaultReport> {
         let mut present: Vec<&FaultReport> = self.faults.iter().filter(|fault| fault.present).collect();
-        let doubt = |fault: &&FaultReport| ((1.0 - fault.probability) * 1e3).round();
+        let doubt = |fault: &&FaultReport| {
+            Some(1e3 * (1.0 - fault.probability)).filter(|doubt| *doubt >= 1.0).unwrap_or(0.0).round()
+        };
         present.sort_by(|a, b| doubt(a).total_cmp(&doubt(b)));
         present.into_iter()
     }

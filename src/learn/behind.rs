@@ -3,7 +3,7 @@
 //! A model that lacks an effect is bent towards the record by whatever may move, faults first: friction that nobody wrote down
 //! becomes a narrow opening with an interval as small as if it were the truth. So where faults, or none, do not explain
 //! the record, effects compete with them under the one criterion of [`suggest`], and the faults are isolated again beside the
-//! effect that wins. Where they do explain it, effects that would explain it as well are named beside them ([`super::rivals`]); where one
+//! effect that wins; where one effect explains outright what they miss ([`super::outright`]), ahead of other questions. Where they do explain it, effects that would explain it as well are named beside them ([`super::rivals`]); where one
 //! of these does better, or clearly more than noise is left, effects compete all the same, also where no fault is present: what
 //! tolerances of switching forgive need not be a matter of switching.
 
@@ -12,10 +12,10 @@ use std::sync::OnceLock;
 use super::evaluated::{Conclusion, EvaluatedModel};
 use super::fitted_model::FittedModel;
 use super::opened::neutral;
-use super::outright::{Outright, suggested_outright};
+use super::outright::{Outright, outright};
 use super::rivals::rival_effects;
 use super::spools;
-use super::suggest::{Suggestion, suggest};
+use super::suggest::suggest;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate::Estimate;
 use crate::diagnosis::{
@@ -39,39 +39,42 @@ pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> R
 
 /// The same on the threads of the caller.
 fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
-    let found = OnceLock::new();
+    let asked = OnceLock::new();
     let explains = |first: &Estimate<'_>| {
-        let found = found.get_or_init(|| suggested_outright(first));
-        found.as_ref().map(|found| matches!(found, Outright::Physics(_))).map_err(Clone::clone)
+        let found = asked.get_or_init(|| outright(first));
+        found.as_ref().map(|found| matches!(found, Outright::Physics)).map_err(Clone::clone)
     };
-    let given = diagnosis::diagnose_unless(model, record, options, &Physics::new(&explains))?;
-    let suggestion = match found.into_inner() {
-        Some(Ok(Outright::Physics(suggestion))) if !given.diagnosis.is_explained() => suggestion,
-        Some(Ok(Outright::AValue)) => return beside_physics(model, record, options, (given, true)),
-        _ => return beside_physics(model, record, options, (given, false)),
+    let physics = Physics::new(&explains);
+    let given = diagnosis::diagnose_unless(model, record, options, &physics)?;
+    let is_by_physics = physics.has_explained() && !given.diagnosis.is_explained();
+    let as_good = match asked.get() {
+        Some(Ok(Outright::Values(values))) => &values[..],
+        _ => &[],
     };
-    let found = beside_suggested(model, record, options, given, suggestion)?;
-    if found.diagnosis.missing_effect.as_ref().is_some_and(|missing| missing.explained) {
+    let found = beside_physics(model, record, options, (given, as_good))?;
+    if !is_by_physics || found.diagnosis.missing_effect.as_ref().is_some_and(|missing| missing.explained) {
         return Ok(found);
     }
     // What was spared for the sake of physics is owed where that is not the answer.
-    beside_physics(model, record, options, (diagnosis::diagnose(model, record, options)?, false))
+    beside_physics(model, record, options, (diagnosis::diagnose(model, record, options)?, &[]))
 }
 
-/// A diagnosis with the physics that its faults compete with, unless a value that nobody declared is known to do as well.
+/// A diagnosis with the physics that its faults compete with. Values of these ids, each alone and declared by nobody, are known to do as
+/// well as any effect.
 pub(super) fn beside_physics(
     model: &Model,
     record: &Record,
     options: &DiagnosisOptions,
-    (mut given, is_as_good): (Diagnosed, bool),
+    (mut given, as_good): (Diagnosed, &[String]),
 ) -> Result<Diagnosed, Complaint> {
     // A fault that began within the record is told from an effect by its beginning.
     if given.diagnosis.verdict == Verdict::Faulty && given.diagnosis.onset_s.is_none() {
         let record = given.record(record);
         let rivals = rival_effects(given.rig(&model.rig), record, &given)?;
         given.diagnosis.rival_effects = rivals;
-        let is_told = is_as_good && !given.diagnosis.undeclared.is_empty();
-        if is_told || !is_doubtful(&model.rig, &given.diagnosis) && !given.diagnosis.is_above_noise() {
+        let is_as_good = matches!(&given.diagnosis.undeclared[..], [one] if as_good.contains(one));
+        let is_left = given.diagnosis.is_above_noise() || may_be_bent(&given.diagnosis);
+        if !is_outdone(&model.rig, &given.diagnosis) && (is_as_good || !is_left) {
             return Ok(given);
         }
     }
@@ -84,20 +87,8 @@ pub(super) fn beside_physics(
     if !is_asked || is_open || (explained && given.diagnosis.onset_s.is_some()) || given.diagnosis.is_misread() {
         return Ok(given);
     }
-    let suggestion = suggest(&model.rig, given.record(record), None)?;
-    beside_suggested(model, record, options, given, suggestion)
-}
-
-/// A diagnosis beside the best of the effects that are suggested for its record, where that is what the model lacks.
-fn beside_suggested(
-    model: &Model,
-    record: &Record,
-    options: &DiagnosisOptions,
-    given: Diagnosed,
-    suggestion: Suggestion,
-) -> Result<Diagnosed, Complaint> {
-    let (explained, noise) = (given.diagnosis.is_explained(), given.diagnosis.times_noise);
-    let seen = given.record(record);
+    let (noise, seen) = (given.diagnosis.times_noise, given.record(record));
+    let suggestion = suggest(&model.rig, seen, None)?;
     let takes_place = |one: &EvaluatedModel| {
         let named = |rival: &str| one.effects.iter().any(|effect| effect.id == rival);
         given.diagnosis.rival_effects.iter().any(|one| named(&one.effect))
@@ -149,16 +140,19 @@ fn is_at_work(rig: &Rig, diagnosis: &Diagnosis, id: &str) -> bool {
     })
 }
 
-/// Whether an effect may explain a record better than the faults do that explain it within what the rig file allows: one in place of a
-/// fault does, and there is clearly more than noise for it to explain; or there are faults that nobody declared, which may bend the model
-/// together as no rival is asked to, and half as much again as the variance of noise is left. An effect of a sensor takes up what a rig
-/// file has wrong elsewhere.
-fn is_doubtful(rig: &Rig, diagnosis: &Diagnosis) -> bool {
+/// Whether faults that nobody declared may bend the model together as no rival is asked to: half as much again as the variance of noise is
+/// left.
+fn may_be_bent(diagnosis: &Diagnosis) -> bool {
+    !diagnosis.undeclared.is_empty() && diagnosis.times_noise.powi(2) > CLEARLY_ABOVE_NOISE
+}
+
+/// Whether an effect in place of a fault does better than the fault that explains a record within what the rig file allows, and there is
+/// clearly more than noise for it to explain. An effect of a sensor takes up what a rig file has wrong elsewhere.
+fn is_outdone(rig: &Rig, diagnosis: &Diagnosis) -> bool {
     let (settings, noise) = (&rig.settings().learn, diagnosis.times_noise);
     let of_sensor = |effect: &str| rig.placed(effect).is_ok_and(|placed| matches!(placed.spot, Location::Sensor(_)));
-    let is_outdone = |one: &RivalEffect| one.delta_bic > settings.rival_bic && !of_sensor(&one.effect);
-    let may_be_bent = !diagnosis.undeclared.is_empty() && noise * noise > CLEARLY_ABOVE_NOISE;
-    may_be_bent || noise * (1.0 - settings.clear_share) > 1.0 && diagnosis.rival_effects.iter().any(is_outdone)
+    let does_better = |one: &RivalEffect| one.delta_bic > settings.rival_bic && !of_sensor(&one.effect);
+    noise * (1.0 - settings.clear_share) > 1.0 && diagnosis.rival_effects.iter().any(does_better)
 }
 
 impl Model {

@@ -29,6 +29,7 @@
 //! | `opened` | effects that a record is to say the size of, whatever the rig file says |
 //! | `revise` | effects of a rig file set, taken out or refitted by hand |
 //! | [`behind`] | which faults are there beside an effect that the model lacks |
+//! | `outright` | whether one effect explains by itself what the declared faults miss |
 //! | `rivals` | which effects explain a record as well as a fault does |
 //! | [`improve`] | the whole loop with its ledger |
 

@@ -10,126 +10,107 @@ use rayon::prelude::*;
 use super::candidate::Candidate;
 use super::fitted_model::{FittedModel, run_under};
 use super::lack_of_fit::with_lack_of_fit;
-use super::refit::{BasePoint, PreliminaryModel, charged, quick, refitted};
+use super::opened::opened;
+use super::refit::{BasePoint, PreliminaryModel, quick, refitted};
 use super::scoring::{candidates, worth};
-use super::suggest::{Suggestion, finished, suggest_from};
 use super::trial_steps::ScoreContext;
 use crate::complaint::Complaint;
 use crate::diagnosis::estimate::{self, Estimate};
-use crate::diagnosis::misstated::{may_be_misstated, undeclared_fault};
+use crate::diagnosis::misstated::may_be_misstated;
 use crate::diagnosis::search::ROUGH;
+use crate::diagnosis::undeclared::fault;
 use crate::model::Model;
 use crate::record::Record;
 use crate::rig::{FaultSet, Location, Rig};
 
 /// What explains a record outright that declared faults miss.
-pub(super) enum Outright<T> {
+pub(super) enum Outright {
     /// No single effect.
     Nothing,
-    /// An effect, and a value that nobody declared nearly as well.
-    AValue,
-    /// An effect, and what was asked of it.
-    Physics(T),
+    /// An effect, and nearly as well values that nobody declared, each alone: their ids.
+    Values(Vec<String>),
+    /// An effect alone.
+    Physics,
 }
 
-/// Whether one effect of the library explains a record that the declared faults of `first` miss, and no value that nobody declared does
-/// nearly as well.
+/// What explains a record outright that the declared faults of `first` miss: one effect of the library, where no value that nobody declared
+/// does nearly as well. What cannot be fitted explains nothing.
 ///
 /// # Errors
-/// Columns that are missing, a model that cannot be solved, or a [context](crate::Context) that was cancelled.
-pub(super) fn explains_outright(first: &Estimate<'_>) -> Result<bool, Complaint> {
-    Ok(matches!(outright(first, |_, _| Ok(()))?, Outright::Physics(())))
+/// A [context](crate::Context) that was cancelled.
+pub(super) fn outright(first: &Estimate<'_>) -> Result<Outright, Complaint> {
+    let found = asked(first);
+    first.case.rig().context().check()?;
+    Ok(found.unwrap_or(Outright::Nothing))
 }
 
-/// What is suggested where one effect does; nothing also where the best of all leaves something.
+/// Whether that is an effect.
 ///
 /// # Errors
-/// As [`explains_outright`].
-pub(super) fn suggested_outright(first: &Estimate<'_>) -> Result<Outright<Suggestion>, Complaint> {
-    let record = first.case.record;
-    let suggested = |with: &Estimate<'_>, base: FittedModel| finished(suggest_from(with, base, None)?, record, None);
-    Ok(match outright(first, suggested)? {
-        Outright::Physics(found) if !found.explains_all() => Outright::Nothing,
-        found => found,
-    })
+/// As [`outright`].
+pub(super) fn is_physics(first: &Estimate<'_>) -> Result<bool, Complaint> {
+    Ok(matches!(outright(first)?, Outright::Physics))
 }
 
-/// What explains a record outright; with what `then` gives of the estimate, weighed by its lack of fit, and of the model fitted so.
-fn outright<T>(
-    first: &Estimate<'_>,
-    then: impl FnOnce(&Estimate<'_>, FittedModel) -> Result<T, Complaint>,
-) -> Result<Outright<T>, Complaint> {
+/// The same with the errors of the fits.
+fn asked(first: &Estimate<'_>) -> Result<Outright, Complaint> {
     let (rig, record, full) = (first.case.rig(), first.case.record, &first.case.full);
     let settings = &rig.settings().learn;
-    rig.context().stage("effects in place of faults");
-    let lacking = with_lack_of_fit(rig, &FittedModel::of(first)?.fit);
-    let model = Model::new(lacking);
+    rig.context().stage("effects that explain it outright");
+    let model = Model::new(with_lack_of_fit(&opened(rig), &FittedModel::of(first)?.fit));
     let start = (&first.isolation.best.theta[..], first.isolation.set());
     let few = rig.settings().diagnosis.first_linearisations;
     let with = estimate::held_at(&model, record, full.drive, start, few)?;
     let base = FittedModel::of(&with)?;
     let samples = base.fit.weights.all_samples() as f64;
-    let mut stands = vec![with];
     // Faults that take less than half of what is missed may be bent to it: what they hide shows where there are none.
-    if !base.set.is_empty() {
-        let without = stands[0].without_faults(few)?;
-        let half = 2.0 * stands[0].isolation.best.cost;
-        stands.extend(Some(without).filter(|without| without.isolation.best.cost < half));
-    }
-    let base_points: Vec<BasePoint> = stands.iter().map(|stand| base_point(stand, samples)).collect();
-    let is_physics = |one: &Candidate| !matches!(one.placed.spot, Location::Sensor(_));
-    let of_stand = |(place, stand): (usize, &Estimate<'_>)| {
-        let all = candidates(stand, place, 0.0);
+    let without = if base.set.is_empty() { None } else { with.without_faults(few).ok() };
+    let without = without.filter(|without| without.isolation.best.cost < 2.0 * with.isolation.best.cost);
+    let estimates: Vec<Estimate<'_>> = std::iter::once(with).chain(without).collect();
+    let base_points: Vec<BasePoint> = estimates.iter().map(|estimate| BasePoint::of(estimate, samples)).collect();
+    let is_of_circuit = |one: &Candidate| !matches!(one.placed.spot, Location::Sensor(_));
+    let of_estimate = |(place, estimate): (usize, &Estimate<'_>)| {
+        let all = candidates(estimate, place, 0.0);
         let least = worth(all.len(), 0.0);
-        let promising = all.into_iter().filter(|one| one.score > least && is_physics(one));
+        let promising = all.into_iter().filter(|one| one.score > least && is_of_circuit(one));
         promising.take(settings.rivals_fitted).collect::<Vec<_>>()
     };
-    let tried: Vec<Candidate> = stands.iter().enumerate().flat_map(of_stand).collect();
+    let tried: Vec<Candidate> = estimates.iter().enumerate().flat_map(of_estimate).collect();
+    let adequate = |fitted: PreliminaryModel| {
+        let run = run_under(&fitted.rig, record, &fitted.values, None).ok()?;
+        run.is_adequate.then(|| fitted.priced(samples))
+    };
     let fitted = |effect: Candidate| {
-        let rough = refitted(&base, &base_points, &[], record, &[effect], None)?;
-        let start = (rough.set, settings.linearisations);
-        let ended = quick(&rough.rig, record, &rough.values, start, Some(ROUGH)).unwrap_or(rough);
-        let run = run_under(&ended.rig, record, &ended.values, None).ok()?;
-        run.is_adequate.then(|| ended.priced(samples))
+        let first = refitted(&base, &base_points, &[], record, &[effect], None)?;
+        let start = (first.set, settings.linearisations);
+        adequate(quick(&first.rig, record, &first.values, start, Some(ROUGH)).unwrap_or(first))
     };
     let left = tried.into_par_iter().filter_map(fitted).reduce_with(f64::min);
-    rig.context().check()?;
     let Some(left) = left else { return Ok(Outright::Nothing) };
     let given = base_points[0].cost;
     let enough = given - settings.rival_share * (given - left);
-    let values: Vec<(usize, &BasePoint)> = stands
-        .iter()
-        .zip(&base_points)
-        .flat_map(|(stand, point)| promising_values(stand).into_iter().map(move |value| (value, point)))
-        .collect();
-    let is_as_good = |&(value, point): &(usize, &BasePoint)| {
-        with_value(&base.rig, record, point, value).is_some_and(|with| with.priced(samples) <= enough)
+    let mut values: Vec<(usize, &BasePoint)> = Vec::new();
+    for (estimate, point) in estimates.iter().zip(&base_points) {
+        let Some(promising) = promising_values(estimate) else { return Ok(Outright::Nothing) };
+        values.extend(promising.into_iter().map(|value| (value, point)));
+    }
+    let as_good = |&(value, point): &(usize, &BasePoint)| {
+        let left = adequate(with_value(&base.rig, record, point, value)?)?;
+        (left <= enough).then(|| base.rig.parameters[value].id.clone())
     };
-    if values.par_iter().any(is_as_good) {
-        return Ok(Outright::AValue);
-    }
-    then(&stands[0], base).map(Outright::Physics)
+    let as_good: Vec<String> = values.par_iter().filter_map(as_good).collect();
+    rig.context().check()?;
+    Ok(if as_good.is_empty() { Outright::Physics } else { Outright::Values(as_good) })
 }
 
-/// Where a model without effects stands.
-fn base_point(stand: &Estimate<'_>, samples: f64) -> BasePoint {
-    let (isolation, full) = (&stand.isolation, &stand.case.full);
-    let set = isolation.set();
-    BasePoint {
-        values: full.parameters(&isolation.best.theta),
-        set,
-        cost: charged(stand.case.rig(), isolation.best.cost, set, samples),
-    }
-}
-
-/// The first few values that are no declared faults, by the fall of the cost that they promise in the local model, as free as faults; none
+/// The first few values that are no declared faults, by the fall of the cost that they promise in the local model, as free as faults; `None`
 /// where the model cannot be solved.
-fn promising_values(stand: &Estimate<'_>) -> Vec<usize> {
-    let full = &stand.case.full;
+fn promising_values(estimate: &Estimate<'_>) -> Option<Vec<usize>> {
+    let full = &estimate.case.full;
     let by: Vec<usize> = may_be_misstated(&full.model.rig).collect();
-    let values = full.parameters(&stand.isolation.local.theta);
-    let Some(here) = ScoreContext::of(stand, 0.0) else { return Vec::new() };
-    let Ok(solved) = full.model.sensitivities(&values, &by, full.drive, full.times) else { return Vec::new() };
+    let values = full.parameters(&estimate.isolation.local.theta);
+    let here = ScoreContext::of(estimate, 0.0)?;
+    let solved = full.model.sensitivities(&values, &by, full.drive, full.times).ok()?;
     let promised = |(&value, derivative): (&usize, &Vec<Vec<f64>>)| {
         let mut change = derivative.concat();
         full.weights.apply(&mut change);
@@ -139,7 +120,8 @@ fn promising_values(stand: &Estimate<'_>) -> Vec<usize> {
     let mut promised: Vec<(f64, usize)> = by.iter().zip(&solved.derivatives).map(promised).collect();
     promised.retain(|(fall, _)| fall.is_finite());
     promised.sort_by(|a, b| b.0.total_cmp(&a.0));
-    promised.into_iter().map(|(_, value)| value).take(full.model.rig.settings().learn.rivals_fitted).collect()
+    let few = full.model.rig.settings().learn.rivals_fitted;
+    Some(promised.into_iter().map(|(_, value)| value).take(few).collect())
 }
 
 /// The model with a value as free as a fault, fitted; `None` where it cannot be solved.
@@ -149,6 +131,47 @@ fn with_value(rig: &Rig, record: &Record, point: &BasePoint, value: usize) -> Op
     }
     let mut rig = rig.clone();
     let set = point.set.with(rig.faults.len());
-    rig.faults.push(undeclared_fault(&rig, value));
+    rig.faults.push(fault(&rig, value));
     quick(&rig, record, &point.values, (set, rig.settings().learn.linearisations), Some(ROUGH))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::InputSignals;
+    use crate::simulation::{SimulationOptions, simulate};
+
+    const FIXTURE: &str = "fixtures/telescopic/rig.toml";
+
+    /// What explains outright a record of the circuit with something changed in its file.
+    fn of(changed: impl Fn(&str) -> String) -> Outright {
+        let text = std::fs::read_to_string(FIXTURE).unwrap();
+        let model = |text: String| Model::new(Rig::parse(FIXTURE, text).unwrap());
+        let options = SimulationOptions { seed: Some(1), ..SimulationOptions::default() };
+        let record = simulate(&model(changed(&text)), None, &options).unwrap().record;
+        let model = model(text);
+        let drive = InputSignals::from_record(&model.rig, &record).unwrap();
+        let first = estimate::from_start(&model, &record, &drive, None).unwrap();
+        outright(&first).unwrap()
+    }
+
+    #[test]
+    fn an_effect_explains_outright_what_no_value_does() {
+        let air = "\n[effects]\n\"entrained-air\" = { air_fraction = \"2 %\" }\n";
+        assert!(matches!(of(|text| text.to_owned() + air), Outright::Physics));
+    }
+
+    #[test]
+    fn a_value_that_does_as_well_as_an_effect_is_told() {
+        let found =
+            of(|text| text.replacen("viscous_friction = \"800 N.s/m\"", "viscous_friction = \"4000 N.s/m\"", 1));
+        let Outright::Values(values) = found else { panic!("no value does as well") };
+        assert!(values.iter().any(|one| one == "cylinder.viscous_friction"), "{values:?}");
+    }
+
+    #[test]
+    fn nothing_explains_outright_what_two_effects_hide() {
+        let both = "\n[effects]\n\"entrained-air\" = { air_fraction = \"2 %\" }\n\"seal-friction@cylinder\" = { coulomb = \"1500 N\" }\n";
+        assert!(matches!(of(|text| text.to_owned() + both), Outright::Nothing));
+    }
 }

@@ -5,7 +5,7 @@ use super::departure::{nothing, size};
 use super::evaluated::EvaluatedModel;
 use super::fitted_model::{FittedModel, effect_parameters};
 use crate::complaint::Complaint;
-use crate::diagnosis::estimate;
+use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::noise::Weights;
 use crate::diagnosis::preliminary::{self, PreliminaryFit};
 use crate::diagnosis::search::ROUGH;
@@ -53,6 +53,17 @@ pub(super) struct BasePoint {
 }
 
 impl BasePoint {
+    /// An estimate on so many samples.
+    pub fn of(estimate: &Estimate<'_>, samples: f64) -> Self {
+        let (isolation, full) = (&estimate.isolation, &estimate.case.full);
+        let set = isolation.set();
+        Self {
+            values: full.parameters(&isolation.best.theta),
+            set,
+            cost: charged(estimate.case.rig(), isolation.best.cost, set, samples),
+        }
+    }
+
     /// The data sheet, which was not fitted.
     pub fn healthy(rig: &Rig) -> Self {
         Self { values: rig.healthy(), set: FaultSet::EMPTY, cost: f64::INFINITY }

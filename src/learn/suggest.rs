@@ -20,7 +20,6 @@ use crate::diagnosis::search;
 use crate::estimation::criteria::bic;
 use crate::model::{InputSignals, Model};
 use crate::record::Record;
-use crate::rig::FaultSet;
 use crate::rig::Rig;
 use crate::settings::LearningSettings;
 
@@ -55,7 +54,7 @@ impl Suggestion {
     }
 
     /// Whether the best explanation leaves nothing to explain, on the check record too.
-    pub(super) fn explains_all(&self) -> bool {
+    fn explains_all(&self) -> bool {
         let all = |best: &EvaluatedModel| is_adequate(&best.trial.fit) && best.check.as_ref().is_none_or(is_adequate);
         self.conclusion == Conclusion::Adequate || self.judged.first().is_some_and(|best| best.supported && all(best))
     }
@@ -70,32 +69,26 @@ pub fn suggest(rig: &Rig, fit: &Record, check: Option<&Record>) -> Result<Sugges
     let suggested = |rig: &Rig, near: Option<&FittedModel>| {
         rough_base((rig, near), fit, Suggestion::explains_all, |estimate, base| suggest_from(estimate, base, check))
     };
-    let found =
-        rig.context().run(|| finished(with_spools(&opened(rig), fit, suggested, Suggestion::best)?, fit, check))?;
+    let found = rig.context().run(|| {
+        let mut found = with_spools(&opened(rig), fit, suggested, Suggestion::best)?;
+        while let Some(best) = found.judged.first_mut().filter(|best| best.supported) {
+            best.finish(fit, check)?;
+            let on_check = found.base_check.as_ref().zip(best.check.as_ref());
+            let runs = std::iter::once((&found.base.fit, &best.trial.fit)).chain(on_check);
+            if found.conclusion == Conclusion::EffectFound && !takes_most(runs) {
+                found.conclusion = Conclusion::PartlyExplained;
+            }
+            let before = found.base_check.as_ref().unwrap_or(&found.base.fit).normalised;
+            // Led to its end, what seemed nearest may explain no more of a record that nothing was fitted to.
+            if found.conclusion != Conclusion::UnknownEffect || best.error() < before {
+                break;
+            }
+            best.supported = false;
+            found.judged.sort_by_key(|one| !one.supported);
+        }
+        Ok::<_, Complaint>(found)
+    })?;
     Ok(Suggestion { dynamics: spools::report(rig, &found.base.rig), ..found })
-}
-
-/// A suggestion with the fit of its best effect led to its end, and judged by that.
-///
-/// # Errors
-/// Columns that are missing, or a model that cannot be solved there.
-pub(super) fn finished(mut found: Suggestion, fit: &Record, check: Option<&Record>) -> Result<Suggestion, Complaint> {
-    while let Some(best) = found.judged.first_mut().filter(|best| best.supported) {
-        best.finish(fit, check)?;
-        let on_check = found.base_check.as_ref().zip(best.check.as_ref());
-        let runs = std::iter::once((&found.base.fit, &best.trial.fit)).chain(on_check);
-        if found.conclusion == Conclusion::EffectFound && !takes_most(runs) {
-            found.conclusion = Conclusion::PartlyExplained;
-        }
-        let before = found.base_check.as_ref().unwrap_or(&found.base.fit).normalised;
-        // Led to its end, what seemed nearest may explain no more of a record that nothing was fitted to.
-        if found.conclusion != Conclusion::UnknownEffect || best.error() < before {
-            break;
-        }
-        best.supported = false;
-        found.judged.sort_by_key(|one| !one.supported);
-    }
-    Ok(found)
 }
 
 /// Fits a rig to a record as it is, with none or one of its components faulty, and hands it on; where what that gives is not
@@ -226,13 +219,8 @@ pub fn suggest_from(
     let without = without?;
     let mut lists = vec![list];
     lists.extend(without.as_ref().map(|without| candidates(without, 1, beyond)));
-    let cost = charged(&base.rig, estimate.isolation.best.cost, base.set, samples);
-    let mut base_points = vec![BasePoint { values: base.values.clone(), set: base.set, cost }];
-    base_points.extend(without.map(|without| BasePoint {
-        values: without.case.full.parameters(&without.isolation.best.theta),
-        set: FaultSet::EMPTY,
-        cost: charged(&base.rig, without.isolation.best.cost, FaultSet::EMPTY, samples),
-    }));
+    let points = std::iter::once(estimate).chain(&without);
+    let base_points: Vec<BasePoint> = points.map(|estimate| BasePoint::of(estimate, samples)).collect();
     let screening =
         Screening { record: estimate.case.record, base: &base, base_check: &base_check, check, base_points };
     let [chance, worth] = [0.0, beyond].map(|tolerance| worth(lists[0].len(), tolerance));

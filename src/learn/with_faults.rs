@@ -2,7 +2,7 @@
 
 use super::behind::beside_physics;
 use super::comparison::{Comparison, PresentFault, WithFaults};
-use super::outright::explains_outright;
+use super::outright::is_physics;
 use super::run::run_of;
 use crate::complaint::Complaint;
 use crate::diagnosis::{DiagnosisOptions, Physics, diagnose_unless};
@@ -30,13 +30,13 @@ pub(super) fn with_faults(model: &Model, record: &Record) -> Result<Option<Expla
         return Ok(None);
     }
     let options = DiagnosisOptions::default();
-    let physics = Physics::new(&explains_outright);
+    let physics = Physics::new(&is_physics);
     let mut diagnosed = diagnose_unless(model, record, &options, &physics)?;
-    if physics.has_explained() {
+    if physics.has_explained() && !diagnosed.diagnosis.is_explained() {
         return Ok(None);
     }
     if diagnosed.diagnosis.is_explained() {
-        diagnosed = beside_physics(model, record, &options, (diagnosed, false))?;
+        diagnosed = beside_physics(model, record, &options, (diagnosed, &[]))?;
     }
     if diagnosed.diagnosis.missing_effect.is_some() {
         return Ok(None);

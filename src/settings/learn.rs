@@ -127,10 +127,11 @@ settings! {
         /// Most effects whose fit goes on to its end.
         effects_continued: usize = 3, "effects",
             "Cost only.";
-        /// What an effect in the place of a fault has to keep, in the local model, to be fitted.
+        /// What an effect in the place of a fault has to keep, in the local model, to be fitted; what a value that nobody declared has to take
+        /// of what an effect takes to be asked about before it.
         rival_share: f64 = 0.8, "share of what a fault explains",
             "At a correlation of 0.9 of both changes, 0.8 is kept.";
-        /// Effects that are fitted in place of each fault.
+        /// Effects that are fitted in place of each fault, or of all of them, and values that nobody declared in place of these.
         rivals_fitted: usize = 2, "effects",
             "Cost only.";
         /// Linearisations of the fit of a rival to what the other predicts.
