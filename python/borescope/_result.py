@@ -291,9 +291,9 @@ class Diagnosis(Result):
     def present(self) -> list[Item]:
         """The faults that are there, the surest first; of those as sure to a tenth of a per cent in the order of the rig."""
 
-        def doubt(fault: Item) -> float:
-            doubt = 1e3 * (1.0 - fault["probability"])
-            return round(doubt) if doubt >= 1.0 else 0.0
+        def doubt(fault: Item) -> int:
+            thousandths: float = 1e3 * (1.0 - fault["probability"])
+            return round(thousandths) if thousandths >= 1.0 else 0
 
         return sorted((fault for fault in self["faults"] if fault["present"]), key=doubt)
 
