@@ -2,8 +2,8 @@
 //!
 //! Where physics is missing, the search for a value that nobody declared, for a beginning within the record and for parts that deviate
 //! takes minutes and ends in nonsense. So the library is asked first, as cheaply as that can be told: effects scored where the faults
-//! have ended and where there are none, the first few of them fitted. One that leaves nothing is what [`suggest`](super::suggest) goes
-//! into; a value that promises nearly as much is asked about first.
+//! have ended and where there are none, the first few of them fitted. One that leaves nothing but noise is what [`suggest`](super::suggest)
+//! goes into; values are tried in the same way, and one that does nearly as well is asked about first.
 
 use rayon::prelude::*;
 
@@ -68,14 +68,7 @@ fn asked(first: &Estimate<'_>) -> Result<Outright, Complaint> {
     let without = without.filter(|without| without.isolation.best.cost < 2.0 * with.isolation.best.cost);
     let estimates: Vec<Estimate<'_>> = std::iter::once(with).chain(without).collect();
     let base_points: Vec<BasePoint> = estimates.iter().map(|estimate| BasePoint::of(estimate, samples)).collect();
-    let is_of_circuit = |one: &Candidate| !matches!(one.placed.spot, Location::Sensor(_));
-    let of_estimate = |(place, estimate): (usize, &Estimate<'_>)| {
-        let all = candidates(estimate, place, 0.0);
-        let least = worth(all.len(), 0.0);
-        let promising = all.into_iter().filter(|one| one.score > least && is_of_circuit(one));
-        promising.take(settings.rivals_fitted).collect::<Vec<_>>()
-    };
-    let tried: Vec<Candidate> = estimates.iter().enumerate().flat_map(of_estimate).collect();
+    let tried: Vec<Candidate> = estimates.iter().enumerate().flat_map(promising_effects).collect();
     let adequate = |fitted: PreliminaryModel| {
         let run = run_under(&fitted.rig, record, &fitted.values, None).ok()?;
         run.is_adequate.then(|| fitted.priced(samples))
@@ -101,6 +94,16 @@ fn asked(first: &Estimate<'_>) -> Result<Outright, Complaint> {
     let as_good: Vec<String> = values.par_iter().filter_map(as_good).collect();
     rig.context().check()?;
     Ok(if as_good.is_empty() { Outright::Physics } else { Outright::Values(as_good) })
+}
+
+/// The first few effects of the circuit where one of several estimates stands, by the fall of the cost that they promise there, if that is more
+/// than chance.
+fn promising_effects((place, estimate): (usize, &Estimate<'_>)) -> Vec<Candidate> {
+    let all = candidates(estimate, place, 0.0);
+    let least = worth(all.len(), 0.0);
+    let is_of_circuit = |one: &Candidate| !matches!(one.placed.spot, Location::Sensor(_));
+    let promising = all.into_iter().filter(|one| one.score > least && is_of_circuit(one));
+    promising.take(estimate.case.rig().settings().learn.rivals_fitted).collect()
 }
 
 /// The first few values that are no declared faults, by the fall of the cost that they promise in the local model, as free as faults; `None`
