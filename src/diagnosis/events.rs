@@ -142,7 +142,7 @@ fn events_along(
     let otherwise = otherwise.map(|drive| problem.change(&drive, &parameters, outputs, problem.times.len()));
     changes.extend(otherwise.collect::<Result<Vec<_>, _>>()?);
     let starts = starts::changes(problem, &parameters, outputs, phases.first().map_or(0, |phase| phase.end))?;
-    changes.extend(starts.first);
+    changes.extend(starts.in_phases);
     Ok((
         Events { variance, phases, changes, throughout: starts.throughout },
         Sensitivities { outputs: run, derivatives },

@@ -14,7 +14,7 @@
 //!   this one switching, by what a measured load would have done had it acted later, and at the
 //!   beginning by what another starting pressure would have done. These are random effects: directions of the misfit in which
 //!   a phase has `1 + (size)²` times the variance of noise.
-//! - *Throughout.* Where an accumulator, a tank or a body started is remembered through all phases, and is one and the same in them:
+//! - *Throughout.* The pressure that an accumulator began with is remembered through all phases, and is one and the same in them:
 //!   a direction over the whole record.
 //! - A phase therefore says no more about a constant or a slope than the tolerance allows, however many samples it has.
 

@@ -18,9 +18,10 @@ pub struct Unknown {
 /// What each start, off by one standard deviation, changes of the readings: `[what][sensor][row]`, SI.
 #[derive(Default)]
 pub struct Changes {
-    /// Over the first rows alone: what it does behind them is forgotten with most pressures, and is not of the start.
-    pub first: Vec<Vec<Vec<f64>>>,
-    /// Over all rows, in which it is one and the same: a position, a level or an accumulator keeps it.
+    /// What each phase may have by itself: a pressure over the first rows alone, since what it does behind them is forgotten with most, and
+    /// is not of the start; a position, a level or a state over all rows, in which stops and friction make something else of it.
+    pub in_phases: Vec<Vec<Vec<f64>>>,
+    /// Over all rows, in which it is one and the same: an accumulator keeps the pressure that it began with.
     pub throughout: Vec<Vec<Vec<f64>>>,
 }
 
@@ -40,23 +41,19 @@ pub fn changes(
         let mut drive = problem.drive.clone();
         drive.nudges[node] = sigma;
         let share = lasting / sigma;
-        let mut change = problem.change(&drive, parameters, outputs, if share < 1.0 { first } else { all })?;
-        if share < 1.0 && !is_remembered(problem, &change, share, first) {
-            changes.first.push(change);
+        let change = problem.change(&drive, parameters, outputs, if share < 1.0 { first } else { all })?;
+        if share == 1.0 || !is_remembered(problem, &change, share, first) {
+            changes.in_phases.push(change);
             continue;
         }
-        if share < 1.0 {
-            let of_first = (1.0 - share * share).sqrt();
-            changes.first.push(scaled(change, of_first));
-            change = scaled(problem.change(&drive, parameters, outputs, all)?, share);
-        }
-        changes.throughout.push(change);
+        changes.in_phases.push(scaled(change, (1.0 - share * share).sqrt()));
+        changes.throughout.push(scaled(problem.change(&drive, parameters, outputs, all)?, share));
     }
     let of_states = problem.drive.shown.iter().enumerate();
     for (place, shown) in of_states.filter(|(_, one)| matches!(rig.sensors[one.sensor].target, Target::State(..))) {
         let mut drive = problem.drive.clone();
         drive.shown[place].value += shown.sigma;
-        changes.throughout.push(problem.change(&drive, parameters, outputs, all)?);
+        changes.in_phases.push(problem.change(&drive, parameters, outputs, all)?);
     }
     Ok(changes)
 }
@@ -138,7 +135,7 @@ mod tests {
         let all = changes(&problem, &parameters, &outputs, first).unwrap();
         let behind = |change: &Vec<Vec<f64>>, name: &str| change[sensor(name)][first + 10].abs();
         let [kept] = all.throughout.as_slice() else { panic!("{} starts are remembered", all.throughout.len()) };
-        assert!(!all.first.is_empty() && all.first.iter().all(|change| behind(change, "p_H") == 0.0));
+        assert!(!all.in_phases.is_empty() && all.in_phases.iter().all(|change| behind(change, "p_H") == 0.0));
         // Gas of 2.3 L at 100 bar that the pump has pressed to 1.93 L in 2 s is stiffer: p V^1.25 stays, so what the start was off by is there
         // 2.3/1.93 to the power 2.25 times, 1.48; a consumer has taken some of it since.
         let share = behind(kept, "p_H") / of_record;

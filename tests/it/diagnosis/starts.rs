@@ -25,8 +25,8 @@ fn a_level_that_a_sensor_shows_is_as_uncertain_as_its_reading_and_is_not_forgott
     // Half a millimetre at the start still shows behind the first rows.
     let outputs = model.solve(&parameters, &drive, &times).unwrap().values;
     let changed = changes(&problem, &parameters, &outputs, 2).unwrap();
-    let shows: Vec<f64> = changed.throughout[0][0][..6].to_vec();
-    assert!(changed.first.is_empty());
+    let shows: Vec<f64> = changed.in_phases[0][0][..6].to_vec();
+    assert!(changed.throughout.is_empty());
     assert!(shows.iter().all(|change| (4e-4..=5e-4 + 1e-9).contains(change)), "{shows:?}");
 }
 
