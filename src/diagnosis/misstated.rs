@@ -2,9 +2,10 @@
 //!
 //! A load that nobody weighed, a spring of another batch, a part that nobody thought would wear: no declared fault explains such a
 //! record, uncertain values cannot follow it, and a search for several faults, for a beginning, or for physics takes minutes to end in
-//! nonsense. So a record that the faults of the rig miss, and no effect explains outright, is first diagnosed once more with a fault of every value that is exact or
-//! that a calibration has found. One of them alone is believed, with no more declared faults beside it than a record has: it is looked for
-//! from the healthy rig, and from the place that declared faults explain best, since what a gap leaks is not seen from where it is shut.
+//! nonsense. So a record that the faults of the rig miss, and no effect explains outright, is first diagnosed once more with a fault of
+//! every value that is exact or that a calibration has found. One of them alone is believed, with no more declared faults beside it than a
+//! record has: it is looked for from the healthy rig, and from the place that declared faults explain best, since what a gap leaks is not
+//! seen from where it is shut.
 
 use super::estimate::{self, Estimate};
 use super::search::{self, Place};

@@ -14,6 +14,7 @@ pub(crate) mod doubtful;
 pub mod estimate;
 pub(crate) mod events;
 pub mod expected;
+mod explained;
 mod fitted;
 pub mod hypotheses;
 mod instead;
@@ -27,6 +28,7 @@ pub mod problem;
 mod reported;
 mod result;
 pub(crate) mod search;
+mod spared;
 pub mod starts;
 pub(crate) mod summary;
 pub(crate) mod switching;
@@ -35,8 +37,6 @@ mod unseen;
 pub mod watch;
 pub(crate) mod weighed;
 mod weighing;
-
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::complaint::{Complaint, Kind, Place};
 use crate::estimation::Interval;
@@ -47,6 +47,7 @@ use crate::rig::{FaultSet, Rig, Target};
 pub(crate) use case::FAR_OFF;
 use data_sheet::Sparing;
 use estimate::Estimate;
+use explained::{Asked, Explained, Instead, best_explained};
 pub use hypotheses::Hypothesis;
 pub(crate) use missed::{adequate, is_there, missed, tame_squares};
 use reported::{Seen, reported};
@@ -55,6 +56,8 @@ pub use result::{
     ChannelReport, CommonCause, Diagnosis, DynamicsReport, FaultReport, FitReport, FittedReport, MissingEffect,
     OffDataSheet, OffSheetValue, ProfileReport, RivalEffect, SCHEMA, UncertainReport, Verdict,
 };
+pub(crate) use spared::Physics;
+use spared::Spared;
 
 /// What the user may choose.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -120,34 +123,9 @@ pub(crate) fn diagnose_unless(
     model: &Model,
     record: &Record,
     options: &DiagnosisOptions,
-    physics: &Physics<'_>,
+    physics: &dyn Physics,
 ) -> Result<Diagnosed, Complaint> {
     model.rig.context().run(|| diagnose_here(model, record, options, Some(physics)))
-}
-
-/// Physics that the model lacks, asked about a record that declared faults miss, ahead of values that nobody declared, of a beginning
-/// within the record and of parts that deviate.
-pub(crate) struct Physics<'a> {
-    explains: &'a (dyn Fn(&Estimate<'_>) -> Result<bool, Complaint> + Sync),
-    has_explained: AtomicBool,
-}
-
-impl<'a> Physics<'a> {
-    /// `explains`: whether it explains what an estimate with declared faults does not.
-    pub fn new(explains: &'a (dyn Fn(&Estimate<'_>) -> Result<bool, Complaint> + Sync)) -> Self {
-        Self { explains, has_explained: AtomicBool::new(false) }
-    }
-
-    /// Whether it was found to explain the record.
-    pub fn has_explained(&self) -> bool {
-        self.has_explained.load(Ordering::Relaxed)
-    }
-
-    fn explains(&self, first: &Estimate<'_>) -> Result<bool, Complaint> {
-        let explains = (self.explains)(first)?;
-        self.has_explained.store(explains, Ordering::Relaxed);
-        Ok(explains)
-    }
 }
 
 /// The same on the threads of the caller.
@@ -155,7 +133,7 @@ fn diagnose_here(
     model: &Model,
     record: &Record,
     options: &DiagnosisOptions,
-    physics: Option<&Physics<'_>>,
+    physics: Option<&dyn Physics>,
 ) -> Result<Diagnosed, Complaint> {
     let mut found = believed(model, record, options, physics)?;
     if !found.diagnosis.is_explained() {
@@ -169,7 +147,7 @@ fn believed(
     model: &Model,
     record: &Record,
     options: &DiagnosisOptions,
-    physics: Option<&Physics<'_>>,
+    physics: Option<&dyn Physics>,
 ) -> Result<Diagnosed, Complaint> {
     let sparing = Sparing::of(model, record);
     let found = believed_among(model, record, options, Spared { sparing: Some(&sparing), physics })?;
@@ -178,22 +156,6 @@ fn believed(
         return believed_among(model, record, options, Spared { sparing: None, physics });
     }
     Ok(found)
-}
-
-/// What may spare questions about a record.
-#[derive(Clone, Copy, Default)]
-struct Spared<'a> {
-    /// Parts that deviate: the question which value is misstated.
-    sparing: Option<&'a Sparing<'a>>,
-    /// Physics that is missing: the same, beginnings within the record, and parts that deviate.
-    physics: Option<&'a Physics<'a>>,
-}
-
-impl Spared<'_> {
-    /// Whether physics explains what an explanation leaves, so that no other is looked for.
-    fn by_physics(&self, found: &Diagnosed) -> bool {
-        !found.diagnosis.is_explained() && self.physics.is_some_and(Physics::has_explained)
-    }
 }
 
 /// The same, questions spared where they may be.
@@ -369,7 +331,7 @@ fn diagnose_again(
     // Before a calibration parts that deviate as parts do and physics that is missing are not told apart; where record and rig file differ
     // neither is asked for.
     let physics = attempt.spared.physics.filter(|_| rig.exact_by_sheet().is_empty() && rig.at_odds(record).is_empty());
-    let otherwise = |first: &Estimate<'_>, places: Option<&[search::Place]>, physics: Option<&Physics<'_>>| {
+    let otherwise = |first: &Estimate<'_>, places: Option<&[search::Place]>, physics: Option<&dyn Physics>| {
         if places.is_some() {
             rig.context().first_look(|| summary::first_look(first));
         }
@@ -437,97 +399,6 @@ fn diagnose_again(
     let seen =
         Seen { residuals, left_out, onset: begun.as_ref().map(|begun| begun.time), detection: &options.detection };
     Ok(Some(reported(model, &estimate, intervals, seen)))
-}
-
-/// What explains a record.
-enum Explained<'a> {
-    /// Faults of the rig, as old as the record or since a beginning within it.
-    Declared(Box<(Estimate<'a>, Option<onset::Begun>)>),
-    /// A mistake in taking the record, or a value that is no declared fault.
-    Otherwise(Box<Diagnosed>),
-}
-
-/// What explains a record in place of the declared faults.
-enum Instead {
-    Nothing,
-    /// A mistake in taking the record, or a value that is no declared fault.
-    Found(Box<Diagnosed>),
-    /// Physics that the model lacks.
-    Physics,
-}
-
-/// What an attempt asks of a record.
-#[derive(Clone, Copy)]
-struct Asked {
-    /// Whether explanations are looked for everywhere: not where one that was is near.
-    from_everywhere: bool,
-    /// [`Attempt::asks_otherwise`].
-    otherwise: bool,
-    /// Whether a beginning is asked for again where the record is explained: the opposite of [`Attempt::is_as_old`].
-    begun: bool,
-}
-
-/// The explanation by faults as old as the record, which a first one may miss, and the beginning within the record, if there is one, that
-/// explains it better by a model with values before a beginning; or something else than declared faults, which is asked for first: where
-/// no place leaves nothing, and where more than noise is left.
-fn best_explained<'a>(
-    mut first: Estimate<'a>,
-    before: &Model,
-    (asked, physics): (Asked, Option<&Physics<'_>>),
-    otherwise: impl Fn(&Estimate<'_>, Option<&[search::Place]>, Option<&Physics<'_>>) -> Result<Instead, Complaint>,
-) -> Result<Explained<'a>, Complaint> {
-    let (record, drive) = (first.case.record, first.case.full.drive);
-    let settings = first.case.settings();
-    let begun = |first: &Estimate<'_>| onset::find(before, record, (drive, !asked.begun), first);
-    let (mut was_asked, mut known_places) = (false, Vec::new());
-    let is_doubtful = !first.explains() || first.isolation.set().len() >= settings.several_faults;
-    if asked.from_everywhere && (first.missed() || is_doubtful) {
-        let places = first.places();
-        let is_missed = first.missed() && !places.iter().any(|place| place.leaves_nothing(&first.case));
-        let before = is_missed.then(|| first.explanation());
-        first = first.best_from_places(&places, settings.isolation_rounds);
-        // Places know nothing of what is uncertain beside the faults. What leaves nothing once that follows needs neither.
-        if let Some(before) = before.filter(|_| !onset::is_believed(&first)) {
-            let physics = physics.filter(|_| !first.explains());
-            match if asked.otherwise { otherwise(&first, Some(&places), physics)? } else { Instead::Nothing } {
-                Instead::Found(found) => return Ok(Explained::Otherwise(found)),
-                Instead::Physics => return Ok(Explained::Declared(Box::new((first, None)))),
-                Instead::Nothing => {}
-            }
-            let from_places = first.explained(before);
-            if let Some(begun) = begun(&first) {
-                return Ok(Explained::Declared(Box::new((first, Some(begun)))));
-            }
-            was_asked = true;
-            first.explained(from_places);
-        }
-        known_places = places;
-    }
-    // A better explanation that is not believed either begins where the first one was asked for.
-    let was_asked = was_asked || (!asked.begun && first.explains());
-    let is_asked = !first.missed() && (!was_asked || onset::is_believed(&first));
-    // Events, and values far from where they are expected, excuse much of what a mistake does to a record: one that leaves clearly less
-    // without it, or needs no such values, is believed.
-    if asked.otherwise && !first.missed() {
-        let (left, is_strained) = (first.times_noise(), first.case.is_strained(&first.isolation.best.theta));
-        let is_better = |found: &Diagnosed| {
-            let leaves_less = CLEARLY_ABOVE_NOISE * found.diagnosis.times_noise.max(1.0) < left;
-            let is_plainer = is_strained && !found.diagnosis.is_strained() && found.diagnosis.times_noise <= left;
-            (leaves_less || is_plainer) && found.diagnosis.present().count() <= first.isolation.set().len()
-        };
-        // Values that nobody declared pull those that are uncertain to the ends of their search, and several faults with them. Without a
-        // calibration it may be the data sheets, which are asked about once nothing else explains the record.
-        let is_calibrated = first.case.rig().calibration.is_some();
-        let places = (is_strained && is_calibrated && !was_asked).then_some(&known_places[..]);
-        if (left > CLEARLY_ABOVE_NOISE || is_strained)
-            && let Instead::Found(found) = otherwise(&first, places, None)?
-            && is_better(&found)
-        {
-            return Ok(Explained::Otherwise(found));
-        }
-    }
-    let begun = if is_asked { begun(&first) } else { None };
-    Ok(Explained::Declared(Box::new((first, begun))))
 }
 
 /// What is estimated, of values of a rig's parameters; what a command opens for its own record comes last and may be left out.

@@ -400,8 +400,9 @@ impl Diagnosis {
     /// The faults that are present, the surest first; of those as sure to a tenth of a per cent, as people read it, in the order of the rig.
     pub fn present(&self) -> impl Iterator<Item = &FaultReport> {
         let mut present: Vec<&FaultReport> = self.faults.iter().filter(|fault| fault.present).collect();
-        let doubt = |fault: &&FaultReport| {
-            Some(1e3 * (1.0 - fault.probability)).filter(|doubt| *doubt >= 1.0).unwrap_or(0.0).round()
+        let doubt = |fault: &FaultReport| {
+            let thousandths = 1e3 * (1.0 - fault.probability);
+            if thousandths < 1.0 { 0.0 } else { thousandths.round() }
         };
         present.sort_by(|a, b| doubt(a).total_cmp(&doubt(b)));
         present.into_iter()

@@ -3,21 +3,19 @@
 //! A model that lacks an effect is bent towards the record by whatever may move, faults first: friction that nobody wrote down
 //! becomes a narrow opening with an interval as small as if it were the truth. So where faults, or none, do not explain
 //! the record, effects compete with them under the one criterion of [`suggest`], and the faults are isolated again beside the
-//! effect that wins; where one effect explains outright what they miss ([`super::outright`]), ahead of other questions. Where they do explain it, effects that would explain it as well are named beside them ([`super::rivals`]); where one
-//! of these does better, or clearly more than noise is left, effects compete all the same, also where no fault is present: what
-//! tolerances of switching forgive need not be a matter of switching.
-
-use std::sync::OnceLock;
+//! effect that wins; where one effect explains outright what they miss ([`super::outright`]), ahead of other questions. Where they do
+//! explain it, effects that would explain it as well are named beside them ([`super::rivals`]); where one of these does better, or clearly
+//! more than noise is left, effects compete all the same, also where no fault is present: what tolerances of switching forgive need not
+//! be a matter of switching.
 
 use super::evaluated::{Conclusion, EvaluatedModel};
 use super::fitted_model::FittedModel;
 use super::opened::neutral;
-use super::outright::{Outright, outright};
+use super::outright::Asked;
 use super::rivals::rival_effects;
 use super::spools;
 use super::suggest::suggest;
 use crate::complaint::Complaint;
-use crate::diagnosis::estimate::Estimate;
 use crate::diagnosis::{
     self, CLEARLY_ABOVE_NOISE, Diagnosed, Diagnosis, DiagnosisOptions, DynamicsReport, MissingEffect, Physics,
     RivalEffect, Verdict,
@@ -39,19 +37,10 @@ pub fn diagnose(model: &Model, record: &Record, options: &DiagnosisOptions) -> R
 
 /// The same on the threads of the caller.
 fn diagnose_here(model: &Model, record: &Record, options: &DiagnosisOptions) -> Result<Diagnosed, Complaint> {
-    let asked = OnceLock::new();
-    let explains = |first: &Estimate<'_>| {
-        let found = asked.get_or_init(|| outright(first));
-        found.as_ref().map(|found| matches!(found, Outright::Physics)).map_err(Clone::clone)
-    };
-    let physics = Physics::new(&explains);
+    let physics = Asked::default();
     let given = diagnosis::diagnose_unless(model, record, options, &physics)?;
     let is_by_physics = physics.has_explained() && !given.diagnosis.is_explained();
-    let as_good = match asked.get() {
-        Some(Ok(Outright::Values(values))) => &values[..],
-        _ => &[],
-    };
-    let found = beside_physics(model, record, options, (given, as_good))?;
+    let found = beside_physics(model, record, options, (given, physics.as_good()))?;
     if !is_by_physics || found.diagnosis.missing_effect.as_ref().is_some_and(|missing| missing.explained) {
         return Ok(found);
     }

@@ -5,6 +5,8 @@
 //! have ended and where there are none, the first few of them fitted. One that leaves nothing but noise is what [`suggest`](super::suggest)
 //! goes into; values are tried in the same way, and one that does nearly as well is asked about first.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
@@ -15,6 +17,7 @@ use super::refit::{BasePoint, PreliminaryModel, quick, refitted};
 use super::scoring::{candidates, worth};
 use super::trial_steps::ScoreContext;
 use crate::complaint::Complaint;
+use crate::diagnosis::Physics;
 use crate::diagnosis::estimate::{self, Estimate};
 use crate::diagnosis::misstated::may_be_misstated;
 use crate::diagnosis::search::ROUGH;
@@ -24,7 +27,7 @@ use crate::record::Record;
 use crate::rig::{FaultSet, Location, Rig};
 
 /// What explains a record outright that declared faults miss.
-pub(super) enum Outright {
+enum Outright {
     /// No single effect.
     Nothing,
     /// An effect, and nearly as well values that nobody declared, each alone: their ids.
@@ -33,27 +36,47 @@ pub(super) enum Outright {
     Physics,
 }
 
+/// The question, with its answer once it was asked: a record has one.
+#[derive(Default)]
+pub(super) struct Asked(OnceLock<Outright>);
+
+impl Asked {
+    /// Values that nobody declared, each of which does nearly as well as an effect: their ids.
+    pub fn as_good(&self) -> &[String] {
+        match self.0.get() {
+            Some(Outright::Values(values)) => values,
+            _ => &[],
+        }
+    }
+}
+
+impl Physics for Asked {
+    fn explains(&self, first: &Estimate<'_>) -> Result<bool, Complaint> {
+        if self.0.get().is_none() {
+            let found = outright(first)?;
+            self.0.get_or_init(|| found);
+        }
+        Ok(self.has_explained())
+    }
+
+    fn has_explained(&self) -> bool {
+        matches!(self.0.get(), Some(Outright::Physics))
+    }
+}
+
 /// What explains a record outright that the declared faults of `first` miss: one effect of the library, where no value that nobody declared
 /// does nearly as well. What cannot be fitted explains nothing.
 ///
 /// # Errors
 /// A [context](crate::Context) that was cancelled.
-pub(super) fn outright(first: &Estimate<'_>) -> Result<Outright, Complaint> {
-    let found = asked(first);
+fn outright(first: &Estimate<'_>) -> Result<Outright, Complaint> {
+    let found = fitted_outright(first);
     first.case.rig().context().check()?;
     Ok(found.unwrap_or(Outright::Nothing))
 }
 
-/// Whether that is an effect.
-///
-/// # Errors
-/// As [`outright`].
-pub(super) fn is_physics(first: &Estimate<'_>) -> Result<bool, Complaint> {
-    Ok(matches!(outright(first)?, Outright::Physics))
-}
-
 /// The same with the errors of the fits.
-fn asked(first: &Estimate<'_>) -> Result<Outright, Complaint> {
+fn fitted_outright(first: &Estimate<'_>) -> Result<Outright, Complaint> {
     let (rig, record, full) = (first.case.rig(), first.case.record, &first.case.full);
     let settings = &rig.settings().learn;
     rig.context().stage("effects that explain it outright");

@@ -2,7 +2,7 @@
 
 use super::behind::beside_physics;
 use super::comparison::{Comparison, PresentFault, WithFaults};
-use super::outright::is_physics;
+use super::outright::Asked;
 use super::run::run_of;
 use crate::complaint::Complaint;
 use crate::diagnosis::{DiagnosisOptions, Physics, diagnose_unless};
@@ -30,7 +30,7 @@ pub(super) fn with_faults(model: &Model, record: &Record) -> Result<Option<Expla
         return Ok(None);
     }
     let options = DiagnosisOptions::default();
-    let physics = Physics::new(&is_physics);
+    let physics = Asked::default();
     let mut diagnosed = diagnose_unless(model, record, &options, &physics)?;
     if physics.has_explained() && !diagnosed.diagnosis.is_explained() {
         return Ok(None);

@@ -109,7 +109,7 @@ impl DeclinedReport {
     }
 }
 
-/// A fault that was fitted along, in `unit`, with one standard deviation.
+/// A fault that was also estimated, in `unit`, with one standard deviation.
 #[derive(Debug, Clone, Serialize)]
 #[cfg_attr(feature = "internals", derive(schemars::JsonSchema))]
 pub struct FaultReport {

@@ -1,18 +1,24 @@
 use nalgebra::DMatrix;
 
+use super::directions::Directions;
 use super::*;
 use crate::rig::Sensor;
+use crate::settings::DiagnosisSettings;
+
+/// A rig of two sensors with the same tolerance.
+fn tolerating(tolerance: f64) -> Rig {
+    let rig = Rig::parse("rig.toml", include_str!("../../../fixtures/two_tanks/rig.toml").to_owned()).unwrap();
+    Rig { sensors: rig.sensors.iter().map(|one| Sensor { tolerance, ..one.clone() }).collect(), ..rig }
+}
 
 /// A misfit that is three times what an event may do, on a sensor that it moves; another sensor has no part in it.
 #[test]
 fn what_is_asked_of_events_counts_in_what_they_may_do() {
-    let rig = Rig::parse("rig.toml", include_str!("../../../fixtures/two_tanks/rig.toml").to_owned()).unwrap();
+    let exact = tolerating(0.0);
     let rows = 1600;
     let (moved, still) = (vec![0.01; rows], vec![0.0; rows]);
-    let sensors = rig.sensors.len();
+    let sensors = exact.sensors.len();
     let change: Vec<Vec<f64>> = (0..sensors).map(|sensor| if sensor == 0 { &moved } else { &still }.clone()).collect();
-    let exact =
-        Rig { sensors: rig.sensors.iter().map(|one| Sensor { tolerance: 0.0, ..one.clone() }).collect(), ..rig };
     let variance = vec![vec![1e-6; rows]; sensors];
     let phases: Vec<_> = (0..8).map(|phase| 200 * phase..200 * (phase + 1)).collect();
     let weights = Weights::new(&exact, &phases, &variance, std::slice::from_ref(&change));
@@ -27,9 +33,8 @@ fn what_is_asked_of_events_counts_in_what_they_may_do() {
 /// What weights do to misfits is a matrix: its columns are what they make of each sample alone.
 #[test]
 fn the_determinant_is_that_of_what_is_done_to_the_samples() {
-    let rig = Rig::parse("rig.toml", include_str!("../../../fixtures/two_tanks/rig.toml").to_owned()).unwrap();
+    let rig = tolerating(0.02);
     let (rows, sensors) = (8, rig.sensors.len());
-    let rig = Rig { sensors: rig.sensors.iter().map(|one| Sensor { tolerance: 0.02, ..one.clone() }).collect(), ..rig };
     let variance: Vec<Vec<f64>> =
         (0..sensors).map(|sensor| (0..rows).map(|row| 1e-4 * (1 + row + sensor) as f64).collect()).collect();
     let change: Vec<Vec<f64>> =
@@ -47,9 +52,8 @@ fn the_determinant_is_that_of_what_is_done_to_the_samples() {
 /// covariance of the samples, that of the phases with the square of the effect added. So it is of the first phases alone.
 #[test]
 fn what_is_the_same_throughout_adds_its_square_to_the_covariance() {
-    let rig = Rig::parse("rig.toml", include_str!("../../../fixtures/two_tanks/rig.toml").to_owned()).unwrap();
+    let rig = tolerating(0.02);
     let (rows, sensors) = (8, rig.sensors.len());
-    let rig = Rig { sensors: rig.sensors.iter().map(|one| Sensor { tolerance: 0.02, ..one.clone() }).collect(), ..rig };
     let of = |size: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
         (0..sensors).map(|sensor| (0..rows).map(|row| size(row, sensor)).collect()).collect()
     };
@@ -99,7 +103,8 @@ fn effects_that_are_all_but_nothing_change_no_direction() {
     let seen = [effect(1, 3.0), effect(2, 0.2)];
     let unseen = (0..80).map(|one| effect(10 + one, 10_f64.powi(-5 * (one as i32 % 40) - 5)));
     let all: Vec<Vec<f64>> = unseen.clone().chain(seen.clone()).chain(unseen).collect();
-    let (mut found, mut few) = (random_directions(&all).1, random_directions(&seen).1);
+    let taken = |effects: &[Vec<f64>]| Directions::of(effects).iter().map(|(_, taken)| taken).collect::<Vec<f64>>();
+    let (mut found, mut few) = (taken(&all), taken(&seen));
     found.sort_by(f64::total_cmp);
     few.sort_by(f64::total_cmp);
     assert_eq!(found.len(), few.len());
@@ -111,9 +116,8 @@ fn effects_that_are_all_but_nothing_change_no_direction() {
 /// Cut at the end of a phase, weights do to the first rows what they did before.
 #[test]
 fn weights_of_the_first_phases_are_those_of_all() {
-    let rig = Rig::parse("rig.toml", include_str!("../../../fixtures/two_tanks/rig.toml").to_owned()).unwrap();
+    let rig = tolerating(0.02);
     let (rows, sensors) = (12, rig.sensors.len());
-    let rig = Rig { sensors: rig.sensors.iter().map(|one| Sensor { tolerance: 0.02, ..one.clone() }).collect(), ..rig };
     let of = |size: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
         (0..sensors).map(|sensor| (0..rows).map(|row| size(row, sensor)).collect()).collect()
     };
