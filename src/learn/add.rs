@@ -23,6 +23,8 @@ use crate::units::Unit;
 
 /// Digits of a value and of its standard error.
 const DIGITS: (usize, usize) = (7, 3);
+/// Share of its standard deviation below which a value is written as zero: its own digits show less.
+const NOTHING: f64 = 1e-7;
 
 /// A parameter as it is written: name, value and standard error, both in SI, and the unit.
 pub(super) struct Written {
@@ -86,7 +88,7 @@ type Fitted = (FittedModel, f64, Vec<Warning>);
 
 fn fitted_with(estimate: &Estimate<'_>, base: &FittedModel, placed: &EffectInstance) -> Result<Fitted, Complaint> {
     let record = estimate.case.record;
-    let (trial, screened) = refitted_alone(base, record, candidate(estimate, placed))?;
+    let (trial, screened) = refitted_alone(base, record, candidate(estimate, base, placed)?)?;
     let gained = trial.gain_over(base, record, &Judge::of(&trial, &trial.fit, record)?)?;
     match restarted(estimate, base, (&trial, screened), gained)? {
         Some(better) => fitted_with(&better, &FittedModel::of(&better)?, placed),
@@ -126,8 +128,10 @@ pub(super) fn insert(rig: &Rig, text: &str, id: &str, parameters: &[Written]) ->
     let mut values = InlineTable::new();
     for parameter in parameters {
         let shown = |value: f64, digits: usize| written(value, digits, &parameter.unit);
-        let value = shown(parameter.unit.from_si(parameter.value), DIGITS.0);
         let sigma = parameter.unit.difference_from_si(parameter.sigma);
+        let value = parameter.unit.from_si(parameter.value);
+        // What a fit leaves of a height that it does not move is zero with its last digits wrong.
+        let value = shown(if value.abs() < NOTHING * sigma { 0.0 } else { value }, DIGITS.0);
         let stated = if sigma > 0.0 { format!("{value} +- {}", shown(sigma, DIGITS.1)) } else { value };
         values.insert(parameter.name, stated.into());
     }

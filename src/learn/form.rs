@@ -3,17 +3,15 @@
 //! A model is adequate within what its rig file allows, and a law of the wrong form may well be: a leak that grows with the square of
 //! the pressure, taken for one that grows with the pressure. What such a law leaves, a curve in its place explains.
 
-use rayon::prelude::*;
-
 use super::candidate::{Candidate, empirical};
 use super::evaluated::EvaluatedModel;
 use super::fitted_model::FittedModel;
-use super::free_curve::{FreeCurve, Slopes};
+use super::free_curve::curves;
 use super::run::Run;
 use super::screening::Screening;
 use super::warning::Warning;
 use crate::complaint::Complaint;
-use crate::model::InputSignals;
+use crate::physics::effect::spline::HEIGHTS;
 use crate::record::Record;
 use crate::settings::LearningSettings;
 
@@ -68,14 +66,8 @@ fn explains(curve: &EvaluatedModel, law: &EvaluatedModel) -> f64 {
 
 /// The curve that takes away most beside an explanation, to first order; `None` where none takes away more than its heights cost.
 fn promising(best: &FittedModel, record: &Record) -> Result<Option<Candidate>, Complaint> {
-    let own = Slopes::of_fitted(best, record)?;
-    let drive = InputSignals::from_record(&best.rig, record)?;
     let samples = best.fit.weights.all_samples() as f64;
-    let fall = |curve: Candidate| {
-        let free = FreeCurve::of(best, record, &drive, &curve.placed)?;
-        let fall = free.fitted(best, &own)?.fall;
-        (fall > free.indices.len() as f64 * samples.ln()).then_some((fall, curve))
-    };
-    let all: Vec<(f64, Candidate)> = empirical(&best.rig).into_par_iter().filter_map(fall).collect();
-    Ok(all.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, curve)| curve))
+    let cost = HEIGHTS as f64 * samples.ln();
+    let all = curves(best, record, empirical(&best.rig))?.into_iter().filter(|curve| curve.fall > cost);
+    Ok(all.max_by(|a, b| a.fall.total_cmp(&b.fall)).map(|curve| curve.candidate))
 }

@@ -4,7 +4,9 @@
 //! no more than the record says.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
 
+use super::candidate::Candidate;
 use super::fitted_model::FittedModel;
 use super::highest::readings;
 use super::run::Run;
@@ -173,12 +175,45 @@ fn with_curve(
     Some((rig, indices))
 }
 
+/// A curve that is tried at a place.
+pub(super) struct Asked {
+    /// As high as the record asks for, to first order: a few newtons on a small axis, kilonewtons on a ram.
+    pub candidate: Candidate,
+    /// Fall of chi-square that it promises.
+    pub fall: f64,
+}
+
+/// Those of some curves, each tried at its typical height, of which the record shows anything in a fitted model.
+///
+/// # Errors
+/// Columns that are missing, or a model that cannot be solved.
+pub(super) fn curves(base: &FittedModel, record: &Record, tried: Vec<Candidate>) -> Result<Vec<Asked>, Complaint> {
+    let own = Slopes::of_fitted(base, record)?;
+    let drive = InputSignals::from_record(&base.rig, record)?;
+    let asked = |mut candidate: Candidate| {
+        let free = FreeCurve::of(base, record, &drive, &candidate.placed)?;
+        let fitted = free.fitted(base, &own)?;
+        let (heights, _) = fitted.curve(&fitted.pull);
+        let seen = seen(base.rig.settings().learn.visited_share, &free.heights);
+        let of_seen = heights.iter().zip(seen).filter(|(_, is_seen)| *is_seen);
+        let highest = of_seen.map(|(height, _)| height.abs()).fold(0.0, f64::max);
+        candidate.tried.iter_mut().for_each(|height| height.value = height.value.max(highest));
+        Some(Asked { candidate, fall: fitted.fall })
+    };
+    Ok(tried.into_par_iter().filter_map(asked).collect())
+}
+
+/// Which heights the record has something to say of: those that do more than a share of what the most telling one does.
+fn seen(least: f64, heights: &[Vec<f64>]) -> Vec<bool> {
+    let sizes: Vec<f64> = heights.iter().map(|column| dot(column, column).sqrt()).collect();
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    sizes.iter().map(|size| largest > 0.0 && *size >= least * largest).collect()
+}
+
 /// First and last place of the axis, as shares of it, that the record has visited.
 fn visited(least: f64, heights: &[Vec<f64>]) -> Option<(f64, f64)> {
-    let sizes: Vec<f64> = heights.iter().map(|column| column.iter().map(|c| c * c).sum::<f64>().sqrt()).collect();
-    let largest = sizes.iter().copied().fold(0.0, f64::max);
-    let seen = |size: &f64| largest > 0.0 && *size >= least * largest;
-    let (first, last) = (sizes.iter().position(seen)?, sizes.iter().rposition(seen)?);
+    let seen = seen(least, heights);
+    let (first, last) = (seen.iter().position(|&is_seen| is_seen)?, seen.iter().rposition(|&is_seen| is_seen)?);
     let peak = |height: usize| ((height as f64 - 1.0) / (HEIGHTS - 3) as f64).clamp(0.0, 1.0);
     (last > first).then(|| (peak(first), peak(last)))
 }

@@ -9,7 +9,10 @@
 use rayon::prelude::*;
 
 use super::candidate::{Candidate, empirical};
+use super::fitted_model::FittedModel;
+use super::free_curve::curves;
 use super::trial_steps::{ScoreContext, best_try};
+use crate::complaint::Complaint;
 use crate::diagnosis::estimate::Estimate;
 use crate::physics::effect::Form;
 use crate::rig::{EffectInstance, Rig};
@@ -64,13 +67,22 @@ pub(super) fn places(rig: &Rig) -> Vec<EffectInstance> {
         .collect()
 }
 
-/// One effect at its place, scored; a curve without a formula as it is tried.
-pub fn candidate(estimate: &Estimate<'_>, placed: &EffectInstance) -> Option<Candidate> {
-    if placed.effect.empirical {
-        let id = estimate.case.rig().effect_id(placed);
-        return empirical(estimate.case.rig()).into_iter().find(|candidate| candidate.id == id);
+/// One effect at its place, scored; a curve without a formula as high as the record asks for, or as it typically is.
+///
+/// # Errors
+/// The model cannot be solved there.
+pub fn candidate(
+    estimate: &Estimate<'_>,
+    base: &FittedModel,
+    placed: &EffectInstance,
+) -> Result<Option<Candidate>, Complaint> {
+    if !placed.effect.empirical {
+        return Ok(ScoreContext::of(estimate, worth(1, 0.0)).and_then(|here| best_try(&here, placed)));
     }
-    best_try(&ScoreContext::of(estimate, worth(1, 0.0))?, placed)
+    let id = base.rig.effect_id(placed);
+    let Some(typical) = empirical(&base.rig).into_iter().find(|candidate| candidate.id == id) else { return Ok(None) };
+    let asked = curves(base, estimate.case.record, vec![typical.clone()])?.pop();
+    Ok(Some(asked.map_or(typical, |asked| asked.candidate)))
 }
 
 /// Whether the first parameter that an effect bends is one of a sensor that the rig file states as exact, such as the gain `1 +- 0`

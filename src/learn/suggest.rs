@@ -4,6 +4,7 @@ use super::candidate::{Candidate, empirical};
 use super::evaluated::{Conclusion, EvaluatedModel, is_adequate};
 use super::fitted_model::FittedModel;
 use super::form::{is_refuted, refute};
+use super::free_curve::curves;
 use super::lack_of_fit::{is_alike, with_lack_of_fit, with_shown_noise};
 use super::opened::opened;
 use super::refit::{BasePoint, charged, quick, refitted};
@@ -265,7 +266,8 @@ pub fn suggest_from(
     };
     if conclusion == Conclusion::UnknownEffect {
         // What no law explains, a curve may at least describe.
-        screening.join(&mut judged, empirical(&base.rig).into_iter().map(|curve| vec![curve]).collect())?;
+        let curves = curves(&base, estimate.case.record, empirical(&base.rig))?;
+        screening.join(&mut judged, curves.into_iter().map(|curve| vec![curve.candidate]).collect())?;
         in_order(settings, &mut judged);
         refute(settings, &mut judged);
     } else if is_refuted(&screening, &mut judged)? {

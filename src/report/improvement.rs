@@ -194,6 +194,9 @@ impl Ledger {
                 writeln!(out, "{line}")?;
             }
         }
+        if let Some(rise) = &self.rise {
+            writeln!(out, "\n{}\n{}", rise.sentence(), rise.lines(&self.rig).join("\n"))?;
+        }
         if !self.faults.is_empty() {
             let faults: Vec<String> = self.faults.iter().map(FaultReport::text).collect();
             writeln!(out, "\nFaults on the fit record (one standard deviation)\n  {}", faults.join("\n  "))?;

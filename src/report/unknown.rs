@@ -13,6 +13,8 @@ use crate::units::Unit;
 const PLACES: usize = 400;
 /// A rise is told where it is so many times what the curve is elsewhere.
 const RISE: f64 = 3.0;
+/// Standard deviations within which 95 % lie.
+const SURE: f64 = 1.96;
 /// A bell falls to half its height at this many of its widths `w` of `exp(-((x - x0) / w)^2)`.
 const HALF: f64 = 0.832_554_611_157_697_8;
 
@@ -62,6 +64,8 @@ impl Rise {
         let heights: Vec<f64> = effect.parameters.iter().take(HEIGHTS).map(|&index| trial.values[index]).collect();
         let reach = effect.parameters.first()? + HEIGHTS;
         let reach = trial.values.get(reach).copied().filter(|reach| heights.len() == HEIGHTS && *reach > 0.0)?;
+        let sigmas = effect.parameters.iter().take(HEIGHTS);
+        let sigmas: Vec<f64> = sigmas.map(|index| trial.sigmas.get(index).copied().unwrap_or(0.0)).collect();
         let curve = Curve::new(&heights);
         let all: Vec<f64> = (0..=PLACES).map(|at| curve.at(at as f64 / PLACES as f64)).collect();
         let (form, node, units) = match kind {
@@ -69,13 +73,9 @@ impl Rise {
                 let what = if kind == "empirical-friction" { "friction" } else { "force" };
                 let cylinder = rig.components.iter().find(|component| component.name == place)?;
                 let rod = cylinder.card.ports.iter().position(|port| port.name == "rod")?;
-                (bell(what, &all, reach)?, rig.nodes.get(*cylinder.ports.get(rod)?)?.name.clone(), ["mm", "N"])
+                (bell(what, &all, &sigmas, reach)?, rig.nodes.get(*cylinder.ports.get(rod)?)?.name.clone(), ["mm", "N"])
             }
-            "empirical-leakage" => {
-                let sigmas = effect.parameters.iter().take(HEIGHTS);
-                let sigmas: Vec<f64> = sigmas.map(|index| trial.sigmas.get(index).copied().unwrap_or(0.0)).collect();
-                (power(&all, &sigmas, reach)?, place.to_owned(), ["bar", "L/min"])
-            }
+            "empirical-leakage" => (power(&all, &sigmas, reach)?, place.to_owned(), ["bar", "L/min"]),
             _ => return None,
         };
         let [along, size] = units.map(|unit| Unit::parse(unit).ok());
@@ -160,20 +160,29 @@ impl Rise {
     }
 }
 
-/// The single rise of a curve over position, `way` in m.
-fn bell(what: &'static str, all: &[f64], way: f64) -> Option<Form> {
+/// Standard deviations of the heights that make the curve at one of its places, the largest of them; 0 where the record says nothing of one.
+fn spread(sigmas: &[f64], at: usize) -> f64 {
+    let first = (at as f64 / PLACES as f64 * (HEIGHTS - 3) as f64) as usize;
+    let around = &sigmas[first.min(HEIGHTS - 4)..=(first + 3).min(HEIGHTS - 1)];
+    if around.contains(&0.0) { 0.0 } else { around.iter().copied().fold(0.0, f64::max) }
+}
+
+/// The single rise of a curve over position, `sigmas` the standard deviations of its heights, N; `way` in m.
+fn bell(what: &'static str, all: &[f64], sigmas: &[f64], way: f64) -> Option<Form> {
     let mut sorted = all.to_vec();
     sorted.sort_by(f64::total_cmp);
     let base = sorted[PLACES / 2];
     let above: Vec<f64> = all.iter().map(|one| one - base).collect();
-    let top = (0..=PLACES).max_by(|&a, &b| above[a].abs().total_cmp(&above[b].abs()))?;
+    // Where the record hardly was, a curve may be anything: no more of it counts than is certain.
+    let certain = |at: usize| above[at].abs() - SURE * spread(sigmas, at);
+    let top = (0..=PLACES).max_by(|&a, &b| certain(a).total_cmp(&certain(b)))?;
     let size = |at: usize| above[at] * above[top].signum();
     let height = size(top);
     let left = (0..top).rev().find(|&at| size(at) < 0.5 * height)?;
     let right = (top..=PLACES).find(|&at| size(at) < 0.5 * height)?;
     // What is as high elsewhere is no single rise.
     let (from, to) = (top.saturating_sub(2 * (top - left)), top + 2 * (right - top));
-    let elsewhere = (0..=PLACES).filter(|at| *at < from || *at > to).map(|at| above[at].abs()).fold(0.0, f64::max);
+    let elsewhere = (0..=PLACES).filter(|at| *at < from || *at > to).map(certain).fold(0.0, f64::max);
     let millimetre = Unit::parse("mm").ok()?;
     let along = |places: f64| in_unit(places / PLACES as f64 * way, &millimetre);
     (height >= RISE * elsewhere).then(|| Form::Bell {
@@ -187,11 +196,9 @@ fn bell(what: &'static str, all: &[f64], way: f64) -> Option<Form> {
 /// The power of the pressure with which a curve grows, `sigmas` the standard deviations of its heights, m3/s, 0 where the record says
 /// nothing of them; `reach` in Pa.
 fn power(all: &[f64], sigmas: &[f64], reach: f64) -> Option<Form> {
-    let weight = |at: usize| {
-        let first = (at as f64 / PLACES as f64 * (HEIGHTS - 3) as f64) as usize;
-        let around = &sigmas[first.min(HEIGHTS - 4)..=(first + 3).min(HEIGHTS - 1)];
-        let largest = around.iter().copied().fold(0.0, f64::max);
-        if around.iter().all(|sigma| *sigma > 0.0) { largest.powi(-2) } else { 0.0 }
+    let weight = |at: usize| match spread(sigmas, at) {
+        0.0 => 0.0,
+        sigma => sigma.powi(-2),
     };
     let shown: Vec<(f64, f64, f64)> =
         (0..=PLACES).map(|at| (at as f64 / PLACES as f64, all[at], weight(at))).filter(|one| one.2 > 0.0).collect();
@@ -262,6 +269,21 @@ mod tests {
         assert_eq!(names, ["F_extra", "x0", "w"]);
         let law = Rise { node: "ram".to_owned(), names, ..rise }.formula();
         assert!(read(path, &law).is_ok(), "{law}");
+    }
+
+    #[test]
+    fn what_a_curve_does_where_the_record_hardly_was_is_no_second_rise() {
+        let share = |at: usize| at as f64 / PLACES as f64;
+        let rise = |at: usize| 4000.0 * (-((share(at) - 0.6) / 0.04).powi(2)).exp();
+        let end = |at: usize| if at < PLACES / 5 { 5000.0 } else { 0.0 };
+        let all: Vec<f64> = (0..=PLACES).map(|at| rise(at) + end(at)).collect();
+        let known: Vec<f64> = (0..HEIGHTS).map(|height| if height < 7 { 3000.0 } else { 50.0 }).collect();
+        let form = bell("friction", &all, &known, 0.56).unwrap();
+        let Form::Bell { height, middle, width, .. } = form else { panic!("{form:?}") };
+        assert_eq!((height, middle), (4000.0, 336.0));
+        approx::assert_relative_eq!(width, 0.04 * 560.0, max_relative = 0.1);
+        // Two rises that are both certain are not one.
+        assert_eq!(bell("friction", &all, &[50.0; HEIGHTS], 0.56), None);
     }
 
     #[test]

@@ -349,11 +349,12 @@ unit = "-"
 "#;
 
 #[test]
-fn a_solenoid_valve_has_the_centre_that_is_stated_and_two_switching_times() {
+fn a_solenoid_valve_has_the_centre_that_is_stated_a_mass_and_two_switching_times() {
     let litres = 1e-3 / 60.0;
     let [p, a, b] = [20e5, 5e5, 5e5].map(|gauge| gauge + ATMOSPHERE);
-    // Ports P, T, A, B, then the spool.
-    let at = |spool: f64| [p, ATMOSPHERE, a, b, spool];
+    // Ports P, T, A, B, then the spool and its speed.
+    let moving = |spool: f64, speed: f64| [p, ATMOSPHERE, a, b, spool, speed];
+    let at = |spool: f64| moving(spool, 0.0);
     let valve = |centre: &str| {
         Rig::parse(FILTER, format!("[fluid]\n{}", SOLENOIDS.replace("CENTRE", centre)))
             .unwrap_or_else(|told| panic!("{told}"))
@@ -376,9 +377,16 @@ fn a_solenoid_valve_has_the_centre_that_is_stated_and_two_switching_times() {
     assert_relative_eq!(flows(&float, 0.0)[3], 20.0, max_relative = 1e-4);
     assert_relative_eq!(flows(&float, 0.0)[0], 0.0, epsilon = 1e-9);
 
-    let rate = |spool, solenoids: [f64; 2]| answers(&tandem, "valve", &at(spool), &solenoids).rate[0];
-    assert_relative_eq!(rate(0.0, [1.0, 0.0]), 1.0 / 15e-3, max_relative = 1e-9);
-    assert_relative_eq!(rate(-1.0, [0.0, 0.0]), 1.0 / 20e-3, max_relative = 1e-9);
+    // `T² s'' + tau s' + s = u` with `T = tau/(2 * 0.7)`: 15 ms while a solenoid pulls, 20 ms while springs do.
+    let accelerates = |at: &[f64], solenoids: [f64; 2]| {
+        let [speed, acceleration, ..] = answers(&tandem, "valve", at, &solenoids).rate;
+        assert_eq!(speed, at[5]);
+        acceleration
+    };
+    assert_relative_eq!(accelerates(&at(0.0), [1.0, 0.0]), (1.4_f64 / 15e-3).powi(2), max_relative = 1e-9);
+    assert_relative_eq!(accelerates(&at(-1.0), [0.0, 0.0]), (1.4_f64 / 20e-3).powi(2), max_relative = 1e-9);
+    // At a speed at which its whole way takes one lag damping holds what the solenoid gives.
+    assert_relative_eq!(accelerates(&moving(0.0, 1.0 / 15e-3), [1.0, 0.0]), 0.0, epsilon = 1e-6);
 }
 
 #[test]
