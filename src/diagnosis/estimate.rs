@@ -126,7 +126,8 @@ pub fn isolated<'a>(
     rounds: u64,
 ) -> Result<Estimate<'a>, Complaint> {
     let (case, form) = case_at(model, record, drive, theta, None)?;
-    let isolation = isolate_from(&case, form, set, rounds).map_err(|error| unsolvable(model, record, error))?;
+    let isolation =
+        isolate_from(&case, form, (set, Vec::new()), rounds).map_err(|error| unsolvable(model, record, error))?;
     Ok(Estimate { case, isolation })
 }
 
@@ -239,20 +240,20 @@ impl<'a> Estimate<'a> {
     /// # Errors
     /// The model cannot be solved there.
     pub fn with_model(mut self, model: &'a Model) -> Result<Self, Complaint> {
-        let (set, theta, rounds) = (self.isolation.set(), self.isolation.best.theta, self.isolation.rounds);
+        let (set, rough) = (self.isolation.set(), self.isolation);
         self.case.full.model = model;
         let record = self.case.record;
         let most_rounds = self.case.settings().isolation_rounds;
-        let mut exact =
-            isolate(&self.case, &theta, set, most_rounds).map_err(|error| unsolvable(model, record, error))?;
+        let exact = rough.again(&self.case, &rough.best.theta, set, most_rounds);
+        let mut exact = exact.map_err(|error| unsolvable(model, record, error))?;
         // Sets that take turns keep each other from their bottom, and intervals around anything else lead from one start to the next.
         if exact.stopped == Stopped::Rounds
             && let Ok(lowest) = self.case.descended(exact.set(), &exact.best.theta)
-            && let Ok(further) = isolate(&self.case, &lowest.theta, exact.set(), most_rounds)
+            && let Ok(further) = exact.again(&self.case, &lowest.theta, exact.set(), most_rounds)
         {
             exact = Isolation { rounds: exact.rounds + lowest.iterations + further.rounds, ..further };
         }
-        Ok(Self { case: self.case, isolation: Isolation { rounds: rounds + exact.rounds, ..exact } })
+        Ok(Self { case: self.case, isolation: Isolation { rounds: rough.rounds + exact.rounds, ..exact } })
     }
 
     /// Walks the last steps, which tell no fault combination from another, along the local model at hand.
@@ -275,7 +276,8 @@ impl<'a> Estimate<'a> {
         let best = others.iter().max_by(|a, b| a.score.total_cmp(&b.score)).filter(|other| other.score > score);
         if let Some((set, point)) = best.and_then(|best| Some((best.set, best.point.as_ref()?)))
             && may_change
-            && let Ok(isolation) = isolate(&self.case, &point.theta, set, self.case.settings().isolation_rounds)
+            && let Ok(isolation) =
+                self.isolation.again(&self.case, &point.theta, set, self.case.settings().isolation_rounds)
         {
             self.isolation = isolation;
             return true;
@@ -419,7 +421,7 @@ fn settle(case: &mut Case<'_>, guess: &[f64], set: FaultSet, most_rounds: u64) -
         let (weights, evidence) = (case.full.weights.clone(), weighed_evidence(case, &isolation));
         let form = renewed(case, &isolation.best.theta)?;
         let mut before = isolation;
-        isolation = isolate_from(case, form, before.set(), most_rounds)?;
+        isolation = isolate_from(case, form, (before.set(), before.held.clone()), most_rounds)?;
         let is_taken_back = renewal > 0 && weighed_evidence(case, &isolation) < evidence;
         if is_taken_back {
             case.full.weights = weights;
@@ -442,12 +444,12 @@ fn settle(case: &mut Case<'_>, guess: &[f64], set: FaultSet, most_rounds: u64) -
             in_step(case, &isolation).or_else(|| unseen(case, &isolation)).or_else(|| simpler(case, &isolation))
         };
         let Some((set, point)) = better else { break };
-        isolation = isolate(case, &point.theta, set, most_rounds)?;
+        isolation = isolation.again(case, &point.theta, set, most_rounds)?;
     }
     // Few rounds are for looking whether a start leads anywhere; one that does is walked to its end.
     if isolation.stopped == Stopped::Rounds && most_rounds < settings.isolation_rounds && !missed(case, &isolation) {
         let (theta, set) = (isolation.best.theta.clone(), isolation.set());
-        isolation = isolate(case, &theta, set, settings.isolation_rounds)?;
+        isolation = isolation.again(case, &theta, set, settings.isolation_rounds)?;
     }
     Ok(isolation)
 }

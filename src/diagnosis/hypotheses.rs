@@ -39,8 +39,10 @@ pub struct Isolation {
     pub schur: SchurComplement,
     /// Of each fault: variance inflation by autocorrelation of the misfits.
     pub inflation: Vec<f64>,
-    /// The same as combinations were compared by: no less than [`Turns`] hold.
+    /// The same as combinations were compared by: no less than is [`held`](Self::held).
     pub compared: Vec<f64>,
+    /// What [`Turns`] hold of each fault, where any were taken.
+    pub held: Vec<f64>,
     pub rounds: u64,
     pub stopped: Stopped,
 }
@@ -72,6 +74,15 @@ impl fmt::Display for Stopped {
 }
 
 impl Isolation {
+    /// Goes on from values of all estimated parameters and a set, under weights that may be others: what is held against sets that took
+    /// turns stays held, so that they do not take them once more.
+    ///
+    /// # Errors
+    /// The model cannot be solved there.
+    pub fn again(&self, case: &Case<'_>, guess: &[f64], centre: FaultSet, most_rounds: u64) -> Result<Self, FitError> {
+        isolate_from(case, case.local_model(guess)?, (centre, self.held.clone()), most_rounds)
+    }
+
     pub fn set(&self) -> FaultSet {
         self.weighed.first().map_or(FaultSet::EMPTY, |best| best.set)
     }
@@ -123,21 +134,21 @@ impl Isolation {
 /// # Errors
 /// The model cannot be solved at the guess.
 pub fn isolate(case: &Case<'_>, guess: &[f64], centre: FaultSet, most_rounds: u64) -> Result<Isolation, FitError> {
-    isolate_from(case, case.local_model(guess)?, centre, most_rounds)
+    isolate_from(case, case.local_model(guess)?, (centre, Vec::new()), most_rounds)
 }
 
-/// The same from the local model at the guess.
+/// The same from the local model at the guess, with what is [`held`](Isolation::held) from before.
 ///
 /// # Errors
 /// The model cannot be solved.
 pub(super) fn isolate_from(
     case: &Case<'_>,
     mut local: LocalModel,
-    mut centre: FaultSet,
+    (mut centre, held): (FaultSet, Vec<f64>),
     most_rounds: u64,
 ) -> Result<Isolation, FitError> {
     let (mut rounds, mut damping) = (0, 0.0);
-    let mut turns = Turns::default();
+    let mut turns = Turns { before: Vec::new(), held };
     loop {
         case.rig().context().check()?;
         rounds += 1;
@@ -157,8 +168,8 @@ pub(super) fn isolate_from(
             let best = case
                 .fit(&local, centre, &local.theta, Options::steps(0, case.settings().rough_decrease))
                 .map_err(|_| unsolvable())?;
-            let stopped = Stopped::Unsolvable;
-            return Ok(Isolation { weighed, best, local, schur, inflation, compared, rounds, stopped });
+            let (stopped, held) = (Stopped::Unsolvable, turns.held);
+            return Ok(Isolation { weighed, best, local, schur, inflation, compared, held, rounds, stopped });
         };
         let gained = case.cost(set, &local.misfit, &local.theta) - best.cost;
         let stays = set == centre && gained < case.settings().isolation_decrease;
@@ -173,7 +184,8 @@ pub(super) fn isolate_from(
         let Some((set, point)) = further else {
             let stopped =
                 if stays { Stopped::Settled { decrease: case.settings().isolation_decrease } } else { Stopped::Rounds };
-            return Ok(Isolation { weighed, best, local, schur, inflation, compared, rounds, stopped });
+            let held = turns.held;
+            return Ok(Isolation { weighed, best, local, schur, inflation, compared, held, rounds, stopped });
         };
         damping = point.damping;
         local = case.local_model(&point.theta)?;
@@ -186,7 +198,6 @@ pub(super) fn isolate_from(
 /// Two sets are compared by the variance inflation of the faults in which they differ, the most of any. So one set may win beside a second
 /// one, that beside a third, and the third beside the first, none of them any better than before. From then on the faults in which these
 /// differ share the most that any of them had, by which all of them compare.
-#[derive(Default)]
 struct Turns {
     before: Vec<Round>,
     held: Vec<f64>,
@@ -242,6 +253,7 @@ pub(super) fn held(case: &Case<'_>, local: LocalModel, set: FaultSet) -> Result<
         local,
         schur,
         compared: inflation.clone(),
+        held: Vec::new(),
         inflation,
         rounds: 1,
         stopped: Stopped::Settled { decrease: case.settings().isolation_decrease },

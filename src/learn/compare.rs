@@ -264,6 +264,7 @@ fn equation(rig: &Rig, sensor: &Sensor) -> String {
     match sensor.quantity {
         Quantity::Pressure => format!("pressure balance of {at}"),
         Quantity::Flow => format!("flow at {at}"),
+        Quantity::Force => format!("force at {at}"),
         Quantity::Position | Quantity::Velocity => format!("force balance of {at}"),
         Quantity::Level => format!("volume balance of {at}"),
         Quantity::State => at,

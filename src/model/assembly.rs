@@ -237,7 +237,7 @@ impl<'a, S: Scalar> Assembly<'a, S> {
             Raw::HeldPressure(parameter) => self.held[parameter] - ATMOSPHERE,
             Raw::Level(state) => (y[state] - ATMOSPHERE) * self.level_per_pressure,
             Raw::State(state) => y[state],
-            Raw::Flow(sign) => {
+            Raw::Through(sign) => {
                 let flows = self.layout.flows[sensor].iter();
                 flows.fold(S::zero(), |sum, &(component, port)| sum + self.answers[component].through[port]) * sign
             }
@@ -359,7 +359,7 @@ impl<S: Scalar, const N: usize> System<S, N> for Assembly<'_, S> {
         for filter in &self.layout.filters {
             let per_lag = 1.0 / filter.lag;
             let raw = match self.layout.raw[filter.sensor] {
-                Raw::Flow(sign) => {
+                Raw::Through(sign) => {
                     let mut sum = S::zero();
                     for &(component, port) in &self.layout.flows[filter.sensor] {
                         let flow = &self.local[component].through[port];

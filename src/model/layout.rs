@@ -33,7 +33,7 @@ pub enum Raw {
     Level(usize),
     State(usize),
     /// What [`Layout::flows`] of the sensor add up to, times this sign.
-    Flow(f64),
+    Through(f64),
 }
 
 #[derive(Debug, Clone)]
@@ -70,6 +70,7 @@ const PRESSURE: f64 = 1e7;
 const POSITION: f64 = 1e-2;
 const VELOCITY: f64 = 0.1;
 const FLOW: f64 = 1e-4;
+const FORCE: f64 = 1e3;
 
 impl Layout {
     /// The layout of a checked rig.
@@ -152,6 +153,7 @@ impl Layout {
                 let scale = match (sensor.quantity, raw) {
                     (_, Raw::State(state)) => layout.scales[state],
                     (Quantity::Flow, _) => FLOW,
+                    (Quantity::Force, _) => FORCE,
                     (Quantity::Position | Quantity::Level, _) => POSITION,
                     _ => PRESSURE,
                 };
@@ -191,7 +193,7 @@ impl Layout {
         for filter in &self.filters {
             match self.raw[filter.sensor] {
                 Raw::Pressure(state) | Raw::Level(state) | Raw::State(state) => found.push((filter.state, state)),
-                Raw::Flow(_) => {
+                Raw::Through(_) => {
                     let seen = |&(component, _): &(usize, usize)| self.slots[component].states_seen();
                     found.extend(self.flows[filter.sensor].iter().flat_map(seen).map(|column| (filter.state, column)));
                 }
@@ -210,7 +212,7 @@ impl Layout {
 
     fn raw_of(&self, rig: &Rig, sensor: &crate::rig::Sensor) -> Raw {
         match sensor.target {
-            Target::Port(..) => Raw::Flow(sensor.sign),
+            Target::Port(..) => Raw::Through(sensor.sign),
             Target::State(component, state) => Raw::State(self.slots[component].first_state + state),
             Target::Node(node) => match (self.node_state[node], &rig.nodes[node].kind, sensor.quantity) {
                 (None, NodeKind::Held { parameter }, _) => Raw::HeldPressure(*parameter),

@@ -130,7 +130,7 @@ impl<'a> Slopes<'a> {
                     out[column] += slope * (y[state] - ATMOSPHERE);
                 }
             }
-            (None, Raw::Flow(sign)) => {
+            (None, Raw::Through(sign)) => {
                 let flows = &self.layout.flows[sensor];
                 self.evaluate(t, y, |one| flows.iter().any(|(component, _)| *component == one));
                 for (pass, port) in metered(flows, &self.passes) {
@@ -308,7 +308,7 @@ impl<const N: usize> Curved<N> for Slopes<'_> {
                     };
                     by.extend(self.by_density.map(level));
                 }
-                Raw::Flow(sign) => {
+                Raw::Through(sign) => {
                     for (pass, port) in metered(&self.layout.flows[filter.sensor], &self.passes) {
                         pass.give(row, j, by, |lane| pass.answers.through[port].eps[lane] * (sign * per_lag));
                     }

@@ -98,7 +98,7 @@ fn shown<S: Scalar>(rig: &Rig, layout: &Layout, parameters: &[S], drive: &InputS
                 y[state] = between_stops(rig, parameters, node, value);
                 y[state + 1] = S::constant(shown.rate) / gain;
             }
-            Quantity::Velocity | Quantity::Flow | Quantity::State => {}
+            Quantity::Velocity | Quantity::Flow | Quantity::Force | Quantity::State => {}
         }
     }
 }

@@ -214,6 +214,10 @@ fn quantities_part(out: &mut String) -> fmt::Result {
             Quantity::Position => ("body", "position"),
             Quantity::Velocity => ("body", "velocity"),
             Quantity::Level => ("node with a volume", "height of fluid, `(p - p_atm)/(rho g)`"),
+            Quantity::Force => (
+                "`component.port`",
+                "force of the component on the body at the port, in the direction of its position: a load cell between them",
+            ),
             Quantity::State => ("`component.state`", "state of a component: spool position, speed of a shaft"),
         };
         let units = quantity.dimension().map_or("those of the state".to_owned(), units);

@@ -315,16 +315,20 @@ impl Rig {
             .collect()
     }
 
-    /// Ports of components whose flows a meter at a port reads together: that port, and those of effects inside the component that meet
-    /// it, as the slip of a pump, which never leaves its housing.
+    /// Ports of components whose flows, or forces, a meter at a port reads together: that port, and those of effects inside the component
+    /// that meet it, as the slip of a pump, which never leaves its housing, or the friction of a seal.
     pub fn metered(&self, component: usize, port: usize) -> Vec<(usize, usize)> {
-        let before = self.components[component].card.ports[..port].iter();
-        let nth = before.filter(|other| other.kind == PortKind::Hydraulic).count();
+        let ports = self.components[component].card.ports;
+        let nth = ports[..port].iter().filter(|other| other.kind == PortKind::Hydraulic).count();
+        let met = match ports[port].kind {
+            PortKind::Hydraulic => Joint::Hydraulic(nth),
+            PortKind::Mechanical => Joint::Body,
+        };
         let inside = self.effects.iter().filter(|effect| effect.placed.spot == Location::Component(component));
         let beside = inside.flat_map(|effect| {
             let joints = if let Form::Shunt { joints, .. } = effect.placed.effect.form { joints } else { &[] };
             let joined = self.components.iter().position(|joined| joined.name == effect.id);
-            let meets = joints.iter().enumerate().filter(move |(_, joint)| **joint == Joint::Hydraulic(nth));
+            let meets = joints.iter().enumerate().filter(move |(_, joint)| **joint == met);
             joined.into_iter().flat_map(move |joined| meets.clone().map(move |(own, _)| (joined, own)))
         });
         std::iter::once((component, port)).chain(beside).collect()

@@ -21,6 +21,8 @@ pub enum Quantity {
     Velocity,
     /// Level of the fluid over a node, `(p - p_atm)/(rho g)`.
     Level,
+    /// Force of a component on the body at its port, in the direction of the position: what a load cell between them reads.
+    Force,
     /// State of a component, such as the position of a spool or the speed of a shaft.
     State,
 }
@@ -33,6 +35,7 @@ impl Quantity {
         ("position", Quantity::Position),
         ("velocity", Quantity::Velocity),
         ("level", Quantity::Level),
+        ("force", Quantity::Force),
         ("state", Quantity::State),
     ];
 
@@ -43,6 +46,7 @@ impl Quantity {
             Quantity::Flow => Some(Dimension::FLOW),
             Quantity::Position | Quantity::Level => Some(Dimension::LENGTH),
             Quantity::Velocity => Some(Dimension::VELOCITY),
+            Quantity::Force => Some(Dimension::FORCE),
             Quantity::State => None,
         }
     }
@@ -52,7 +56,7 @@ impl Quantity {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     Node(usize),
-    /// Component and port.
+    /// Component and port: a flow into a hydraulic one, a force at a mechanical one.
     Port(usize, usize),
     /// Component and state.
     State(usize, usize),

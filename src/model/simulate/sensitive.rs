@@ -67,7 +67,7 @@ impl Model {
         let sensors = layout.raw.iter().zip(&layout.filtered).zip(&layout.flows);
         let read = sensors.flat_map(|((raw, filtered), flows)| match (raw, filtered) {
             (_, Some(state)) | (Raw::Pressure(state) | Raw::Level(state) | Raw::State(state), None) => vec![*state],
-            (Raw::Flow(_), None) => {
+            (Raw::Through(_), None) => {
                 flows.iter().flat_map(|(component, _)| layout.slots[*component].states_seen()).collect()
             }
             (Raw::HeldPressure(_), None) => Vec::new(),

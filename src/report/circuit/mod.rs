@@ -246,8 +246,10 @@ impl Drawing<'_> {
             }
         }
         let mut below = y + 18.0 + 14.0 * wrong.len() as f64;
-        for state in 0..component.card.states.len() {
-            for (text, wrong) in self.sensors(&Target::State(placed.component, state), &[Quantity::State]) {
+        let states = (0..component.card.states.len()).map(|state| Target::State(placed.component, state));
+        let ports = (0..component.card.ports.len()).map(|port| Target::Port(placed.component, port));
+        for target in states.chain(ports) {
+            for (text, wrong) in self.sensors(&target, &[Quantity::State, Quantity::Force]) {
                 self.text((x + wide + 12.0, below), "start", if wrong { "wrong" } else { "sensor" }, &text);
                 below += 13.0;
             }

@@ -14,8 +14,10 @@ pub(super) fn read_sensor(rig: &mut Rig, name: &str, value: &Value<'_>) -> Resul
     let quantity =
         table.require("quantity", &help_with_names("", "quantities", Quantity::NAMED.iter().map(|(name, _)| *name)))?;
     let quantity = named(&quantity, "quantities", Quantity::NAMED)?;
-    let at = table
-        .require("at", "name the node, the port as `component.port` for a flow, or the state as `component.state`")?;
+    let at = table.require(
+        "at",
+        "name the node, the port as `component.port` for a flow or a force, or the state as `component.state`",
+    )?;
     let target = target(rig, name, quantity, &at)?;
     let reads = quantity.dimension().unwrap_or_else(|| dimension_of(rig, target));
     let sign = match table.get("direction") {
@@ -176,60 +178,53 @@ fn state_target(rig: &Rig, name: &str, at: &Value<'_>) -> Result<Target, Complai
     )))
 }
 
+/// The port of a kind at which a sensor of this name reads a flow or a force.
+fn port_target(
+    rig: &Rig,
+    (name, quantity): (&str, &str),
+    (kind, of_kind): (PortKind, &str),
+    at: &Value<'_>,
+) -> Result<Target, Complaint> {
+    let wanted = at.text()?;
+    let mut all = Vec::new();
+    for (index, component) in rig.components.iter().enumerate() {
+        let ports = component.card.ports.iter().enumerate().filter(|(_, port)| port.kind == kind);
+        all.extend(ports.map(|(port, card)| (format!("{}.{}", component.name, card.name), Target::Port(index, port))));
+    }
+    if let Some((_, target)) = all.iter().find(|(port, _)| port == wanted) {
+        return Ok(*target);
+    }
+    let what = format!("sensor `{name}` measures the {quantity} at `{wanted}`, which is no {of_kind} port");
+    let ports = all.iter().map(|(port, _)| port.as_str());
+    Err(Complaint::new(Kind::UnknownName, what).at(at.place()).help(help_with_names(wanted, "ports", ports)))
+}
+
 /// What a sensor reads: a node, a port or a state.
 fn target(rig: &Rig, name: &str, quantity: Quantity, at: &Value<'_>) -> Result<Target, Complaint> {
     let wanted = at.text()?;
-    if quantity == Quantity::State {
-        return state_target(rig, name, at);
+    match quantity {
+        Quantity::State => return state_target(rig, name, at),
+        Quantity::Flow => return port_target(rig, (name, "flow"), (PortKind::Hydraulic, "hydraulic"), at),
+        Quantity::Force => return port_target(rig, (name, "force"), (PortKind::Mechanical, "mechanical"), at),
+        _ => {}
     }
-    if quantity == Quantity::Flow {
-        let found = wanted.split_once('.').and_then(|(component, port)| {
-            let index = rig.components.iter().position(|candidate| candidate.name == component)?;
-            let port = rig.components[index]
-                .card
-                .ports
-                .iter()
-                .position(|candidate| candidate.name == port && candidate.kind == PortKind::Hydraulic)?;
-            Some(Target::Port(index, port))
-        });
-        let ports: Vec<String> = rig
-            .components
-            .iter()
-            .flat_map(|component| {
-                let hydraulic = component.card.ports.iter().filter(|port| port.kind == PortKind::Hydraulic);
-                hydraulic.map(move |port| format!("{}.{}", component.name, port.name))
-            })
-            .collect();
-        found.ok_or_else(|| {
-            Complaint::new(
-                Kind::UnknownName,
-                format!("sensor `{name}` measures the flow at `{wanted}`, which is no hydraulic port"),
-            )
-            .at(at.place())
-            .help(help_with_names(wanted, "ports", ports.iter().map(String::as_str)))
-        })
-    } else {
-        let mechanical = matches!(quantity, Quantity::Position | Quantity::Velocity);
-        let fits = |node: &Node| match node.kind {
-            NodeKind::Body { .. } => mechanical,
-            NodeKind::Volume { .. } => !mechanical,
-            // What keeps its pressure has no level.
-            NodeKind::Held { .. } => quantity == Quantity::Pressure,
+    let mechanical = matches!(quantity, Quantity::Position | Quantity::Velocity);
+    let fits = |node: &Node| match node.kind {
+        NodeKind::Body { .. } => mechanical,
+        NodeKind::Volume { .. } => !mechanical,
+        // What keeps its pressure has no level.
+        NodeKind::Held { .. } => quantity == Quantity::Pressure,
+    };
+    let found = rig.nodes.iter().position(|node| node.name == wanted && fits(node));
+    found.map(Target::Node).ok_or_else(|| {
+        let names = rig.nodes.iter().filter(|node| fits(node)).map(|node| node.name.as_str());
+        let what = match quantity {
+            Quantity::Position | Quantity::Velocity => "bodies",
+            Quantity::Level => "nodes with a volume",
+            Quantity::Pressure | Quantity::Flow | Quantity::Force | Quantity::State => "hydraulic nodes",
         };
-        let found = rig.nodes.iter().position(|node| node.name == wanted && fits(node));
-        found.map(Target::Node).ok_or_else(|| {
-            let names = rig.nodes.iter().filter(|node| fits(node)).map(|node| node.name.as_str());
-            let what = match quantity {
-                Quantity::Position | Quantity::Velocity => "bodies",
-                Quantity::Level => "nodes with a volume",
-                Quantity::Pressure | Quantity::Flow | Quantity::State => "hydraulic nodes",
-            };
-            Complaint::new(
-                Kind::UnknownName,
-                format!("sensor `{name}` sits at `{wanted}`, which is none of the {what}"),
-            )
+        Complaint::new(Kind::UnknownName, format!("sensor `{name}` sits at `{wanted}`, which is none of the {what}"))
             .at(at.place())
             .help(help_with_names(wanted, what, names))
-        })
-    }
+    })
 }

@@ -1,4 +1,4 @@
-//! A meter at a part reads what effects inside that part pass as well.
+//! A meter at a part reads what effects inside that part pass as well; a load cell reads the force of a part on its body.
 
 use borescope::Rig;
 use borescope::internals::model::{InputSignals, Model, cycle_times};
@@ -48,4 +48,50 @@ fn the_slip_of_a_pump_never_reaches_the_meter_behind_it() {
         let slope = (up[index][row] - down[index][row]) / (2.0 * step);
         approx::assert_relative_eq!(by_slip[0][index][row], slope, max_relative = 1e-3);
     }
+}
+
+/// The telescopic rig with a load cell on either side of its piston and the speed between them, and a seal that rubs inside the cylinder.
+fn pulled() -> Model {
+    let text = std::fs::read_to_string("fixtures/telescopic/rig.toml").unwrap();
+    let cells = "[sensors]\nF_rod = { quantity = \"force\", at = \"cylinder.rod\", noise = \"5 N\" }\nF_late = { quantity = \"force\", at = \
+                 \"cylinder.rod\", noise = \"5 N\", lag = \"10 ms\" }\nF_cell = { quantity = \"force\", at = \"load.body\", noise = \"5 N\" }\nv = { quantity = \"velocity\", at = \"piston\", noise = \"1 mm/s\" }\n";
+    let effect = "\n[effects]\n\"seal-friction@cylinder\" = { coulomb = \"300 N +- 50 N\" }\n";
+    Model::new(Rig::parse("rig.toml", text.replacen("[sensors]\n", cells, 1) + effect).unwrap())
+}
+
+#[test]
+fn load_cells_on_either_side_of_a_body_differ_by_what_moves_it() {
+    let model = pulled();
+    let rig = &model.rig;
+    let drive = InputSignals::from_cycle(rig, &rig.cycle.clone().unwrap());
+    let times: Vec<f64> = (0..20_000).map(|row| f64::from(row) * 1e-4).collect();
+    let read = model.solve(&rig.nominal(), &drive, &times).unwrap().values;
+    let of = |name: &str| &read[rig.sensors.iter().position(|sensor| sensor.name == name).unwrap()];
+    let (rod, load, late, v) = (of("F_rod"), of("F_cell"), of("F_late"), of("v"));
+    let mass = rig.nominal()[rig.parameter("cylinder.mass").unwrap()];
+    let gained: f64 = (0..times.len() - 1)
+        .map(|row| {
+            let net = |row: usize| rod[row] + load[row];
+            0.5 * (net(row) + net(row + 1)) * (times[row + 1] - times[row])
+        })
+        .sum();
+    let moved = v.iter().copied().fold(0.0, f64::max);
+    assert!(moved > 0.02, "{moved}");
+    approx::assert_abs_diff_eq!(gained, mass * (v[v.len() - 1] - v[0]), epsilon = 2e-3 * mass * moved);
+    approx::assert_abs_diff_eq!(rod[rod.len() - 1], late[late.len() - 1], epsilon = 5.0);
+    // What rubs inside the cylinder holds back the rod, not the load.
+    let rubs = rig.parameters.iter().position(|parameter| parameter.id.ends_with(".coulomb")).unwrap();
+    let by = model.sensitivities(&rig.nominal(), &[rubs], &drive, &times).unwrap().derivatives;
+    let index = |name: &str| rig.sensors.iter().position(|sensor| sensor.name == name).unwrap();
+    let most = |name: &str| by[0][index(name)].iter().copied().map(f64::abs).fold(0.0, f64::max);
+    assert!(most("F_rod") > 0.1 && most("F_cell") < 1e-9, "{} {}", most("F_rod"), most("F_cell"));
+}
+
+#[test]
+fn a_force_is_read_at_a_mechanical_port() {
+    let text = std::fs::read_to_string("fixtures/telescopic/rig.toml").unwrap();
+    let wrong = "[sensors]\nF = { quantity = \"force\", at = \"cylinder.A\", noise = \"5 N\" }\n";
+    let told = Rig::parse("rig.toml", text.replacen("[sensors]\n", wrong, 1)).unwrap_err().to_string();
+    assert!(told.contains("measures the force at `cylinder.A`, which is no mechanical port"), "{told}");
+    assert!(told.contains("cylinder.rod"), "{told}");
 }
