@@ -1,4 +1,4 @@
-//! Mean lags of parts that follow pressures, as healthy records together show them: of relief valves, of the regulators of pumps; and
+//! Mean lags of parts as healthy records together show them: of relief valves, of the regulators of pumps, of valves of formulas; and
 //! dead times of inputs that the rig file states as uncertain.
 //!
 //! Such a lag may be another in each switching, and weights forgive that within each phase. What a mean lag other than stated does to a

@@ -73,15 +73,17 @@ pub(super) fn best_explained<'a>(
     let was_asked = was_asked || (!asked.begun && first.explains());
     let is_asked = !first.missed() && (!was_asked || onset::is_believed(&first));
     // Events, and values far from where they are expected, excuse much of what a mistake does to a record: one that leaves clearly less
-    // without it, or needs no such values, is believed where it takes no more faults. What explains what declared faults do not needs neither.
+    // without it, or needs no such values, is believed where it takes no more faults. So is one that explains a record which declared faults do
+    // not, if it takes no more than these, or one.
     if asked.otherwise && !first.missed() {
         let (left, is_strained) = (first.times_noise(), first.case.is_strained(&first.isolation.best.theta));
         let is_unexplained = !first.explains();
         let is_better = |found: &Diagnosed| {
             let leaves_less = CLEARLY_ABOVE_NOISE * found.diagnosis.times_noise.max(1.0) < left;
             let is_plainer = is_strained && !found.diagnosis.is_strained() && found.diagnosis.times_noise <= left;
-            let takes_no_more = found.diagnosis.present().count() <= first.isolation.set().len();
-            (is_unexplained && found.diagnosis.is_explained()) || ((leaves_less || is_plainer) && takes_no_more)
+            let (faults, known) = (found.diagnosis.present().count(), first.isolation.set().len());
+            let explains = is_unexplained && found.diagnosis.is_explained() && faults <= known.max(1);
+            explains || ((leaves_less || is_plainer) && faults <= known)
         };
         // Values that nobody declared pull those that are uncertain to the ends of their search, and several faults with them. Without a
         // calibration it may be the data sheets, which are asked about once nothing else explains the record.

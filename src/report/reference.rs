@@ -216,7 +216,7 @@ fn quantities_part(out: &mut String) -> fmt::Result {
             Quantity::Level => ("node with a volume", "height of fluid, `(p - p_atm)/(rho g)`"),
             Quantity::Force => (
                 "`component.port`",
-                "force of the component on the body at the port, in the direction of its position: a load cell between them",
+                "force of the component on the body at the port, in the direction of its position, without the inertia of its own mass: a load cell between them",
             ),
             Quantity::State => ("`component.state`", "state of a component: spool position, speed of a shaft"),
         };

@@ -169,12 +169,13 @@ fn spread(sigmas: &[f64], at: usize) -> f64 {
 
 /// The single rise of a curve over position, `sigmas` the standard deviations of its heights, N; `way` in m.
 fn bell(what: &'static str, all: &[f64], sigmas: &[f64], way: f64) -> Option<Form> {
-    let mut sorted = all.to_vec();
+    let is_known = |at: usize| spread(sigmas, at) > 0.0;
+    let mut sorted: Vec<f64> = (0..=PLACES).filter(|&at| is_known(at)).map(|at| all[at]).collect();
     sorted.sort_by(f64::total_cmp);
-    let base = sorted[PLACES / 2];
+    let base = *sorted.get(sorted.len() / 2)?;
     let above: Vec<f64> = all.iter().map(|one| one - base).collect();
     // Where the record hardly was, a curve may be anything: no more of it counts than is certain.
-    let certain = |at: usize| above[at].abs() - SURE * spread(sigmas, at);
+    let certain = |at: usize| if is_known(at) { above[at].abs() - SURE * spread(sigmas, at) } else { 0.0 };
     let top = (0..=PLACES).max_by(|&a, &b| certain(a).total_cmp(&certain(b)))?;
     let size = |at: usize| above[at] * above[top].signum();
     let height = size(top);
@@ -185,7 +186,7 @@ fn bell(what: &'static str, all: &[f64], sigmas: &[f64], way: f64) -> Option<For
     let elsewhere = (0..=PLACES).filter(|at| *at < from || *at > to).map(certain).fold(0.0, f64::max);
     let millimetre = Unit::parse("mm").ok()?;
     let along = |places: f64| in_unit(places / PLACES as f64 * way, &millimetre);
-    (height >= RISE * elsewhere).then(|| Form::Bell {
+    (certain(top) > 0.0 && certain(top) >= RISE * elsewhere).then(|| Form::Bell {
         what,
         height: rounded(above[top], 2),
         middle: rounded(along(top as f64), 3),

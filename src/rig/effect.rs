@@ -308,7 +308,7 @@ impl Rig {
                 Joint::Here => here,
                 Joint::Tank => tank,
                 Joint::Hydraulic(nth) => port(PortKind::Hydraulic, *nth),
-                Joint::Body => port(PortKind::Mechanical, 0),
+                Joint::Body | Joint::Load => port(PortKind::Mechanical, 0),
                 Joint::Next => self.next(here?).or(tank),
                 Joint::Named(name) => self.node(name),
             })
@@ -319,16 +319,17 @@ impl Rig {
     /// that meet it, as the slip of a pump, which never leaves its housing, or the friction of a seal.
     pub fn metered(&self, component: usize, port: usize) -> Vec<(usize, usize)> {
         let ports = self.components[component].card.ports;
-        let nth = ports[..port].iter().filter(|other| other.kind == PortKind::Hydraulic).count();
-        let met = match ports[port].kind {
-            PortKind::Hydraulic => Joint::Hydraulic(nth),
-            PortKind::Mechanical => Joint::Body,
+        let nth = ports[..port].iter().filter(|other| other.kind == ports[port].kind).count();
+        let met = match (ports[port].kind, nth) {
+            (PortKind::Hydraulic, nth) => Some(Joint::Hydraulic(nth)),
+            (PortKind::Mechanical, 0) => Some(Joint::Body),
+            (PortKind::Mechanical, _) => None,
         };
         let inside = self.effects.iter().filter(|effect| effect.placed.spot == Location::Component(component));
         let beside = inside.flat_map(|effect| {
             let joints = if let Form::Shunt { joints, .. } = effect.placed.effect.form { joints } else { &[] };
             let joined = self.components.iter().position(|joined| joined.name == effect.id);
-            let meets = joints.iter().enumerate().filter(move |(_, joint)| **joint == met);
+            let meets = joints.iter().enumerate().filter(move |(_, joint)| met == Some(**joint));
             joined.into_iter().flat_map(move |joined| meets.clone().map(move |(own, _)| (joined, own)))
         });
         std::iter::once((component, port)).chain(beside).collect()

@@ -408,8 +408,8 @@ impl Rig {
         })
     }
 
-    /// Whether a parameter is the lag of a part that follows pressures, not an input: of a relief valve, or the regulator of a pump. It may be
-    /// another in each switching, around a mean that is the part's own.
+    /// Whether a parameter is the lag of a part that no [`Follower`] stands for: of a relief valve, the regulator of a pump, or a valve of
+    /// formulas. It may be another in each switching, around a mean that is the part's own.
     pub(crate) fn is_own_lag(&self, parameter: usize) -> bool {
         let known = &self.parameters[parameter];
         let lags = known.role == Role::Lag && known.varies() && !self.is_fault(parameter);

@@ -21,7 +21,8 @@ pub enum Quantity {
     Velocity,
     /// Level of the fluid over a node, `(p - p_atm)/(rho g)`.
     Level,
-    /// Force of a component on the body at its port, in the direction of the position: what a load cell between them reads.
+    /// Force of a component on the body at its port, in the direction of the position, without the inertia of its own mass: what a load cell
+    /// between them reads.
     Force,
     /// State of a component, such as the position of a spool or the speed of a shaft.
     State,

@@ -17,7 +17,7 @@ pub const EFFECT: Effect = Effect {
     empirical: true,
     everywhere: false,
     at: At::Like { symbol: Symbol::Cylinder, named: true },
-    form: Form::Shunt { card: &CARD, joints: &[Joint::Body], shared: &[("stroke", "stroke")] },
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Load], shared: &[("stroke", "stroke")] },
     parameters: &free(50.0),
 };
 

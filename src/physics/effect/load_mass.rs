@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     empirical: false,
     everywhere: false,
     at: At::Like { symbol: Symbol::Cylinder, named: false },
-    form: Form::Shunt { card: &CARD, joints: &[Joint::Body], shared: &[] },
+    form: Form::Shunt { card: &CARD, joints: &[Joint::Load], shared: &[] },
     parameters: &[FreeParameter {
         name: "mass",
         neutral: Some(0.0),

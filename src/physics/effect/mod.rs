@@ -50,8 +50,10 @@ pub enum Joint {
     Tank,
     /// The node at this hydraulic port, counted from 0, of the component where the effect sits.
     Hydraulic(usize),
-    /// The body that the component moves where the effect sits.
+    /// The body that the component moves where the effect sits, from inside the component: a load cell at its rod reads what rubs there.
     Body,
+    /// The same body from outside: a load, which such a cell does not read.
+    Load,
     /// The node into which what stands at the first port drains; the tank where there is none.
     Next,
     /// The node of this name.

@@ -246,10 +246,8 @@ impl Drawing<'_> {
             }
         }
         let mut below = y + 18.0 + 14.0 * wrong.len() as f64;
-        let states = (0..component.card.states.len()).map(|state| Target::State(placed.component, state));
-        let ports = (0..component.card.ports.len()).map(|port| Target::Port(placed.component, port));
-        for target in states.chain(ports) {
-            for (text, wrong) in self.sensors(&target, &[Quantity::State, Quantity::Force]) {
+        for state in 0..component.card.states.len() {
+            for (text, wrong) in self.sensors(&Target::State(placed.component, state), &[Quantity::State]) {
                 self.text((x + wide + 12.0, below), "start", if wrong { "wrong" } else { "sensor" }, &text);
                 below += 13.0;
             }
@@ -285,6 +283,14 @@ impl Drawing<'_> {
             below += 13.0;
             for wrong in self.wrong(&other.name) {
                 self.text((x + 10.0, below), "start", "wrong", &wrong);
+                below += 13.0;
+            }
+        }
+        for (index, other) in rig.parts().filter(|(_, other)| other.ports.contains(&body)) {
+            let ports = other.ports.iter().enumerate().filter(|(_, node)| **node == body);
+            let forces = ports.flat_map(|(port, _)| self.sensors(&Target::Port(index, port), &[Quantity::Force]));
+            for (text, wrong) in forces.collect::<Vec<_>>() {
+                self.text((x + 10.0, below), "start", if wrong { "wrong" } else { "sensor" }, &text);
                 below += 13.0;
             }
         }
