@@ -31,9 +31,10 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// In its typical size, to be fitted from anywhere.
+    /// In its typical size, to be fitted from anywhere. A curve without a formula has none but the height that it is tried at.
     pub(super) fn as_typical(&self, rig: &Rig) -> Self {
         let typical = |(free, tried): (&FreeParameter, &ParameterSetting)| match free.first {
+            _ if self.placed.effect.empirical => tried.clone(),
             // Where it begins was found.
             InitialGuess::Onset(_) => tried.clone(),
             _ => {

@@ -180,9 +180,7 @@ pub(super) fn refitted_alone(
         ended.min_by(|a, b| a.priced(samples).total_cmp(&b.priced(samples)))
     };
     let rough = candidate.and_then(|candidate| {
-        // A curve is as high as the record asks for already.
-        let typical =
-            if candidate.placed.effect.empirical { candidate.clone() } else { candidate.as_typical(&base.rig) };
+        let typical = candidate.as_typical(&base.rig);
         let scored = (candidate.score > 0.0).then(|| from(&Candidate { base_point: None, ..candidate }));
         scored.flatten().or_else(|| from(&typical))
     });

@@ -1,6 +1,7 @@
 //! A curve without a formula in words: where it rises, how high and how wide, or how it grows, and a formula of that shape for the rig file.
 
 use super::brief::wrapped;
+use crate::estimation::profile::QUANTILE;
 use crate::learn::evaluated::Conclusion;
 use crate::learn::fitted_model::FittedModel;
 use crate::learn::suggest::Suggestion;
@@ -13,8 +14,6 @@ use crate::units::Unit;
 const PLACES: usize = 400;
 /// A rise is told where it is so many times what the curve is elsewhere.
 const RISE: f64 = 3.0;
-/// Standard deviations within which 95 % lie.
-const SURE: f64 = 1.96;
 /// A bell falls to half its height at this many of its widths `w` of `exp(-((x - x0) / w)^2)`.
 const HALF: f64 = 0.832_554_611_157_697_8;
 
@@ -175,7 +174,7 @@ fn bell(what: &'static str, all: &[f64], sigmas: &[f64], way: f64) -> Option<For
     let base = *sorted.get(sorted.len() / 2)?;
     let above: Vec<f64> = all.iter().map(|one| one - base).collect();
     // Where the record hardly was, a curve may be anything: no more of it counts than is certain.
-    let certain = |at: usize| if is_known(at) { above[at].abs() - SURE * spread(sigmas, at) } else { 0.0 };
+    let certain = |at: usize| if is_known(at) { above[at].abs() - QUANTILE * spread(sigmas, at) } else { 0.0 };
     let top = (0..=PLACES).max_by(|&a, &b| certain(a).total_cmp(&certain(b)))?;
     let size = |at: usize| above[at] * above[top].signum();
     let height = size(top);
